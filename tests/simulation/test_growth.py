@@ -13,21 +13,18 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from tests.models.library import scene, scene_file
+from tests.simulation.rails import built, on_rail
 
 pytestmark = pytest.mark.slow
 
 STEP = 1e-3
 
 
-def sled(name: str = "sled", **more: Any) -> dict[str, Any]:
+def sled() -> eomgen.Scene:
     """Return a mass on a rail with tunable stiffness and damping, no gravity."""
-    rail = {
-        "type": "prismatic", "parent": "base", "child": "sled", "axis": [1, 0, 0], "stiffness": "k", "damping": "c",
-        "initial": {"position": 1.0},
-    }  # fmt: skip  # a table
-    tunable = {"k": {"value": 1e4, "tunable": True}, "c": {"value": 0.0, "tunable": True}}
-    bare = {"format": 1, "name": name, "gravity": [0, 0, 0], "parameters": tunable, "bodies": {"sled": {"mass": 1.0}}}
-    return {**bare, "joints": {"rail": rail}, **more}
+    builder = on_rail("", "rail", position=1.0, stiffness="k", damping="c")
+    return builder.parameter("k", 1e4, tunable=True).parameter("c", 0.0, tunable=True).build()
 
 
 @cache
@@ -40,9 +37,9 @@ def run(stiffness: float, steps: int, damping: float = 0.0, **options: Any) -> e
     return model().simulate(steps * STEP, STEP, **options)
 
 
-@pytest.mark.parametrize("every", [1, 50, 10_000])
+@pytest.mark.parametrize("every", [1, 10_000])
 @pytest.mark.parametrize(
-    ("frequency", "steps"), [(2.9, 100), (3.0, 30), (3.16, 100), (3.16, 700), (5.0, 100), (31.0, 25), (100.0, 30)]
+    ("frequency", "steps"), [(2.9, 100), (3.0, 30), (3.16, 700), (5.0, 100), (31.0, 25), (100.0, 30)]
 )
 def test_a_run_that_explodes_fails_whatever_is_recorded(frequency: float, steps: int, every: int) -> None:
     solution = run((frequency / STEP) ** 2, steps, record_every=every)
@@ -67,28 +64,19 @@ def test_growth_that_is_slow_is_seen_over_the_whole_run() -> None:
 
 
 def test_neither_energies_nor_mass_need_to_be_there() -> None:
-    bare = eomgen.build(sled("bare"), terms=["forward_dynamics"], method="rk4", profile="quick")
+    bare = eomgen.build(sled(), terms=["forward_dynamics"], method="rk4", profile="quick")
     assert "energy" not in bare.functions and "mass" not in bare.functions
     solution = bare.simulate(0.1, STEP, parameters={"k": 1e7}, record_every=100)
-    assert (
-        not solution.success
-        and "v.rail grows from 3.03e+30 to 1.06e+36 m/s between t = 0.084 and 0.1 s" in solution.message
-    )
-    assert "energy" not in solution.message
+    said = "v.rail grows from 3.03e+30 to 1.06e+36 m/s between t = 0.084 and 0.1 s"
+    assert not solution.success and said in solution.message and "energy" not in solution.message
     assert solution.metadata["energy_balance"] == "not known: the model was built without the term energy"
 
 
-@pytest.mark.parametrize(
-    ("method", "options", "frequency", "hint"),
-    [
-        ("newmark", {"beta": 0.1}, 3.0, "or generalized_alpha, which is stable at larger ones"),
-        ("newmark", {"beta": 0.1}, 1e3, "or generalized_alpha, which is stable at larger ones"),
-    ],
-)
-def test_other_methods_beyond_their_limit(method: str, options: dict[str, Any], frequency: float, hint: str) -> None:
-    solution = run((frequency / STEP) ** 2, 100, method=method, **options)
+@pytest.mark.parametrize("frequency", [3.0, 1e3])
+def test_other_methods_beyond_their_limit(frequency: float) -> None:
+    solution = run((frequency / STEP) ** 2, 100, method="newmark", beta=0.1)
     assert not solution.success and "the method is unstable at this step" in solution.message
-    assert hint in solution.message
+    assert "or generalized_alpha, which is stable at larger ones" in solution.message
 
 
 SERIES: dict[str, Any] = {"method": "taylor", "tolerance": 0.0}
@@ -116,47 +104,42 @@ def test_series_that_choose_their_steps_are_as_exact_as_asked(order: int) -> Non
         assert coarse.message.endswith("% of the energies at work; try: a tolerance smaller than 0.1")
 
 
-@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
-@pytest.mark.parametrize("frequency", [2.0, 10.0, 1e3, 1e5])
+@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
+@pytest.mark.parametrize("frequency", [2.0, 10.0, 1e5])
 @pytest.mark.parametrize("position", [0.0, 1.0])
 def test_coarse_steps_that_stay_within_bounds_do_not_fail(method: str, frequency: float, position: float) -> None:
     start = {"rail": {"position": position, "velocity": 1.0}}
-    for steps in (10, 33, 200):
+    for steps in (10, 200):
         solution = run((frequency / STEP) ** 2, steps, method=method, initial=start)
         assert solution.success and "unstable" not in solution.message
         assert np.max(solution.energy["total"]) <= 1.1 * solution.energy["total"][0]
 
 
-@pytest.mark.long
+@cache
+def stiff_arm() -> eomgen.Model:
+    """Return an arm with a torsion spring: sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s."""
+    arm = {"bodies__rod": {"mass": 1, "center_of_mass": [0, 0, -0.5]}, "joints__hinge__stiffness": 1e5}
+    return eomgen.build(scene("pendulum", joints__hinge__initial={"position": 0.1}, **arm), profile="quick")
+
+
 def test_energy_from_nothing_is_a_failure() -> None:
-    """sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s times 4.6 ms = 2.91: it grows, but in 0.1 s too little for the
-    windows."""
-    scene = {"format": 1, "name": "stiff", "bodies": {"arm": {"mass": 1, "center_of_mass": [0, 0, -0.5]}}}
-    arm: dict[str, Any] = {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, -1, 0]}
-    arm |= {"stiffness": "k", "damping": "c", "initial": {"position": 0.1}}
-    for damping in (0.0, 0.01):
-        tunable = {"k": {"value": 1e5}, "c": {"value": damping}}
-        stiff = eomgen.build(scene | {"parameters": tunable, "joints": {"h": arm}}, profile="quick")
-        grown = stiff.simulate(0.1, 0.0046, method="rk4")
-        assert grown.energy["total"][-1] > 1e3 * grown.energy["total"][0] and not grown.success
-        start, _, rest = grown.message.partition(", and the energy is out of balance by ")
-        assert start.startswith(f"reached t = 0.1 s in 22 steps, but the estimated error is {grown.error.largest}")
-        assert float(rest.partition(" %")[0]) > 49.0
-        assert rest.endswith(" % of the energies at work; try: a step smaller than 0.0046 s")
-        lost = stiff.simulate(2.0, 0.0025, method="rk4")
-        assert lost.success and ", and the energy is out of balance by " in lost.message
+    """632 rad/s times 4.6 ms = 2.91: it grows, but in 0.1 s too little for the windows."""
+    grown = stiff_arm().simulate(0.1, 0.0046, method="rk4")
+    assert grown.energy["total"][-1] > 1e3 * grown.energy["total"][0] and not grown.success
+    start, _, rest = grown.message.partition(", and the energy is out of balance by ")
+    assert start.startswith(f"reached t = 0.1 s in 22 steps, but the estimated error is {grown.error.largest}")
+    assert float(rest.partition(" %")[0]) > 49.0
+    assert rest.endswith(" % of the energies at work; try: a step smaller than 0.0046 s")
+    lost = stiff_arm().simulate(2.0, 0.0025, method="rk4")
+    assert lost.success and ", and the energy is out of balance by " in lost.message
 
 
-def test_a_pendulum_in_steps_of_a_second_fails() -> None:
-    builder = eomgen.SceneBuilder("double").body("upper", 1.0, center_of_mass=[0, 0, -0.5])
-    builder.body("lower", 0.6, center_of_mass=[0, 0, -0.5], inertia=[0.01, 0.01, 0.001])
-    builder.joint("shoulder", "revolute", "base", "upper", axis=[0, -1, 0], damping=0.02, initial={"position": 0.8})
-    builder.joint("elbow", "revolute", "upper", "lower", axis=[0, -1, 0], position=[0, 0, -0.5])
-    solution = eomgen.build(builder.build(), profile="quick").simulate(10.0, 1.0)
-    start, _, rest = solution.message.partition(", but ")
-    assert not solution.success and start == "reached t = 10 s in 10 steps"
-    assert "the energy is out of balance by " in rest
-    assert rest.endswith(" % of the energies at work; try: a step smaller than 1 s")
+def test_a_controller_that_diverges_does_not_fail() -> None:
+    builder = on_rail("5 * lead", "rail", velocity=1.0).state("lead", "40 * lead + v.rail", unit="m")
+    diverging = built(builder)
+    for method in ("rk4", "generalized_alpha"):
+        solution = diverging.simulate(1.0, STEP, method=method)
+        assert solution.success and abs(solution.z[-1, 0]) > 1e14
 
 
 def test_work_of_pulses_between_rows_is_not_known() -> None:
@@ -186,29 +169,9 @@ def test_motions_that_grow_by_their_own_equations_do_not_fail(by: dict[str, Any]
     assert np.abs(runs[0].q).max() > 1e20 and np.abs(runs[3].q).max() > 1e45
 
 
-@pytest.mark.long
-def test_a_pendulum_that_falls_and_a_controller_that_diverges() -> None:
-    builder = eomgen.SceneBuilder("falling").body("rod", 1.0, center_of_mass=[0, 0, 0.5], inertia=[0.1, 0.1, 0.01])
-    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 1e-9})
-    falling = eomgen.build(builder.build(), profile="quick")
-    for method, end in (("rk4", 4.6), ("generalized_alpha", 5.0), ("generalized_alpha", 5.3)):
-        solution = falling.simulate(end, 2e-3, method=method, record_every=10_000)
-        assert solution.success and solution.message.startswith(f"reached t = {end:.9g} s")
-    builder = eomgen.SceneBuilder("diverging", gravity=[0, 0, 0]).body("sled", 1.0)
-    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"velocity": 1.0})
-    builder.state("lead", "40 * lead + v.rail", unit="m").effort("push", "rail", "5 * lead")
-    diverging = eomgen.build(builder.build(), profile="quick")
-    for method in ("rk4", "generalized_alpha"):
-        solution = diverging.simulate(1.0, STEP, method=method)
-        assert solution.success and abs(solution.z[-1, 0]) > 1e14
-
-
 def test_internal_states_that_decay_too_fast_for_the_step() -> None:
-    builder = (
-        eomgen.SceneBuilder("lagging").body("sled", 1.0).state("lag", "(q.rail - lag) / 1e-4", unit="m", initial=0.1)
-    )
-    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"position": 1.0}, stiffness=10.0)
-    lagging = eomgen.build(builder.build(), profile="quick")
+    builder = on_rail("", "rail", position=1.0, stiffness=10.0)
+    lagging = built(builder.state("lag", "(q.rail - lag) / 1e-4", unit="m", initial=0.1))
     solution = lagging.simulate(0.05, STEP, method="rk4", record_every=100)
     assert not solution.success and "the method is unstable at this step: z.lag grows from" in solution.message
     assert lagging.simulate(0.05, STEP).success
@@ -252,9 +215,7 @@ def test_energies_beyond_the_finite_numbers_are_a_failure() -> None:
 
 
 def test_two_rows_tell_the_balance_of_what_has_no_power() -> None:
-    builder = eomgen.SceneBuilder("swing").body("rod", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.01, 0.01, 0.01])
-    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 2.5, "velocity": 1.0})
-    swing = eomgen.build(builder.build(), profile="quick")
+    swing = eomgen.build(scene("pendulum", joints__hinge__initial={"position": 2.5, "velocity": 1.0}), profile="quick")
     solution = swing.simulate(20.0, 0.2, method="rk4", record_every=1000)
     assert len(solution.t) == 2 and solution.stats["energy_error"] > 0.01
     assert f"the energy is out of balance by {100 * solution.stats['energy_error']:.3g} % of" in solution.message
@@ -266,55 +227,28 @@ def test_two_rows_tell_the_balance_of_what_has_no_power() -> None:
 
 
 def test_what_rests_but_for_rounding_is_not_doubted() -> None:
-    joint: dict[str, Any] = {"type": "revolute", "axis": [0, 0, 1]}
-    body = {"mass": 1.0, "inertia": [1, 1, 1]}
-    second = {
-        **joint,
-        "parent": "a",
-        "child": "b",
-        "position": [1, 0, 0],
-        "initial": {"position": 0.4, "velocity": 1.0},
-    }
-    held = {
-        "format": 1,
-        "name": "held",
-        "gravity": [0, 0, 0],
-        "bodies": {"a": body, "b": body},
-        "joints": {"p": {**joint, "parent": "base", "child": "a", "initial": {"position": 0.3}}, "r": second},
-        "points": {"e": {"body": "b", "position": [1, 0, 0]}},
-        "constraints": {
-            "c": {
-                "type": "point_on_line",
-                "first": {"body": "base", "position": [1.5, 0, 0], "axis": [0, 0, 1]},
-                "second": "e",
-            }
-        },
-    }
-    solution = eomgen.build(held, profile="quick").simulate(0.1, STEP)
+    builder = eomgen.SceneBuilder("held", gravity=[0, 0, 0])
+    for name, parent, place, start in (("a", "base", 0, {"position": 0.3}), ("b", "a", 1, {"position": 0.4})):
+        builder.body(name, 1.0, inertia=[1, 1, 1])
+        at = {"axis": [0, 0, 1], "position": [place, 0, 0], "initial": {**start, "velocity": float(place)}}
+        builder.joint(f"to_{name}", "revolute", parent, name, **at)
+    line = {"body": "base", "position": [1.5, 0, 0], "axis": [0, 0, 1]}
+    builder.point("e", "b", [1, 0, 0]).constraint("c", "point_on_line", line, "e")
+    solution = built(builder).simulate(0.1, STEP)
     assert np.abs(solution.v[-1]).max() < 1e-20
     assert solution.success and "out of balance" not in solution.message and solution.stats["energy_error"] == 0.0
 
 
-@pytest.mark.long
 def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
-    builder = eomgen.SceneBuilder("wall", gravity=[0, 0, 0]).body("sled", 1.0)
-    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"position": 1.0})
-    builder.effort("push", "rail", "20 * q.rail + 0.1 * q.rail**3")  # infinite at t = 0.978 s
-    wall = eomgen.build(builder.build(), profile="quick")
+    wall = built(on_rail("20 * q.rail + 0.1 * q.rail**3", "rail", position=1.0))  # infinite at t = 0.978 s
     for method in ("generalized_alpha", "rk45"):
         solution = wall.simulate(5.0, STEP, method=method)
         assert not solution.success and solution.message.startswith("stopped at t = 0.97")
         assert "; v.rail grows from " in solution.message
-        hint = (
-            "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
-            " step helps"
-        )
-        assert solution.message.endswith(f"; try: {hint}")
-    builder = eomgen.SceneBuilder("root").body("arm", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
-    builder.joint("hinge", "revolute", "base", "arm", axis=[0, 1, 0], initial={"position": 1.0})
-    ended = eomgen.build(builder.effort("push", "hinge", "1e-9 * sqrt(1 - t)").build(), profile="quick").simulate(
-        2.0, STEP
-    )
+        hint = "stiffnesses and gains, for it is the equations that diverge: no smaller step helps"
+        assert solution.message.endswith(f"; try: the signs and sizes of forces, {hint}")
+    push = {"push": {"joint": "hinge", "effort": "1e-9 * sqrt(1 - t)"}}
+    ended = eomgen.build(scene("pendulum", efforts=push), profile="quick").simulate(2.0, STEP)
     # it swings through zero
     assert not ended.success and "grows from" not in ended.message and "diverge" not in ended.message
     unstable = run((12.0 / STEP) ** 2, 1000)
@@ -323,10 +257,8 @@ def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
 
 def test_a_start_from_rest_before_a_singular_step_is_no_divergence() -> None:
     """A constant force, then a stiffness of -4/step^2, by which the matrix of a step becomes 0."""
-    builder = eomgen.SceneBuilder("pushed", gravity=[0, 0, 0]).body("sled", 1.0)
-    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0])
-    builder.effort("push", "rail", "1 + (4194304 * q.rail if t > 0.0195 else 0)")
-    stopped = eomgen.build(builder.build(), profile="quick").simulate(0.25, 2.0**-10, method="rosenbrock")
+    pushed = built(on_rail("1 + (4194304 * q.x if t > 0.0195 else 0)"))
+    stopped = pushed.simulate(0.25, 2.0**-10, method="rosenbrock")
     assert stopped.message == (
         "stopped at t = 0.01953125 s, after 20 of 256 steps: the matrix of a step is singular; try: the inertia of the"
         " bodies and, near special configurations, other initial angles"
@@ -334,26 +266,17 @@ def test_a_start_from_rest_before_a_singular_step_is_no_divergence() -> None:
 
 
 def test_a_run_that_stops_at_angles_beyond_sines_because_it_explodes_names_the_step() -> None:
-    """sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s times 0.01 s = 6.3, above 2.8: in half of the step it explodes too."""
-    arm: dict[str, Any] = {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, -1, 0], "stiffness": 1e5}
-    arm["initial"] = {"position": 0.1}
-    scene = {
-        "format": 1,
-        "name": "stiff",
-        "bodies": {"arm": {"mass": 1, "center_of_mass": [0, 0, -0.5]}},
-        "joints": {"h": arm},
-    }
-    stiff = eomgen.build(scene, profile="quick")
+    """632 rad/s times 0.01 s = 6.3, above 2.8: in half of the step it explodes too."""
     for every in (1, 4):
-        stopped = stiff.simulate(2.0, 0.01, method="rk4", record_every=every)
+        stopped = stiff_arm().simulate(2.0, 0.01, method="rk4", record_every=every)
         assert not stopped.success and "rad: sines and cosines" not in stopped.message
-        start, _, fault = stopped.message.partition("; the method is unstable at this step: v.h grows from ")
+        start, _, fault = stopped.message.partition("; the method is unstable at this step: v.hinge grows from ")
         assert start.endswith("after 6 of 200 steps: a value became infinite or not a number") and fault
         hint = "; try: a step of 0.0025 s or less, or generalized_alpha, which is stable at larger ones"
         assert stopped.message.endswith(hint)
-    assert np.abs(stiff.simulate(0.1, 0.0025, method="rk4").q).max() < 0.11
+    assert np.abs(stiff_arm().simulate(0.1, 0.0025, method="rk4").q).max() < 0.11
     # the angle is large, and no step to blame
-    fast = stiff.simulate(1.0, 1e-3, initial={"h": {"velocity": 1e13}}, method="rk4")
+    fast = stiff_arm().simulate(1.0, 1e-3, initial={"hinge": {"velocity": 1e13}}, method="rk4")
     assert not fast.success and fast.message.endswith("try: smaller initial angles and velocities, or a shorter run")
 
 
@@ -363,8 +286,8 @@ def test_the_part_of_a_run_that_goes_on_fails_too(tmp_path: Path) -> None:
     assert not model().resume(tmp_path / "run.ckpt", 0.1).success
 
 
-@pytest.mark.parametrize("every", [1, 3, 7, 16, 40, 1000])
-@pytest.mark.parametrize("steps", [1, 2, 15, 31, 32, 33, 50, 100, 257])
+@pytest.mark.parametrize("every", [1, 7, 40])
+@pytest.mark.parametrize("steps", [1, 15, 32, 257])
 def test_rows_are_those_of_the_grid_whatever_else_is_kept(steps: int, every: int) -> None:
     whole, some = run(1e4, steps), run(1e4, steps, record_every=every)
     kept = sorted({*range(0, steps + 1, every), steps})
@@ -374,16 +297,10 @@ def test_rows_are_those_of_the_grid_whatever_else_is_kept(steps: int, every: int
 
 
 def test_the_command_line_answers_with_a_numerical_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = tmp_path / "sled.toml"
-    scene.write_text(
-        'format = 1\nname = "sled"\ngravity = [0, 0, 0]\n[bodies]\nsled = { mass = 1 }\n[joints.rail]\ntype ='
-        ' "prismatic"\nparent = "base"\nchild = "sled"\naxis = [1, 0, 0]\nstiffness = 1e6\ninitial = { position ='
-        " 0.1 }\n",
-        encoding="utf-8",
-    )
+    sled_file = scene_file(tmp_path, "oscillator", joints__slide__stiffness=1e6)
     out = ["--out", str(tmp_path / "out"), "--no-plots"]
-    assert main(["simulate", str(scene), "--method", "rk4", "--step", "1e-2", "--t-end", "1", *out]) == 6
+    assert main(["simulate", str(sled_file), "--method", "rk4", "--step", "1e-2", "--t-end", "1", *out]) == 6
     said = capsys.readouterr()
-    assert "but the method is unstable at this step: v.rail grows from" in said.err and "solution.npz" in said.err
-    assert main(["simulate", str(scene), "--step", "1e-4", "--t-end", "0.1", *out]) == 0
+    assert "but the method is unstable at this step: v.slide grows from" in said.err and "solution.npz" in said.err
+    assert main(["simulate", str(sled_file), "--step", "1e-4", "--t-end", "0.1", *out]) == 0
     assert "energy balance" in capsys.readouterr().out
