@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache
+from tests.simulation.rails import on_rail
 
 __all__ = ["shared_cache"]
 
@@ -66,23 +66,15 @@ INPUTS = {
 FIRST_ENDS = {"linear": 1.0, "ramps": 3.0}
 
 
-def slider() -> dict[str, Any]:
-    """Return nested data of a mass on a spring whose outputs take all that the motion of a tree has."""
-    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "stiffness": 40.0}
-    return {
-        "format": 1,
-        "name": "slider",
-        "bodies": {"b": {"mass": 2.0}},
-        "joints": {"x": {**joint, "initial": {"position": 0.3, "velocity": -0.2}}},
-        "parameters": {"drag": {"value": 0.4, "tunable": True}},
-        "inputs": {"push": {"formula": "2 * cos(3 * t)", "unit": "N"}},
-        "efforts": {"motor": {"joint": "x", "effort": "push - drag * v.x"}},
-        "outputs": {
-            "power": {"formula": "push * v.x"},
-            "felt": {"formula": "a.x + 0.1 * t * drag"},
-            "work": {"formula": "push**2 + q.x"},
-        },
-    }
+def slider() -> eomgen.SceneBuilder:
+    """Return a mass on a spring whose outputs take all that the motion of a tree has."""
+    builder = on_rail("push - drag * v.x", name="slider", mass=2.0, stiffness=40.0, position=0.3, velocity=-0.2)
+    builder.parameter("drag", 0.4, tunable=True).input("push", "2 * cos(3 * t)", unit="N")
+    builder.output("power", formula="push * v.x").output("felt", formula="a.x + 0.1 * t * drag")
+    return builder.output("work", formula="push**2 + q.x")
+
+
+METHODS = ("rk4", "generalized_alpha", "rk45", "rosenbrock", "tdg2", "rattlie", "trapezoidal", "taylor")
 
 
 def outputs_of_c(
@@ -132,20 +124,17 @@ def stepped(scene: eomgen.Scene, method: str, inputs: str) -> np.ndarray:
     return np.array(rows)
 
 
-OTHERS = ("generalized_alpha", "rk45", "rosenbrock", "tdg2", "rattlie", "trapezoidal")
 #: Methods whose steps hold their inputs.
 HOLDING = ("taylor",)
 
 
-@pytest.mark.slow_cases("formulas-rk4")
-@pytest.mark.long_cases("linear-rk4", "ramps-rk4")
-@pytest.mark.long_except_every(15)
-@pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS + HOLDING)])
-@pytest.mark.parametrize("inputs", list(INPUTS))
+@pytest.mark.slow_except("formulas-rk4")
+@pytest.mark.parametrize(
+    ("inputs", "method"),
+    [*((inputs, "rk4") for inputs in INPUTS), *(("held" if m in HOLDING else "ramps", m) for m in METHODS[1:])],
+)
 def test_outputs_are_those_of_python(method: str, inputs: str, tmp_path: Path) -> None:
-    if inputs in FIRST_ENDS and method in HOLDING:
-        inputs = "held"
-    scene = eomgen.load(slider())
+    scene = slider().build()
     ours = outputs_of_c(tmp_path / "c", scene, method, inputs)
     theirs = recorded(scene, method) if inputs == "formulas" else stepped(scene, method, inputs)
     assert ours.shape == theirs.shape == (21, 3)
@@ -155,7 +144,7 @@ def test_outputs_are_those_of_python(method: str, inputs: str, tmp_path: Path) -
 @pytest.mark.slow
 def test_a_start_follows_inputs_that_begin_to_move(tmp_path: Path) -> None:
     """The error of the first steps is of third order in the step; with the accelerations of held inputs of second."""
-    scene, errors = eomgen.load(slider()), []
+    scene, errors = slider().build(), []
     for step in (0.01, 0.005):
         first, end = outputs_of_c(tmp_path / f"{step}", scene, "generalized_alpha", "ramps", step)[:2]
         t, slope = 2.0 * step, (3.0 - 1.0) / (2.0 * step)
@@ -168,15 +157,10 @@ def test_a_start_follows_inputs_that_begin_to_move(tmp_path: Path) -> None:
     assert errors[1] < errors[0] / 6.0
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_outputs_have_the_modes_that_events_left(tmp_path: Path) -> None:
-    switching = slider() | {
-        "modes": {"passed": {"value": 0.0}},
-        "events": {"middle": {"when": "q.x", "action": "switch", "mode": "passed", "to": 1}},
-    }
-    switching["outputs"]["mode"] = {"formula": "mode.passed"}
-    scene = eomgen.load(switching)
+    builder = slider().mode("passed", 0.0).event("middle", "q.x", action="switch", mode="passed", to=1)
+    scene = builder.output("mode", formula="mode.passed").build()
     ours, theirs = outputs_of_c(tmp_path / "c", scene, "rk4"), recorded(scene, "rk4")
     assert ours[0, 3] == 0.0 and ours[-1, 3] == 1.0
     np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-11)
@@ -185,21 +169,14 @@ def test_outputs_have_the_modes_that_events_left(tmp_path: Path) -> None:
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-@pytest.mark.slow_cases("pendulum_on_shaking_base/scene.toml-rk4")
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_cases("four_bar/scene.toml-rattlie")
-@pytest.mark.parametrize(
-    ("scene", "method"),
-    [
-        ("pendulum_on_shaking_base/scene.toml", "rk4"),  # outputs of a base that moves
-        *(
-            pytest.param("four_bar/scene.toml", method, marks=pytest.mark.slow)  # multipliers, in rows of their own
-            for method in ("generalized_alpha", "rattlie", "rosenbrock")
-        ),
-    ],
-)
-def test_outputs_of_examples_are_those_of_the_record(scene: str, method: str, tmp_path: Path) -> None:
-    loaded, step = eomgen.load(EXAMPLES / scene), 0.0025
+#: Outputs of a base that moves; multipliers, in rows of their own.
+OF_EXAMPLES = {"rk4": "pendulum_on_shaking_base", "generalized_alpha": "four_bar", "rattlie": "four_bar"}
+
+
+@pytest.mark.slow_cases("generalized_alpha", "rattlie", "rk4")
+@pytest.mark.parametrize("method", OF_EXAMPLES)
+def test_outputs_of_examples_are_those_of_the_record(method: str, tmp_path: Path) -> None:
+    loaded, step = eomgen.load(EXAMPLES / OF_EXAMPLES[method] / "scene.toml"), 0.0025
     ours, theirs = outputs_of_c(tmp_path / "c", loaded, method, step=step), recorded(loaded, method, step)
     assert ours.shape == theirs.shape
     np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-10 * np.max(np.abs(theirs)))
