@@ -105,16 +105,13 @@ def position(one: Solution) -> Any:
     return one.q[:, 0]
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
-@pytest.mark.long_cases("0.01-generalized_alpha", "0.01-generalized_alpha_f1", "0.0037-generalized_alpha_f1")
 @pytest.mark.parametrize("name", METHODS)
-@pytest.mark.parametrize("step", [0.01, 0.0037])
-def test_a_function_of_python_moves_as_its_law_in_formulas(name: str, step: float) -> None:
-    wanted = model(FORMULAS).simulate(0.75, step, method=name, error_estimate=False)
+def test_a_function_of_python_moves_as_its_law_in_formulas(name: str) -> None:
+    wanted = model(FORMULAS).simulate(0.75, 0.0037, method=name, error_estimate=False)
     functions: list[tuple[eomgen.Model, Any]] = [(called("memory = 2"), law), (called(), Law())]
     for machine, function in functions:
-        found = machine.simulate(0.75, step, method=name, controllers={"servo": function}, error_estimate=False)
+        found = machine.simulate(0.75, 0.0037, method=name, controllers={"servo": function}, error_estimate=False)
         assert found.success, found.message
         assert np.abs(position(found) - position(wanted)).max() <= 1e-14
         held = found.z[:, machine.states.index("servo_held")]
@@ -124,16 +121,46 @@ def test_a_function_of_python_moves_as_its_law_in_formulas(name: str, step: floa
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", METHODS)
-def test_a_linked_function_of_c_moves_as_its_law_in_formulas(name: str, tmp_path: Path) -> None:
+def test_a_linked_function_of_c_moves_as_its_law_in_formulas(tmp_path: Path) -> None:
     machine = eomgen.build(linked(tmp_path), profile="quick", method="rk4")
-    found = machine.simulate(0.75, 0.0037, method=name)
-    wanted = model(FORMULAS).simulate(0.75, 0.0037, method=name)
-    assert found.success, found.message
-    assert np.abs(position(found) - position(wanted)).max() <= 1e-14
-    assert found.error.available == wanted.error.available
-    share = found.error.increment_at.max(), wanted.error.increment_at.max()
-    assert share[0] == pytest.approx(share[1], rel=1e-6, abs=1e-13)
+    for name in METHODS:
+        found = machine.simulate(0.75, 0.0037, method=name)
+        wanted = model(FORMULAS).simulate(0.75, 0.0037, method=name)
+        assert found.success, found.message
+        assert np.abs(position(found) - position(wanted)).max() <= 1e-14
+        assert found.error.available == wanted.error.available
+        share = found.error.increment_at.max(), wanted.error.increment_at.max()
+        assert share[0] == pytest.approx(share[1], rel=1e-6, abs=1e-13)
+
+
+@pytest.mark.slow_cases("restore", "copy")
+@pytest.mark.parametrize("option", ["restore", "copy", "resume"])
+def test_what_a_function_keeps_by_itself_is_not_lost_silently(option: str, tmp_path: Path) -> None:
+    path, given = tmp_path / "run.ckpt", {"servo": Law()}
+    kept = "no checkpoint holds; try: memory = 0, or how many" if option == "resume" else "no state holds"
+    with pytest.raises(eomgen.UsageError, match=f"the function of servo may keep something that {kept}"):
+        if option == "resume":
+            called().simulate(0.1, 0.01, method="rk4", error_estimate=False, checkpoint=path, controllers=given)
+            called().resume(path, 0.2, error_estimate=False, controllers=given)
+        simulator = called().start(method="rk4", step=0.01, controllers=given)
+        simulator.step(n=3)
+        simulator.restore(simulator.state) if option == "restore" else simulator.copy()
+
+
+def failing(t: float, signals: Any) -> float:
+    if t > 0.045:
+        return float(signals["x"])
+    return 0.0
+
+
+FAILING: dict[str, Callable[..., Any]] = {
+    "controller servo: the function failed at t = 0.05 s: IndexError: only integers, slices": failing,
+    "an array of shape (2,) at t = 0 s, and has to give one number, servo": lambda t, s: [1.0, 2.0],
+    "the function gives nothing at t = 0 s, and has to give one number, servo": lambda t, s: None,
+    "the function gives str, which is not an array of numbers at t = 0 s": lambda t, s: "full",
+    "controller servo: the function gives nan at t = 0 s": lambda t, s: math.nan,
+    "does not take the 2 arguments that it is called with; try: def law(t, signals)": lambda t: 0.0,
+}
 
 
 @pytest.mark.slow
@@ -176,60 +203,30 @@ def test_the_estimate_calls_again_only_what_can_be_called_again() -> None:
     assert again.error.available and len(calls) >= 100 and calls[:50] == pytest.approx(np.arange(50) * 0.01)
 
 
-@pytest.mark.slow_cases("restore")
-@pytest.mark.parametrize("option", ["restore", "copy"])
-def test_what_a_function_keeps_by_itself_is_not_restored_silently(option: str) -> None:
-    simulator = called().start(method="rk4", step=0.01, controllers={"servo": Law()})
-    simulator.step(n=3)
-    with pytest.raises(eomgen.UsageError, match=r"the function of servo may keep something that no state holds"):
-        simulator.restore(simulator.state) if option == "restore" else simulator.copy()
+@pytest.mark.parametrize("text", FAILING)
+def test_a_function_that_fails_is_told_with_its_own_traceback(text: str) -> None:
+    function = FAILING[text]
+    for stepped in (False, True):
+        with pytest.raises(eomgen.UsageError) as caught:
+            if stepped:
+                called().start(method="rk4", step=0.01, controllers={"servo": function}).step(n=10)
+            else:
+                called().simulate(0.1, 0.01, method="rk4", controllers={"servo": function})
+        assert text in str(caught.value)
+        if function is failing:
+            assert isinstance(caught.value.__cause__, IndexError)
+            frames = traceback.extract_tb(caught.value.__cause__.__traceback__)
+            assert frames[-1].name == "failing" and frames[-1].line == 'return float(signals["x"])'
 
 
-def test_what_a_function_keeps_by_itself_is_not_resumed_silently(tmp_path: Path) -> None:
-    path, given = tmp_path / "run.ckpt", {"servo": Law()}
-    called().simulate(0.1, 0.01, method="rk4", error_estimate=False, checkpoint=path, controllers=given)
-    with pytest.raises(eomgen.UsageError) as caught:
-        called().resume(path, 0.2, error_estimate=False, controllers=given)
-    assert str(caught.value) == (
-        "usage error: controllers: the function of servo may keep something that no checkpoint holds; try: memory = 0,"
-        " or how many numbers it keeps, in the scene's controller"
-    )
-
-
-def failing(t: float, signals: Any) -> float:
-    if t > 0.045:
-        return float(signals["x"])
-    return 0.0
-
-
-@pytest.mark.parametrize(
-    ("function", "text"),
-    [
-        (failing, "controller servo: the function failed at t = 0.05 s: IndexError: only integers, slices"),
-        (
-            lambda t, s: [1.0, 2.0],
-            "the function gives an array of shape (2,) at t = 0 s, and has to give one number, servo",
-        ),
-        (lambda t, s: None, "the function gives nothing at t = 0 s, and has to give one number, servo"),
-        (lambda t, s: "full", "the function gives str, which is not an array of numbers at t = 0 s"),
-        (lambda t, s: math.nan, "controller servo: the function gives nan at t = 0 s"),
-        (lambda t: 0.0, "the function does not take the 2 arguments that it is called with; try: def law(t, signals)"),
-    ],
-)
-@pytest.mark.parametrize("stepped", [False, True])
-def test_a_function_that_fails_is_told_with_its_own_traceback(
-    function: Callable[..., Any], text: str, stepped: bool
-) -> None:
-    with pytest.raises(eomgen.UsageError) as caught:
-        if stepped:
-            called().start(method="rk4", step=0.01, controllers={"servo": function}).step(n=10)
-        else:
-            called().simulate(0.1, 0.01, method="rk4", controllers={"servo": function})
-    assert text in str(caught.value)
-    if function is failing:
-        assert isinstance(caught.value.__cause__, IndexError)
-        frames = traceback.extract_tb(caught.value.__cause__.__traceback__)
-        assert frames[-1].name == "failing" and frames[-1].line == 'return float(signals["x"])'
+REFUSED: dict[str, Any] = {
+    "controller servo: the scene leaves its function to the caller; try: controllers={'servo': law}": None,
+    "there is no controller 'serve'; try: servo": {"serve": law},
+    "controller servo: a function of t and its signals is needed, not float": {"servo": 3.0},
+    "controllers: a mapping from names to functions is needed, not a function": law,
+    "objects of the class dict cannot be called": {"servo": dict},
+    "the class Law makes no object: TypeError": {"servo": functools.partial(Law, gain=1, x=2)},
+}
 
 
 def test_ctrl_c_in_a_function_comes_through() -> None:
@@ -240,21 +237,21 @@ def test_ctrl_c_in_a_function_comes_through() -> None:
         called().start(method="rk4", step=0.01, controllers={"servo": interrupted}).step(n=10)
 
 
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        (None, "controller servo: the scene leaves its function to the caller; try: controllers={'servo': law}"),
-        ({"serve": law}, "there is no controller 'serve'; try: servo"),
-        ({"servo": 3.0}, "controller servo: a function of t and its signals is needed, not float"),
-        (law, "controllers: a mapping from names to functions is needed, not a function"),
-        ({"servo": dict}, "objects of the class dict cannot be called"),
-        ({"servo": functools.partial(Law, gain=1, x=2)}, "the class Law makes no object: TypeError"),
-    ],
-)
-def test_functions_are_checked_before_the_run(given: Any, text: str) -> None:
+@pytest.mark.parametrize("text", REFUSED)
+def test_functions_are_checked_before_the_run(text: str) -> None:
     with pytest.raises(eomgen.UsageError) as caught:
-        called().simulate(0.1, 0.01, method="rk4", controllers=given)
+        called().simulate(0.1, 0.01, method="rk4", controllers=REFUSED[text])
     assert text in str(caught.value)
+
+
+#: Faults of the law in C: old and new text, and what is said.
+FAULTS = {
+    "beyond memory": ("memory[2] += t > 0.205; return 0", "wrote beyond memory = 2; try: memory = 3 in the scene"),
+    "beyond values": ("if (t > 0.205) values[1] = 1.0; return 0", "wrote beyond its 1 value; try: writes up to"),
+    "code": ("return t > 0.205 ? 7 : 0", "returned 7, and only 0 goes on; try: the reason for which it returns 7"),
+    "value": ("values[0] /= t < 0.205; return 0", "gave values[0], servo, a value that is not a finite number"),
+    "memory": ("memory[1] /= t < 0.205; return 0", "gave memory[1] a value that is not a finite number"),
+}
 
 
 @pytest.mark.slow
@@ -407,39 +404,11 @@ def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
 
 
 @pytest.mark.slow_except("value", "beyond memory")
-@pytest.mark.parametrize(
-    ("old", "new", "what"),
-    [
-        (
-            "return t < 0.0",
-            "memory[2] += t > 0.205; return 0",
-            "wrote beyond memory = 2; try: memory = 3 in the scene; memory[1] is the last entry so far",
-        ),
-        (
-            "return t < 0.0",
-            "if (t > 0.205) values[1] = 1.0; return 0",
-            "wrote beyond its 1 value; try: writes up to values[0], or outputs with a name for each value",
-        ),
-        (
-            "return t < 0.0",
-            "return t > 0.205 ? 7 : 0",
-            "returned 7, and only 0 goes on; try: the reason for which it returns 7",
-        ),
-        (
-            "return t < 0.0",
-            "values[0] /= t < 0.205; return 0",
-            "gave values[0], servo, a value that is not a finite number; try: a check of its divisions",
-        ),
-        (
-            "return t < 0.0",
-            "memory[1] /= t < 0.205; return 0",
-            "gave memory[1] a value that is not a finite number; try: a check of its divisions",
-        ),
-    ],
-    ids=["beyond memory", "beyond values", "code", "value", "memory"],
-)
-def test_a_linked_function_that_fails_says_in_which_way(old: str, new: str, what: str, tmp_path: Path) -> None:
-    machine = eomgen.build(linked(tmp_path, LAW_IN_C.replace(old, new)), profile="quick", method="rk4")
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_linked_function_that_fails_says_in_which_way(fault: str, tmp_path: Path) -> None:
+    new, what = FAULTS[fault]
+    law_of_c = LAW_IN_C.replace("return t < 0.0", new)
+    machine = eomgen.build(linked(tmp_path, law_of_c), profile="quick", method="rk4")
     found = machine.simulate(0.5, 0.005, method="rk4")
     assert not found.success and found.t[-1] == pytest.approx(0.21)
     who = "the function servo_law of servo law.c, the controller servo,"
@@ -453,24 +422,24 @@ def test_a_linked_function_that_fails_says_in_which_way(old: str, new: str, what
     assert [simulator.statistics[name] for name in ("failed_controller", "controller_returned")] == [0, 0]
 
 
-@pytest.mark.parametrize(
-    ("keys", "text"),
-    [
-        ('source = "none.c"\nfunction = "f"', "is not a file; try: the path of a C file, from the scene file's folder"),
-        ('source = "servo law.c"', "the name of the function in the C file is missing"),
-        ('source = "servo law.c"\nfunction = "other"', "servo law.c has no function other; try: int other(double t"),
-        ('source = "servo law.c"\nfunction = "while"', "'while' cannot be the name of a C function here"),
-        ('function = "f"', 'function is the name of one in a C file; try: source = "controller.c"'),
-        ('source = "scene.toml"\nfunction = "f"', "'scene.toml' does not end in .c"),
-        ("memory = 300", "less than or equal to 256"),
-        ("signal = 1", "signal has no meaning for sampled"),
-        ("maximum = 1", "maximum has no meaning for sampled"),
-    ],
-)
-def test_wrong_keys_are_refused_where_they_stand(keys: str, text: str, tmp_path: Path) -> None:
+WRONG_KEYS = {
+    "is not a file; try: the path of a C file, from the scene file's folder": 'source = "none.c"\nfunction = "f"',
+    "the name of the function in the C file is missing": 'source = "servo law.c"',
+    "servo law.c has no function other; try: int other(double t": 'source = "servo law.c"\nfunction = "other"',
+    "'while' cannot be the name of a C function here": 'source = "servo law.c"\nfunction = "while"',
+    'function is the name of one in a C file; try: source = "controller.c"': 'function = "f"',
+    "'scene.toml' does not end in .c": 'source = "scene.toml"\nfunction = "f"',
+    "less than or equal to 256": "memory = 300",
+    "signal has no meaning for sampled": "signal = 1",
+    "maximum has no meaning for sampled": "maximum = 1",
+}
+
+
+@pytest.mark.parametrize("text", WRONG_KEYS)
+def test_wrong_keys_are_refused_where_they_stand(text: str, tmp_path: Path) -> None:
     (tmp_path / "servo law.c").write_text(LAW_IN_C)
     path = tmp_path / "scene.toml"
-    path.write_text(CART + CALLED.replace("KEYS", keys))
+    path.write_text(CART + CALLED.replace("KEYS", WRONG_KEYS[text]))
     with pytest.raises(eomgen.DescriptionError) as caught:
         eomgen.load(path)
     assert text in str(caught.value) and "controllers.servo" in str(caught.value)
