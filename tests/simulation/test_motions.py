@@ -18,6 +18,7 @@ import pytest
 
 import eomgen
 from tests.docs.parts import whole
+from tests.models.library import scene_file
 
 START = {"x": {"position": 0.2, "velocity": 0.3}, "swing": {"position": 0.3, "velocity": 0.0}}
 LAW = "0.2 + 0.1 * sin(3 * t)"
@@ -47,7 +48,15 @@ def followed(method: str = "generalized_alpha", **options: Any) -> Any:
     return cart("lift").start(START, method=method, step=1e-3, motions={"lift": sine}, **options)
 
 
-@pytest.mark.long_except_every(3)
+def block(*, stops: bool = False) -> eomgen.Scene:
+    """Return a body of 2 kg that a motion drives."""
+    builder = eomgen.SceneBuilder("followed", gravity=[0, 0, 0]).body("block", 2.0).input("feed", motion=True, unit="m")
+    builder.joint("x", "prismatic", "base", "block", axis=[1, 0, 0], drive="feed")
+    if stops:
+        builder.event("end", when="q.x - 0.05", action="stop")
+    return builder.output("effort", formula="drive_effort.x", unit="N").build()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_motion_moves_the_machine_as_the_same_law_as_a_formula(method: str) -> None:
@@ -65,10 +74,7 @@ def test_a_motion_moves_the_machine_as_the_same_law_as_a_formula(method: str) ->
 @pytest.mark.slow
 def test_the_effort_of_a_drive_is_mass_by_acceleration() -> None:
     """Without a pendulum: a body of 2 kg, whose acceleration 12 t^2 the method has to h^2 times its second rate, 24."""
-    builder = eomgen.SceneBuilder("block", gravity=[0, 0, 0]).body("block", 2.0)
-    builder.input("feed", motion=True, unit="m").joint("x", "prismatic", "base", "block", axis=[1, 0, 0], drive="feed")
-    builder.output("effort", formula="drive_effort.x", unit="N")
-    run = eomgen.build(builder.build(), profile="quick").start(step=1e-3, method="generalized_alpha")
+    run = eomgen.build(block(), profile="quick").start(step=1e-3, method="generalized_alpha")
     efforts, t = [], 0.01 * np.arange(1, 31)
     for end in t:
         run.advance(end, motions={"feed": (end**4, 4 * end**3, 12 * end**2)})
@@ -77,14 +83,12 @@ def test_the_effort_of_a_drive_is_mass_by_acceleration() -> None:
     assert run.q[0] == pytest.approx(t[-1] ** 4, abs=1e-14)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_absolute_coordinates_follow_motions_too() -> None:
-    model, step = cart("lift", "absolute"), 1e-3
-    run = model.start(step=step, method="generalized_alpha")
-    lift = [(0.2 + 0.1 * t**3, 0.3 * t**2, 0.6 * t) for t in step * np.arange(1, 101)]
-    for target in lift:
-        run.step(motions={"lift": target})
-    assert run.q[4:7] == pytest.approx([lift[-1][0], 0.0, 0.0], abs=1e-10)
+    run = cart("lift", "absolute").start(step=1e-3, method="generalized_alpha")
+    for t in 1e-3 * np.arange(1, 101):
+        run.step(motions={"lift": (0.2 + 0.1 * t**3, 0.3 * t**2, 0.6 * t)})
+    assert run.q[4:7] == pytest.approx([0.2 + 0.1 * run.t**3, 0.0, 0.0], abs=1e-10)
 
 
 @pytest.mark.slow
@@ -132,11 +136,8 @@ int main(void)
 def test_the_page_shows_how_c_moves_a_motion(tmp_path: Path) -> None:
     page = whole("python")
     (snippet,) = (block for block in re.findall(r"```c\n(.*?)```", page, re.DOTALL) if "followed_parameters" in block)
-    builder = eomgen.SceneBuilder("followed", gravity=[0, 0, 0]).body("cart", 2.0)
-    builder.input("lift", motion=True, unit="m").joint("x", "prismatic", "base", "cart", axis=[1, 0, 0], drive="lift")
-    scene = builder.build()
-    eomgen.generate(scene, tmp_path, method="generalized_alpha")
-    (tmp_path / "main.c").write_text(MAIN.format(snippet=snippet))
+    eomgen.generate(block(), tmp_path, method="generalized_alpha")
+    (tmp_path / "main.c").write_text(MAIN.format(snippet=snippet.replace("lift", "feed")))
     sources = sorted(path.name for path in tmp_path.glob("*.c"))
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off"]
     command = ["gcc", *flags, *sources, "-o", "followed", "-lm"]
@@ -208,13 +209,11 @@ def test_a_state_set_at_another_time_keeps_its_motions() -> None:
 
 @pytest.mark.slow
 def test_a_scene_that_includes_one_with_a_motion(tmp_path: Path) -> None:
-    inner = (
-        'format = 1\nname = "slide"\n[inputs]\nlift = { motion = true, unit = "m" }\n[bodies.block]\nmass = 1.0\n'
-        '[joints.x]\ntype = "prismatic"\nparent = "base"\nchild = "block"\naxis = [1, 0, 0]\ndrive = "2 * lift"\n'
-    )
-    (tmp_path / "slide.toml").write_text(inner)
-    outer = 'format = 1\nname = "two"\n[include.left]\nfile = "slide.toml"\n[include.right]\nfile = "slide.toml"\n'
-    (tmp_path / "two.toml").write_text(outer)
+    lift = {"lift": {"motion": True, "unit": "m"}}
+    driven = {"joints__slide__drive": "2 * lift", "joints__slide__stiffness": None, "joints__slide__initial": None}
+    scene_file(tmp_path, "oscillator", inputs=lift, outputs=None, simulation=None, **driven)
+    outer = "".join(f'[include.{side}]\nfile = "oscillator.toml"\n' for side in ("left", "right"))
+    (tmp_path / "two.toml").write_text(f'format = 1\nname = "two"\n{outer}')
     run = eomgen.build(tmp_path / "two.toml", profile="quick").start(step=1e-3)
     first, second = run.motions
     run.step(motions={first: (0.1, 0.0, 0.0), second: (-0.3, 0.0, 0.0)})
@@ -298,10 +297,7 @@ def test_what_an_input_cannot_be_beside_a_motion() -> None:
 @pytest.mark.slow
 def test_steps_before_and_behind_an_event_that_stops() -> None:
     """A motion that an event has stopped goes on from where it was then, with its rate and acceleration."""
-    builder = eomgen.SceneBuilder("block", gravity=[0, 0, 0]).body("block", 2.0)
-    builder.input("feed", motion=True, unit="m").joint("x", "prismatic", "base", "block", axis=[1, 0, 0], drive="feed")
-    builder.event("end", when="q.x - 0.05", action="stop")
-    run = eomgen.build(builder.build(), profile="quick").start(step=1e-3)
+    run = eomgen.build(block(stops=True), profile="quick").start(step=1e-3)
     run.step(n=100, motions={"feed": (0.1, 0.0, 0.0)})
     assert run.stopped and run.motions["feed"] == pytest.approx([0.05, 1.875, 0.0], abs=1e-6)
     assert run.t == pytest.approx(0.05, abs=1e-8)
