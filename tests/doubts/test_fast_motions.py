@@ -31,7 +31,6 @@ def hanging(*, absolute: bool = False) -> eomgen.Model:
     return eomgen.build(builder.output("pull", formula="tension.cord", unit="N").build(), profile="quick")
 
 
-
 @pytest.mark.parametrize("absolute", [False, True])
 def test_a_stiff_start_off_balance_is_told_of(absolute: bool, tmp_path: Path) -> None:
     run = hanging(absolute=absolute).simulate(1.0, 2e-3)

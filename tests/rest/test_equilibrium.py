@@ -9,13 +9,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
-import scipy.linalg
 from scipy.optimize import brentq
 
 import eomgen
@@ -95,7 +93,6 @@ def test_a_pendulum_hangs_or_stands() -> None:
     assert np.sin(held.q[0]) * MASS * G * LENGTH == pytest.approx(2.0, rel=1e-12)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_chain_of_rods_hangs_by_its_polygon_of_forces_and_nears_the_catenary() -> None:
     depths = []
@@ -123,22 +120,7 @@ def hinged(count: int, terms: Sequence[str] = ()) -> eomgen.Scene:
     return builder.build()
 
 
-@pytest.mark.long
-def test_a_long_chain_falls_from_the_level_until_it_hangs() -> None:
-    """A damped motion from there would take a thousand steps; frequencies are those of absolute angles of the rods."""
-    count = 40
-    found = eomgen.build(hinged(count), profile="quick").equilibrium()
-    np.testing.assert_allclose(found.q, [0.5 * np.pi, *np.zeros(count - 1)], atol=1e-9)
-    assert found.stable
-    assert 100 < found.iterations < 150
-    assert "a damped one was not seen to settle" in found.message
-    below = np.arange(count)[::-1] + 0.5  # masses that a rod carries
-    inertia = (np.minimum.outer(below, below) - np.eye(count) / 6.0) / count**2
-    squares = scipy.linalg.eigvalsh(np.diag(G * below / count), inertia)
-    np.testing.assert_allclose(found.frequencies, np.sqrt(squares), rtol=1e-6)
-
-
-@pytest.mark.long
+@pytest.mark.slow
 def test_partials_by_the_recursion_of_a_tree_are_those_of_the_whole_equations(rng: np.random.Generator) -> None:
     count = 40
     by_recursion = eomgen.build(hinged(count), profile="quick")
@@ -187,7 +169,6 @@ def lowest(model: eomgen.Model, found: equilibrium.Equilibrium, directions: np.n
     return energy - model.energy(found.q, rest, rest, 0.0)["potential"]
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_body_in_space_on_springs_is_where_its_energy_is_least() -> None:
     model = suspended()
@@ -218,7 +199,7 @@ def test_a_loop_rests_at_its_least_energy_with_its_multipliers() -> None:
     assert other.stable is False and other.frequencies[0] < 0.0
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_joint_and_absolute_coordinates_rest_alike() -> None:
     model = eomgen.build(
         tomllib.loads(PENDULUM_TOML) | {"coordinates": "absolute", "name": "on_its_own"}, profile="quick"
@@ -287,31 +268,6 @@ def test_a_scene_starts_at_equilibrium() -> None:
 
 
 @pytest.mark.slow
-def test_the_command_line_says_what_a_run_started_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = PENDULUM_TOML.replace("[simulation]", '[simulation]\nstart = "equilibrium"')
-    assert "equilibrium" in text
-    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
-    command = [
-        "simulate",
-        str(tmp_path / "scene.toml"),
-        "--no-plots",
-        "--t-end",
-        "0.01",
-        "--out",
-        str(tmp_path / "out"),
-    ]
-    for options, start in (
-        ([], "the scene's equilibrium"),
-        (["--initial", "hinge=0.1"], "initial values given, in place of the scene's equilibrium"),
-        (["--initial", "hinge=0.1", "--start", "equilibrium"], "equilibrium near the initial values given"),
-    ):
-        assert main([*command, *options]) == 0
-        printed = capsys.readouterr().out
-        assert start in " ".join(printed.split()), printed
-        assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["start"] == start
-
-
-@pytest.mark.slow
 def test_a_loop_starts_at_equilibrium() -> None:
     model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
     run = model.simulate(0.3, 1e-3, start="equilibrium", initial={"q": model.initial_q, "v": np.zeros(model.nv)})
@@ -344,7 +300,7 @@ def test_rigid_modes_are_named() -> None:
     assert found.stable and np.all(found.frequencies == 0.0)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_forces_without_a_value_and_searches_without_an_end() -> None:
     with pytest.raises(
         eomgen.NumericalError, match=r"the force along v\.slide is not a finite number at the initial state"
@@ -377,7 +333,7 @@ def test_calls_that_cannot_be_taken() -> None:
 # -- the command line --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_command_line_finds_where_a_scene_rests(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "scene.toml", tmp_path / "rest.json"
     scene.write_text(PENDULUM_TOML.replace("position = [0.4]", "position = [3.0]"), encoding="utf-8")
@@ -417,44 +373,6 @@ def test_functions_of_exponential_steps_are_right_to_rounding_at_all_sizes(order
 
 
 # -- words, from numbers that are given --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("values", "why", "more", "stable", "frequencies"),
-    [
-        ([4.0, 9.0], "", "", True, [2.0, 3.0]),
-        ([4.0, -0.25], "", "; unstable along v.b: it would leave with e^(0.5 t)", False, [2.0, -0.5]),
-        (
-            [4.0, 9.0],
-            "states",
-            "; whether it is stable was not examined, for stiffness alone does not decide it: states",
-            None,
-            [2.0, 3.0],
-        ),
-        ([4.0, 0.0], "", "; nothing determines v.b", True, [2.0, 0.0]),
-        ([0.0, 0.0], "", "; nothing determines v.a, v.b", True, [0.0, 0.0]),
-    ],
-)
-def test_stability_and_undetermined_coordinates_in_words(
-    values: list[float],
-    why: str,
-    more: str,
-    stable: bool | None,
-    frequencies: list[float],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    zero = np.zeros(2)
-    at = {"q": zero, "z": zero, "lam": zero}
-    point = SimpleNamespace(acceleration=np.array([1e-9, -3e-9]), residual=np.array([-2e-9, 0.0]), **at)
-    stiffness = SimpleNamespace(values=np.array(values), directions=np.eye(2))
-    model, measures = SimpleNamespace(v_names=("v.a", "v.b")), SimpleNamespace(t=0.0, base=None)
-    monkeypatch.setattr(equilibrium, "_not_by_stiffness", lambda *_: why)
-    search = SimpleNamespace(point=point, steps=7)
-    given: tuple[object, ...] = (model, None, stiffness, search, zero, measures, ("a note",))
-    found = equilibrium._result(*cast(Any, given))
-    assert found.message == f"at rest after 7 steps, unbalanced acceleration 3e-09{more}; a note"
-    assert found.stable == stable and found.frequencies.tolist() == frequencies
-    assert (found.residual, found.acceleration) == (2e-9, 3e-9)
 
 
 def test_six_names_are_listed() -> None:

@@ -57,7 +57,6 @@ def tip(model: Model, parameters: Mapping[str, float]) -> Array:
     return pose
 
 
-@pytest.mark.long_except("10000.0")
 @pytest.mark.parametrize("factor", [1e-2, 1.0, 1e4, 1e10])  # slenderness L sqrt(EA/EI) from 4.5 to 4.5e6
 def test_a_moment_rolls_beams_up_whatever_their_slenderness(beam: Model, factor: float) -> None:
     parameters = {"torque": 2.0 * np.pi * EI / LENGTH, "factor": factor}
@@ -65,16 +64,6 @@ def test_a_moment_rolls_beams_up_whatever_their_slenderness(beam: Model, factor:
     pose = beam.evaluate("poses", rest.q, parameters=parameters)["pose"][beam.bodies.index("rope.8")]
     assert np.linalg.norm(pose[4:]) < 1e-9 * LENGTH
     np.testing.assert_allclose(pose[:4], [-1.0, 0.0, 0.0, 0.0], atol=1e-9)  # one full turn
-
-
-@pytest.mark.long
-def test_bending_has_the_same_error_whatever_the_slenderness(beam: Model) -> None:
-    errors = []
-    for factor in (1.0, 1e4, 1e8, 1e10):
-        expected = elastica(15.0, EI, 1e4 * factor, 1e4 * factor)
-        errors.append(np.linalg.norm(tip(beam, {"load": 15.0, "factor": factor})[:2] - expected))
-    np.testing.assert_allclose(errors, errors[-1], rtol=0.1)
-    np.testing.assert_allclose(errors[1:], errors[-1], rtol=0.001)
 
 
 def test_loads_far_beyond_the_bending_stiffness_are_carried(beam: Model) -> None:
@@ -85,7 +74,6 @@ def test_loads_far_beyond_the_bending_stiffness_are_carried(beam: Model) -> None
     assert np.max(np.abs(residual)) < 1e-9 * 1000.0
 
 
-@pytest.mark.long
 def test_a_column_beyond_its_critical_load_is_found_buckled(beam: Model) -> None:
     """Euler's elastica: K(k) = L sqrt(P/EI), the tip at L (2 E/K - 1) along and 2 k L/K across."""
     load = 1.5 * np.pi**2 * EI / (4.0 * LENGTH**2)
@@ -100,19 +88,6 @@ def test_a_column_beyond_its_critical_load_is_found_buckled(beam: Model) -> None
     assert straight.stable is False
 
 
-@pytest.mark.long
-def test_beams_of_many_elements_need_no_terms_by_hand() -> None:
-    model = loaded_beam(16)
-    assert "partials" not in model.functions
-    rest = model.equilibrium(parameters={"load": 15.0})
-    found = model.evaluate("poses", rest.q)["pose"][model.bodies.index("rope.16"), 4:6]
-    coarse = np.linalg.norm(tip(loaded_beam(8), {"load": 15.0})[:2] - elastica(15.0, EI, 1e4, 1e4))
-    assert np.linalg.norm(found - elastica(15.0, EI, 1e4, 1e4)) == pytest.approx(0.25 * coarse, rel=0.1)
-    first = 0.5 * model.equilibrium(parameters={"load": 0.0}).frequencies[0]
-    assert first > 0.0
-
-
-@pytest.mark.long
 def test_an_element_that_would_turn_by_half_a_turn_ends_load_steps_with_its_name(beam: Model) -> None:
     with pytest.raises(NumericalError, match=r"load steps from the start end at \S+ % of the loads, for the element"):
         beam.equilibrium(parameters={"torque": 9.0 * np.pi * EI / LENGTH})
@@ -152,7 +127,6 @@ def test_section_forces_have_the_geometric_part_of_the_tangent(beam: Model, rng:
     np.testing.assert_allclose(tangent, expected, atol=1e-10 * np.abs(expected).max())
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("closed", [False, True])
 def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
     closed: bool, monkeypatch: pytest.MonkeyPatch
@@ -174,7 +148,6 @@ def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
     np.testing.assert_allclose(by_whole.multipliers, by_sparse.multipliers, atol=1e-7)
 
 
-@pytest.mark.long
 def test_a_point_of_a_search_evaluates_the_partials_once_for_all_matrices(monkeypatch: pytest.MonkeyPatch) -> None:
     model = eomgen.build(
         beam_scene(12, {"force": [0.0, 0.0, "load"], "axes": "body"}, {"stiffness": ROLL_UP}), profile="quick"
@@ -232,7 +205,6 @@ def test_nodes_that_joints_carry_turn_with_them(rng: np.random.Generator) -> Non
     np.testing.assert_allclose(*derivatives, atol=1e-8)
 
 
-@pytest.mark.long
 def test_linear_models_of_beams_are_about_their_rest() -> None:
     model = eomgen.build(beam_scene(4, {"force": [0.0, 0.0, "10 * load"]}), profile="quick")
     linear = model.linearize()

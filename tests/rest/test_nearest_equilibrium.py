@@ -130,7 +130,6 @@ def compare_with_damped_runs(seeds: range) -> int:
     return same
 
 
-@pytest.mark.long
 def test_rest_is_where_damped_runs_end() -> None:
     assert compare_with_damped_runs(range(8)) == 8
 
@@ -230,8 +229,6 @@ def test_generated_code_carries_the_notes(tmp_path: Path) -> None:
 # -- other units -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_except("False-servo", "True-tree", "True-servo")
 @pytest.mark.parametrize("make", [tree, servo, four_bar])
 @pytest.mark.parametrize("any_kind", [False, True])
 def test_rest_is_the_same_in_other_units(make: Any, any_kind: bool) -> None:

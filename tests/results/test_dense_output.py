@@ -62,7 +62,6 @@ def test_generalized_alpha_keeps_order_two_between_rows(build) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("SE3")
 @pytest.mark.parametrize("build", [absolute, free_in_space], ids=["SE3", "R3xSO3"])
 def test_constrained_runs_keep_order_two_and_almost_the_constraints(build) -> None:
     model = build()

@@ -36,7 +36,7 @@ def prepared(folder: Path) -> Callable[[], Drawings]:
     return lambda: drawings
 
 
-@pytest.mark.long_except("0", "1")
+@pytest.mark.slow_except("0", "1")
 @ONLY_LINUX
 @pytest.mark.parametrize("count", [0, 1, 2, 9])
 def test_copies_draw_every_figure_once_and_in_order(
@@ -169,7 +169,6 @@ with drawing_process(lambda: lambda order: [draw]) as copy:
 """
 
 
-@pytest.mark.long
 @pytest.mark.slow
 @ONLY_LINUX
 def test_the_copy_makes_no_lists_of_properties_of_matplotlib() -> None:

@@ -117,24 +117,6 @@ def test_thinning_keeps_ends_and_extremes() -> None:
     assert np.all(np.diff(short_t) > 0.0)
 
 
-def test_axes_carry_quantities_and_legends_stay_outside() -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(layout="constrained")
-    canvas = FigureCanvasAgg(figure)
-    axis = figure.subplots()
-    plots._panel(
-        axis,
-        np.linspace(0, 1, 5),
-        [plots.PlottedCurve("q.hinge", "rad", np.arange(5.0)), plots.PlottedCurve("q.knee", "rad", np.zeros(5))],
-    )
-    canvas.draw()
-    assert axis.get_ylabel() == "angle, rad"
-    assert [text.get_text() for text in axis.get_legend().get_texts()] == ["q.hinge", "q.knee"]
-    assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
-
-
 def panel_of(*curves: plots.PlottedCurve):
     from matplotlib.figure import Figure
 
@@ -160,14 +142,6 @@ def test_a_description_is_the_title_of_an_output_and_else_in_the_legend() -> Non
     assert panel_of(plots.PlottedCurve("ratio", "", np.zeros(5), "", "ratio")).get_ylabel() == "ratio"
 
 
-def test_positions_and_other_lengths_have_panels_of_their_own() -> None:
-    run = pendulum().simulate(0.05, 1e-3)
-    meaning = run.metadata["outputs"]["tip"]
-    assert meaning["quantity"] == "position"
-    curves = [plots.PlottedCurve("tip", "m", np.zeros(3), "position"), plots.PlottedCurve("travel", "m", np.zeros(3))]
-    assert [len(panel) for panel in plots._panels(curves)] == [1, 1]
-
-
 def test_six_curves_of_a_panel_are_far_apart_in_colour() -> None:
     from matplotlib.colors import to_rgb
 
@@ -176,30 +150,6 @@ def test_six_curves_of_a_panel_are_far_apart_in_colour() -> None:
     gaps = np.linalg.norm(colours[:, None] - colours, axis=-1) + 9.0 * np.eye(6)
     assert gaps.min() > 0.4
     assert [line.get_linestyle() for line in axis.get_lines()] == ["-"] * 3 + ["--"] * 3
-
-
-def test_energies_far_from_zero_are_drawn_as_changes() -> None:
-    run = pendulum().simulate(0.05, 1e-3)
-    swing = np.sin(np.linspace(0.0, 3.0, len(run.t)))
-
-    def drawn(offset: float) -> list[plots.PlottedCurve]:
-        return plots._energies(replace(run, energy={"kinetic": 1.0 - swing, "potential": swing + offset}))
-
-    near, far = drawn(0.0), drawn(5e3)
-    assert [curve.quantity for curve in near] == ["", ""] and np.array_equal(near[1].values, swing)
-    assert {curve.quantity for curve in far} == {"change of energy from the start"}
-    assert [curve.values[0] for curve in far] == [0.0, 0.0] and np.allclose(far[1].values, swing)
-    still = plots._energies(replace(run, energy={"kinetic": np.full(len(run.t), 7.0)}))
-    assert still[0].values[0] == 7.0, "what does not change at all keeps its value"
-
-
-def test_rounding_errors_are_drawn_flat() -> None:
-    from matplotlib.figure import Figure
-
-    axis = Figure().subplots()
-    plots._panel(axis, np.linspace(0, 1, 5), [plots.PlottedCurve("q", "m", 1e-19 * np.arange(5.0))])
-    low, high = axis.get_ylim()
-    assert high - low >= 1e-12
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:

@@ -159,7 +159,6 @@ def expected() -> eomgen.Solution:
     return eomgen.build(pair("joint"), terms, profile="quick", method="rk4").simulate(1.5, 5e-4, method="rk4")
 
 
-@pytest.mark.long_cases("generalized_alpha-0.03", "generalized_alpha_index3-0.03")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "error"), [("generalized_alpha", 3e-2), ("generalized_alpha_index3", 3e-2), ("rk4_partitioned", 1e-4)]

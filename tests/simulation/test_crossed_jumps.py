@@ -57,7 +57,6 @@ def test_friction_by_sign_is_refused_where_the_velocity_turns() -> None:
     assert before.derivatives["x"][-1, 0] == pytest.approx(exact, rel=5e-3)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_switch_that_a_coordinate_passes_is_refused_and_a_kink_is_not() -> None:
     """A force that only bends leaves derivatives whole: those of differences."""

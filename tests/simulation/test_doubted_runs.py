@@ -63,7 +63,6 @@ def test_an_output_that_is_wrong_is_warned_of(disc: eomgen.Model) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("1e-06-True")
 @pytest.mark.parametrize(("travel", "named"), [(1e-6, True), (1e-2, False)])
 def test_a_coordinate_that_its_error_hides_is_named(travel: float, named: bool) -> None:
     builder = eomgen.SceneBuilder("device_on_a_vehicle", gravity=[0, 0, 0])
@@ -102,7 +101,7 @@ def test_a_small_coordinate_with_a_large_error_in_parts_of_its_own_motion_is_nam
     assert ("q.y is not resolved: its motion of " in run.message) == named
 
 
-@pytest.mark.long_except("absolute")
+@pytest.mark.slow_except("absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_a_body_in_water_makes_no_claim_of_momentum(coordinates: str) -> None:
     builder = eomgen.SceneBuilder("buoy", gravity=[0, 0, 0], coordinates=coordinates)

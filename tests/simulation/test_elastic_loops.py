@@ -64,7 +64,7 @@ def model() -> eomgen.Model:
     return eomgen.build(elastic_crank())
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_partitioning_and_multipliers_agree_on_elastic_members() -> None:
     """What generalized-alpha is off by along the motion, in every coordinate, falls with the square of the step."""
     partitioned = model().simulate(0.1, 2.5e-5, method="rk4_partitioned").q[::4]
@@ -77,7 +77,7 @@ def test_partitioning_and_multipliers_agree_on_elastic_members() -> None:
     assert np.ptp(partitioned[:, 1]) > 4e-5, "the crank hardly bends"
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_loop_stays_closed_and_energy_is_kept() -> None:
     run = model().simulate(0.1, 5e-5, method="rk4_partitioned")
     total = np.asarray(run.energy["kinetic"]) + np.asarray(run.energy["potential"])

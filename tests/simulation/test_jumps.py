@@ -87,24 +87,6 @@ def test_order_across_a_jump(said: str) -> None:
 
 
 @pytest.mark.slow
-def test_order_is_lost_where_the_time_is_not_told() -> None:
-    made = (
-        builder()
-        .parameter("late", LATE, tunable=True)
-        .input("push", "3 if t > late else 0")
-        .effort("push", "rail", "push")
-    )
-    model = eomgen.build(made.build())
-    exact = float(free(1.0) + 3 * after_step(1.0 - LATE))
-    for method in ("generalized_alpha", "rk4"):
-        errors = [
-            abs(model.simulate(1.0, 1.0 / n, method=method).q[-1, 0] - exact) for n in (50, 100, 200, 400, 800, 1600)
-        ]
-        slope = -np.polyfit(np.log2([50, 100, 200, 400, 800, 1600]), np.log2(errors), 1)[0]
-        assert 0.5 < slope < 1.6, method
-
-
-@pytest.mark.slow
 def test_order_across_a_bend() -> None:
     made = (
         builder()
@@ -165,7 +147,6 @@ def test_inputs_that_are_given_too() -> None:
     assert np.max(np.abs(solution.q[:, 0] - free(solution.t))) < 1e-3
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie"])
 def test_constraints_and_multipliers_across_a_jump(method: str) -> None:

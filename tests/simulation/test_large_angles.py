@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.compiled.model import CompiledModel
-from eomgen.compiled.rest.state_warnings import largest_bending
 from eomgen.errors import UsageError
-from eomgen.lie.product import Factor
 from eomgen.simulation.stepping.settings import large_angles
 from eomgen.system.description import Description
 
@@ -90,18 +87,3 @@ def test_a_joint_that_has_turned_too_far_is_named() -> None:
     assert not solution.success
     assert ", where q.h is " in solution.message, solution.message
     assert solution.message.endswith("try: smaller initial angles and velocities, or a shorter run")
-
-
-@pytest.mark.parametrize(("bent", "beam"), [([0.2, 0.3], None), ([0.2, 1.2], "arm"), ([1.6, 1.2], "boom")])
-def test_the_most_bent_beam_is_named_beyond_the_range_of_its_theory(bent: list[float], beam: str | None) -> None:
-    """Of a shortening of 1/2 c d^2 of a deflection d, as a part of the length, which a twentieth bounds."""
-    slopes = [{"name": "boom", "squares": [[2.0]], "length": 20.0}, {"name": "arm", "squares": [[1.0]], "length": 10.0}]
-    factors = [Factor("R", "boom", 0, 1, 0, 1), Factor("R", "arm", 1, 1, 1, 1)]
-    model = SimpleNamespace(factors=factors, library=SimpleNamespace(layout={"slopes": slopes}))
-    t, q = np.array([0.0, 0.5, 1.0]), np.array([[0.0, 0.0], bent, [0.1, 0.1]])
-    most = largest_bending(cast(CompiledModel, model), t, q)
-    if beam is None:
-        assert most is None
-        return
-    assert most is not None and (most.beam, most.time) == (beam, 0.5)
-    assert most.shortening == pytest.approx(0.05 * bent[beam == "arm"] ** 2)

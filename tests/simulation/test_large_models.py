@@ -21,12 +21,10 @@ def statements(system: eomgen.System) -> int:
     return sum(function.operations for function in to_program(system).functions)
 
 
-@pytest.mark.long
 def test_a_chain_of_200_links_is_a_few_thousand_statements() -> None:
     assert statements(eomgen.derive(chains.scene("joint", "hinge", 200))) <= CHAIN_OF_200
 
 
-@pytest.mark.long
 def test_a_tree_of_100_degrees_of_freedom_is_stepped_sparsely() -> None:
     system = eomgen.derive(chains.scene("joint", "tree", 100))
     assert system.nv == 100

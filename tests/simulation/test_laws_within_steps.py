@@ -18,7 +18,6 @@ def between_stops(stiffness: float, damping: float) -> eomgen.Model:
     return eomgen.build(builder.effort("push", "x", "19.57 * cos(5.225 * t)").build(), profile="quick")
 
 
-@pytest.mark.long_cases("rosenbrock-1078.0-20.04")
 @pytest.mark.slow_cases("rosenbrock-1078.0-20.04")
 @pytest.mark.slow_cases("rosenbrock-8385.0-9.521")
 @pytest.mark.parametrize(("stiffness", "damping"), [(8385.0, 9.521), (1078.0, 20.04)])

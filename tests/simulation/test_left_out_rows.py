@@ -58,7 +58,6 @@ CALLS: list[Callable[[eomgen.Model, dict[str, float]], Any]] = [
 ]
 
 
-@pytest.mark.long_cases("form2")
 @pytest.mark.parametrize("form", FORMS)
 def test_a_shift_along_the_hinges_is_refused_by_scene_and_run(form: Any) -> None:
     with pytest.raises(ModelError, match="cannot be met together"):
@@ -71,8 +70,6 @@ def test_a_shift_along_the_hinges_is_refused_by_scene_and_run(form: Any) -> None
         assert "; try: parameters with which the constraints can be met together, or a scene with these values" in said
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_cases("form2-1e-09")
 @pytest.mark.parametrize("off", [1e-9, 1e-7, 1e-6])
 @pytest.mark.parametrize("form", FORMS)
 def test_a_shift_that_is_no_contradiction_is_said_by_scene_and_run(form: Any, off: float) -> None:
@@ -171,7 +168,6 @@ def test_points_of_a_distance_that_coincide_are_named(capfd: pytest.CaptureFixtu
     assert capfd.readouterr().err == ""
 
 
-@pytest.mark.long
 def test_dependent_rows_of_a_state_are_no_traceback() -> None:
     """The bars of a parallelogram on one line may move in two ways, and their constraint forces are not unique."""
     bars = four_bar(False, "joint", Y=1.0)

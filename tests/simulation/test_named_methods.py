@@ -44,7 +44,7 @@ def test_undamped_and_damped_cases_bear_constraints() -> None:
         np.testing.assert_allclose(run.q[-1], fine.q[-1], atol=3e-5)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_case_that_index_3_bears_with_damping_needs_none_in_the_scene() -> None:
     damped = absolute().simulate(0.1, 1e-3, method="newmark_index3", alpha=0.1)
     same = absolute().simulate(0.1, 1e-3, method="newmark_index3", beta=0.3025, gamma=0.6)

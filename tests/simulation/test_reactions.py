@@ -32,7 +32,6 @@ def model() -> eomgen.Model:
     return eomgen.build(from_data(data | {"outputs": OUTPUTS}), profile="quick")
 
 
-@pytest.mark.long_cases("rosenbrock")
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rosenbrock", "lsrt2"])
 def test_rows_of_a_run_are_in_balance(model: eomgen.Model, method: str) -> None:

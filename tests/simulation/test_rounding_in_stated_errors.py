@@ -48,7 +48,6 @@ def test_equal_increments_are_rounded_alike(speed: float, steps: int) -> None:
     assert off / 3.0 < float(run.error.increment[0]) < 5.0 * off
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("aside", [1e-8, 1e-12])
 def test_errors_of_steps_that_rounding_chooses_are_stated(aside: float) -> None:

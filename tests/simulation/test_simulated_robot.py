@@ -74,7 +74,6 @@ def test_a_controller_of_1_khz_around_the_ur5(tmp_path: Path) -> None:
     assert np.max(np.abs(found[:, 0] - q)) < 1e-14 and np.max(np.abs(found[:, 1] - v)) < 1e-14
 
 
-@pytest.mark.long
 def test_the_same_controller_in_the_scene(tmp_path: Path) -> None:
     described = scene(stepper_overhead.ROBOT)
     q, v = stepper_overhead.by_pinocchio(pinocchio_model(stepper_overhead.ROBOT, described), SAMPLES)

@@ -195,7 +195,7 @@ def test_a_stop_elsewhere_does_not_name_them() -> None:
     assert not run.success and "singular" not in run.message and "try: a step smaller than 0.02 s" in run.message
 
 
-@pytest.mark.long_except("4-terms0")
+@pytest.mark.slow_except("4-terms0")
 @pytest.mark.parametrize(
     ("count", "terms"), [(4, ("mass", "constraint_jacobian")), (60, ("mass_values", "jacobian_values"))]
 )

@@ -13,10 +13,9 @@ import pytest
 from eomgen.errors import UsageError
 from eomgen.lie.product import Factor
 from eomgen.results.error_estimate import NONE, OWN
-from eomgen.simulation.accuracy import motion_size as sizes
 from eomgen.simulation.accuracy import richardson
 from eomgen.simulation.accuracy.comparison_runs import MotionDifference
-from eomgen.simulation.accuracy.motion_size import MotionSize, differences, motion_size, reach_of, shares, whole_turns
+from eomgen.simulation.accuracy.motion_size import MotionSize, differences, motion_size, shares, whole_turns
 from eomgen.simulation.accuracy.richardson import Pair, estimate, gain_by, observed_orders
 
 HINGE, SLIDE = Factor("R", "hinge", 0, 1, 0, 1), Factor("R", "slide", 1, 1, 1, 1)
@@ -92,37 +91,6 @@ def test_changes_below_a_billionth_of_the_coordinates_are_rounding(moved: float,
     found = motion_size(model(), rows, {}).sizes["increment"]
     assert found[1] == pytest.approx(size, rel=1e-6)
     assert found[0] == 1e-9  # of a radian
-
-
-@pytest.mark.parametrize(("moved", "still"), [(0.9e-12, True), (1.2e-12, False)])
-def test_a_machine_is_still_up_to_the_last_digits(moved: float, still: bool) -> None:
-    rows = record([[0.0, 1.0], [moved, 1.0]], [[0.0, 0.0]] * 2, [2.0, 2.0])
-    assert motion_size(model(), rows, {}).still == still
-
-
-def test_energies_that_are_kept_are_measured_by_the_energies_at_work() -> None:
-    rows = record([[0.0, 0.0], [1.0, 1.0]], [[1.0, 1.0]] * 2, [0.0, 1.0])
-    for extent, measure in ((0.19, 10.0), (0.21, 0.21)):
-        size = motion_size(model(), rows, {"kept": np.array([100.0, 100.0 + extent])}, energies=10.0)
-        assert size.sizes["output.kept"].tolist() == pytest.approx([measure])
-
-
-def test_outputs_are_rounding_beside_the_forces_at_work() -> None:
-    """Multipliers are forces, and moments at a lever of 1 m: a billionth of them is the least size."""
-    rows = record([[0.0, 0.0], [1.0, 1.0]], [[1.0, 1.0]] * 2, [0.0, 1.0], [1e9, 1e9])
-    size = motion_size(model(), rows, {"load": np.array([0.0, 0.5])})
-    assert size.sizes["output.load"].tolist() == [1.0]
-
-
-def test_reach_is_the_largest_coordinate_of_the_unit() -> None:
-    assert reach_of(model(), np.array([0.3, -7.0])).tolist() == [1.0, 7.0]
-    assert reach_of(model(), np.array([[-4.0, 0.0], [2.0, 0.0]])).tolist() == [4.0, 0.0]
-
-
-def test_measures_for_divisions() -> None:
-    assert sizes._measure(np.array([0.0, 0.0])).tolist() == [math.inf, math.inf]
-    assert sizes._measure(np.array([2.0, 0.0, 0.0]), ("m", "m", "rad")).tolist() == [2.0, 2e-3, math.inf]
-    assert sizes._measure(np.array([2.0, 0.0]), ("m", "rad"), np.array([3.0, 1e-9])).tolist() == [3.0, 1e-9]
 
 
 def test_differences_take_quaternions_of_either_sign_for_the_same() -> None:
@@ -304,27 +272,3 @@ def test_small_and_missing_motions_are_measured_by_what_is_said() -> None:
     apart.kinds["increment"] = np.array([[0.0, 0.0], [0.1, 0.0]])
     found = estimate(runs_of(turned, ROWS, {}), pair, 2.0).largest
     assert found is not None and found.measure == "a turn" and found.share == pytest.approx(0.1 / (2.0 * math.pi))
-
-
-def test_beams_are_measured_by_their_own_velocities() -> None:
-    made = model(beams=("slide",))
-    size = motion_size(made, ROWS, {})
-    apart = apart_of(1e-3, {})
-    apart.kinds["v"] = np.array([[0.0, 0.1], [0.0, 0.2]])
-    found = estimate(
-        runs_of(size, ROWS, {}, made), Pair(apart, lambda order: np.ones((2, 1)), ""), 2.0
-    ).largest_velocity
-    assert found is not None and (found.name, found.share, found.measure) == (
-        "v.slide",
-        pytest.approx(0.05),
-        "its largest",
-    )
-
-
-def test_runs_that_go_on_say_from_when_on() -> None:
-    size = motion_size(model(), ROWS, {})
-    pair = Pair(apart_of(1e-5, {}), lambda order: np.ones((2, 1)), "steps")
-    for first, text in ((0.04, "steps"), (0.06, "steps from t = 0.06 s on, where the state is taken for exact")):
-        rows = ROWS.copy()
-        rows[0, 0] = first
-        assert estimate(runs_of(size, rows, {}), pair, 2.0).method == text

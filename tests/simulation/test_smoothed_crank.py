@@ -63,9 +63,7 @@ def test_explicit_steps_give_the_torque_of_inverse_dynamics_also_from_rest(metho
     assert found.outputs["motor"] == pytest.approx(torque(found.t, speed), abs=1e-7)
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
-@pytest.mark.long_cases("0.1-absolute", "0.1003-absolute")
 @pytest.mark.parametrize(
     ("options", "keys"),
     [

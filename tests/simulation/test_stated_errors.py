@@ -15,7 +15,7 @@ def table(*names: str) -> list[Row]:
         return [row for row in rows() if row.counted]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_corners_that_a_motion_passes_leave_no_order_to_chance() -> None:
     """The order of rk4 at a contact is 2; from runs in longer steps alone errors were understated seventeenfold."""
     counted = [row for row in table("contact") if row.method == "rk4"]

@@ -94,7 +94,6 @@ def test_steps_that_end_at_points_of_a_curve_state_their_error(step: float, last
     assert good(run.error.q_at[first].max(), true[run.t <= 0.5].max())
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-7])
 @pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha"])
 @pytest.mark.parametrize("name", ["sampled", "polygon"])

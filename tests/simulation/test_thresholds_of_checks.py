@@ -83,16 +83,6 @@ def with_balance(error: float) -> FinishedRun:
     return run_of(balance=EnergyBalance(error), run=METHOD, single=False, longest_part=0.01)
 
 
-def test_rows_that_miss_pulses_of_power_excuse_gained_energy() -> None:
-    gained = EnergyBalance(0.6, gain=0.6)
-    excused = [
-        stated_errors._energy_gained(run_of(balance=gained, conservative=conservative, rows_are_sparse=sparse))
-        for conservative in (True, False)
-        for sparse in (True, False)
-    ]
-    assert excused == [True, True, False, True]
-
-
 def test_the_estimated_error_of_a_run_says_since_when_it_is_large() -> None:
     error = replace(ESTIMATE, largest=largest(0.2))
     run = run_of(error=error, run=run_with_states(), single=False, longest_part=0.01, statistics={}, settings={})
@@ -185,15 +175,6 @@ def test_rest_is_told_from_travel_and_from_changes_between_rows(change: float, v
     assert instability.at_rest(run, rows_of(change, velocity, model=model)) == rest
 
 
-def test_lengths_at_rest_are_measured_by_the_largest_coordinate() -> None:
-    model = SimpleNamespace(nq=1, nv=1, nz=0, q_units=("m",), v_units=("m/s",))
-    run = cast(Any, SimpleNamespace(model=model))
-    far = np.array([[0.0, -1e3, 0.0, 0.0], [1.0, -1e3 + 0.9e-6, 0.0, 0.0]])
-    assert instability.at_rest(run, far)
-    far[1, 1] += 0.3e-6
-    assert not instability.at_rest(run, far)
-
-
 ENERGY = ("kinetic", "potential", "total", "power", "base_power")
 
 
@@ -201,25 +182,6 @@ def energies(total: list[float], power: float = 0.0) -> dict[str, Any]:
     values = np.array(total)
     zero = np.zeros_like(values)
     return dict(zip(ENERGY, (values, zero, values, zero + power, zero), strict=True))
-
-
-def test_balances_need_two_rows_without_power_and_five_with() -> None:
-    t = np.arange(5.0)
-    assert energy_balance(t[:2], energies([1.0, 1.5]), conservative=True).error == pytest.approx(0.5 / 1.5)
-    assert energy_balance(t[:1], energies([1.0]), conservative=True).unknown == (
-        "1 row is too few for the work in between"
-    )
-    assert "4 rows are too few" in energy_balance(t[:4], energies([1.0] * 4)).unknown
-    assert energy_balance(t, energies([1.0] * 5)).error == 0.0
-
-
-def test_an_explosion_is_told_from_few_rows() -> None:
-    t = np.arange(3.0)
-    assert energy_balance(t, energies([1.0, 1.0, 1001.0])).error is None
-    balance = energy_balance(t, energies([1.0, 1.0, 1002.0]))
-    assert balance.error == balance.gain == pytest.approx(1001.0 / 1002.0)
-    # the largest power of the rows explains as much
-    assert energy_balance(t, energies([1.0, 1.0, 1002.0], power=1.0)).error is None
 
 
 @pytest.mark.parametrize(("jumps", "known"), [((0.5, 1.5), True), ((0.5, 1.5, 2.5), False)])
@@ -254,12 +216,3 @@ def test_work_that_rows_do_not_resolve_leaves_the_balance_unknown() -> None:
     assert energy_balance(t, data).error == pytest.approx(0.0, abs=1e-15)
     data["base_power"] = np.full(9, -0.5)
     assert energy_balance(t, data).error == pytest.approx(4.0 / 13.0)
-
-
-def test_a_mean_of_a_velocity_counts_only_parts_of_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Initial angles, and the way of initial velocities over the run, beyond a tenth of the largest angle of sines."""
-    monkeypatch.setattr(failures, "LARGEST_ANGLE", 100.0)
-    run = SimpleNamespace(model=SimpleNamespace(nq=1, nv=1), settings={"step": 0.5})
-    for q, v, far in [(10.0, 0.0, False), (-10.1, 0.0, True), (4.0, 2.0, True), (4.0, -1.9, True), (4.0, 1.7, False)]:
-        rows = np.array([[1.0, q, v], [4.0, q, v]])
-        assert failures._starts_far(cast(Any, run), cast(Any, SimpleNamespace(rows=rows))) == far, (q, v)

@@ -167,14 +167,14 @@ def test_waves_much_faster_than_the_step_are_refused_before_the_run(method: str)
     assert len(model.discontinuity_times(0.0, 1e-9)) == 2001
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_run_with_very_many_jumps_lists_none_of_them() -> None:
     model = fast_wave(1e-6)
     solution = model.simulate(1.0, 2e-3, method="rk4")
     assert solution.success and solution.v[-1, 0] == pytest.approx(0.5, abs=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_ctrl_c_is_heard_among_many_jumps() -> None:
     model = fast_wave(1e-6)  # the signal comes while steps are taken, not while the run is prepared
     timer = threading.Timer(2.0, lambda: signal.raise_signal(signal.SIGINT))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import warnings
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from scipy.special import ellipe, ellipk
 
 import eomgen
 from eomgen.pipeline.model import Model
-from eomgen.products.statics import critical_points
 from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
 from tests.anchors import anchor
 from tests.models.cosserat import beam_scene
@@ -50,7 +48,6 @@ def euler(second: float, number: int = 1) -> float:
     return second * ((2 * number - 1) * np.pi / 2.0) ** 2
 
 
-@pytest.mark.long_cases("0.01")
 @pytest.mark.slow
 @pytest.mark.parametrize("slenderness", [0.1, 0.03, 0.01, 0.003, 0.001, 0.0005])
 def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slenderness: float) -> None:
@@ -71,7 +68,6 @@ def test_masses_do_not_move_bifurcations(column: Model, rotary: float) -> None:
     assert [item.multiplicity for item in path.critical] == [1, 1]
 
 
-@pytest.mark.long_cases("1e-05")
 @pytest.mark.slow
 @pytest.mark.parametrize("rotary", [1e-5, 1e-9])
 def test_becks_column_has_no_other_rest_at_any_load(rotary: float) -> None:
@@ -100,7 +96,6 @@ def elastica(load: float) -> tuple[float, float]:
 
 
 @pytest.mark.slow_cases("100000.0-2.0")
-@pytest.mark.long_except("100000.0-2.0")
 @pytest.mark.parametrize(("stretch", "factor"), [(16e4, 1.2), (16e6, 1.5), (1e5, 2.0)])
 def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, stretch: float, factor: float) -> None:
     load, ends = factor * euler(1.0), []
@@ -116,12 +111,6 @@ def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, str
     assert np.hypot(ends[0][1], ends[0][2]) == pytest.approx(across, abs=0.01)
     straight = column.equilibrium(parameters={"load": load, "stretch": stretch}, any_kind=True)
     assert straight.stable is False
-
-
-@pytest.mark.slow
-def test_rest_far_past_buckling_is_stable(column: Model) -> None:
-    for factor in (3.0, 5.0, 8.0, 9.5):
-        assert column.equilibrium(parameters={"load": factor * euler(1.0)}).stable
 
 
 def test_reversed_loads_are_named(column: Model) -> None:
@@ -210,7 +199,6 @@ def test_slender_blades_on_a_turning_base_are_linear_about_their_rest() -> None:
     assert flapping == pytest.approx([5.585] * 3, rel=0.03)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_base_that_is_held_for_want_of_a_steady_motion_is_said() -> None:
     blade = rotor([0.0, -0.3, 0.0], elements=1)
@@ -239,7 +227,6 @@ def elastica_across(load: float) -> Array:
 
 
 @pytest.mark.slow_cases("30.0-False", "150.0-True")
-@pytest.mark.long_except("30.0-False", "150.0-True")
 @pytest.mark.parametrize(("load", "noted"), [(3.0, False), (30.0, False), (100.0, True), (150.0, True)])
 def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: float, noted: bool) -> None:
     """Four elements, against the elastica."""
@@ -264,22 +251,6 @@ def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: f
         assert 1.0 / 3.0 < float(said[1]) / (100.0 * error) < 3.0
 
 
-@pytest.mark.long_except("4")
-@pytest.mark.parametrize("elements", [4, 8])
-def test_the_end_of_a_cantilever_sinks_too_far_under_its_weight(elements: int) -> None:
-    """By 1 / 3 n^2, the error of the trapezoidal rule on w s^2 (3 - s) / 6."""
-    scene = rod()
-    scene["beams"]["rope"]["elements"] = elements
-    scene["gravity"] = [0.0, 0.0, -0.01]
-    model = eomgen.build(scene, profile="quick")
-    given = {"stretch": 1e8}
-    pose = model.evaluate("poses", model.equilibrium(parameters=given).q, parameters=given)["pose"]
-    sunk = -pose[model.bodies.index(f"rope.{elements}"), 6]
-    assert 8.0 * sunk / 0.01 - 1.0 == pytest.approx(1.0 / (3.0 * elements**2), rel=0.01)
-
-
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_cases("32-deflections3-frequencies3")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("elements", "deflections", "frequencies"),
@@ -306,15 +277,3 @@ def test_how_many_elements(elements: int, deflections: list[float], frequencies:
         assert error == pytest.approx(expected, rel=0.15)
     found = model.linearize(parameters=slender).modes().angular_frequency[:6:2]
     assert 100.0 * (found / [3.51602, 22.0345, 61.6972] - 1.0) == pytest.approx(frequencies, rel=0.04)
-
-
-@pytest.mark.parametrize("onwards", [None, SimpleNamespace(s=0.0)])
-def test_a_path_that_does_not_go_on_with_the_loads_has_no_rate_of_stiffness(
-    onwards: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(critical_points, "direction", lambda *_: onwards)
-    monkeypatch.setattr(critical_points, "held_factor", lambda *_: 0.0)
-    none: Any = SimpleNamespace()
-    with pytest.raises(ArithmeticError, match="the tangent stiffness is singular there"):
-        critical_points._rate(none, none, 0.1)
-    assert critical_points.half_way(none, none, 1.0) is None

@@ -5,15 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
-from eomgen.products.statics import steady_motion
 
 MASS, REACH, ACROSS, ALONG, G = 1.3, 0.25, 0.12, 0.03, 9.81  # of the top; ACROSS about the fixed point
 
@@ -118,7 +116,6 @@ def governor(*, looped: bool) -> eomgen.Scene:
     return builder.build()
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_governor_with_closed_loops() -> None:
     """Rod and arm of one length l: m w^2 (e + l sin(x)) cos(x) = (m + M) g sin(x), the virtual work along the arm's
@@ -242,7 +239,6 @@ def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     assert "try: centres of mass on the axis of hinge (the centre of bob is 0.5 m off, 1 kg m), with" in said
 
 
-@pytest.mark.long_cases("3-gravity along the axis of spin or none")
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "cause"), [(3, "gravity along the axis of spin or none"), (1, "centres of mass on")])
 def test_gravity_across_the_axis_of_a_balanced_rotor_is_named(count: int, cause: str) -> None:
@@ -261,7 +257,7 @@ def test_gravity_across_the_axis_of_a_balanced_rotor_is_named(count: int, cause:
     )
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_blade_turns_steadily_however_slowly() -> None:
     """Beside the hub's, velocities are zero and no rounding: that of fast bendings would grow into forces."""
     bending = {"shapes": "polynomial", "modes": 3, "stiffness": 1.4e4}
@@ -273,31 +269,3 @@ def test_a_blade_turns_steadily_however_slowly() -> None:
         motion = model.steady_motion({"hub": speed})
         expected = np.where([name == "v.hub" for name in model.v_names], speed, 0.0)
         np.testing.assert_allclose(motion.v, expected, rtol=1e-12, atol=0.0)
-
-
-@pytest.mark.parametrize(
-    ("columns", "named"),
-    [
-        ([1.0, 1e-6, 1e3], []),  # a weak condition is one
-        ([1.0, 0.0, 1e3], ["b"]),
-        ([1.0, 2e-8, 1e3], []),
-        ([0.0, 1.0, 0.0], ["a", "c"]),
-    ],
-)
-def test_unknowns_without_a_condition_are_named(
-    columns: list[float], named: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Three coordinates, each of which enters one condition by a number."""
-    at = SimpleNamespace(
-        position=np.zeros(0), K=np.eye(3), C=np.zeros((3, 3)), **{name: np.zeros((0, 3)) for name in ("B", "Z", "Aq")},
-        **{name: np.zeros((0, 3)) for name in ("Fq", "Av", "Fv")},
-    )  # fmt: skip  # two lines
-    linear = SimpleNamespace(
-        across=np.eye(3), J=np.diag(columns), by_eta=np.zeros((3, 3)), by_g=np.zeros((3, 0)), at=at
-    )
-    monkeypatch.setattr(steady_motion, "linear_conditions", lambda *_: linear)
-    conditions = SimpleNamespace(
-        model=SimpleNamespace(nv=3, v_names=("v.a", "v.b", "v.c")), measured=lambda at, columns: (columns,)
-    )
-    search = SimpleNamespace(fields=(), state=None)
-    assert steady_motion._undetermined(cast(Any, conditions), cast(Any, search), cast(Any, None)) == named

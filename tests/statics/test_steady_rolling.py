@@ -121,7 +121,6 @@ def circle_of(model: eomgen.Model, found: SteadyMotion) -> tuple[float, float, f
 # -- a disc ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.long_cases("8.0-0.3")
 @pytest.mark.slow
 @pytest.mark.parametrize("spin, lean", [(8.0, 0.3), (20.0, 0.2), (12.0, -0.6), (-9.0, 0.4)])
 def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
@@ -143,7 +142,6 @@ def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("R3xSO3", "SE3", "frame", "free")
 @pytest.mark.parametrize("name", ["free", "SE3", "R3xSO3", "frame"])
 def test_a_disc_in_a_circle_in_other_coordinates(name: str) -> None:
     """A free body's own axes spin with it, and its steady motion with them; those of a frame that does not spin
@@ -192,7 +190,7 @@ def test_a_disc_stays_upright_above_its_critical_spin() -> None:
         assert (growth < 1e-3) if stable else (growth > 0.1)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_symmetries_of_discs() -> None:
     """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch
     besides."""
@@ -213,7 +211,7 @@ def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
         model.linearize(at=found)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_is_not_met_is_named() -> None:
     with pytest.raises(NumericalError) as caught:
         built("axes").steady_motion(
@@ -290,7 +288,7 @@ def test_a_cart_goes_straight_on_and_in_circles(kind: str) -> None:
     np.testing.assert_allclose(run.v[:, kept], np.tile(found.v[kept], (len(run.t), 1)), atol=1e-8)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_wheels_of_three_moments_roll_straight_on() -> None:
     """Their spins are no symmetries, and forced by the rows; in a circle their moments change with the spin: none is
     steady."""
@@ -301,7 +299,7 @@ def test_wheels_of_three_moments_roll_straight_on() -> None:
         model.steady_motion({"body[1]": 2.0}, parameters={"steering": 0.3})
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_circles_are_the_same_in_other_units() -> None:
     model = eomgen.build(in_units(on_axes()), profile="quick")
     for units in (UnitsOf(), *BINARY):
