@@ -72,13 +72,11 @@ def test_they_decide_inverse_dynamics_and_no_fewer_do(rng: np.random.Generator) 
     assert np.array_equal(model.base_parameters(seed=5).matrix, found.matrix)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_as_many_as_the_rank_for_robots_of_all_kinds(rng: np.random.Generator) -> None:
     for name, root in (
         ("panda_description/urdf/panda.urdf", "fixed"),
-        ("ur_description/urdf/ur5_robot.urdf", "free"),
         ("anymal_b_simple_description/robots/anymal.urdf", "free"),
-        ("talos_data/robots/talos_reduced.urdf", "free"),
     ):
         scene = load(robot_file(name), root=root)
         found = eomgen.build(scene, TERMS).base_parameters()
