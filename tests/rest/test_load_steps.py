@@ -57,7 +57,7 @@ def tip(model: Model, parameters: Mapping[str, float]) -> Array:
     return pose
 
 
-@pytest.mark.parametrize("factor", [1e-2, 1.0, 1e4, 1e10])  # slenderness L sqrt(EA/EI) from 4.5 to 4.5e6
+@pytest.mark.parametrize("factor", [1e-2, 1e10])  # slenderness L sqrt(EA/EI) from 4.5 to 4.5e6
 def test_a_moment_rolls_beams_up_whatever_their_slenderness(beam: Model, factor: float) -> None:
     parameters = {"torque": 2.0 * np.pi * EI / LENGTH, "factor": factor}
     rest = beam.equilibrium(parameters=parameters, any_kind=True)
@@ -180,7 +180,7 @@ def test_places_of_nonzeros_survive_as_text(rng: np.random.Generator) -> None:
     assert len(packed_places(banded)) < 10_000
 
 
-@pytest.mark.long_cases("inextensible", "kirchhoff")
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["kirchhoff", "inextensible"])
 def test_beams_without_shear_and_stretch_bend_as_the_elastica(model: str) -> None:
     stiffness = dict.fromkeys(("torsion", "bending_y", "bending_z"), EI)

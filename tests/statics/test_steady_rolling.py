@@ -23,26 +23,19 @@ TRACK, BASE, WHEEL = 0.5, 1.1, 0.2  # of the carts
 
 
 def scene(name: str, coordinates: str = "joint") -> dict[str, Any]:
-    return {
-        "format": 1,
-        "name": name,
-        "coordinates": coordinates,
-        "gravity": [0, 0, -G],
-        "bodies": {"disc": {"mass": MASS, "inertia": [ACROSS, ALONG, ACROSS]}},
-        "joints": {},
-        "constraints": {"ground": rolling("disc", RADIUS)},
-    }
+    disc = {"mass": MASS, "inertia": [ACROSS, ALONG, ACROSS]}
+    data = {"format": 1, "name": name, "coordinates": coordinates, "gravity": [0, 0, -G], "bodies": {"disc": disc}}
+    return data | {"joints": {}, "constraints": {"ground": rolling("disc", RADIUS)}}
 
 
 def rolling(body: str, radius: float) -> dict[str, Any]:
-    first = {"body": "base", "position": [0, 0, 0], "axis": [0, 0, 1]}
-    return {
-        "type": "rolling",
-        "first": first,
-        "second": {"body": body, "axis": [0, 1, 0]},
-        "radius": radius,
-        "shape": "disc",
-    }
+    first, second = {"body": "base", "position": [0, 0, 0], "axis": [0, 0, 1]}, {"body": body, "axis": [0, 1, 0]}
+    return {"type": "rolling", "first": first, "second": second, "radius": radius, "shape": "disc"}
+
+
+def afloat(body: str) -> dict[str, Any]:
+    """Return a free joint of a body at the height of the disc's centre."""
+    return {"type": "free", "parent": "base", "child": body, "initial": {"position": [0, 0, RADIUS]}}
 
 
 def on_axes() -> dict[str, Any]:
@@ -61,31 +54,19 @@ def freely(coordinates: str = "joint", group: str = "SE3") -> dict[str, Any]:
     data = scene(f"disc_{coordinates}_{group}", coordinates)
     if coordinates == "absolute":
         data["bodies"]["disc"]["group"] = group
-    data["joints"]["disc"] = {
-        "type": "free",
-        "parent": "base",
-        "child": "disc",
-        "initial": {"position": [0, 0, RADIUS]},
-    }
-    return data
+    return data | {"joints": {"disc": afloat("disc")}}
 
 
 def in_frame() -> dict[str, Any]:
     """Return the disc in a frame that leans with it, with next to no mass, and its spin as a joint of its own."""
     data = scene("disc_in_frame")
     data["bodies"]["frame"] = {"mass": 1e-3, "inertia": [1e-6, 1e-6, 2e-6], "center_of_mass": [0, 0, -0.1]}
-    data["joints"]["frame"] = {
-        "type": "free",
-        "parent": "base",
-        "child": "frame",
-        "initial": {"position": [0, 0, RADIUS]},
-    }
-    data["joints"]["spin"] = {"type": "revolute", "parent": "frame", "child": "disc", "axis": [0, 1, 0]}
-    return data
+    spin = {"type": "revolute", "parent": "frame", "child": "disc", "axis": [0, 1, 0]}
+    return data | {"joints": {"frame": afloat("frame"), "spin": spin}}
 
 
 @cache
-def built(name: str) -> eomgen.Model:
+def model_of(name: str) -> eomgen.Model:
     makers = {
         "axes": on_axes,
         "free": freely,
@@ -122,14 +103,11 @@ def circle_of(model: eomgen.Model, found: SteadyMotion) -> tuple[float, float, f
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("spin, lean", [(8.0, 0.3), (20.0, 0.2), (12.0, -0.6), (-9.0, 0.4)])
+@pytest.mark.parametrize("spin, lean", [(8.0, 0.3), (12.0, -0.6), (-9.0, 0.4)])
 def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
-    model = built("axes")
-    start = {
-        "yaw": {"velocity": -math.copysign(1.0, spin * lean)},
-        "rise": RADIUS * math.cos(lean),
-        "x": {"velocity": spin * RADIUS},
-    }
+    model = model_of("axes")
+    turn = {"velocity": -math.copysign(1.0, spin * lean)}
+    start = {"yaw": turn, "rise": RADIUS * math.cos(lean), "x": {"velocity": spin * RADIUS}}
     found = model.steady_motion({"spin": spin}, {"lean": lean}, start)
     v = dict(zip(model.v_names, found.v, strict=True))
     assert abs(v["v.yaw"]) > 0.1 and not found.undetermined
@@ -146,7 +124,7 @@ def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
 def test_a_disc_in_a_circle_in_other_coordinates(name: str) -> None:
     """A free body's own axes spin with it, and its steady motion with them; those of a frame that does not spin
     stay."""
-    model, lean, spin = built(name), 0.3, 9.0
+    model, lean, spin = model_of(name), 0.3, 9.0
     tilted = [math.cos(lean / 2), math.sin(lean / 2), 0.0, 0.0, 0.0, 0.0, RADIUS * math.cos(lean)]
     about, moving = ("frame", {"spin": {"velocity": spin}}) if name == "frame" else ("disc", {})
     twist = [0.0, 0.0 if moving else spin, -1.0, spin * RADIUS, 0.0, 0.0]
@@ -166,7 +144,7 @@ def test_a_disc_in_a_circle_in_other_coordinates(name: str) -> None:
 
 @pytest.mark.slow
 def test_velocities_that_rows_force_are_free() -> None:
-    model = built("axes")
+    model = model_of("axes")
     start = {"rise": RADIUS}
     from_speed = model.steady_motion({"x": 2.4}, initial=start)
     from_spin = model.steady_motion({"spin": 8.0}, initial=start)
@@ -182,7 +160,7 @@ def test_a_disc_stays_upright_above_its_critical_spin() -> None:
     """It does for spin^2 > A m g r / (C (C + m r^2)), the moment about a diameter times the tipping one over the axial
     ones."""
     critical = math.sqrt(ACROSS * MASS * G * RADIUS / (ALONG * (ALONG + MASS * RADIUS**2)))
-    model = built("axes")
+    model = model_of("axes")
     for share, stable in ((0.97, False), (1.03, True)):
         found = model.steady_motion({"spin": share * critical}, initial={"rise": RADIUS})
         modes = model.linearize(at=found).modes()
@@ -195,7 +173,7 @@ def test_symmetries_of_discs() -> None:
     """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch
     besides."""
     for name in ("axes", "free", "SE3", "R3xSO3", "frame"):
-        model = built(name).having(PURPOSES["linearization"])
+        model = model_of(name).having(PURPOSES["linearization"])
         p = model.parameter_array(None)
         conditions = _conditions(model, p, 0.0, None, model.initial_q, np.ones(model.nv))
         assert len(symmetries(conditions, model.initial_q, model.initial_z)) == 4
@@ -203,7 +181,7 @@ def test_symmetries_of_discs() -> None:
 
 @pytest.mark.slow
 def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
-    model = built("axes")
+    model = model_of("axes")
     found = model.steady_motion({"spin": 8.0}, {"lean": 0.3}, {"yaw": {"velocity": -1.0}, "rise": 0.28})
     with pytest.warns(
         RuntimeWarning, match="linear about a steady motion: its velocities turn in these coordinates, so the"
@@ -213,17 +191,15 @@ def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
 
 @pytest.mark.slow
 def test_what_is_not_met_is_named() -> None:
+    upright = {"lean": 0.0, "rise": RADIUS, "yaw": 0.0}
     with pytest.raises(NumericalError) as caught:
-        built("axes").steady_motion(
-            {"spin": 8.0, "x": 2.0, "y": 0.0, "yaw": 0.0}, {"lean": 0.0, "rise": RADIUS, "yaw": 0.0}
-        )
+        model_of("axes").steady_motion({"spin": 8.0, "x": 2.0, "y": 0.0, "yaw": 0.0}, upright)
     said = str(caught.value)
     assert "no steady motion was found" in said and "the rate of ground: no slip along x is off by" in said
     assert "velocities of coordinates on which nothing depends: v.x, v.y" in said
+    start = {"disc": {"velocity": [0, 5, 0, 1, 0, 0]}}
     with pytest.raises(NumericalError) as caught:
-        built("free").steady_motion(
-            {"disc[1]": 5.0, "disc[3]": 0.8}, initial={"disc": {"velocity": [0, 5, 0, 1, 0, 0]}}
-        )
+        model_of("free").steady_motion({"disc[1]": 5.0, "disc[3]": 0.8}, initial=start)
     said = str(caught.value)
     assert "v.disc[1] is" in said and "and not 5 rad/s as given" in said
     assert said.endswith("or velocities that go together as 4 symmetries of the scene let them")
@@ -232,36 +208,23 @@ def test_what_is_not_met_is_named() -> None:
 # -- carts -------------------------------------------------------------------------------------------------------------
 
 
-def cart(kind: str, *, round_wheels: bool = True) -> dict[str, Any]:
+def cart(kind: str, *, round_wheels: bool = True) -> eomgen.Model:
     """Return a cart with two wheels at its back and one that steers, on a plane joint or free."""
-    wheel = {"mass": 2.0, "inertia": [0.02, 0.04, 0.02] if round_wheels else [0.015, 0.04, 0.025]}
-    data: dict[str, Any] = {
-        "format": 1,
-        "name": f"cart_{kind}_{'round' if round_wheels else 'odd'}",
-        "parameters": {"steering": {"value": 0.0, "tunable": True, "unit": "rad"}},
-        "bodies": {
-            "chassis": {"mass": 20.0, "center_of_mass": [0.4, 0, 0.1], "inertia": [1.0, 2.0, 2.5]},
-            "fork": {"mass": 1.0, "inertia": [0.02, 0.02, 0.02]},
-        },
-        "joints": {"body": {"type": kind, "parent": "base", "child": "chassis"}},
-        "constraints": {},
-    }
-    height = (
-        {"axis": [0, 0, 1], "position": [0, 0, WHEEL]} if kind == "planar" else {"initial": {"position": [0, 0, WHEEL]}}
-    )
-    data["joints"]["body"] |= height
-    steer = {"type": "revolute", "parent": "chassis", "child": "fork", "axis": [0, 0, 1], "position": [BASE, 0, 0]}
-    data["joints"]["steer"] = steer | {"stiffness": 500.0, "damping": 5.0, "rest": "steering"}
-    for name, (parent, place) in {
-        "left": ("chassis", TRACK),
-        "right": ("chassis", -TRACK),
-        "front": ("fork", 0.0),
-    }.items():
-        data["bodies"][name] = dict(wheel)
-        hinge = {"type": "revolute", "parent": parent, "child": name, "axis": [0, 1, 0], "position": [0, place, 0]}
-        data["joints"][name] = hinge
-        data["constraints"][f"roll_{name}"] = rolling(name, WHEEL)
-    return data
+    builder = eomgen.SceneBuilder("cart").parameter("steering", 0.0, tunable=True, unit="rad")
+    builder.body("chassis", 20.0, center_of_mass=[0.4, 0, 0.1], inertia=[1.0, 2.0, 2.5])
+    builder.body("fork", 1.0, inertia=[0.02, 0.02, 0.02])
+    place = [0, 0, WHEEL]
+    height = {"axis": [0, 0, 1], "position": place} if kind == "planar" else {"initial": {"position": place}}
+    builder.joint("body", kind, "base", "chassis", **height)
+    spring = {"stiffness": 500.0, "damping": 5.0, "rest": "steering"}
+    builder.joint("steer", "revolute", "chassis", "fork", axis=[0, 0, 1], position=[BASE, 0, 0], **spring)
+    inertia = [0.02, 0.04, 0.02] if round_wheels else [0.015, 0.04, 0.025]
+    for name, parent, side in (("left", "chassis", TRACK), ("right", "chassis", -TRACK), ("front", "fork", 0.0)):
+        builder.body(name, 2.0, inertia=inertia)
+        builder.joint(name, "revolute", parent, name, axis=[0, 1, 0], position=[0, side, 0])
+        given = rolling(name, WHEEL)
+        builder.constraint(f"roll_{name}", given.pop("type"), given.pop("first"), given.pop("second"), **given)
+    return eomgen.build(builder.build(), profile="quick")
 
 
 @pytest.mark.slow
@@ -269,7 +232,7 @@ def cart(kind: str, *, round_wheels: bool = True) -> dict[str, Any]:
 @pytest.mark.parametrize("kind", ["planar", "free"])
 def test_a_cart_goes_straight_on_and_in_circles(kind: str) -> None:
     """Its steering angle d says the circle: yaw rate L = V tan(d); wheels turn with the speed at their places."""
-    model = eomgen.build(cart(kind), profile="quick")
+    model = cart(kind)
     speed = "body[1]" if kind == "planar" else "body[3]"
     for angle in (0.0, 0.3, -0.5):
         for given in ({"front": 10.0}, {speed: 2.0}):
@@ -292,7 +255,7 @@ def test_a_cart_goes_straight_on_and_in_circles(kind: str) -> None:
 def test_wheels_of_three_moments_roll_straight_on() -> None:
     """Their spins are no symmetries, and forced by the rows; in a circle their moments change with the spin: none is
     steady."""
-    model = eomgen.build(cart("planar", round_wheels=False), profile="quick")
+    model = cart("planar", round_wheels=False)
     found = model.steady_motion({"body[1]": 2.0})
     np.testing.assert_allclose(found.v, [0, 2.0, 0, 0, 10.0, 10.0, 10.0], atol=1e-9)
     with pytest.raises(NumericalError, match=r"no steady motion was found|forces balance at this instant only"):
