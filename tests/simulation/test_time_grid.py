@@ -15,29 +15,16 @@ from eomgen.errors import UsageError
 from eomgen.pipeline.model import Model
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.time_grid import time_grid
+from tests.models.library import scene
+from tests.simulation.rails import built, on_rail
 
 
 @cache
 def pendulum() -> Model:
     """Return a driven pendulum with an input from outside."""
-    return eomgen.build(
-        {
-            "format": 1,
-            "name": "timed",
-            "bodies": {"b": {"mass": 1.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.1]}},
-            "joints": {
-                "h": {
-                    "type": "revolute",
-                    "parent": "base",
-                    "child": "b",
-                    "axis": [0, 1, 0],
-                    "initial": {"position": 1.0},
-                }
-            },
-            "inputs": {"push": {}, "beat": {"formula": "sin(3 * t)"}},
-            "efforts": {"e": {"joint": "h", "effort": "push + beat"}},
-        }
-    )
+    driven = {"inputs": {"push": {}, "beat": {"formula": "sin(3 * t)"}}, "joints__hinge__initial": {"position": 1.0}}
+    effort = {"e": {"joint": "hinge", "effort": "push + beat"}}
+    return eomgen.build(scene("pendulum", bodies__rod__inertia=[0.1, 0.1, 0.1], efforts=effort, **driven))
 
 
 METHODS = ("generalized_alpha", "rk4", "taylor")
@@ -106,10 +93,7 @@ def test_a_step_in_which_time_cannot_move_on_is_refused(start: float, step: floa
     with pytest.raises(UsageError) as refused:
         pendulum().simulate(start + 32 * step + 64.0, step, t_start=start, inputs={"push": 0.0})
     latest = max(start, start + 32 * step + 64.0, key=abs)
-    said = (
-        f"step: at t = {latest:.9g} s neighbouring numbers differ by {apart} s, too much for a step of {step:.3g} s;"
-        " try: "
-    )
+    said = f"step: at t = {latest:.9g} s neighbouring numbers differ by {apart} s, too much for a step of {step:.3g} s"
     assert said in str(refused.value)
     assert "or times nearer to 0, with formulas of time shifted by as much" in str(refused.value)
 
@@ -138,17 +122,7 @@ def test_a_float_stepper_has_the_time_of_float() -> None:
 
 
 def fast_wave(period: float) -> Model:
-    return eomgen.build(
-        {
-            "format": 1,
-            "name": f"wave_of_{period:g}".replace("-", "_"),
-            "gravity": [0, 0, 0],
-            "bodies": {"b": {"mass": 1.0}},
-            "joints": {"h": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
-            "inputs": {"u": {"wave": {"shape": "square", "period": period}}},
-            "efforts": {"e": {"joint": "h", "effort": "u"}},
-        }
-    )
+    return built(on_rail("u").input("u", wave={"shape": "square", "period": period}))
 
 
 @pytest.mark.slow
@@ -157,9 +131,8 @@ def test_waves_much_faster_than_the_step_are_refused_before_the_run(method: str)
     model = fast_wave(1e-12)
     with pytest.raises(UsageError) as refused:
         model.simulate(1e-3, 1e-3, method=method)
-    assert (
-        str(refused.value)
-        == "usage error: step: forces jump 2e+09 times within a step of 0.001 s, in waves of 1e-12 s; try: a step of"
+    assert str(refused.value) == (
+        "usage error: step: forces jump 2e+09 times within a step of 0.001 s, in waves of 1e-12 s; try: a step of"
         " 5e-09 s or less with a larger record_every, or a longer period of the wave"
     )
     with pytest.raises(UsageError, match=r"there are 2e\+09 such times from 0 s to 0.001 s, in waves of 1e-12 s"):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from functools import cache
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -10,32 +11,20 @@ import pytest
 import eomgen
 from eomgen.integrators.families.register import method_named
 from eomgen.simulation.timing import RepeatedRun, step_times
+from tests.simulation.rails import built, on_rail
 
-#: A mass on a spring that passes its middle 63 times in 10 s, more often than a library keeps events.
-OSCILLATOR: dict[str, Any] = {
-    "format": 1,
-    "name": "oscillator",
-    "bodies": {"mass": {"mass": 1.0}},
-    "joints": {
-        "slide": {
-            "type": "prismatic",
-            "parent": "base",
-            "child": "mass",
-            "axis": [1, 0, 0],
-            "initial": {"position": 1.0},
-        }
-    },
-    "inputs": {"push": {"unit": "N"}},
-    "efforts": {"spring": {"joint": "slide", "effort": "push - 400 * q.slide"}},
-    "events": {"middle": {"when": "q.slide"}},
-}
+
+@cache
+def oscillator(real: Literal["double", "float"]) -> eomgen.Model:
+    """Return a mass on a spring that passes its middle 63 times in 10 s, more often than a library keeps events."""
+    builder = on_rail("push - 400 * q.x", position=1.0).input("push", unit="N").event("middle", "q.x")
+    return built(builder, real=real)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -> None:
-    model = eomgen.build(OSCILLATOR, real=real, profile="quick")
-    push = {"push": np.linspace(0.0, 40.0, 2001)}
+    model, push = oscillator(real), {"push": np.linspace(0.0, 40.0, 2001)}
     run = model.simulate(10.0, 5e-3, method="rk4", inputs=push)
     assert run.success and len(run.events) == pytest.approx(63, abs=1)
     repeated = RepeatedRun(model, run, method_named("rk4"), push)
@@ -47,7 +36,7 @@ def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -
 
 @pytest.mark.slow
 def test_a_run_that_stops_has_no_times_of_its_steps() -> None:
-    model = eomgen.build(OSCILLATOR, profile="quick")
+    model = oscillator("double")
     run = model.simulate(1e4, 5.0, method="rk4", inputs={"push": 0.0}, error_estimate=False)
     assert not run.success
     with pytest.raises(eomgen.EomgenError, match="a run that stops early has no times of all its steps"):
