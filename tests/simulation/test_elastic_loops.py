@@ -4,7 +4,6 @@ kept."""
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,54 +13,27 @@ import eomgen
 CRANK, ROD = 0.15, 0.3
 
 
-def elastic_crank() -> dict[str, Any]:
-    """Return a slider-crank whose crank bends from its axle and whose rod bends between its pins, where the loop is
-    closed."""
-    angle, rate = 0.3, 10.0
-    rod_angle = -np.arcsin(CRANK / ROD * np.sin(angle))
-    rod_rate = -CRANK * np.cos(angle) * rate / (ROD * np.cos(rod_angle))
-    crank = {"modes": 1, "stiffness": 4.0}
-    rod = {"shapes": "pinned_pinned", "modes": 2, "stiffness": 2.0}
-    hinge = {"type": "revolute", "axis": [0, 0, 1]}
-    return {
-        "format": 1,
-        "name": "elastic_crank",
-        "gravity": [0, -9.81, 0],
-        "bodies": {"slider": {"mass": 0.1}},
-        "beams": {
-            "crank": {"length": CRANK, "mass_per_length": 1.5, "bending_y": crank},
-            "rod": {"length": ROD, "mass_per_length": 0.5, "bending_y": rod, "stretch": {"modes": 1, "stiffness": 2e3}},
-        },
-        "joints": {
-            "axle": {**hinge, "parent": "base", "child": "crank", "initial": {"position": angle, "velocity": rate}},
-            "pin": {
-                **hinge,
-                "parent": "crank",
-                "child": "rod",
-                "position": [CRANK, 0, 0],
-                "initial": {"position": rod_angle - angle, "velocity": rod_rate - rate},
-            },
-            "rail": {
-                "type": "prismatic",
-                "parent": "base",
-                "child": "slider",
-                "axis": [1, 0, 0],
-                "initial": {"position": CRANK * np.cos(angle) + ROD * np.cos(rod_angle)},
-            },
-        },
-        "constraints": {
-            "wrist": {
-                "type": "point_on_line",
-                "first": {"body": "slider", "axis": [0, 0, 1]},
-                "second": {"body": "rod", "position": [ROD, 0, 0]},
-            }
-        },
-    }
-
-
 @cache
 def model() -> eomgen.Model:
-    return eomgen.build(elastic_crank())
+    """Return a slider-crank whose crank bends from its axle and whose rod bends between its pins, where the loop is
+    closed."""
+    angle, rate, z = 0.3, 10.0, [0, 0, 1]
+    rod_angle = -np.arcsin(CRANK / ROD * np.sin(angle))
+    rod_rate = -CRANK * np.cos(angle) * rate / (ROD * np.cos(rod_angle))
+    builder = eomgen.SceneBuilder("elastic_crank", gravity=[0, -9.81, 0]).body("slider", 0.1)
+    builder.beam("crank", length=CRANK, mass_per_length=1.5, bending_y={"modes": 1, "stiffness": 4.0})
+    bending = {"shapes": "pinned_pinned", "modes": 2, "stiffness": 2.0}
+    stretch = {"modes": 1, "stiffness": 2e3}
+    builder.beam("rod", length=ROD, mass_per_length=0.5, bending_y=bending, stretch=stretch)
+    start = {"position": angle, "velocity": rate}
+    builder.joint("axle", "revolute", "base", "crank", axis=z, initial=start)
+    start = {"position": rod_angle - angle, "velocity": rod_rate - rate}
+    builder.joint("pin", "revolute", "crank", "rod", axis=z, position=[CRANK, 0, 0], initial=start)
+    start = {"position": CRANK * np.cos(angle) + ROD * np.cos(rod_angle)}
+    builder.joint("rail", "prismatic", "base", "slider", axis=[1, 0, 0], initial=start)
+    end = {"body": "rod", "position": [ROD, 0, 0]}
+    builder.constraint("wrist", "point_on_line", {"body": "slider", "axis": z}, end)
+    return eomgen.build(builder.build())
 
 
 @pytest.mark.slow

