@@ -139,58 +139,35 @@ def test_inputs_that_are_no_mapping() -> None:
         assert 'inputs={"torque": signal}' in problem.hint
 
 
-PIN: dict[str, Any] = {
-    "format": 1,
-    "name": "pin",
-    "curves": {"profile": {"points": [[-0.5, 0.25], [-0.25, 0.0625], [0, 0], [0.25, 0.0625], [0.5, 0.25]]}},
-    "bodies": {"slider": {"mass": 0}, "pin": {"mass": 1.0, "inertia": [0.01, 0.01, 0.01]}},
-    "joints": {
-        "x": {
-            "type": "prismatic",
-            "parent": "base",
-            "child": "slider",
-            "axis": [1, 0, 0],
-            "initial": {"position": 0.1, "velocity": 4.0},
-        },
-        "z": {
-            "type": "prismatic",
-            "parent": "slider",
-            "child": "pin",
-            "axis": [0, 0, 1],
-            "initial": {"position": 0.07},
-        },
-    },
-    "points": {"tip": {"body": "pin"}},
-}
+POINTS = [[-0.5, 0.25], [-0.25, 0.0625], [0, 0], [0.25, 0.0625], [0.5, 0.25]]
+
+
 FRAMES = {"first": {"body": "base", "axis": [0, 0, 1], "x_axis": [1, 0, 0]}, "second": {"body": "pin"}}
 
 
-@pytest.mark.parametrize(
-    ("constraint", "equation", "asked"),
-    [
-        (
-            {"type": "formula", "equation": "z - profile(x)", "unit": "m", **FRAMES},
-            "formula",
-            r"at 0\.5[01]\d+ by the constraint slot",
-        ),
-        pytest.param(
-            {"type": "formula", "equation": "position.tip[2] - profile(position.tip[0])", "unit": "m"},
-            "formula",
-            r"at 0\.5[01]\d+",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            {"type": "sliding", "shape": "sphere", "radius": 0.05, "surface": "profile(x)", **FRAMES},
-            "contact with the surface",
-            r"within 0\.05 m of 0\.4\d+ by the constraint slot",
-            marks=pytest.mark.slow,
-        ),
-    ],
-)
-def test_a_constraint_that_leaves_the_end_of_a_curve_is_named(
-    constraint: dict[str, Any], equation: str, asked: str
-) -> None:
-    run = eomgen.build({**PIN, "constraints": {"slot": constraint}}, profile="quick").simulate(1.0, 0.005)
+#: Constraints that leave the curve's end: keys, and what is said.
+SLOTS: dict[str, tuple[dict[str, Any], str]] = {
+    "formula": ({"equation": "z - profile(x)", "unit": "m", **FRAMES}, r"at 0\.5[01]\d+ by the constraint slot"),
+    "of a point": ({"equation": "position.tip[2] - profile(position.tip[0])", "unit": "m"}, r"at 0\.5[01]\d+"),
+    "sliding": (
+        {"shape": "sphere", "radius": 0.05, "surface": "profile(x)", **FRAMES},
+        r"within 0\.05 m of 0\.4\d+ by the constraint slot",
+    ),
+}
+
+
+@pytest.mark.slow_except("formula")
+@pytest.mark.parametrize("kind", SLOTS)
+def test_a_constraint_that_leaves_the_end_of_a_curve_is_named(kind: str) -> None:
+    keys, asked = SLOTS[kind]
+    builder = eomgen.SceneBuilder("pin").curve("profile", points=POINTS).body("slider", 0)
+    builder.body("pin", 1.0, inertia=[0.01, 0.01, 0.01]).point("tip", "pin", [0, 0, 0])
+    start = {"position": 0.1, "velocity": 4.0}
+    builder.joint("x", "prismatic", "base", "slider", axis=[1, 0, 0], initial=start)
+    builder.joint("z", "prismatic", "slider", "pin", axis=[0, 0, 1], initial={"position": 0.07})
+    builder.constraint("slot", "sliding" if kind == "sliding" else "formula", **keys)
+    run = eomgen.build(builder.build(), profile="quick").simulate(1.0, 0.005)
+    equation = "contact with the surface" if kind == "sliding" else "formula"
     text = rf"component slot: {equation} at t = 0\.1\d+ s, where the curve profile has points from -0\.5 to 0\.5 and is"
     remedy = r"; try: points that reach further, or outside = \"hold\" or \"periodic\""
     assert not run.success

@@ -4,33 +4,9 @@ import numpy as np
 import pytest
 
 import eomgen
+from tests.simulation.rails import built
 
 INERTIA, LEVER, MASS, GRAVITY, SAMPLE = 0.35, 0.5, 1.0, 9.81, 1e-3
-SCENE = {
-    "format": 1,
-    "name": "arm",
-    "bodies": {"rod": {"mass": MASS, "center_of_mass": [LEVER, 0, 0], "inertia": [0.01, 0.1, 0.1]}},
-    "joints": {"elbow": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0]}},
-    "references": {
-        "servo": {
-            "position": {"elbow": "0.3 * sin(t)"},
-            "velocity": {"elbow": "0.3 * cos(t)"},
-            "acceleration": {"elbow": "-0.3*sin(t) + 100*(0.3*sin(t) - q.elbow) + 20*(0.3*cos(t) - v.elbow)"},
-        }
-    },
-    "efforts": {"motor": {"joint": "elbow", "effort": "torque"}},
-}
-STATE = {"states": {"torque": {"sample": "1 ms", "formula": "tau.elbow(servo)"}}}
-CONTROLLER = {
-    "controllers": {
-        "servo_law": {
-            "type": "sampled",
-            "sample": "1 ms",
-            "signals": {"tau": "tau.elbow(servo)"},
-            "outputs": ["torque"],
-        }
-    }
-}
 
 
 def _by_hand(samples: int) -> tuple[float, float]:
@@ -51,15 +27,24 @@ def _by_hand(samples: int) -> tuple[float, float]:
     return float(x[0]), float(x[1])
 
 
+def arm(effort: str) -> eomgen.SceneBuilder:
+    """Return a rod on a hinge with what it is to follow."""
+    builder = eomgen.SceneBuilder("arm").body("rod", MASS, center_of_mass=[LEVER, 0, 0], inertia=[0.01, 0.1, 0.1])
+    builder.joint("elbow", "revolute", "base", "rod", axis=[0, 1, 0]).effort("motor", "elbow", effort)
+    wanted = "-0.3*sin(t) + 100*(0.3*sin(t) - q.elbow) + 20*(0.3*cos(t) - v.elbow)"
+    position, velocity = {"elbow": "0.3 * sin(t)"}, {"elbow": "0.3 * cos(t)"}
+    return builder.reference("servo", position=position, velocity=velocity, acceleration={"elbow": wanted})
+
+
 def test_a_sampled_state_holds_computed_torque() -> None:
-    model = eomgen.build(SCENE | STATE, method="rk4", profile="quick")
-    solution = model.simulate(0.5, SAMPLE)
+    builder = arm("torque").state("torque", sample="1 ms", formula="tau.elbow(servo)")
+    solution = built(builder, method="rk4").simulate(0.5, SAMPLE)
     assert (solution.q[-1, 0], solution.v[-1, 0]) == pytest.approx(_by_hand(500), abs=1e-13)
 
 
 @pytest.mark.slow
 def test_a_sampled_controller_is_given_it() -> None:
-    effort = {"efforts": {"motor": {"joint": "elbow", "effort": "servo_law_torque"}}}
-    model = eomgen.build(SCENE | CONTROLLER | effort, method="rk4", profile="quick")
-    solution = model.simulate(0.5, SAMPLE, controllers={"servo_law": lambda t, signals: signals})
+    given = {"sample": "1 ms", "signals": {"tau": "tau.elbow(servo)"}, "outputs": ["torque"]}
+    model = built(arm("law_torque").controller("law", "sampled", **given), method="rk4")
+    solution = model.simulate(0.5, SAMPLE, controllers={"law": lambda t, signals: signals})
     assert (solution.q[-1, 0], solution.v[-1, 0]) == pytest.approx(_by_hand(500), abs=1e-13)
