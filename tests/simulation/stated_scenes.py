@@ -27,7 +27,6 @@ FIXED: Methods = (*ALPHA, ("rk4", {}))
 BY_TOLERANCE: Methods = (("rk45", {"tolerance": 1e-5}), ("generalized_alpha", {"tolerance": 1e-5}))
 METHODS: Methods = (*FIXED, *BY_TOLERANCE)
 EXPLICIT: Methods = (("rk4", {}), ("rk45", {"tolerance": 1e-5}))
-SERIES: Methods = (*ALPHA, ("taylor", {"tolerance": 1e-6}))
 CONSTRAINED: Methods = (*ALPHA, ("generalized_alpha", {"tolerance": 1e-5}))
 
 
@@ -91,10 +90,6 @@ def _van_der_pol(t: float, y: Array) -> list[float]:
     return [y[1], 5.0 * (1.0 - y[0] ** 2) * y[1] - y[0]]
 
 
-def _duffing(t: float, y: Array) -> list[float]:
-    return [y[1], y[0] - y[0] ** 3 - 0.2 * y[1] + 0.3 * math.cos(1.2 * t)]
-
-
 def _kepler(t: float, y: Array) -> list[float]:
     cube = (y[0] ** 2 + y[1] ** 2) ** 1.5
     return [y[2], y[3], -y[0] / cube, -y[1] / cube]
@@ -102,10 +97,6 @@ def _kepler(t: float, y: Array) -> list[float]:
 
 def _filtered(t: float, y: Array) -> list[float]:
     return [y[1], -40.0 * y[0] + 4.0 * y[2], -(y[2] - math.sin(3.0 * t)) / 0.02]
-
-
-def _integrating(t: float, y: Array) -> list[float]:
-    return [y[1], 30.0 * (1.0 - y[0]) - 4.0 * y[1] + 20.0 * y[2], 1.0 - y[0]]
 
 
 def _floor(t: float, y: Array) -> list[float]:
@@ -118,11 +109,6 @@ def _table(t: float, y: Array) -> list[float]:
 
 def _pendulum(t: float, y: Array) -> list[float]:
     return [y[1], -9.81 * 0.5 / (0.25 + 1e-9) * math.sin(y[0])]
-
-
-def _beam(t: float, y: Array) -> list[float]:
-    """First two bending modes of a cantilever of unit modal masses, beside one another."""
-    return [y[2], y[3], -400.0 * y[0], -15700.0 * y[1]]
 
 
 def _states(name: str, states: dict[str, tuple[float, str]], rates: Rates, duration: float, step: float) -> Case:
@@ -224,8 +210,6 @@ CASES = (
          _damped, 5.0, (), (0.02, 0.005)),
     Case("van der Pol", sliders("pol", {"x": "5*(1-q.x**2)*v.x - q.x"}, {"x": (2.0, 0.0)}),
          _van_der_pol, 10.0, (), (0.02, 0.005)),
-    Case("Duffing", sliders("duffing", {"x": "q.x - q.x**3 - 0.2*v.x + 0.3*cos(1.2*t)"}, {"x": (0.5, 0.0)}),
-         _duffing, 15.0, (), (0.05, 0.01)),
     Case("Kepler 0.5", sliders(
         "kepler", {axis: f"-q.{axis}/(q.x**2+q.y**2)**1.5" for axis in "xy"},
         {"x": (0.5, 0.0), "y": (0.0, math.sqrt(3))}),
@@ -233,81 +217,41 @@ CASES = (
     Case("filtered force", sliders("filtered", {"x": "-40*q.x + 4*lag"}, {"x": (0.1, 0.0)},
                                    states={"lag": {"rate": "-(lag - sin(3*t))/0.02"}}),
          _filtered, 4.0, (), (0.01, 0.002)),
-    Case("PI control", sliders("servo", {"x": "30*(1-q.x) - 4*v.x + 20*sum"}, {"x": (0.0, 0.0)},
-                               states={"sum": {"rate": "1-q.x"}}),
-         _integrating, 4.0, (), (0.02, 0.005)),
     Case("contact", sliders("contact", {"x": "-9.81 + 2000*max(-q.x, 0)"}, {"x": (0.3, 0.0)}),
          _floor, 1.2, (), (0.004, 0.001)),
     Case("linear table", sliders("table", {"x": "-25*q.x + push"}, {"x": (0.1, 0.0)}, inputs={"push": POINTS}),
          _table, 2.0, (0.5, 0.9, 1.4), (0.02, 0.005)),
     Case("pendulum", PENDULUM, _pendulum, 5.0, (), (0.02, 0.005)),
-    Case("two modes", sliders("modes", {"x": "-400*q.x", "y": "-15700*q.y"}, {"x": (0.1, 0.0), "y": (0.01, 0.0)}),
-         _beam, 1.0, (), (0.004, 0.001)),
-    Case("three steps", sliders("short", {"x": "-100*q.x"}, {"x": (0.1, 0.0)}), _spring, 0.06, (), (0.02,)),
     # -- internal states ---------------------------------------------------------------------------------------
-    _states("Lotka and Volterra", {"a": (1.0, "a*(1 - b)"), "b": (0.5, "b*(a - 1)")},
-            lambda t, z: [z[0] * (1 - z[1]), z[1] * (z[0] - 1)], 8.0, 0.05),
-    _states("Brusselator", {"a": (1.0, "1 + a*a*b - 3*a"), "b": (2.5, "2*a - a*a*b")},
-            lambda t, z: [1 + z[0] ** 2 * z[1] - 3 * z[0], 2 * z[0] - z[0] ** 2 * z[1]], 8.0, 0.02),
     _states("Lorenz", {"a": (1.0, "10*(b - a)"), "b": (1.0, "a*(28 - c) - b"), "c": (20.0, "a*b - 8/3*c")},
             lambda t, z: [10 * (z[1] - z[0]), z[0] * (28 - z[2]) - z[1], z[0] * z[1] - 8 / 3 * z[2]], 2.0, 0.005),
     _states("stiff state", {"a": (1.0, "-200*(a - cos(3*t))")},
             lambda t, z: [-200 * (z[0] - math.cos(3 * t))], 2.0, 0.002),
-    _states("logistic", {"a": (0.01, "3*a*(1 - a)")}, lambda t, z: [3 * z[0] * (1 - z[0])], 4.0, 0.05),
     Case("Bouc-Wen", sliders("boucwen", {"x": "-20*q.x - 40*w + 8*sin(2*t)"}, {"x": (0.0, 0.0)}, states={
         "w": {"rate": "v.x - 5*abs(v.x)*w - 5*v.x*abs(w)"}}),
          lambda t, y: [y[1], -20 * y[0] - 40 * y[2] + 8 * math.sin(2 * t),
                        y[1] - 5 * abs(y[1]) * y[2] - 5 * y[1] * abs(y[2])], 4.0, (), (0.02, 0.005)),
     # -- forces ------------------------------------------------------------------------------------------------
     _forced("hard spring", "-100*q.x - 1e4*q.x**3", lambda t, q, v: -100 * q - 1e4 * q**3, (0.1, 0.0), 2.0, 0.01),
-    _forced("Mathieu", "-(9 + 3*cos(6*t))*q.x", lambda t, q, v: -(9 + 3 * math.cos(6 * t)) * q, (0.1, 0.0), 5.0, 0.02),
-    _forced("Morse", "-20*(1 - exp(-q.x))*exp(-q.x)", lambda t, q, v: -20 * (1 - math.exp(-q)) * math.exp(-q),
-            (1.0, 0.0), 4.0, 0.02),
     _forced("well", "q.x**-13 - q.x**-7", lambda t, q, v: q**-13 - q**-7, (0.95, 0.0), 4.0, 0.01),
-    _forced("resonance", "-25*q.x - 0.1*v.x + cos(5*t)", lambda t, q, v: -25 * q - 0.1 * v + math.cos(5 * t),
-            (0.0, 0.0), 8.0, 0.02),
-    _forced("hanging magnet", "-9.81 + 0.01/(0.2 - q.x)**2 - 60*q.x",
-            lambda t, q, v: -9.81 + 0.01 / (0.2 - q) ** 2 - 60 * q, (0.0, 0.0), 3.0, 0.01),
-    _forced("chirp", "-30*q.x + sin(3*t*t)", lambda t, q, v: -30 * q + math.sin(3 * t * t), (0.0, 0.0), 4.0, 0.01),
     _forced("switched", "-40*q.x + (5 if t > 0.5 else 0)", lambda t, q, v: -40 * q + (5 if t > 0.5 else 0),
             (0.1, 0.0), 2.0, 0.01, (0.5,)),
     _forced("pulse", "-40*q.x + (200 if 0.7 < t < 0.72 else 0)",
             lambda t, q, v: -40 * q + (200 if 0.7 < t < 0.72 else 0), (0.1, 0.0), 2.0, 0.01, (0.7, 0.72)),
-    _forced("delayed ramp", "-40*q.x + 30*max(t - 0.55, 0)", lambda t, q, v: -40 * q + 30 * max(t - 0.55, 0.0),
-            (0.1, 0.0), 2.0, 0.01, (0.55,)),
     # -- friction, contacts, stops -----------------------------------------------------------------------------
     _forced("smooth friction", "-50*q.x - 2*tanh(v.x/0.05)", lambda t, q, v: -50 * q - 2 * math.tanh(v / 0.05),
             (0.3, 0.0), 2.0, 0.005),
     _forced("stick and slip", "20*(0.2*t - q.x) - 2*tanh(v.x/0.02)",
             lambda t, q, v: 20 * (0.2 * t - q) - 2 * math.tanh(v / 0.02), (0.0, 0.0), 3.0, 0.002),
-    _forced("drag", "-20*q.x - 4*v.x*abs(v.x)", lambda t, q, v: -20 * q - 4 * v * abs(v), (0.5, 0.0), 4.0, 0.01),
     _forced("stops", "-5*q.x - 4e3*max(q.x - 0.1, 0) + 4e3*max(-0.1 - q.x, 0)",
             lambda t, q, v: -5 * q - 4e3 * max(q - 0.1, 0.0) + 4e3 * max(-0.1 - q, 0.0), (0.0, 1.0), 1.0, 0.002),
     _forced("Hertz", "-9.81 + 1e4*max(-q.x, 0)**1.5", lambda t, q, v: -9.81 + 1e4 * max(-q, 0.0) ** 1.5,
             (0.2, 0.0), 1.0, 0.002),
-    _forced("damped contact", "-9.81 + max(-q.x, 0)*(3000 - 300*v.x)",
-            lambda t, q, v: -9.81 + max(-q, 0.0) * (3000 - 300 * v), (0.2, 0.0), 1.0, 0.002),
-    _forced("slack spring", "-200*max(q.x - 0.05, 0) + 3*cos(4*t) - v.x",
-            lambda t, q, v: -200 * max(q - 0.05, 0.0) + 3 * math.cos(4 * t) - v, (0.0, 0.0), 3.0, 0.005),
     # -- tables ------------------------------------------------------------------------------------------------
     _tabled("quintic table", "-25*q.x + bump(t)", "quintic", 2.0),
-    _tabled("quintic table, fast", "-400*q.x + 10*bump(t)", "quintic", 2.0),
     _tabled("linear curve", "-25*q.x + bump(t)", "linear", 2.0, BENDS),
     _tabled("spring of a curve", "-20*q.x - bump(10*q.x + 1)", "quintic", 2.0),
-    _tabled("spring of lines", "-20*q.x - bump(5*q.x + 1)", "linear", 2.0),
-    _tabled("filtered road", "-60*q.x + 30*bump(0.5*t + 0.1) - 2*v.x", "quintic", 2.0),
     # -- several freedoms --------------------------------------------------------------------------------------
-    Case("Henon and Heiles", sliders("henon", {"x": "-q.x - 2*q.x*q.y", "y": "-q.y - q.x**2 + q.y**2"},
-                                     {"x": (0.3, 0.0), "y": (0.0, 0.3)}),
-         lambda t, y: [y[2], y[3], -y[0] - 2 * y[0] * y[1], -y[1] - y[0] ** 2 + y[1] ** 2],
-         12.0, (), (0.1, 0.02), SERIES),
-    Case("Kepler 0.8", sliders(
-        "ellipse", {axis: f"-q.{axis}/(q.x**2+q.y**2)**1.5" for axis in "xy"}, {"x": (0.2, 0.0), "y": (0.0, 3.0)}),
-        _kepler, 6.0, (), (0.005, 0.001), SERIES),
-    Case("beat", sliders("beat", {"x": "-100*q.x - 5*(q.x - q.y)", "y": "-100*q.y + 5*(q.x - q.y)"},
-                         {"x": (0.1, 0.0), "y": (0.0, 0.0)}),
-         lambda t, y: [y[2], y[3], -100 * y[0] - 5 * (y[0] - y[1]), -100 * y[1] + 5 * (y[0] - y[1])],
-         6.0, (), (0.02, 0.005), FIXED),
     Case("cart and pole", CART_AND_POLE, None, 3.0, (), (0.02, 0.005), (*ALPHA, *BY_TOLERANCE)),
     Case("double pendulum", DOUBLE_PENDULUM, None, 2.0, (), (0.01, 0.002), (*ALPHA, *BY_TOLERANCE)),
     Case("tumbling body", TUMBLING, None, 3.0, (), (0.02, 0.005), (*FIXED, ("rk45", {"tolerance": 1e-5}))),
@@ -320,12 +264,11 @@ CASES = (
          None, 1.0, (), (0.01, 0.002), ALPHA),
     # -- geometrically exact beams -----------------------------------------------------------------------------
     Case("cantilever", _cantilever(4), None, 2.0, (), (0.02, 0.005), ALPHA),
-    Case("cantilever of 8", _cantilever(8), None, 1.0, (), (0.02, 0.005), ALPHA),
     Case("damped cantilever", _cantilever(4, stiffness_damping=0.05), None, 2.0, (), (0.02,), ALPHA),
     # -- few steps ---------------------------------------------------------------------------------------------
     *(Case(f"{count} steps", sliders("few", {"x": "-100*q.x - 300*q.x**3"}, {"x": (0.1, 0.5)}),
            lambda t, y: [y[1], -100 * y[0] - 300 * y[0] ** 3], 0.02 * count, (), (0.02,), FIXED)
-      for count in (1, 2, 5, 10, 20)),
+      for count in (1, 5, 20)),
 )  # fmt: skip  # a table
 SAMPLED = (
     SampledCase("samples of a spring", _of_k("-k*q.x"), lambda k: lambda t, y: [y[1], -k * y[0]],
