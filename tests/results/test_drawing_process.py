@@ -15,6 +15,14 @@ import pytest
 
 from eomgen.base.drawing_process import Drawing, Drawings, drawing_process, from_copy, in_copy, own_process
 
+
+@pytest.fixture
+def forking(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the process have one thread and two cores, so that it is copied."""
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+
+
 ONLY_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the process is copied by fork on Linux alone")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
 
@@ -39,11 +47,7 @@ def prepared(folder: Path) -> Callable[[], Drawings]:
 @pytest.mark.slow_except("0", "1")
 @ONLY_LINUX
 @pytest.mark.parametrize("count", [0, 1, 2, 9])
-def test_copies_draw_every_figure_once_and_in_order(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
-) -> None:
-    monkeypatch.setattr(threading, "active_count", lambda: 1)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+def test_copies_draw_every_figure_once_and_in_order(tmp_path: Path, forking: None, count: int) -> None:
     names = [f"{number}.png" for number in range(count)]
     with drawing_process(prepared(tmp_path)) as copy:
         assert copy is not None
@@ -57,10 +61,8 @@ def test_copies_draw_every_figure_once_and_in_order(
 
 @ONLY_LINUX
 def test_a_figure_that_fails_leaves_all_to_the_caller(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, forking: None, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(threading, "active_count", lambda: 1)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
     with drawing_process(prepared(tmp_path)) as copy:
         assert copy is not None
         copy.order({"names": ["first.png", "impossible"]})
@@ -69,9 +71,7 @@ def test_a_figure_that_fails_leaves_all_to_the_caller(
 
 
 @ONLY_LINUX
-def test_a_copy_without_an_order_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(threading, "active_count", lambda: 1)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+def test_a_copy_without_an_order_ends_with_the_run(tmp_path: Path, forking: None) -> None:
     with pytest.raises(KeyError), drawing_process(prepared(tmp_path)) as copy:
         assert copy is not None
         number = copy._number
@@ -90,10 +90,8 @@ def test_a_process_with_threads_is_not_copied(tmp_path: Path, monkeypatch: pytes
 
 @ONLY_LINUX
 def test_work_is_done_by_a_copy_unless_it_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, forking: None, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(threading, "active_count", lambda: 1)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
     for name, success in (("table", True), ("impossible", False)):
         with in_copy(writer(tmp_path, name)) as done:
             assert [done(), done()] == [success, success]
@@ -103,9 +101,7 @@ def test_work_is_done_by_a_copy_unless_it_fails(
 
 
 @ONLY_LINUX
-def test_a_value_comes_from_a_copy_of_an_own_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(threading, "active_count", lambda: 1)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+def test_a_value_comes_from_a_copy_of_an_own_process(forking: None) -> None:
     with from_copy(os.getpid) as value:
         assert value() is None
     with own_process(), from_copy(lambda: (os.getpid(), "x" * 100_000)) as value:  # more than a pipe holds
@@ -116,9 +112,7 @@ def test_a_value_comes_from_a_copy_of_an_own_process(monkeypatch: pytest.MonkeyP
 
 
 @ONLY_LINUX
-def test_work_of_a_copy_ends_with_an_interrupted_caller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(threading, "active_count", lambda: 1)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+def test_work_of_a_copy_ends_with_an_interrupted_caller(tmp_path: Path, forking: None) -> None:
     began, begins = os.pipe()
 
     def work() -> None:
