@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,56 +16,42 @@ from scipy.linalg import expm
 import eomgen
 from eomgen.cli import main
 from tests.models.cache import shared_cache
+from tests.models.library import scene, scene_file
+from tests.simulation.rails import built, on_rail
 
 __all__ = ["shared_cache"]
 
-SCENE = """\
-format = 1
-name = "limited_servo"
-gravity = [0, 0, 0]
-terms = ["forward_dynamics", "internal_rate", "equations", "iteration", "outputs", "energy"]
-[parameters]
-kp = { value = 40, tunable = true }
-top = { value = 12, tunable = true }
-[bodies.arm]
-mass = 1
-inertia = [1, 1, 1]
-[joints.pin]
-type = "revolute"
-parent = "base"
-child = "arm"
-axis = [0, 0, 1]
-damping = 0.5
-initial = { position = 0.3 }
-[controllers]
-motor = { type = "low_pass", signal = "servo", gain = 0.9, time_constant = 0.02, initial = 0.4 }
-phase = { type = "lead_lag", signal = "v.pin", time_constant = 0.05, lead = 0.1, gain = 2, initial_filtered = 0.1, \
-maximum = 1.5 }
-slow = { type = "pi", signal = "phase", proportional = 0.1, integral = 0.3, initial = -0.2 }
-[controllers.servo]
-type = "pid"
-signal = "1 - q.pin"
-proportional = "kp"
-integral = 40
-derivative = 8
-time_constant = 0.01
-minimum = "-top"
-maximum = "top"
-tracking = 0.5
-initial_filtered = 0.7
-[efforts.motor]
-joint = "pin"
-effort = "motor - 0.2 * slow"
-[outputs]
-given = { formula = ["servo", "motor", "phase", "slow"] }
-"""
+
+CONTROLLERS: dict[str, Any] = {
+    "motor": {"type": "low_pass", "signal": "servo", "gain": 0.9, "time_constant": 0.02, "initial": 0.4},
+    "phase": {
+        **{"type": "lead_lag", "signal": "v.hinge", "time_constant": 0.05, "lead": 0.1, "gain": 2},
+        **{"initial_filtered": 0.1, "maximum": 1.5},
+    },
+    "slow": {"type": "pi", "signal": "phase", "proportional": 0.1, "integral": 0.3, "initial": -0.2},
+    "servo": {
+        **{"type": "pid", "signal": "1 - q.hinge", "proportional": "kp", "integral": 40, "derivative": 8},
+        **{"time_constant": 0.01, "minimum": "-top", "maximum": "top", "tracking": 0.5, "initial_filtered": 0.7},
+    },
+}
+
+
+SERVO: dict[str, Any] = {
+    "gravity": [0, 0, 0],
+    "terms": ["forward_dynamics", "internal_rate", "equations", "iteration", "outputs", "energy"],
+    "parameters": {"kp": {"value": 40, "tunable": True}, "top": {"value": 12, "tunable": True}},
+    "bodies__rod": {"mass": 1, "inertia": [1, 1, 1]},
+    "joints__hinge__damping": 0.5,
+    "joints__hinge__initial": {"position": 0.3},
+    "controllers": CONTROLLERS,
+    "efforts": {"motor": {"joint": "hinge", "effort": "motor - 0.2 * slow"}},
+    "outputs": {"given": {"formula": ["servo", "motor", "phase", "slow"]}},
+}
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
-    path = tmp_path_factory.mktemp("scene") / "servo.toml"
-    path.write_text(SCENE)
-    return eomgen.build(path)
+def model() -> eomgen.Model:
+    return eomgen.build(scene("pendulum", **SERVO))
 
 
 def by_hand(kp: float, top: float) -> Callable[[float, np.ndarray], np.ndarray]:
@@ -114,41 +101,33 @@ def test_controllers_are_their_equations(model: eomgen.Model, kp: float, top: fl
 @pytest.mark.slow
 def test_an_integral_that_winds_up_is_the_difference(model: eomgen.Model) -> None:
     """With tracking the overshoot of a saturated step is a fraction of that of a nearly free integral."""
-    text = SCENE.replace("tracking = 0.5", "tracking = 1e6")
-    wound = eomgen.build(_data(text)).simulate(4.0, 1e-3, parameters={"top": 2.0})
+    free = scene("pendulum", **SERVO, controllers__servo__tracking=1e6)
+    wound = eomgen.build(free).simulate(4.0, 1e-3, parameters={"top": 2.0})
     held = model.simulate(4.0, 1e-3, parameters={"top": 2.0})
     assert wound.q.max() - 1.0 > 2.0 * (held.q.max() - 1.0) > 0.0
 
 
-def _data(text: str) -> dict[str, object]:
-    import tomllib
-
-    return tomllib.loads(text)
+def pushed(kind: str, signal: str, **keys: Any) -> eomgen.SceneBuilder:
+    """Return a cart on a rail that a controller pushes."""
+    return on_rail("push", "rail").controller("push", kind, signal, **keys)
 
 
 @pytest.mark.slow
 def test_a_first_order_lag_is_exponential() -> None:
-    builder = eomgen.SceneBuilder("lag", gravity=[0, 0, 0]).body("cart", 1.0)
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
-    builder.controller("push", "low_pass", 3.0, time_constant=0.1, initial=1.0).effort("push", "rail", "push")
-    run = eomgen.build(builder.build()).simulate(0.5, 1e-3, method="rk4")
+    run = built(pushed("low_pass", 3.0, time_constant=0.1, initial=1.0)).simulate(0.5, 1e-3, method="rk4")
     A = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, -10, 30], [0, 0, 0, 0]])
     assert np.allclose([run.q[-1, 0], run.v[-1, 0], run.z[-1, 0]], (expm(0.5 * A) @ [0, 0, 1, 1])[:3], atol=1e-9)
 
 
 def test_jumps_that_controllers_see_are_known() -> None:
-    builder = eomgen.SceneBuilder("step_in_time", gravity=[0, 0, 0]).body("cart", 1.0)
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
-    builder.controller("push", "pi", "(1 if t < 0.35 else 2) - q.rail", proportional=3).effort("push", "rail", "push")
-    assert [item.time for item in eomgen.derive(builder.build()).discontinuities] == [0.35]
+    step = pushed("pi", "(1 if t < 0.35 else 2) - q.rail", proportional=3).build()
+    assert [item.time for item in eomgen.derive(step).discontinuities] == [0.35]
 
 
 @pytest.mark.slow
 def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
-    builder = eomgen.SceneBuilder("fast_lag", gravity=[0, 0, 0]).body("cart", 1.0).parameter("T", 0.01, tunable=True)
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
-    builder.controller("push", "low_pass", "1 - q.rail", time_constant="T").effort("push", "rail", "push")
-    model = eomgen.build(builder.build())
+    builder = pushed("low_pass", "1 - q.rail", time_constant="T").parameter("T", 0.01, tunable=True)
+    model = built(builder)
     assert "decay" not in model.simulate(0.1, 1e-3, method="rk4").message
     fast = model.simulate(0.1, 1e-3, method="rk4", parameters={"T": 2e-4})
     assert re.search(
@@ -160,31 +139,29 @@ def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
 
 
 @pytest.fixture
-def scene_file(tmp_path: Path) -> Path:
-    path = tmp_path / "servo.toml"
-    path.write_text(SCENE, encoding="utf-8")
-    return path
+def servo_file(tmp_path: Path) -> Path:
+    return scene_file(tmp_path, "pendulum", **SERVO)
 
 
-def test_info_lists_states_with_their_cost(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info", str(scene_file), "--json"]) == 0
+def test_info_lists_states_with_their_cost(servo_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(servo_file), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["sizes"]["nz"] == 5 and found["facts"]["internal_states"]
     lag = found["states"][0]
     assert lag["name"] == "motor_filtered" and lag["initial"] == 0.4 and lag["flops"] >= 3
-    assert main(["info", str(scene_file)]) == 0
+    assert main(["info", str(servo_file)]) == 0
     shown = capsys.readouterr().out
     assert "Internal states" in shown and "servo_integral" in shown
 
 
 @pytest.mark.slow
 def test_states_start_from_the_command_line(
-    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    servo_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["simulate", str(scene_file), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
-    assert main([*words, "--initial", "motor_filtered=2", "--initial", "pin=0.1"]) == 0
+    words = ["simulate", str(servo_file), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
+    assert main([*words, "--initial", "motor_filtered=2", "--initial", "hinge=0.1"]) == 0
     table = np.genfromtxt(tmp_path / "out" / "solution.csv", delimiter=",", names=True, deletechars="")
-    assert table["z.motor_filtered"][0] == 2.0 and table["q.pin"][0] == 0.1
+    assert table["z.motor_filtered"][0] == 2.0 and table["q.hinge"][0] == 0.1
     capsys.readouterr()
     assert main([*words, "--initial", "moto=2"]) == 2
     assert "there is no joint or state 'moto'; try: " in capsys.readouterr().err
