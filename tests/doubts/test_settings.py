@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -53,9 +54,7 @@ def test_a_call_silences_checks_by_name(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_unknown_names_have_one_message_with_a_known_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(eomgen.DescriptionError) as told:
-        loaded(quiet("discretization_error"), tmp_path)
-    (problem,) = told.value.problems
+    problem = problem_of(quiet("discretization_error"), tmp_path)
     assert problem.what == "there is no doubt 'discretization_error'" and problem.hint == "discretisation_error"
     (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
     call = ("simulate", f"{tmp_path / 'scene.toml'}", "--out", f"{tmp_path / 'out'}", "--quiet")
@@ -78,9 +77,7 @@ NOTE = "the parameter idle changes nothing: no formula mentions it (doubt: unuse
 
 def test_doubts_of_a_strict_scene_are_errors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for _ in range(2):  # no record of the first reading answers the second one
-        with pytest.raises(eomgen.DescriptionError) as told:
-            loaded(quiet(strict=True), tmp_path)
-        (problem,) = told.value.problems
+        problem = problem_of(quiet(strict=True), tmp_path)
         assert (problem.what, problem.code) == (NOTE, "W0101")
         assert problem.where.endswith("scene.toml:51 (parameters.idle)")
         assert problem.hint == 'doubts.quiet = ["unused names"]'
@@ -135,14 +132,9 @@ def test_a_call_silences_notes_of_the_scene(verb: str, tmp_path: Path, capsys: p
     note = NOTE.removesuffix(" (doubt: unused names)")
     for strict, code in ((False, 0), (True, 3)):
         file.write_text(quiet(strict=strict), encoding="utf-8")
-        for words, expected in (
-            (call, code),
-            ((*call, *silenced), 0),
-            ((*call, "--strict", *silenced), 0),
-            (call, code),
-        ):
-            assert main(words) == expected
-            assert (note in capsys.readouterr().err) == (words == call)
+        for more, expected in (((), code), (silenced, 0), (("--strict", *silenced), 0), ((), code)):
+            assert main((*call, *more)) == expected
+            assert (note in capsys.readouterr().err) == (not more)
 
 
 @pytest.mark.parametrize(
@@ -153,26 +145,16 @@ def test_a_call_silences_notes_of_the_scene(verb: str, tmp_path: Path, capsys: p
     ],
 )
 def test_a_note_of_a_strict_scene_has_place_and_code(entry: str, place: str, code: str, tmp_path: Path) -> None:
-    with pytest.raises(eomgen.DescriptionError) as told:
-        loaded(f"{PENDULUM_TOML}\n{entry}\n\n[doubts]\nstrict = true\n", tmp_path)
-    (problem,) = told.value.problems
+    problem = problem_of(f"{PENDULUM_TOML}\n{entry}\n\n[doubts]\nstrict = true\n", tmp_path)
     assert problem.where.endswith(f"scene.toml:{place}") and problem.code == code
 
 
 @pytest.mark.parametrize(
     ("line", "hint"),
-    [
-        ('strict = "yes"', "true"),
-        ("strict = 1", "true"),
-        ('quiet = "unused names"', '["unused names"]'),
-        ("quiet = [1]", '["unused names"]'),
-    ],
+    [('strict = "yes"', "true"), ('quiet = "unused names"', '["unused names"]'), ("quiet = [1]", '["unused names"]')],
 )
 def test_wrong_values_have_an_example(line: str, hint: str, tmp_path: Path) -> None:
-    with pytest.raises(eomgen.DescriptionError) as told:
-        loaded(f"{PENDULUM_TOML}\n[doubts]\n{line}\n", tmp_path)
-    (problem,) = told.value.problems
-    assert problem.hint == hint
+    assert problem_of(f"{PENDULUM_TOML}\n[doubts]\n{line}\n", tmp_path).hint == hint
 
 
 #: A mass on a soft spring.
@@ -189,6 +171,14 @@ def rest_of(*names: str, strict: bool = False) -> tuple[str, ...]:
     """Return the notes of an equilibrium, with some doubts silenced."""
     data = {**tomllib.loads(SOFT), "doubts": {"quiet": names, "strict": strict}}
     return tuple(eomgen.build(eomgen.load(data), profile="quick").equilibrium().notes)
+
+
+def problem_of(text: str, folder: Path) -> Any:
+    """Return the only problem of a scene."""
+    with pytest.raises(eomgen.DescriptionError) as told:
+        loaded(text, folder)
+    (problem,) = told.value.problems
+    return problem
 
 
 @pytest.mark.slow

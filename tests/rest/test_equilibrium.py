@@ -213,7 +213,7 @@ def test_joint_and_absolute_coordinates_rest_alike() -> None:
         assert len(found.multipliers) == 5
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_slender_bodies_and_a_bad_start_are_no_trouble() -> None:
     model = eomgen.build(EXAMPLES / "hanging_chain" / "scene.toml")
     found = model.equilibrium()

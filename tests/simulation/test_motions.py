@@ -3,7 +3,6 @@ cannot be is refused."""
 
 from __future__ import annotations
 
-import itertools
 import math
 import pickle
 import re
@@ -301,14 +300,3 @@ def test_steps_before_and_behind_an_event_that_stops() -> None:
     run.step(n=100, motions={"feed": (0.1, 0.0, 0.0)})
     assert run.stopped and run.motions["feed"] == pytest.approx([0.05, 1.875, 0.0], abs=1e-6)
     assert run.t == pytest.approx(0.05, abs=1e-8)
-
-
-def test_rows_are_recorded_at_every_step() -> None:
-    run = followed()
-    for t in itertools.accumulate([1e-3] * 50):
-        run.record()
-        run.advance(t, motions={"lift": sine})
-    solution = run.solution()
-    times = np.linspace(0.0, 0.048, 17)
-    exact = np.array([sine(t)[0] for t in times])
-    assert solution.outputs_at(times)["given"] == pytest.approx(exact, abs=1e-13)

@@ -55,21 +55,18 @@ def test_a_scene_names_its_arithmetic_and_the_call_may_name_another() -> None:
     np.testing.assert_array_equal(single.simulate(0.5, error_estimate=False).q, told.q)
 
 
-@pytest.mark.parametrize(
-    ("simulation", "message"),
-    [
-        (
-            {"settings": {"rtoll": 1e-3}},
-            "(simulation.settings): generalized_alpha has no setting 'rtoll'; try: rtol",
-        ),
-        ({"settings": {"rtol": -1.0}}, "(simulation.settings): rtol is negative: -1"),
-        ({"settings": {"reuse": 2}}, "(simulation.settings): reuse must be 0 or 1, not 2"),
-        ({"settings": {"rho_inf": 0.5}}, "generalized_alpha has no setting 'rho_inf'"),
-        ({"method": "rk4", "settings": {"rtol": 1e-3}}, "has no setting 'rtol'"),
-        ({"real": "half"}, "simulation.real"),
-    ],
-)
-def test_mistakes_are_named(simulation: dict[str, Any], message: str) -> None:
+MISTAKES: dict[str, dict[str, Any]] = {
+    "(simulation.settings): generalized_alpha has no setting 'rtoll'; try: rtol": {"settings": {"rtoll": 1e-3}},
+    "(simulation.settings): rtol is negative: -1": {"settings": {"rtol": -1.0}},
+    "(simulation.settings): reuse must be 0 or 1, not 2": {"settings": {"reuse": 2}},
+    "generalized_alpha has no setting 'rho_inf'": {"settings": {"rho_inf": 0.5}},
+    "has no setting 'rtol'": {"method": "rk4", "settings": {"rtol": 1e-3}},
+    "simulation.real": {"real": "half"},
+}
+
+
+@pytest.mark.parametrize("message", MISTAKES)
+def test_mistakes_are_named(message: str) -> None:
     with pytest.raises(eomgen.DescriptionError) as raised:
-        eomgen.build(_scene(**simulation))
+        eomgen.build(_scene(**MISTAKES[message]))
     assert message in str(raised.value)

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.integrators.families.register import method_named
 from eomgen.simulation.judgement.singular_positions import (
     NEARLY,
     SingularPosition,
@@ -16,7 +15,6 @@ from eomgen.simulation.judgement.singular_positions import (
     examined_rows,
     nearest,
     singular_ahead,
-    way_past,
 )
 from tests.models.scenes import jointed_chain, zigzag
 from tests.oracles.placed_loops import four_bar, parallelogram, windows
@@ -140,14 +138,6 @@ def test_rows_of_a_run_are_judged_by_its_others(model: eomgen.Model) -> None:
     assert start is not None and start.time == 0.0 and start.part < 1e-8
 
 
-def test_ways_are_those_of_the_method() -> None:
-    other = "rk4_partitioned, which passes such positions along the velocity"
-    stops, passes = method_named("hht"), method_named("rk4_partitioned")
-    assert way_past(stops, 1e-3, at_start=False) == f"{other}; steps smaller than 0.001 s may come nearer to it"
-    past = way_past(passes, 1e-3, at_start=False)
-    assert past.startswith("a much smaller step where lengths fit all but exactly, else ")
-
-
 @pytest.mark.long_cases("absolute")
 @pytest.mark.slow_cases("joint")
 @pytest.mark.slow_cases("absolute")
@@ -180,19 +170,6 @@ def test_a_driven_loop_at_crossing_branches_is_not_beyond_its_reach() -> None:
     few = {"max_iterations": 2, "max_halvings": 0}
     run = model.simulate(3.0, 5e-3, method="generalized_alpha", settings=few)
     assert not run.success and SINGULAR in run.message and "reach" not in run.message
-
-
-@pytest.mark.slow
-def test_a_run_that_meets_none_says_nothing(model: eomgen.Model) -> None:
-    run = model.simulate(0.05, 1e-3, method="rk4_partitioned")
-    assert run.message == "reached t = 0.05 s in 50 steps" and run.stats["singular_passages"] == 0
-
-
-@pytest.mark.slow
-def test_a_stop_elsewhere_does_not_name_them() -> None:
-    model = eomgen.build(four_bar("revolute"), profile="quick")
-    run = model.simulate(2.0, 2e-2, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})
-    assert not run.success and "singular" not in run.message and "try: a step smaller than 0.02 s" in run.message
 
 
 @pytest.mark.slow_except("4-terms0")

@@ -76,23 +76,6 @@ def test_angles_whose_turns_do_not_matter_are_as_large_as_a_turn() -> None:
     assert size.turns == (True, False, False) and size.travel[0] == 20.0
 
 
-@pytest.mark.parametrize(("small", "own"), [(2e-3, True), (0.9e-3, False)])
-def test_motions_below_a_thousandth_of_the_largest_of_their_unit_are_raised(small: float, own: bool) -> None:
-    rows = record([[0.0, 0.0], [1.0, small]], [[1.0, 1.0]] * 2, [0.0, 1.0])
-    both = model(q_units=("m", "m"), v_units=("m/s", "m/s"))
-    size = motion_size(both, rows, {})
-    assert size.sizes["increment"].tolist() == [1.0, max(small, 1e-3)]
-    assert size.own == (True, own, True)
-
-
-@pytest.mark.parametrize(("moved", "size"), [(2e-9, 2e-9), (0.5e-9, 1e-9), (0.0, 1e-9)])
-def test_changes_below_a_billionth_of_the_coordinates_are_rounding(moved: float, size: float) -> None:
-    rows = record([[0.0, 1.0], [0.0, 1.0 + moved]], [[0.0, 0.0]] * 2, [0.0, 0.0])
-    found = motion_size(model(), rows, {}).sizes["increment"]
-    assert found[1] == pytest.approx(size, rel=1e-6)
-    assert found[0] == 1e-9  # of a radian
-
-
 def test_differences_take_quaternions_of_either_sign_for_the_same() -> None:
     ball = Factor("SO3", "ball", 0, 4, 0, 3)
     free = model(nq=4, nv=3, factors=(ball,), multipliers=(), nz=0)
@@ -186,15 +169,6 @@ def test_differences_that_are_rounding_show_no_order() -> None:
     assert math.isnan(observed_orders(far, (t[:0], near[1][:0]), (1e-12,))[0, 0])
     assert math.isnan(observed_orders((t, np.zeros((11, 1))), near, (1e-12,))[0, 0])
     assert math.isnan(observed_orders((t, np.full((11, 1), np.nan)), near, (1e-12,))[0, 0])
-
-
-def test_rows_are_compared_at_their_times() -> None:
-    """Rows of the longer steps are every second row of the shorter ones; differences grow over time."""
-    t, coarse = np.linspace(0.0, 1.0, 21), np.linspace(0.0, 1.0, 11)
-    far, near = (coarse, 4e-4 * coarse[:, np.newaxis] ** 3), (t, 1e-4 * t[:, np.newaxis] ** 3)
-    assert observed_orders(far, near, (1e-12,))[0, 0] == pytest.approx(2.0)
-    shorter = (t[:15], near[1][:15])  # the run of shorter steps ended early
-    assert observed_orders(far, shorter, (1e-12,))[0, 0] == pytest.approx(2.0)
 
 
 def runs_of(size: MotionSize, rows: Any, outputs: dict[str, Any], made: Any = None) -> Any:
