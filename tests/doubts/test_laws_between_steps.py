@@ -20,7 +20,6 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.formula.features import Feature, features, may_be_fast, summands
 from eomgen.formula.nodes import Formula, Number
-from eomgen.lie.product import Factor
 from eomgen.products.doubts import fast_motions
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import TIME, SceneNames
@@ -122,28 +121,6 @@ LAWS = {  # parameters, step at which it is not seen, and one that resolves it
     "rate, whole periods": ({"wave": 1e3, "period": 0.005}, 0.01, 2e-4),
     "dose": ({"dose": 1e3, "time": 0.5123, "width": 1e-4}, 0.01, None),
 }
-
-
-class Oscillator(fast_motions._UnresolvedModes):
-    """Modes of x'' = -W^2 x about a place, with the accelerations of the exact equation."""
-
-    def _accelerations(self, state: tuple[Array, Array, Array, Array], t: float) -> tuple[Array, Array]:
-        return -(FAST**2) * state[0], np.empty(0)
-
-
-FAST = 300.0
-
-
-@pytest.mark.parametrize("phase", [0.0, 0.7, 1.5, 2.9])
-def test_the_swing_of_a_mode_does_not_depend_on_its_phase(phase: float) -> None:
-    """Of x = A cos, the acceleration has the amplitude A W^2, by kinetic energy for a mass of 4 kg."""
-    model = SimpleNamespace(factors=[Factor("R", "x", 0, 1, 0, 1)])
-    modes = Oscillator(cast(Any, SimpleNamespace(model=model)), cast(Any, None), 1e-2, np.empty((0, 1)))
-    q, v = 0.2 * np.cos([phase]), -0.2 * FAST * np.sin([phase])
-    none = np.zeros(0)
-    swing, size = modes._swing((q, v, none, none), 0.0, 0.1 / FAST, FAST, np.array([2.0]), np.array([[4.0]]))
-    assert swing == pytest.approx(2.0 * 0.2 * FAST**2, rel=5e-3)
-    assert size == pytest.approx(swing, rel=5e-3)
 
 
 @pytest.mark.parametrize(("force", "shown"), [(lambda t: 3.0 - 2.0 * t, True), (lambda t: t * t, False)])

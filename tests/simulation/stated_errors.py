@@ -1,4 +1,4 @@
-"""Stated against true errors of runs; ``python -m tests.simulation.stated_errors`` prints the table.
+"""Stated against true errors of runs.
 
 References are SciPy's DOP853 at 1e-12 on the equations as they stand in ``stated_scenes``, on ``Model.rhs`` if there
 are none; ``rk4_partitioned`` at a sixteenth of the step for closed loops, and generalized-alpha at a sixty-fourth,
@@ -8,7 +8,6 @@ whose own error is 1/4096, for absolute coordinates.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import pairwise
@@ -143,23 +142,3 @@ def _sampled(case: SampledCase) -> Row:
         true, size = max(true, float(np.abs(run.q[:, 0] - right).max())), max(size, float(np.ptp(right)))
     said = ("discretisation_error",) if "; try: a step" in str(found.error) else ()
     return Row(case.name, "generalized_alpha", case.step, found.error.columns["output.x"], true, true / size, said)
-
-
-def main() -> None:
-    found = []
-    for row in rows():
-        found.append(row)
-        print(row, flush=True)
-    counted = [row for row in found if row.counted]
-    near = sum(row.near for row in counted)
-    silent = sum(row.understated for row in counted)
-    wrong = sum(row.wrong for row in found)
-    print(
-        f"{len(CASES) + len(SAMPLED)} scenes, {len(found)} runs, {len(counted)} counted:"
-        f" {100 * near / len(counted):.1f} % within 3, {silent} understated by more than 3 without a word,"
-        f" {wrong} wrong by more than 10 % without a word"
-    )
-
-
-if __name__ == "__main__":
-    sys.exit(main())

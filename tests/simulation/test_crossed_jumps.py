@@ -12,21 +12,17 @@ from eomgen.errors import UsageError
 from eomgen.pipeline.model import Model
 from eomgen.scene.builder import SceneBuilder
 from tests.models.cache import shared_cache
+from tests.simulation.rails import built, on_rail
 
 __all__ = ["shared_cache"]
 
 STEP = 0.01
 
 
-def sled(effort: str, position: float = 0.5, *, curve: bool = False) -> Model:
+def sled(effort: str, position: float = 0.5) -> eomgen.SceneBuilder:
     """Return a sled on a rail with an effort of ``rate`` and ``far``."""
-    builder = SceneBuilder("sled", gravity=[0, 0, 0]).parameter("rate", 0.3, tunable=True)
-    builder.parameter("far", 0.1, tunable=True)
-    if curve:
-        builder.curve("levels", points=[[-1.0, 0.0], [0.1, 3.0], [2.0, 3.0]], interpolation="steps", outside="hold")
-    builder.body("mass", 1.0)
-    builder.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": position})
-    return eomgen.build(builder.effort("push", "slide", effort).output("x", formula="q.slide").build(), profile="quick")
+    builder = on_rail(effort, "slide", position=position).parameter("rate", 0.3, tunable=True)
+    return builder.parameter("far", 0.1, tunable=True).output("x", formula="q.slide")
 
 
 def refused(model: Model, t_end: float, by: Sequence[str] = ("rate",), **options: str) -> str:
@@ -46,7 +42,7 @@ def differenced(model: Model, name: str) -> float:
 @pytest.mark.slow
 def test_friction_by_sign_is_refused_where_the_velocity_turns() -> None:
     """x = 0.03 + 0.47 cos(w t) until v = 0 at t = pi/w, w = sqrt(10): 0.993 s."""
-    model = sled("-rate*sign(v.slide) - 10*q.slide")
+    model = built(sled("-rate*sign(v.slide) - 10*q.slide"))
     assert refused(model, 2.0, ["far", "rate"]) == (
         "usage error: sensitivities: forces jump near t = 1 s by a sign in effort push, at a moment that rate moves,"
         " which is in no derivative of the steps; try: a smooth law in its place, tanh(x/0.01) for sign(x), or a run"
@@ -60,27 +56,26 @@ def test_friction_by_sign_is_refused_where_the_velocity_turns() -> None:
 @pytest.mark.slow
 def test_a_switch_that_a_coordinate_passes_is_refused_and_a_kink_is_not() -> None:
     """A force that only bends leaves derivatives whole: those of differences."""
-    jumping = sled("-rate*v.slide - 10*q.slide - (3 if q.slide > far else 0)")
+    jumping = built(sled("-rate*v.slide - 10*q.slide - (3 if q.slide > far else 0)"))
     assert "by a comparison in effort push, at a moment that far moves, " in refused(jumping, 1.0, ["far"])
     assert jumping.sensitivities(0.3, STEP, by=["rate"]).derivatives["x"][-1, 0] != 0.0  # it does not come there
-    bent = sled("-rate*v.slide - 10*q.slide - (3*(q.slide - 0.1) if q.slide > 0.1 else 0) - max(q.slide, 0)")
+    kink = "-rate*v.slide - 10*q.slide - (3*(q.slide - 0.1) if q.slide > 0.1 else 0) - max(q.slide, 0)"
+    bent = built(sled(kink))
     found = bent.sensitivities(1.0, STEP, by=["rate"]).derivatives["x"][-1, 0]
     assert found == pytest.approx(differenced(bent, "rate"), abs=1e-6)
 
 
 @pytest.mark.slow
 def test_a_curve_of_steps_over_a_coordinate_is_refused() -> None:
-    model = sled("-rate*v.slide - 10*levels(q.slide)", curve=True)
+    levels = {"points": [[-1.0, 0.0], [0.1, 3.0], [2.0, 3.0]], "interpolation": "steps", "outside": "hold"}
+    model = built(sled("-rate*v.slide - 10*levels(q.slide)").curve("levels", **levels))
     assert "by the curve levels in effort push, at a moment that rate moves" in refused(model, 2.0)
 
 
 def test_a_run_that_rests_on_a_jump_is_refused() -> None:
-    model = sled("-rate*sign(v.slide) - 10*q.slide", position=0.0)
-    told = refused(model, 0.1, ["v.slide"])
-    assert (
-        "the run stays at a jump of the forces by a sign in effort push, near t = 0.01 s, and v.slide moves it off"
-        in told
-    )
+    told = refused(built(sled("-rate*sign(v.slide) - 10*q.slide", position=0.0)), 0.1, ["v.slide"])
+    said = "the run stays at a jump of the forces by a sign in effort push, near t = 0.01 s, and v.slide moves it off"
+    assert said in told
 
 
 @pytest.mark.slow

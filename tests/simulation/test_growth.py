@@ -142,18 +142,6 @@ def test_a_controller_that_diverges_does_not_fail() -> None:
         assert solution.success and abs(solution.z[-1, 0]) > 1e14
 
 
-def test_work_of_pulses_between_rows_is_not_known() -> None:
-    """A drive that steps within 10 ms: rows 0.1 s apart show neither its power nor how much they miss."""
-    builder = eomgen.SceneBuilder("driven").body("arm", 1.0, center_of_mass=[0.2, 0, 0], inertia=[0.01, 0.01, 0.01])
-    builder.joint("h", "revolute", "base", "arm", axis=[0, -1, 0], damping=0.1)
-    builder.effort("push", "h", "1.962 * cos(q.h) + 5 * exp(-((t - 1.05) / 1e-3)**2)")
-    driven = eomgen.build(builder.build(), profile="quick")
-    fine, sparse = (driven.simulate(3.0, 1e-4, record_every=every) for every in (1, 1000))
-    assert fine.success and fine.metadata["energy_balance"].startswith("off by 0.0")
-    assert sparse.success and sparse.message == "reached t = 3 s in 30000 steps"
-    assert sparse.metadata["energy_balance"] == "not known: the rows are too widely spaced for the work in between"
-
-
 @pytest.mark.parametrize(
     "by",
     [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal")), SERIES | {"order": 6}],

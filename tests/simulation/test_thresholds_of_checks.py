@@ -178,15 +178,3 @@ def test_an_imbalance_of_few_intervals_is_a_pulse_between_rows() -> None:
     # one of 20 intervals is not few yet
     assert invariants._is_pulse(np.array([0.0] * 11 + [1.0] * 10)) is False
     assert invariants._is_pulse(np.array([0.0] * 11 + [1.0] * 11)) is True
-
-
-def test_work_that_rows_do_not_resolve_leaves_the_balance_unknown() -> None:
-    """A power that alternates from row to row has no integral over the rows; energies that rise smoothly do."""
-    t = np.arange(9.0)
-    data = energies([1.0] * 9)
-    data["power"] = np.where(np.arange(9) % 2 == 0, 1.0, -1.0)
-    assert energy_balance(t, data).unknown == invariants.APART
-    data = energies((1.0 + t).tolist(), power=1.0)
-    assert energy_balance(t, data).error == pytest.approx(0.0, abs=1e-15)
-    data["base_power"] = np.full(9, -0.5)
-    assert energy_balance(t, data).error == pytest.approx(4.0 / 13.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,15 +13,15 @@ from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States
 
 
-def _found(size: float, rate: float, begin: float, rows: int = 400) -> object:
-    """Examine q = size exp(rate (t - begin)), over ten seconds."""
+def _found(size: float, rate: float, begin: float, place: float = 0.0, rows: int = 400) -> Any:
+    """Examine q = place + size exp(rate (t - begin)), over ten seconds."""
     t = np.linspace(begin, begin + 10.0, rows)
     q = size * np.exp(rate * (t - begin))[:, np.newaxis]
     library = SimpleNamespace(layout={"method": {}})
     names = {"q_units": ["m"], "v_units": ["m/s"], "v_names": ["v.slide"]}
     run = SimpleNamespace(model=SimpleNamespace(nv=1, library=library, **names))
     none = np.zeros((rows, 0))
-    return unbounded_growth(cast(Run, run), States(t, q, rate * q, rate**2 * q, none, none))
+    return unbounded_growth(cast(Run, run), States(t, place + q, rate * q, rate**2 * q, none, none))
 
 
 @pytest.mark.parametrize("begin", [0.0, 1e7, -1e7])
@@ -35,19 +35,11 @@ def test_a_body_that_hardly_travels_does_not_grow_without_end(begin: float) -> N
 @pytest.mark.parametrize("begin", [0.0, 1e7, -1e7])
 def test_travel_counts_and_not_the_time_on_the_clock(begin: float) -> None:
     """Velocities grow by 1e6 and more, while a place of 1 km changes by less than itself."""
-    t = np.linspace(begin, begin + 10.0, 400)
-    change = 1e-9 * np.exp(2.0 * (t - begin))[:, np.newaxis]
-    library = SimpleNamespace(layout={"method": {}})
-    names = {"q_units": ["m"], "v_units": ["m/s"], "v_names": ["v.slide"]}
-    run = SimpleNamespace(model=SimpleNamespace(nv=1, library=library, **names))
-    none = np.zeros((400, 0))
-    states = States(t, 1e3 + change, 2.0 * change, 4.0 * change, none, none)
-    assert unbounded_growth(cast(Run, run), states) is None
+    assert _found(1e-9, 2.0, begin, place=1e3) is None
 
 
 @pytest.mark.parametrize("rate", [2.0, 3.0])
 def test_its_factor_is_that_of_the_quarters(rate: float) -> None:
     found = _found(1e-3, rate, 0.0)
-    assert found is not None
-    assert float(found.value) == pytest.approx(np.exp(7.5 * rate), rel=0.05 * rate)  # type: ignore[attr-defined]
-    assert "without end: v.slide by a factor of" in found.text  # type: ignore[attr-defined]
+    assert found is not None and float(found.value) == pytest.approx(np.exp(7.5 * rate), rel=0.05 * rate)
+    assert "without end: v.slide by a factor of" in found.text
