@@ -34,24 +34,20 @@ def test_without_estimates_errors_are_not_known() -> None:
     assert replace(NOTHING, of_samples={3: estimate(0.1)}).available
 
 
+SHARES = ("(the run without variations)", "(sample 7, the worst of 2 runs with estimates)")
+
+
+SMALLER = "; try: a step smaller than 0.005 s"
+
+
 @pytest.mark.parametrize(
     ("nominal", "of_samples", "worst", "text"),
     [
-        (estimate(0.02), {}, None, "(the run without variations)"),
-        (estimate(0.03), {}, None, "(the run without variations)"),  # small enough to be told without a remedy
-        (estimate(0.04), {}, None, "(the run without variations); try: a step smaller than 0.005 s"),
-        (
-            estimate(0.02),
-            {7: estimate(0.04)},
-            7,
-            "(sample 7, the worst of 2 runs with estimates); try: a step smaller than 0.005 s",
-        ),
-        (
-            estimate(0.01),
-            {7: estimate(0.009, 0.5), 8: ErrorEstimate.missing("it stopped")},
-            7,
-            "(sample 7, the worst of 2 runs with estimates); try: a step smaller than 0.005 s",  # half: of an output
-        ),
+        (estimate(0.03), {}, None, SHARES[0]),  # small enough to be told without a remedy
+        (estimate(0.04), {}, None, f"{SHARES[0]}{SMALLER}"),
+        (estimate(0.02), {7: estimate(0.04)}, 7, f"{SHARES[1]}{SMALLER}"),
+        # half: of an output
+        (estimate(0.01), {7: estimate(0.009, 0.5), 8: ErrorEstimate.missing("it")}, 7, f"{SHARES[1]}{SMALLER}"),
     ],
 )
 def test_the_worst_run_is_named_with_a_step_that_makes_its_error_a_hundredth(

@@ -100,24 +100,6 @@ def test_a_pipe_gets_a_line_after_ten_seconds_and_then_one_a_minute(
     ]
 
 
-@pytest.mark.parametrize("display", [terminal_bar, waiting, counted_units])
-def test_a_terminal_shows_nothing_of_short_work(display: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    _be_terminal(monkeypatch, 1.0)
-    with display("arm"):
-        pass
-    assert capsys.readouterr().err == ""
-
-
-@pytest.mark.parametrize("display", [terminal_bar, waiting, counted_units])
-def test_ctrl_c_erases_what_a_terminal_shows(display: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    _be_terminal(monkeypatch, 0.02)
-    with pytest.raises(KeyboardInterrupt), display("arm"):
-        time.sleep(0.2)
-        raise KeyboardInterrupt
-    text = capsys.readouterr().err
-    assert "arm" in text and text.endswith("\x1b[2K")
-
-
 @pytest.mark.parametrize("wrong", [3, "yes"])
 def test_what_is_no_function_is_refused(model: eomgen.Model, wrong: Any) -> None:
     text = rf"progress: {wrong!r} is neither a function nor True; try: True for a bar, or a function of \(steps done"
@@ -166,3 +148,19 @@ def test_compilers_tell_nobody_if_stderr_is_no_terminal(
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
     eomgen.build("examples/spherical_pendulum/scene.toml", ["energy"], profile="quick")
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("display", [terminal_bar, waiting, counted_units])
+def test_a_terminal_shows_what_lasts_and_ctrl_c_erases_it(
+    display: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    _be_terminal(monkeypatch, 1.0)
+    with display("arm"):
+        pass
+    assert capsys.readouterr().err == ""
+    _be_terminal(monkeypatch, 0.02)
+    with pytest.raises(KeyboardInterrupt), display("arm"):
+        time.sleep(0.2)
+        raise KeyboardInterrupt
+    text = capsys.readouterr().err
+    assert "arm" in text and text.endswith("\x1b[2K")

@@ -10,14 +10,13 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
+from tests.simulation.rails import built, on_rail
 
 
 @cache
 def cart() -> eomgen.Model:
-    builder = eomgen.SceneBuilder("cart").parameter("gain", 2.0, tunable=True).input("force", unit="N")
-    builder.body("m", 1.0).joint("x", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=40, damping=0.5)
-    builder.effort("push", "x", "force").output("seen", formula="gain * q.x + force")
-    return eomgen.build(builder.build(), method="rk4", profile="quick")
+    builder = on_rail("force", stiffness=40, damping=0.5).parameter("gain", 2.0, tunable=True).input("force", unit="N")
+    return built(builder.output("seen", formula="gain * q.x + force"), method="rk4")
 
 
 @pytest.mark.slow
@@ -33,10 +32,10 @@ def test_rows_are_those_of_a_run(tmp_path: Path) -> None:
     np.testing.assert_allclose(found["energy.total"], expected["energy.total"], rtol=1e-14)
     np.testing.assert_array_equal(found["seen"], expected.outputs["seen"])
     np.testing.assert_array_equal(found.at(0.505).q, expected.at(0.505).q)
-    np.testing.assert_array_equal(found.poses["m"], expected.poses["m"])
+    np.testing.assert_array_equal(found.poses["b"], expected.poses["b"])
     assert found.success and "101 recorded rows to t = 1 s" in found.message and not found.error.available
     assert eomgen.Solution.load(found.save(tmp_path / "run.npz"))["q.x"][-1] == expected.q[-1, 0]
-    assert "cart" in found._repr_html_()
+    assert "rail" in found._repr_html_()
 
 
 def test_inputs_and_parameters_are_those_of_each_row() -> None:

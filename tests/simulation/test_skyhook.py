@@ -9,50 +9,18 @@ import pytest
 import eomgen
 from tests.models.cache import shared_cache
 from tests.oracles.semi_active import clipped, skyhook
+from tests.simulation.rails import built
 
 __all__ = ["shared_cache"]
 
 LIMITS = {"softest": 300.0, "hardest": 3000.0}
 
 
-def scene(*, width: float | None = None, tilt: float = 0.0, moving: bool = False) -> eomgen.Scene:
-    """Return two masses on one rail, tilted, and a spring between them with a skyhook, clipped or not, as outputs
-    say."""
-    axis = [np.sin(tilt), 0.0, np.cos(tilt)]
-    builder = eomgen.SceneBuilder("masses", gravity=[0, 0, -9.81])
-    for name, value in (("sky", 2000.0), ("ground", 400.0), *LIMITS.items()):
-        builder.parameter(name, value, tunable=True)
-    if moving:
-        builder.base(position=[0, 0, "0.05 * sin(9 * t)"])
-    builder.body("wheel", 36.0).body("body", 240.0)
-    builder.joint("wheel", "prismatic", "base", "wheel", axis=axis, stiffness=160000.0, initial={"velocity": 1.3})
-    start = {"position": 0.05, "velocity": -0.4}
-    builder.joint("body", "prismatic", "base", "body", axis=axis, position=[0.4 * x for x in axis], initial=start)
-    builder.point("hub", "wheel").point("mount", "body")
-    builder.controller("ideal", "skyhook", spring="strut", damping="sky", groundhook="ground")
-    options = {} if width is None else {"width": width}
-    builder.controller(
-        "semi",
-        "skyhook",
-        spring="strut",
-        damping="sky",
-        groundhook="ground",
-        clipped=True,
-        minimum_damping="softest",
-        maximum_damping="hardest",
-        **options,
-    )
-    builder.spring("strut", "hub", "mount", stiffness=16000.0, length=0.55, force="semi")
-    builder.output("ideal", formula="ideal", unit="N").output("semi", formula="semi", unit="N")
-    builder.output("along", formula=["velocity.mount[2]", "velocity.hub[2]", "rate.strut"])
-    return builder.build()
-
-
 @pytest.mark.slow_cases("0.05")
 @pytest.mark.parametrize("width", [None, 0.05])
 def test_tensions_are_those_of_the_laws(width: float | None, rng: np.random.Generator) -> None:
     """On a tilted rail: velocities count along the spring."""
-    model = eomgen.build(scene(width=width, tilt=0.3), terms=["outputs", "forward_dynamics"], profile="quick")
+    model = built(masses(width=width, tilt=0.3), terms=["outputs", "forward_dynamics"])
     for _ in range(40):
         q, v = 0.05 * rng.normal(size=2), rng.normal(size=2)
         p = {"sky": rng.uniform(0, 3000), "ground": rng.uniform(0, 1000), "softest": 200.0, "hardest": 2500.0}
@@ -64,10 +32,31 @@ def test_tensions_are_those_of_the_laws(width: float | None, rng: np.random.Gene
         assert found["semi"] == pytest.approx(held, rel=1e-11, abs=1e-9)
 
 
+def masses(*, width: float | None = None, tilt: float = 0.0, moving: bool = False) -> eomgen.SceneBuilder:
+    """Return two masses on one rail, tilted, and a spring between them with a skyhook, clipped or not, as outputs
+    say."""
+    axis = [np.sin(tilt), 0.0, np.cos(tilt)]
+    builder = eomgen.SceneBuilder("masses", gravity=[0, 0, -9.81])
+    for name, value in (("sky", 2000.0), ("ground", 400.0), *LIMITS.items()):
+        builder.parameter(name, value, tunable=True)
+    if moving:
+        builder.base(position=[0, 0, "0.05 * sin(9 * t)"])
+    builder.body("wheel", 36.0).body("body", 240.0).point("hub", "wheel").point("mount", "body")
+    builder.joint("wheel", "prismatic", "base", "wheel", axis=axis, stiffness=160000.0, initial={"velocity": 1.3})
+    start = {"position": 0.05, "velocity": -0.4}
+    builder.joint("body", "prismatic", "base", "body", axis=axis, position=[0.4 * x for x in axis], initial=start)
+    hook = {"spring": "strut", "damping": "sky", "groundhook": "ground"}
+    limits = {"minimum_damping": "softest", "maximum_damping": "hardest", **({} if width is None else {"width": width})}
+    builder.controller("ideal", "skyhook", **hook).controller("semi", "skyhook", clipped=True, **hook, **limits)
+    builder.spring("strut", "hub", "mount", stiffness=16000.0, length=0.55, force="semi")
+    builder.output("ideal", formula="ideal", unit="N").output("semi", formula="semi", unit="N")
+    return builder.output("along", formula=["velocity.mount[2]", "velocity.hub[2]", "rate.strut"])
+
+
 @pytest.mark.slow
 def test_velocities_are_those_against_the_world() -> None:
     """On a moving base the mount moves with it, and a skyhook feels that."""
-    model = eomgen.build(scene(moving=True), terms=["outputs", "forward_dynamics"], profile="quick")
+    model = built(masses(moving=True), terms=["outputs", "forward_dynamics"])
     at_rest = model.outputs([0.0, 0.0], [0.0, 0.0], t=0.0)
     speed = 0.05 * 9.0
     assert at_rest["along"] == pytest.approx([speed, speed, 0.0])
@@ -77,7 +66,7 @@ def test_velocities_are_those_against_the_world() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [None, 0.01])
 def test_a_clipped_damper_only_takes_energy_out(width: float | None) -> None:
-    run = eomgen.build(scene(width=width)).simulate(2.0, 2e-4)
+    run = built(masses(width=width)).simulate(2.0, 2e-4)
     assert run.success, run.message
     rate, tension = run.outputs["along"][:, 2], run.outputs["semi"]
     assert (tension * rate).min() >= -1e-12 * np.abs(tension).max()
@@ -90,5 +79,5 @@ def test_a_clipped_damper_only_takes_energy_out(width: float | None) -> None:
 
 
 def test_corners_are_known_and_a_width_takes_them_away() -> None:
-    assert not eomgen.derive(scene(), terms=["force"]).facts.smooth
-    assert eomgen.derive(scene(width=0.01), terms=["force"]).facts.smooth
+    assert not eomgen.derive(masses().build(), terms=["force"]).facts.smooth
+    assert eomgen.derive(masses(width=0.01).build(), terms=["force"]).facts.smooth
