@@ -46,29 +46,14 @@ EFFORT = (
 @cache
 def sliders() -> eomgen.Model:
     """Return a slider x of 1 kg under every law, one aside that is driven by the place of x, and a dosed state w."""
-    tent = {"points": [[-1e6, 0], [0, 0], [0.25, 0.5], [0.5, 1], [0.75, 0.5], [1, 0], [1e6, 0]]}
-    rail = {"type": "prismatic", "parent": "base"}
-    return eomgen.build(
-        {
-            "format": 1,
-            "name": "sliders",
-            "gravity": [0, 0, 0],
-            "simulation": {"duration": 2.0, "step": 0.01},
-            "parameters": {name: {"value": value, "tunable": True} for name, value in NONE.items()},
-            "bodies": {"a": {"mass": 1.0}, "b": {"mass": 1.0}},
-            "curves": {"tent": {**tent, "interpolation": "linear"}},
-            "states": {"w": {"rate": "wave*cos(2*pi*t/period) + (dose if time < t < time + width else 0)"}},
-            "joints": {
-                "x": {**rail, "child": "a", "axis": [1, 0, 0], "initial": {"velocity": 1.0}},
-                "y": {**rail, "child": "b", "axis": [0, 1, 0]},
-            },
-            "efforts": {
-                "along": {"joint": "x", "effort": EFFORT},
-                "across": {"joint": "y", "effort": "aside*cos(2*pi*q.x/period + phase)"},
-            },
-        },
-        profile="quick",
-    )
+    builder = on_rail(EFFORT, velocity=1.0).body("aside", 1.0).joint("y", "prismatic", "base", "aside", axis=[0, 1, 0])
+    for name, value in NONE.items():
+        builder.parameter(name, value, tunable=True)
+    points = [[-1e6, 0], [0, 0], [0.25, 0.5], [0.5, 1], [0.75, 0.5], [1, 0], [1e6, 0]]
+    builder.curve("tent", points=points, interpolation="linear")
+    builder.state("w", rate="wave*cos(2*pi*t/period) + (dose if time < t < time + width else 0)")
+    builder.effort("across", "y", "aside*cos(2*pi*q.x/period + phase)").simulation(duration=2.0, step=0.01)
+    return built(builder)
 
 
 def true_motion(given: Mapping[str, float], t: Array) -> Array:
@@ -315,7 +300,7 @@ def test_formulas_that_cannot_be_fast_are_not_examined() -> None:
 def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet() -> None:
     random = np.random.default_rng(0)
     methods = ["generalized_alpha", "rk4", "rk45", "rosenbrock", "trapezoidal", "tdg1", "rattlie", "adaptive"]
-    for _ in range(20):
+    for _ in range(12):
         law = str(random.choice(["cog", "barrier", "box", "pulse", "ramp", "hill", "aside", "wave", "dose"]))
         over_time, whole = law in ("pulse", "ramp", "dose"), law in ("cog", "aside", "wave")
         width = 10.0 ** random.uniform(-4.0 if over_time else -2.3, -0.5)

@@ -65,16 +65,8 @@ def test_a_notebook_shows_the_tables_of_a_scene() -> None:
 
 
 def test_text_of_the_user_is_escaped() -> None:
-    scene = eomgen.load(
-        {
-            "format": 1,
-            "name": "marked",
-            "description": "<script>alert(1)</script> & more",
-            "bodies": {"slug": {"mass": 1.0}},
-            "joints": {"slide": {"type": "prismatic", "parent": "base", "child": "slug", "axis": [1, 0, 0]}},
-        }
-    )
-    html = scene._repr_html_()
+    scene = eomgen.SceneBuilder("marked", description="<script>alert(1)</script> & more").body("slug", 1.0)
+    html = scene.joint("slide", "prismatic", "base", "slug", axis=[1, 0, 0]).build()._repr_html_()
     assert "<script>" not in html and "&lt;script&gt;alert(1)&lt;/script&gt; &amp; more" in html
 
 

@@ -231,7 +231,7 @@ def elastica_of_column(load: float) -> list[float]:
     return [LENGTH * (2.0 * ellipe(k**2) / ellipk(k**2) - 1.0), 2.0 * k * LENGTH / ellipk(k**2)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("foot", FEET)
 def test_columns_buckle_at_eulers_loads_however_they_are_held(foot: str) -> None:
     """Clamped or hinged at the foot, guided at the top."""
@@ -246,7 +246,7 @@ def test_columns_buckle_at_eulers_loads_however_they_are_held(foot: str) -> None
         scene["constraints"] = {"guide": {"type": "spherical", "first": "end", "second": "pin"}}
         return float(eomgen.build(scene, profile="quick").buckling_loads("load", count=1).values[0])
 
-    assert extrapolated(load, 3) == pytest.approx(factor * np.pi**2 * 500.0 / LENGTH**2, rel=1e-2)
+    assert extrapolated(load, 4) == pytest.approx(factor * np.pi**2 * 500.0 / LENGTH**2, rel=5e-3)
 
 
 @pytest.mark.slow
@@ -286,38 +286,21 @@ def test_a_force_that_follows_the_end_bends_a_beam_round() -> None:
     np.testing.assert_allclose(tip, follower_tip(60.0, 500.0), atol=0.05 * LENGTH)
 
 
-def frame(elements: int) -> dict[str, Any]:
+def frame(elements: int) -> Model:
     """Return the right-angle frame of Lee, Manuel and Rossow 1968, hinged at both ends; EI = 1.44e7, L = 120."""
-    stiffness = dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e10) | {
-        "torsion": 1e9, "bending_y": 1.44e7, "bending_z": 1e9,
-    }  # fmt: skip  # a table
+    stiffness = dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e10)
+    stiffness |= {"torsion": 1e9, "bending_y": 1.44e7, "bending_z": 1e9}
     beam = {"model": "cosserat", "mass_per_length": 1.0, "rotary_inertia": [1.0, 1.0, 1.0], "stiffness": stiffness}
-    up = [{"axis": [0, 0, 1], "angle": "pi / 2"}]
-    return {
-        "format": 1,
-        "name": "lee_frame",
-        "gravity": [0, 0, 0],
-        "parameters": {"load": {"value": 0.0, "tunable": True}},
-        "beams": {
-            "column": {**beam, "length": 120.0, "elements": 5 * elements},
-            "left": {**beam, "length": 24.0, "elements": elements},
-            "right": {**beam, "length": 96.0, "elements": 4 * elements},
-        },
-        "joints": {
-            "foot": {"type": "revolute", "parent": "base", "child": "column", "axis": [0, 0, 1], "rotation": up},
-            "corner": {
-                "type": "fixed", "parent": "column", "child": "left", "position": [120.0, 0, 0],
-                "rotation": [{"axis": [0, 0, 1], "angle": "-pi / 2"}],
-            },
-            "along": {"type": "fixed", "parent": "left", "child": "right", "position": [24.0, 0, 0]},
-        },
-        "points": {
-            "end": {"body": "right", "position": [96.0, 0, 0]},
-            "pin": {"body": "base", "position": [120.0, 120.0, 0]},
-        },
-        "constraints": {"hinge": {"type": "spherical", "first": "pin", "second": "end"}},
-        "forces": {"push": {"body": "right", "point": [0, 0, 0], "force": [0, "-load", 0]}},
-    }  # fmt: skip  # a table
+    builder = eomgen.SceneBuilder("lee_frame", gravity=[0, 0, 0]).parameter("load", 0.0, tunable=True)
+    for name, length, count in (("column", 120.0, 5), ("left", 24.0, 1), ("right", 96.0, 4)):
+        builder.beam(name, length=length, elements=count * elements, **beam)
+    up, down = ([([0, 0, 1], f"{sign}pi / 2")] for sign in ("", "-"))
+    builder.joint("foot", "revolute", "base", "column", axis=[0, 0, 1], rotation=up)
+    builder.joint("corner", "fixed", "column", "left", position=[120.0, 0, 0], rotation=down)
+    builder.joint("along", "fixed", "left", "right", position=[24.0, 0, 0])
+    end, pin = {"body": "right", "position": [96.0, 0, 0]}, {"body": "base", "position": [120.0, 120.0, 0]}
+    builder.constraint("hinge", "spherical", pin, end).force("push", "right", force=[0, "-load", 0])
+    return eomgen.build(builder.build(), profile="quick")
 
 
 @pytest.mark.long
@@ -325,48 +308,35 @@ def test_the_frame_of_lee_snaps_at_its_published_load() -> None:
     """18.55 EI / L^2 with inextensible legs (Lee, Manuel and Rossow, J. Engrg. Mech. Div. ASCE 94 (1968) 521)."""
 
     def load(elements: int) -> float:
-        path = eomgen.build(frame(elements), profile="quick").equilibrium_path("load", 30000.0)
+        path = frame(elements).equilibrium_path("load", 30000.0)
         assert path.success and [item.kind for item in path.critical] == ["limit point", "limit point"]
         return path.critical[0].value
 
     assert extrapolated(load, 1) * 120.0**2 / 1.44e7 == pytest.approx(18.55, rel=5e-3)
 
 
-def arch(elements: int) -> dict[str, Any]:
+def arch(elements: int) -> Model:
     """Return a circular arch of 215 degrees, clamped at one end and hinged at the other, pushed at its top: EI and R
     are 1."""
     angle = np.deg2rad(215.0)
-    stiffness = {"stretch": 1e6, "shear_y": 1e6, "shear_z": 1e6, "torsion": 100.0, "bending_y": 1.0, "bending_z": 100.0}
-    return {
-        "format": 1,
-        "name": "arch",
-        "gravity": [0, 0, 0],
-        "parameters": {"load": {"value": 0.0, "tunable": True}},
-        "beams": {
-            "arch": {
-                "model": "cosserat", "length": angle, "elements": elements, "curvature": [0, 0, -1.0],
-                "mass_per_length": 1.0, "rotary_inertia": [0.01, 0.01, 0.01], "stiffness": stiffness,
-            },
-        },
-        "joints": {
-            "clamp": {
-                "type": "fixed", "parent": "base", "child": "arch",
-                "rotation": [{"axis": [0, 0, 1], "angle": angle / 2.0}],
-            },
-        },
-        "points": {
-            "end": {"body": "arch", "position": [angle, 0, 0]},
-            "pin": {"body": "base", "position": [2.0 * np.sin(angle / 2.0), 0, 0]},
-        },
-        "constraints": {"hinge": {"type": "spherical", "first": "pin", "second": "end"}},
-        "forces": {"push": {"body": "arch", "point": [angle / 2.0, 0, 0], "force": [0, "-load", 0]}},
-    }  # fmt: skip  # a table
+    stiffness = dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e6)
+    stiffness |= {"torsion": 100.0, "bending_y": 1.0, "bending_z": 100.0}
+    masses = {"mass_per_length": 1.0, "rotary_inertia": [0.01, 0.01, 0.01]}
+    builder = eomgen.SceneBuilder("arch", gravity=[0, 0, 0]).parameter("load", 0.0, tunable=True)
+    bent = {"length": angle, "elements": elements, "curvature": [0, 0, -1.0]}
+    builder.beam("arch", model="cosserat", stiffness=stiffness, **masses, **bent)
+    builder.joint("clamp", "fixed", "base", "arch", rotation=[([0, 0, 1], angle / 2.0)])
+    end = {"body": "arch", "position": [angle, 0, 0]}
+    pin = {"body": "base", "position": [2.0 * np.sin(angle / 2.0), 0, 0]}
+    builder.constraint("hinge", "spherical", pin, end)
+    builder.force("push", "arch", point=[angle / 2.0, 0, 0], force=[0, "-load", 0])
+    return eomgen.build(builder.build(), profile="quick")
 
 
 @pytest.mark.long
 def test_a_deep_arch_snaps_at_its_published_load_and_linear_buckling_says_that_it_misleads() -> None:
     """8.97 EI / R^2: DaDeppo and Schmidt, J. Appl. Mech. 42 (1975) 839."""
-    models = {elements: eomgen.build(arch(elements), profile="quick") for elements in (8, 16)}
+    models = {elements: arch(elements) for elements in (8, 16)}
 
     def load(elements: int) -> float:
         path = models[elements].equilibrium_path("load", 10.0, max_points=30)
