@@ -108,27 +108,7 @@ def test_what_a_distance_and_a_moving_base_follow() -> None:
     assert run.outputs["tension"] == pytest.approx(3.0 * (9.81 + 12 * t**2 + 6 * t), rel=1e-6)
 
 
-MAIN = """\
-#include <math.h>
-#include <stdio.h>
-#include "followed.h"
-int main(void)
-{{
-    static followed_simulator run;
-    int k;
-    followed_simulator_default(&run);
-    run.settings.step = 1e-3;
-    if (followed_simulator_start(&run, NULL) != FOLLOWED_OK)
-        return 1;
-    for (k = 0; k < 100; ++k) {{
-        const double t = 1e-3 * k, s = t + 1e-3, T = 1e-3;
-        const double x = t * t * t, v = 3.0 * t * t, a = 6.0 * t, X = s * s * s, V = 3.0 * s * s, A = 6.0 * s;
-        {snippet}
-    }}
-    printf("%.17g %.17g %.17g\\n", run.state.q[0], run.state.v[0], run.state.vdot[0]);
-    return 0;
-}}
-"""
+MAIN = (Path(__file__).parent / "followed_motion.c").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
@@ -136,7 +116,7 @@ def test_the_page_shows_how_c_moves_a_motion(tmp_path: Path) -> None:
     page = whole("python")
     (snippet,) = (block for block in re.findall(r"```c\n(.*?)```", page, re.DOTALL) if "followed_parameters" in block)
     eomgen.generate(block(), tmp_path, method="generalized_alpha")
-    (tmp_path / "main.c").write_text(MAIN.format(snippet=snippet.replace("lift", "feed")))
+    (tmp_path / "main.c").write_text(MAIN.replace("SNIPPET", snippet.replace("lift", "feed")))
     sources = sorted(path.name for path in tmp_path.glob("*.c"))
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off"]
     command = ["gcc", *flags, *sources, "-o", "followed", "-lm"]
