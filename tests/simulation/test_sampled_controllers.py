@@ -20,50 +20,13 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.diagnosis import failed_controller
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
-from tests.simulation.test_sampled_states import CART, ENCODER
+from tests.simulation.test_sampled_states import CART, ENCODER, part
 
 #: The law in formulas: an encoder, its difference as velocity, an integral, rounding, and 3.2 ms of computing.
-FORMULAS = f"""{ENCODER}[states.integral]
-sample = "10 ms"
-formula = "integral + 0.01 * (target - measured)"
-[states.force]
-sample = "10 ms"
-formula = "stiffness * (target - measured) - 6 * (measured - before) / 0.01 + 3 * integral"
-quantum = 0.125
-delay = "13.2 ms"
-[efforts.force]
-joint = "x"
-effort = "force"
-"""
+FORMULAS = ENCODER + part("formulas.toml")
 #: The same, whose function is the caller's or C's.
-CALLED = """
-[states.measured]
-sample = "10 ms"
-formula = "q.x"
-quantum = "1/256"
-[controllers.servo]
-type = "sampled"
-sample = "10 ms"
-signals = { error = "target - measured", measured = "measured", stiffness = "stiffness" }
-quantum = 0.125
-delay = "13.2 ms"
-unit = "N"
-KEYS
-[efforts.force]
-joint = "x"
-effort = "servo"
-"""
-LAW_IN_C = """\
-/* A law of the test: memory is the last measurement and the integral. */
-int servo_law(double t, const double *signals, double *values, double *memory)
-{
-    const double error = signals[0], measured = signals[1], stiffness = signals[2];
-    memory[1] += 0.01 * error;
-    values[0] = stiffness * error - 6.0 * (measured - memory[0]) / 0.01 + 3.0 * memory[1];
-    memory[0] = measured;
-    return t < 0.0;
-}
-"""
+CALLED = part("called.toml")
+LAW_IN_C = part("law.c")
 METHODS = ("rk4", "rk45", "taylor", "generalized_alpha", "generalized_alpha_f1")
 
 
@@ -267,35 +230,8 @@ def test_a_slow_function_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "of the time went into the functions of controllers: 10 calls of" in found.message
 
 
-TWO = """
-[controllers.both]
-type = "sampled"
-sample = "10 ms"
-outputs = ["push", "pull"]
-signals = { x = "q.x" }
-memory = 1
-[controllers.after]
-type = "sampled"
-sample = "20 ms"
-signals = { push = "both_push", pull = "both_pull" }
-[efforts.force]
-joint = "x"
-effort = "after - both_pull"
-"""
-TWO_IN_FORMULAS = """
-[states.push]
-sample = "10 ms"
-formula = "2 - q.x"
-[states.pull]
-sample = "10 ms"
-formula = "0.5 + pull"
-[states.after]
-sample = "20 ms"
-formula = "3 * push + pull"
-[efforts.force]
-joint = "x"
-effort = "after - pull"
-"""
+TWO = part("two.toml")
+TWO_IN_FORMULAS = part("two_in_formulas.toml")
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,58 +14,18 @@ import pytest
 import eomgen
 from tests.codegen.test_stand_alone import compiled, run
 
-CART = """
-format = 1
-name = "cart"
-gravity = [0, 0, 0]
-[parameters]
-stiffness = { value = 40, unit = "N/m", tunable = true }
-[bodies.cart]
-mass = 1
-[joints.x]
-type = "prismatic"
-parent = "base"
-child = "cart"
-axis = [1, 0, 0]
-[inputs]
-target = { formula = "1 + t", unit = "m" }
-"""
-HOLD = """
-[states.force]
-sample = "10 ms"
-formula = "stiffness * (target - q.x) - 6 * v.x"
-unit = "N"
-initial = 0.5
-[efforts.force]
-joint = "x"
-effort = "force"
-"""
+
+def part(name: str) -> str:
+    """Return the text of a file of ``sampled``: parts of scenes with sampled states, which tests join."""
+    return (Path(__file__).parent / "sampled" / name).read_text(encoding="utf-8")
+
+
+CART = part("cart.toml")
+HOLD = part("held.toml")
 #: A measurement of 8 bits, now and at the sample before.
-ENCODER = """
-[states.measured]
-sample = "10 ms"
-formula = "q.x"
-quantum = "1/256"
-[states.before]
-sample = "10 ms"
-formula = "now"
-delay = "10 ms"
-[states.now]
-sample = "10 ms"
-formula = "measured"
-"""
+ENCODER = part("encoder.toml")
 #: That, its difference as velocity, an integral, and a force that takes effect 3.2 ms later.
-DIGITAL = f"""{ENCODER}[states.integral]
-sample = "20 ms"
-formula = "integral + 0.02 * (target - measured)"
-[states.force]
-sample = "10 ms"
-formula = "stiffness * (target - measured) - 6 * (measured - before) / 0.01 + 3 * integral"
-delay = "13.2 ms"
-[efforts.force]
-joint = "x"
-effort = "force"
-"""
+DIGITAL = ENCODER + part("digital.toml")
 METHODS = ("rk4", "rk45", "taylor", "generalized_alpha", "generalized_alpha_f1", "rosenbrock", "tdg2", "rattlie")
 
 
