@@ -51,6 +51,7 @@ def test_steps_are_bounded_for_a_law_that_they_pass_over(law: str, method: str) 
     assert np.array_equal(again.q, run.q)  # what the message names is what was done
 
 
+@pytest.mark.slow_cases("box")
 @pytest.mark.parametrize("law", ["kick at a tunable time", "box", "linear table over place"])
 def test_a_balance_that_no_row_shows_is_not_known_without_an_estimate(law: str) -> None:
     given, _, _ = LAWS[law]
@@ -179,6 +180,7 @@ def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.
     assert rows["vslide"][-1] == pytest.approx(speed, rel=1e-4)
 
 
+@pytest.mark.slow_cases("0.008")
 @pytest.mark.parametrize("width", [0.008, 0.013])
 def test_a_rate_that_rises_from_the_smallest_numbers_stops_no_run(width: float) -> None:
     """A Gaussian pulse underflows to 0 and to numbers of few digits far from its centre. Reference: its integral."""

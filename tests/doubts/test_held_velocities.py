@@ -114,7 +114,7 @@ def test_a_window_that_slows_but_lets_pass_is_not_said_to_hold() -> None:
     assert "holds" not in run.message
 
 
-@pytest.mark.slow_cases("0.02")
+@pytest.mark.slow_cases("0.02", "0.05")
 @pytest.mark.parametrize("step", [0.02, 0.05, 0.1])
 def test_an_aliased_force_is_named_or_within_the_stated_error(step: float) -> None:
     p = {"A": 1e-3, "om": 1000.0, "phase": 0.0, "k": 1.0, "d": 0.0}
