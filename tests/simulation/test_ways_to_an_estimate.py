@@ -276,3 +276,15 @@ def test_the_largest_of_differences_is_taken_row_by_row() -> None:
     assert found.t.tolist() == [0.0, 1.0, 2.0] and found.kinds["q"].tolist() == [[4.0], [4.0], [4.0]]
     found = ways._largest_of([(first, 2.0), (last, 1.0)])
     assert found.kinds["q"].tolist() == [[2.0], [8.0], [2.0]]
+
+
+@pytest.mark.parametrize(("share", "doubtful"), [(0.99, False), (1.01, True)])
+def test_large_differences_in_parts_of_the_motion_are_doubtful(share: float, doubtful: bool) -> None:
+    runs = Runs()
+    runs.motion = lambda multiple, *_, **__: SimpleNamespace(  # type: ignore[method-assign]
+        rows=np.zeros((3, 7)), stopped="", error=share * ways._DOUBTFUL / 3.0 * multiple**2, multiple=multiple,
+        events=None, statistics={}, outputs={},
+    )  # fmt: skip  # two lines
+    runs.own = runs.motion(1.0)
+    by_steps(runs)
+    assert ((0.5, None) in runs.asked) == doubtful
