@@ -353,6 +353,8 @@ def test_no_text_of_a_file_covers_another_or_is_cut(panels: int) -> None:
         numbers += [label for label in axis.get_xticklabels() if label.get_visible()]
         inked = [text for text in (*texts, *numbers) if text.get_text()]
         boxes += [text.get_window_extent(renderer) for text in (*inked, axis.get_legend())]
+        beside = axis.get_legend().get_window_extent(renderer).x0
+        assert beside >= axis.get_window_extent(renderer).x1, "legends stand outside"
     boxes = [box for box in boxes if box.width > 0.0]
     assert len(boxes) > 10 * panels
     width, height = figure.canvas.get_width_height()
