@@ -363,6 +363,8 @@ def test_a_stored_solution_without_coordinates_and_outputs_has_no_column_to_draw
     for call in calls:
         with pytest.raises(eomgen.UsageError, match="plot: no column is left to draw over t; try: another name"):
             call()
+
+
 def test_six_curves_of_a_panel_are_far_apart_in_colour_beside_their_legend() -> None:
     figure = Figure(layout="constrained")
     canvas, axis = FigureCanvasAgg(figure), figure.subplots()

@@ -160,7 +160,7 @@ def expected() -> eomgen.Solution:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
+@pytest.mark.parametrize(  # errors of second and of fourth order in the step
     ("method", "error"), [("generalized_alpha", 3e-2), ("generalized_alpha_index3", 3e-2), ("rk4_partitioned", 1e-4)]
 )
 def test_relative_angles_on_a_moving_base(method: str, error: float, expected: eomgen.Solution) -> None:
