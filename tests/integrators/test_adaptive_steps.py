@@ -33,8 +33,8 @@ SCENES: dict[str, Callable[[], Any]] = {
     **TREES,
     "rods_r3xso3": lambda: similar_scenes.rods("R3xSO3"),
     "rods_se3": lambda: similar_scenes.rods("SE3"),
-    "rolling": similar_scenes.rolling,
-    "rail": similar_scenes.rail,
+    "rolling": similar_scenes.BOUND["rolling"],
+    "rail": similar_scenes.BOUND["rail"],
 }
 ADAPTIVE = "generalized_alpha_adaptive"
 QUIET: dict[str, Any] = {"error_estimate": False}

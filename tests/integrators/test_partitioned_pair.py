@@ -24,7 +24,7 @@ QUIET: dict[str, Any] = {"error_estimate": False}
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES: dict[str, Any] = {
     "rods_se3": lambda: similar_scenes.rods("SE3"),
-    "rolling": similar_scenes.rolling,
+    "rolling": similar_scenes.BOUND["rolling"],
     "four_bar": lambda: EXAMPLES / "four_bar" / "scene.toml",
 }
 
