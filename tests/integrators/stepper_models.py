@@ -356,53 +356,6 @@ def edge() -> Model:
 EDGE_PARAMETERS = {"p_mass": 1.0, "p_last_time": 1e9, "p_stiffness": 400.0}
 
 
-# -- a spring on a base that shakes ------------------------------------------------------------------------------------
-
-_SHAKEN_C = """
-void shaken_base(real t, shaken_base_state *base)
-{
-    real c;
-    EG_SINCOS(K(5.0) * t, base->velocity_dot, &c);
-    base->velocity_dot[1] = c;
-}
-void shaken_residual(real t, const real *q, const real *a, const shaken_base_state *base, real *r)
-{
-    r[0] = a[0] + K(9.0) * q[0] + base->velocity_dot[0];
-    r[1] = a[1] + K(16.0) * q[1] + t * base->velocity_dot[1];
-}
-void shaken_partials(real *dq, real *M)
-{
-    dq[0] = K(9.0);
-    dq[3] = K(16.0);
-    M[0] = M[3] = K(1.0);
-    dq[1] = dq[2] = M[1] = M[2] = K(0.0);
-}
-"""
-
-
-def shaken() -> Model:
-    """Return two springs that feel the acceleration of a base."""
-    stiffness = np.diag([9.0, 16.0])
-
-    def forward_dynamics(t, q, v):
-        return -stiffness @ q - np.array([np.sin(5.0 * t), t * np.cos(5.0 * t)])
-
-    equations = Equations(
-        [Factor("R", "x", 0, 1, 0, 1), Factor("R", "y", 1, 1, 1, 1)],
-        forward_dynamics,
-        lambda t, q, v, a: a - forward_dynamics(t, q, v),
-        lambda t, q, v, a: (stiffness, np.zeros((2, 2)), np.eye(2)),
-    )
-    functions = {
-        "base": (("t",), ("base",)),
-        "residual": (("t", "q", "a", "base"), ("r",)),
-        "partials": ((), ("K", "M")),
-    }
-    return Model(
-        "shaken", equations.factors, functions, _SHAKEN_C, equations, np.array([0.3, -0.2]), np.array([1.0, 0.5])
-    )
-
-
 # -- from a model to a running stepper ---------------------------------------------------------------------------------
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from eomgen.integrators.families.register import method_named
 from eomgen.lie import product
 from eomgen.simulation.stepping.settings import stepper_library, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper
-from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators import similar_scenes
 from tests.integrators.test_taylor import SCENES as TREES
 from tests.integrators.test_taylor import pushed
@@ -292,16 +290,6 @@ def test_a_scene_says_so_too() -> None:
     assert np.abs(found.q[:, 0] - 0.3 * np.cos(np.sqrt(40.0) * found.t)).max() < 3e-4
 
 
-@pytest.mark.slow_except("controlled")
-@pytest.mark.parametrize("name", ["controlled", "rods_r3xso3"])
-def test_checkpoints_go_on_with_the_same_bits(name: str, tmp_path: Path) -> None:
-    made = model(name)
-    whole = made.simulate(0.4, 0.013, tolerance=1e-4, **QUIET)
-    made.simulate(0.2, 0.013, tolerance=1e-4, checkpoint=tmp_path / "run.ckpt", **QUIET)
-    rest = made.resume(tmp_path / "run.ckpt", 0.4)
-    assert np.array_equal(rest.q[-1], whole.q[-1]) and rest.stats["own_steps"] == whole.stats["own_steps"]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-9])
 def test_extreme_tolerances_hold(tolerance: float) -> None:
@@ -315,18 +303,6 @@ def test_states_between_rows_are_as_good() -> None:
         found, true = model(name).simulate(0.4, 0.1, tolerance=1e-6, **QUIET), exact(name)
         assert np.abs(found.at(true.t).q - true.q).max() < 1e-5
         assert found.at(true.t).z.shape == true.z.shape
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("rods_se3")
-@pytest.mark.parametrize("name", ["controlled", pytest.param("rods_se3", marks=pytest.mark.slow)])
-def test_generated_c_chooses_the_same_steps(name: str, tmp_path: Path) -> None:
-    eomgen.generate(SCENES[name](), tmp_path / "c", method=ADAPTIVE)
-    result = run(compiled(tmp_path / "c"), "0.4", "0.02", "1")
-    rows = np.array([[float(x) for x in line.split(",")] for line in result.stdout.splitlines()[1:]])
-    found = model(name).simulate(0.4, 0.02, **QUIET)
-    assert np.abs(rows[:, 1 : 1 + found.q.shape[1]] - found.q).max() < 1e-9
-    assert rows[-1, 0] == 0.4
 
 
 @pytest.mark.long

@@ -10,11 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.errors import EomgenError
-from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.test_rosenbrock import error_of_strong, oscillator, slopes
 from tests.integrators.test_rosenbrock import frame as frame_by_parameters
-from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
 from tests.models.c_programs import printed, program
 from tests.models.cache import shared_cache
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
@@ -28,18 +25,6 @@ METHOD = "corrected_predictor"
 @cache
 def frame() -> eomgen.Model:
     return eomgen.build(shear_frame())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("every", [0, 1])
-@pytest.mark.parametrize("name", SCENES)
-def test_order_on_every_group_with_matrices_new_and_kept(name: str, every: int) -> None:
-    made, exact = model(name), reference(name, 0.8)
-    errors = [
-        error(made, made.simulate(0.8, 0.8 / count, method=METHOD, settings={"matrix_every": every}), exact)
-        for count in (40, 80, 160)
-    ]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
 #: Errors of the same formulas with a kept matrix in a prototype, which was written apart from this code; two digits.
@@ -171,47 +156,3 @@ def test_a_rig_stays_calm_at_every_step_with_two_thirds_of_its_stiffness_in_the_
     """h omega = 100; the exact bound is in test_stability_certificates.py."""
     assert np.abs(printed(rig, 100.0, 2000, 0.69)[:, 1]).max() < 20.0
     assert np.abs(printed(rig, 100.0, 2000, 0.64)[:, 1]).max() > 1e6
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_order_across_a_known_jump() -> None:
-    made = eomgen.build(pushed("3 if t > late else 0"))
-    exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
-    errors = [
-        abs(made.simulate(1.2, 1.2 / count, method=METHOD).q[-1, 0] - exact.q[-1, 0]) for count in (160, 320, 640)
-    ]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("every", [0, 1])
-def test_a_checkpoint_goes_on_with_the_same_bits(every: int, tmp_path: Path) -> None:
-    made, file, settings = model("controlled"), tmp_path / "run.ckpt", {"matrix_every": every}
-    one = made.simulate(0.6, 1e-2, method=METHOD, settings=settings)
-    first = made.simulate(0.3, 1e-2, method=METHOD, settings=settings, checkpoint=file)
-    whole = first.followed_by(made.resume(file, 0.6))
-    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
-
-
-def test_rows_hold_the_accelerations_of_their_states() -> None:
-    made = frame()
-    end = made.simulate(1.0, 0.01, method=METHOD, record_every=25)
-    for row in range(len(end.t)):
-        expected = made.forward_dynamics(end.q[row], end.v[row], t=end.t[row])
-        np.testing.assert_allclose(end.a[row], expected, rtol=1e-10, atol=1e-10)
-
-
-@pytest.mark.long
-def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
-    eomgen.generate(shear_frame(), tmp_path / "c", method=METHOD)
-    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
-    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
-    end = eomgen.build(shear_frame(), method=METHOD, profile="reproducible").simulate(2.0, 0.01, method=METHOD)
-    assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
-
-
-@pytest.mark.slow
-def test_loops_are_refused() -> None:
-    with pytest.raises(EomgenError, match="corrected_predictor cannot run on this scene"):
-        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method=METHOD)

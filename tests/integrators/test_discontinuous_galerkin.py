@@ -17,11 +17,9 @@ import eomgen
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import method_named
 from eomgen.lie.product import Factor
-from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES, stepped
 from tests.integrators.stepper_models import Model as WrittenModel
 from tests.integrators.stepper_models import build
-from tests.integrators.test_taylor import SCENES, error, model, reference
 from tests.models.cache import shared_cache
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 from tests.oracles.stepper import Equations
@@ -64,44 +62,6 @@ def test_coefficients_are_the_published_ones(name: str, nodes: Any, defect: Any,
     np.testing.assert_allclose(oracle.defect, defect, rtol=0, atol=1e-13)
     for ours, theirs in ((found.integration, oracle.integration), (found.first, oracle.first)):
         np.testing.assert_allclose(np.array(ours, float), theirs, rtol=0, atol=1e-13)
-
-
-def tumbler_scene() -> eomgen.Scene:
-    """Return a body on R^3 x SO(3) that turns about all axes, on a spring."""
-    builder = eomgen.SceneBuilder("tumbler", coordinates="absolute")
-    builder.body("body", 2.0, inertia=[0.3, 0.4, 0.5], group="R3xSO3")
-    builder.joint("root", "free", "base", "body", initial={"velocity": [2.0, -1.0, 3.0, 0.3, 0.1, 0.5]})
-    builder.point("hook", "base", [0, 0, 1.0]).point("eye", "body", [0.2, 0.1, 0.3])
-    return builder.spring("cord", "hook", "eye", stiffness=40.0, damping=1.0, length=0.2).build()
-
-
-@cache
-def made(name: str) -> eomgen.Model:
-    return eomgen.build(tumbler_scene()) if name == "tumbler" else model(name)
-
-
-@cache
-def exact(name: str) -> tuple[Array, Array, Array]:
-    if name != "tumbler":
-        return reference(name, 0.8)
-    end = made(name).simulate(0.8, 0.1, method="rk45", tolerance=1e-13)
-    return end.q[-1], end.v[-1], np.zeros(0)
-
-
-@pytest.mark.long_except_every(6)
-@pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", [*SCENES, "tumbler"])
-def test_order_on_every_group(name: str, method: str) -> None:
-    """A pendulum on a moving base, a body in flight with a ball joint and a slider, a cart with internal states under
-    functions of time, and a body on R^3 x SO(3)."""
-    counts = {3: (64, 128, 256), 4: (64, 128, 256), 5: (24, 36, 54), 7: (8, 12, 18)}[ORDERS[method]]
-    runs = [made(name).simulate(0.8, 0.8 / count, method=method, error_estimate=False) for count in counts]
-    found = slopes(counts, [error(made(name), end, exact(name)) for end in runs])
-    wanted = ORDERS[method]
-    assert found[-1] > wanted - MISS[wanted]
-    if (name, method) != ("flyer", "tdg2"):  # whose errors change sign here
-        assert found[-1] < wanted + MISS[wanted] + 0.2
 
 
 def test_five_passes_would_leave_order_6() -> None:
@@ -376,26 +336,6 @@ def test_a_massless_coordinate_keeps_the_order(method: str, varying: bool, tmp_p
     assert order[-1] > ORDERS[method] - MISS[ORDERS[method]]
 
 
-@pytest.mark.long
-def test_order_on_a_long_chain() -> None:
-    """40 links, whose recursion's steps are unknowns with right sides of their own."""
-    builder, last = eomgen.SceneBuilder("long_chain"), "base"
-    for number in range(40):
-        link, place = f"link{number}", [0, 0, -0.1 if number else 0]
-        axis = [0, 1, 0] if number % 2 else [1, 0, 0]
-        builder.body(link, 1.0, center_of_mass=[0, 0, -0.05], inertia=[0.01, 0.01, 0.001])
-        hinge = {"axis": axis, "position": place, "damping": 0.1, "initial": {"position": 0.02}}
-        builder.joint(f"hinge{number}", "revolute", last, link, **hinge)
-        last = link
-    made, counts = eomgen.build(builder.build(), profile="quick", method="tdg2"), (8, 16, 32)
-    best = made.simulate(0.05, 5e-5, method="rk4", record_every=1000, error_estimate=False)
-    errors = [
-        float(np.abs(made.simulate(0.05, 0.05 / count, error_estimate=False).q[-1] - best.q[-1]).max())
-        for count in counts
-    ]
-    assert slopes(counts, errors)[-1] == pytest.approx(5.0, abs=0.4)
-
-
 @pytest.mark.slow_except("tdg2")
 @pytest.mark.parametrize("method", METHODS)
 def test_every_step_is_the_same_operations(method: str) -> None:
@@ -411,36 +351,6 @@ def test_every_step_is_the_same_operations(method: str) -> None:
     }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["tdg1", "tdg3"])
-def test_rows_hold_the_accelerations_of_their_states(method: str) -> None:
-    made = frame()
-    end = made.simulate(1.0, 0.01, method=method, record_every=25)
-    for row in range(len(end.t)):
-        wanted = made.forward_dynamics(end.q[row], end.v[row], t=end.t[row])
-        np.testing.assert_allclose(end.a[row], wanted, rtol=1e-10, atol=1e-10)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["tdg1", "tdg3"])
-def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
-    made, file = model("controlled"), tmp_path / "run.ckpt"
-    one = made.simulate(0.6, 1e-2, method=method)
-    first = made.simulate(0.3, 1e-2, method=method, checkpoint=file)
-    whole = first.followed_by(made.resume(file, 0.6))
-    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
-    eomgen.generate(shear_frame(), tmp_path / "c", method="tdg2")
-    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
-    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
-    end = eomgen.build(shear_frame(), method="tdg2", profile="reproducible").simulate(2.0, 0.01, method="tdg2")
-    assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
-
-
 def test_loops_are_refused_with_what_to_take() -> None:
     with pytest.raises(EomgenError) as caught:
         eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method="tdg2")
@@ -448,13 +358,3 @@ def test_loops_are_refused_with_what_to_take() -> None:
     assert "tdg2 cannot run on this scene" in text
     assert "forces of constraints are not known at its start" in text
     assert "try: rosenbrock or lsrt2" in text
-
-
-@pytest.mark.slow
-def test_a_step_within_which_a_body_turns_all_around_stops_the_run() -> None:
-    builder = eomgen.SceneBuilder("top", gravity=[0, 0, 0]).body("top", 1.0, inertia=[1.0, 1.0, 1.5])
-    scene = builder.joint("pivot", "spherical", "base", "top", initial={"velocity": [0.1, 0.0, 30.0]}).build()
-    end = eomgen.build(scene).simulate(1.0, 0.2, method="tdg2", error_estimate=False)
-    assert not end.success
-    assert "a body turns by more than 0.9 of a full turn within one step" in end.message
-    assert "try: a step smaller than 0.2 s" in end.message

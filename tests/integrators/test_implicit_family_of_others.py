@@ -14,9 +14,7 @@ import pytest
 from scipy.optimize import root
 
 import eomgen
-from eomgen.lie import product
-from tests.codegen.test_stand_alone import compiled, run
-from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
+from tests.integrators.test_taylor import SCENES, error, model, reference
 from tests.models.cache import shared_cache
 from tests.models.distributions import distribution, register
 from tests.models.scenes import breaking_scene
@@ -45,29 +43,6 @@ def test_order_on_rotations_poses_and_internal_states(name: str) -> None:
     made, exact = model(name), reference(name, 0.8)
     errors = [error(made, made.simulate(0.8, 0.8 / count, method=METHOD), exact) for count in (40, 80, 160)]
     assert slopes(errors) == pytest.approx(2.0, abs=0.05)
-
-
-@pytest.mark.long
-def test_order_on_frames_that_turn_and_move_apart() -> None:
-    """R^3 x SO(3): two free bodies in absolute coordinates with a spring between them."""
-    builder = eomgen.SceneBuilder("two", coordinates="absolute")
-    for name, start, speed in (
-        ("left", [0, 0, 0], [2.0, 0.5, -1, 0, 0, 1]),
-        ("right", [1, 0, 0], [0, 1, 3, 0.4, 0, 0]),
-    ):
-        builder.body(name, 2.0, center_of_mass=[0.1, 0, 0.05], inertia=[0.3, 0.4, 0.5], group="R3xSO3")
-        builder.joint(f"of_{name}", "free", "base", name, initial={"position": start, "velocity": speed})
-        builder.point(f"end_{name}", name, [0.0, 0.2, 0.0])
-    builder.spring("spring", "end_left", "end_right", stiffness=40.0, length=0.8, damping=1.0)
-    made = eomgen.build(builder.build(), profile="quick")
-    assert {factor.group for factor in made.factors} == {"R", "SO3"}
-    fine = made.simulate(0.5, 1e-3, method="rk4")
-    errors = []
-    for count in (20, 40, 80):
-        end = made.simulate(0.5, 0.5 / count, method=METHOD)
-        moved = product.difference(made.factors, end.q[-1:], fine.q[-1:])
-        errors.append(float(max(np.abs(moved).max(), np.abs(end.v[-1] - fine.v[-1]).max())))
-    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
 @cache
@@ -118,40 +93,3 @@ def test_statistics_settings_and_statuses_are_its_own() -> None:
 def test_loops_are_refused() -> None:
     with pytest.raises(eomgen.EomgenError, match="implicit_midpoint cannot run on this scene"):
         eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method=METHOD)
-
-
-def test_states_between_rows_are_of_the_order_of_the_method() -> None:
-    made = model("pendulum")
-    errors = []
-    for count in (20, 40, 80):
-        end = made.simulate(0.8, 0.8 / count, method=METHOD)
-        middle = 0.4 + 0.4 / count
-        exact = reference("pendulum", middle)
-        errors.append(float(np.abs(end.at([middle]).q[0] - exact[0]).max()))
-    assert slopes(errors) == pytest.approx(2.0, abs=0.2)
-
-
-def test_order_across_a_known_jump() -> None:
-    made = eomgen.build(pushed("3 if t > late else 0"))
-    exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
-    errors = [
-        abs(made.simulate(1.2, 1.2 / count, method=METHOD).q[-1, 0] - exact.q[-1, 0]) for count in (160, 320, 640)
-    ]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
-
-
-def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
-    made, file = model("controlled"), tmp_path / "run.ckpt"
-    one = made.simulate(0.6, 1e-2, method=METHOD)
-    first = made.simulate(0.3, 1e-2, method=METHOD, checkpoint=file)
-    whole = first.followed_by(made.resume(file, 0.6))
-    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
-
-
-@pytest.mark.long
-def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
-    eomgen.generate(shear_frame(), tmp_path / "c", method=METHOD)
-    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
-    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
-    end = eomgen.build(shear_frame(), method=METHOD, profile="reproducible").simulate(2.0, 0.01, method=METHOD)
-    assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))

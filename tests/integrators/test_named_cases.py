@@ -13,7 +13,6 @@ from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.generalized_alpha_cases import hht, newmark, trapezoidal, wbz
 from eomgen.integrators.families.register import check_needs, method_named, method_names, method_parameters
 from eomgen.lie.product import Factor
-from tests.integrators import test_stepper as groups
 from tests.integrators.test_methods import facts
 from tests.oracles.stepper import Equations, integrate
 
@@ -122,48 +121,6 @@ def test_linear_acceleration_is_stable_up_to_its_published_phase():
     assert method.warnings(False) == (
         "newmark with 2 beta < gamma is stable only while step times the highest angular frequency stays below 3.464",
     )
-
-
-# -- orders ------------------------------------------------------------------------------------------------------------
-
-SECOND = [hht(alpha=0.1), wbz(alpha=0.2), trapezoidal(), newmark(0.3, 0.5)]
-
-
-@pytest.mark.long_except_every(2)
-@pytest.mark.slow_except("R-hht-121/400")
-@pytest.mark.long_cases(
-    "SE3-hht-121/400",
-    "SE3-newmark-3/10",
-    "SE3-trapezoidal-1/4",
-    "SE3-wbz-9/25",
-    "SO3-hht-121/400",
-    "SO3-newmark-3/10",
-    "SO3-trapezoidal-1/4",
-    "SO3-wbz-9/25",
-)
-@pytest.mark.parametrize("case", SECOND, ids=lambda case: f"{case.name}-{case.beta}")
-@pytest.mark.parametrize(
-    "check",
-    [
-        groups.test_order_on_the_oscillator,
-        groups.test_order_on_a_fast_free_body,
-        groups.test_order_on_a_body_on_se3_with_a_slider,
-        groups.test_order_on_a_body_on_r3xso3,
-    ],
-    ids=["R", "SO3", "SE3", "R3xSO3"],
-)
-def test_order_two_on_every_group(check, case):
-    check(GeneralizedAlpha(case=case))
-
-
-@pytest.mark.slow
-def test_damped_newmark_has_order_one():
-    method, errors = GeneralizedAlpha(case=newmark(alpha=0.1)), []
-    for count in (200, 400, 800):
-        end = integrate(oscillator(3.0), method, np.array([1.0]), np.zeros(1), 1.0 / count, count).q[-1, 0]
-        errors.append(abs(end - np.cos(3.0)))
-    assert method.order == 1
-    assert -np.polyfit(np.log([200, 400, 800]), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.1)
 
 
 # -- refusals ----------------------------------------------------------------------------------------------------------

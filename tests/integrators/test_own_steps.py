@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eomgen
-from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.test_taylor import SCENES, pushed
 from tests.models.cache import shared_cache
 
@@ -89,14 +87,6 @@ def test_a_run_ends_where_it_is_asked_to_and_gives_states_between_rows() -> None
     assert np.abs(found.at(at).q - true.at(at).q).max() < 1e-8
 
 
-def test_checkpoints_go_on_with_the_same_bits(tmp_path: Path) -> None:
-    made = model("controlled")
-    whole = made.simulate(2.0, 0.03)
-    made.simulate(0.9, 0.03, checkpoint=tmp_path / "run.ckpt")
-    rest = made.resume(tmp_path / "run.ckpt", 2.0)
-    assert np.array_equal(rest.q[-1], whole.q[-1]) and rest.stats["own_steps"] == whole.stats["own_steps"]
-
-
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-13, 1e-14])
 def test_extreme_tolerances_hold(tolerance: float) -> None:
     found = model("pendulum").simulate(1.6, 0.1, tolerance=tolerance)
@@ -129,13 +119,3 @@ def test_an_infinity_stops_the_run_and_names_what_grew() -> None:
 def test_tolerances_out_of_range_are_refused(tolerance: float) -> None:
     with pytest.raises(eomgen.UsageError, match=r"tolerance: the tolerance must lie in 1e-14..0.1, not .*try: 1e-6"):
         model("pendulum").simulate(1.0, 0.1, tolerance=tolerance)
-
-
-def test_generated_c_chooses_the_same_steps(tmp_path: Path) -> None:
-    scene = SCENES["controlled"]()
-    eomgen.generate(scene, tmp_path / "c", method="rk45")
-    result = run(compiled(tmp_path / "c"), "1.05", "0.1", "1")
-    rows = np.array([[float(x) for x in line.split(",")] for line in result.stdout.splitlines()[1:]])
-    found = model("controlled").simulate(1.05, 0.1)
-    assert np.abs(rows[:, 1 : 1 + found.q.shape[1]] - found.q).max() < 1e-12
-    assert rows[-1, 0] == 1.05

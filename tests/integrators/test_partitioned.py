@@ -143,15 +143,6 @@ def test_a_double_rocker_switches_and_moves_as_by_multipliers():
     assert np.ptp(run.q[:, 1]) > 2.0 * np.pi
 
 
-def test_accelerations_and_multipliers_are_those_of_the_whole_system():
-    model = rocker_model()
-    run = model.simulate(0.3, 1e-3, method=NAME)
-    for k in range(0, len(run.t), 30):
-        vdot, lam = model.constrained_dynamics(run.q[k], run.v[k], run.t[k])
-        np.testing.assert_allclose(run.a[k], vdot, rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(run.multipliers[k], lam, rtol=1e-9, atol=1e-9)
-
-
 @pytest.mark.long
 def test_energy_of_a_long_run_drifts_by_the_order_of_the_method_only():
     model, drifts = rocker_model(), []
@@ -272,16 +263,6 @@ def test_a_rolling_disc_keeps_its_order(compiled):
 
 
 # -- states, steps, failures -------------------------------------------------------------------------------------------
-
-
-def test_a_run_can_be_cut_anywhere(compiled):
-    stepper = compiled("R3xSO3", heavy_top("R3xSO3"))
-    stepper.start(step=1e-3)
-    assert stepper.run(300).state["partitions"] > 1
-    saved = stepper.state.copy()
-    ahead = stepper.run(300).rows
-    stepper.state[:], stepper.workspace[:] = saved, 0.0
-    assert np.array_equal(stepper.run(300).rows, ahead)
 
 
 def test_a_start_off_the_constraints_is_corrected_along_the_dependent_components(compiled):

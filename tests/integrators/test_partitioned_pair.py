@@ -11,7 +11,6 @@ import pytest
 
 import eomgen
 from eomgen.base.arrays import Array
-from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators import similar_scenes
 from tests.models.cache import shared_cache
 from tests.oracles.placed_loops import windows
@@ -77,24 +76,6 @@ def test_states_between_rows_lie_on_the_constraints() -> None:
     between = model("four_bar").simulate(0.4, 0.4, method=METHOD, tolerance=1e-3, **QUIET).at([0.07])
     found = model("four_bar").consistent(between.q[0], between.v[0])
     assert np.abs(found.q - between.q[0]).max() < 1e-13
-
-
-@pytest.mark.slow
-def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
-    more = {"method": METHOD, "tolerance": 1e-6, **QUIET}
-    whole = model("rods_se3").simulate(0.4, 0.013, **more)
-    model("rods_se3").simulate(0.2, 0.013, checkpoint=tmp_path / "run.ckpt", **more)
-    rest = model("rods_se3").resume(tmp_path / "run.ckpt", 0.4)
-    assert np.array_equal(rest.q[-1], whole.q[-1]) and rest.stats["own_steps"] == whole.stats["own_steps"]
-
-
-@pytest.mark.slow
-def test_generated_c_takes_the_same_steps(tmp_path: Path) -> None:
-    eomgen.generate(SCENES["four_bar"](), tmp_path / "c", method=METHOD)
-    result = run(compiled(tmp_path / "c"), "0.4", "0.02", "1")
-    rows = np.array([[float(x) for x in line.split(",")] for line in result.stdout.splitlines()[1:]])
-    found = model("four_bar").simulate(0.4, 0.02, method=METHOD, **QUIET)
-    assert np.abs(rows[:, 1 : 1 + found.q.shape[1]] - found.q).max() < 1e-9
 
 
 @pytest.mark.slow

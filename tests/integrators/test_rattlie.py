@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,11 +13,9 @@ import eomgen
 from eomgen.errors import EomgenError
 from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper
-from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators import rattlie_oracle as oracle
 from tests.integrators.constrained_models import heavy_top, rolling_disc, shaking_base, top_solution, two_links
 from tests.integrators.stepper_models import rotation
-from tests.integrators.test_taylor import error, model, pushed, reference
 from tests.models.cache import shared_cache
 from tests.models.scenes import flyer
 
@@ -35,15 +32,6 @@ def slopes(errors: list[float]) -> Array:
 
 
 # -- orders ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled"])
-def test_order_on_trees(name: str) -> None:
-    """Every group; a moving base, an input, a damper; inertia that varies with the slider; internal states."""
-    made, exact = model(name), reference(name, 0.8)
-    errors = [error(made, made.simulate(0.8, 0.8 / n, method="rattlie"), exact) for n in (80, 160, 320)]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
 def two_arms(drag: float = 0.0, damping: float = 0.0, gravity: float = 9.81) -> eomgen.Scene:
@@ -146,33 +134,6 @@ def test_order_on_loops(name: str, end: float) -> None:
         assert last.stats["max_constraint_velocity"] < 1e-12
     for part, found in errors.items():
         assert slopes(found)[-1] == pytest.approx(2.0, abs=0.1), part
-
-
-@pytest.mark.long
-def test_order_on_a_long_chain() -> None:
-    """70 links, whose recursion's steps are unknowns of the matrix."""
-    builder, last = eomgen.SceneBuilder("long_chain"), "base"
-    for number in range(70):
-        axis = [0, 1, 0] if number % 2 else [1, 0, 0]
-        builder.body(f"link{number}", 1.0, center_of_mass=[0, 0, -0.05], inertia=[0.01, 0.01, 0.001])
-        hinge = {"axis": axis, "position": [0, 0, -0.1 if number else 0], "initial": {"position": 0.02}}
-        builder.joint(f"hinge{number}", "revolute", last, f"link{number}", **hinge)
-        last = f"link{number}"
-    made = eomgen.build(builder.build(), profile="quick", method="rattlie")
-    exact = made.simulate(0.05, 5e-5, method="rk4", record_every=1000, error_estimate=False)
-    errors = [
-        float(np.abs(made.simulate(0.05, 0.05 / n, method="rattlie", error_estimate=False).q[-1] - exact.q[-1]).max())
-        for n in (40, 80, 160)
-    ]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
-
-
-@pytest.mark.slow
-def test_order_across_a_known_jump() -> None:
-    made = eomgen.build(pushed("3 if t > late else 0"))
-    exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
-    errors = [abs(made.simulate(1.2, 1.2 / n, method="rattlie").q[-1, 0] - exact.q[-1, 0]) for n in (160, 320, 640)]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
 # -- the fast heavy top ------------------------------------------------------------------------------------------------
@@ -381,34 +342,6 @@ def test_a_simulator_goes_to_any_time_with_whole_steps_and_shorter_ones() -> Non
 # -- the house ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_rows_hold_accelerations_and_multipliers_of_their_states() -> None:
-    made = four_bar()
-    end = made.simulate(0.1, 1e-3, method="rattlie", record_every=25, error_estimate=False)
-    for row in range(len(end.t)):
-        q, v = end.q[row], end.v[row]
-        B = made.evaluator.call("constraint_jacobian", q=q, parameters=None)[0]
-        forces = made.inverse_dynamics(q, v, end.a[row]) + B.T @ end.multipliers[row]
-        np.testing.assert_allclose(forces, 0.0, atol=1e-9)
-
-
-def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
-    made, file = four_bar(), tmp_path / "run.ckpt"
-    one = made.simulate(0.2, 1e-3, method="rattlie", error_estimate=False)
-    first = made.simulate(0.1, 1e-3, method="rattlie", checkpoint=file, error_estimate=False)
-    whole = first.followed_by(made.resume(file, 0.2))
-    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "multipliers"))
-
-
-@pytest.mark.long
-def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
-    eomgen.generate(two_arms(0.7, 0.4), tmp_path / "c", method="rattlie")
-    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
-    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
-    end = eomgen.build(two_arms(0.7, 0.4), method="rattlie", profile="reproducible").simulate(2.0, 0.01)
-    assert np.array_equal(rows[:, 1:7], np.hstack([end.q, end.v, end.a]))
-
-
 def refusal(made: eomgen.Model) -> str:
     with pytest.raises(EomgenError) as caught:
         made.simulate(0.1, 1e-3, method="rattlie")
@@ -431,13 +364,6 @@ def test_a_tolerance_is_refused() -> None:
         caught.value
     )
     assert "try: generalized_alpha, or rk45" in str(caught.value)
-
-
-@pytest.mark.slow
-def test_a_step_that_turns_a_body_too_far_is_said() -> None:
-    end = top("SE3").simulate(1.0, 0.1, method="rattlie", error_estimate=False)
-    assert not end.success
-    assert "turns by more than 0.9 of a full turn within one step" in end.message
 
 
 def test_an_iteration_that_is_not_let_converge_is_said() -> None:

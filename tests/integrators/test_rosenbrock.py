@@ -4,15 +4,13 @@ starts, jumps, singular masses, and the same operations in every step."""
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from tests.codegen.test_stand_alone import compiled, run
-from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
+from tests.integrators.test_taylor import error, model, reference
 from tests.models.cache import shared_cache
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 
@@ -25,38 +23,6 @@ GAMMA = {"rosenbrock": 0.5, "lsrt2": 1.0 - np.sqrt(0.5)}
 
 def slopes(errors: list[float]) -> Array:
     return np.asarray(np.log2(np.array(errors[:-1]) / errors[1:]))
-
-
-@pytest.mark.slow_except("pendulum-lsrt2")
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", SCENES)
-def test_order_on_every_group(name: str, method: str) -> None:
-    """A chain, a body in flight, and a cart with internal states under functions of time, against series."""
-    made, exact = model(name), reference(name, 0.8)
-    errors = [error(made, made.simulate(0.8, 0.8 / count, method=method), exact) for count in (40, 80, 160)]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("lsrt2", "rosenbrock")
-@pytest.mark.parametrize("method", METHODS)
-def test_order_on_a_long_chain(method: str) -> None:
-    """40 links, whose recursion's steps are unknowns with right sides of their own."""
-    builder, last = eomgen.SceneBuilder("long_chain"), "base"
-    for number in range(40):
-        link, place = f"link{number}", [0, 0, -0.1 if number else 0]
-        axis = [0, 1, 0] if number % 2 else [1, 0, 0]
-        builder.body(link, 1.0, center_of_mass=[0, 0, -0.05], inertia=[0.01, 0.01, 0.001])
-        hinge = {"axis": axis, "position": place, "damping": 0.1, "initial": {"position": 0.02}}
-        builder.joint(f"hinge{number}", "revolute", last, link, **hinge)
-        last = link
-    made = eomgen.build(builder.build(), profile="quick", method=method)
-    exact = made.simulate(0.05, 5e-5, method="rk4", record_every=1000, error_estimate=False)
-    errors = [
-        float(np.abs(made.simulate(0.05, 0.05 / count, method=method, error_estimate=False).q[-1] - exact.q[-1]).max())
-        for count in (20, 40, 80)
-    ]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
 @cache
@@ -234,17 +200,6 @@ def test_a_damped_start_keeps_the_order() -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_order_across_a_known_jump(method: str) -> None:
-    made = eomgen.build(pushed("3 if t > late else 0"))
-    exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
-    errors = [
-        abs(made.simulate(1.2, 1.2 / count, method=method).q[-1, 0] - exact.q[-1, 0]) for count in (160, 320, 640)
-    ]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
-
-
 @pytest.mark.slow_cases("rosenbrock")
 @pytest.mark.parametrize("method", METHODS)
 def test_every_step_is_the_same_operations(method: str) -> None:
@@ -256,36 +211,6 @@ def test_every_step_is_the_same_operations(method: str) -> None:
         "newton_iterations": 0,
     }
     assert end.stats["exchanges"] == 0
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_rows_hold_the_accelerations_of_their_states(method: str) -> None:
-    made = frame()
-    end = made.simulate(1.0, 0.01, method=method, record_every=25)
-    for row in range(len(end.t)):
-        expected = made.forward_dynamics(end.q[row], end.v[row], t=end.t[row])
-        np.testing.assert_allclose(end.a[row], expected, rtol=1e-10, atol=1e-10)
-
-
-@pytest.mark.long_except("rosenbrock")
-@pytest.mark.parametrize("method", METHODS)
-def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
-    made, file = model("controlled"), tmp_path / "run.ckpt"
-    one = made.simulate(0.6, 1e-2, method=method)
-    first = made.simulate(0.3, 1e-2, method=method, checkpoint=file)
-    whole = first.followed_by(made.resume(file, 0.6))
-    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
-
-
-@pytest.mark.long_except_every(2)
-@pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path) -> None:
-    eomgen.generate(shear_frame(), tmp_path / "c", method=method)
-    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
-    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
-    end = eomgen.build(shear_frame(), method=method, profile="reproducible").simulate(2.0, 0.01, method=method)
-    assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
 
 
 @pytest.mark.slow

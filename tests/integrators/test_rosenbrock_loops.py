@@ -5,14 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.constrained_models import heavy_top, rolling_disc, shaking_base, two_links
 from tests.models.cache import shared_cache
 from tests.models.stewart import stewart
@@ -233,20 +231,6 @@ def test_a_step_is_that_of_the_formula_and_what_the_forces_of_constraints_are_wo
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
-def test_a_row_is_in_balance(method: str) -> None:
-    """M a + h - Q + B^T lam = 0 and B a + g = 0 at the row's own state, so that reactions are right."""
-    made = model("drive_and_state")
-    end = made.simulate(0.1, 1e-3, method=method, error_estimate=False)
-    row = {"q": end.q[-1], "v": end.v[-1], "a": end.a[-1], "t": end.t[-1]}
-    left = made.evaluate("residual", **row, z=end.z[-1], multipliers=end.multipliers[-1])["r"]
-    assert np.abs(left).max() <= 1e-12 * np.abs(end.multipliers[-1]).max()
-    rates = made.evaluate("constraint_jacobian", end.q[-1], t=end.t[-1])["B"] @ end.a[-1]
-    bias = made.evaluate("constraint_bias", end.q[-1], end.v[-1], t=end.t[-1])["g"]
-    assert np.abs(rates + bias).max() <= 1e-12 * np.abs(bias).max()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
 def test_loops_that_repeat_each_other_are_held_without_the_repetition(method: str) -> None:
     """A parallelogram in space, of whose five rows three follow from the others, keeps its energy by the step's
     square."""
@@ -292,28 +276,6 @@ def test_a_parallelogram_ends_where_its_branches_cross(method: str) -> None:
         assert np.abs(np.sin(run.q[:, 0]) - np.sin(run.q[:, 2])).max() < 1e-11
         drift.append(float(np.ptp(run.outputs["energy"])))
     assert drift[1] < 0.3 * drift[0]
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("lsrt2", "rosenbrock")
-@pytest.mark.parametrize("method", METHODS)
-def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path) -> None:
-    path = "examples/four_bar/scene.toml"
-    eomgen.generate(path, tmp_path / "c", method=method)
-    text = run(compiled(tmp_path / "c"), "0.2", "0.001", "1").stdout
-    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
-    end = eomgen.build(path, method=method, profile="reproducible").simulate(0.2, 0.001, method=method)
-    assert np.array_equal(rows[:, 1:10], np.hstack([end.q, end.v, end.a]))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
-    made, file = model("drive_and_state"), tmp_path / "run.ckpt"
-    one = made.simulate(0.06, 1e-3, method=method)
-    first = made.simulate(0.03, 1e-3, method=method, checkpoint=file)
-    whole = first.followed_by(made.resume(file, 0.06))
-    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z", "multipliers"))
 
 
 @pytest.mark.slow

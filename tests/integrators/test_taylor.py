@@ -463,16 +463,6 @@ def test_an_interrupt_between_slow_rows_is_heard() -> None:
     assert len(solution.t) == 2
 
 
-def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
-    made = model("flyer")
-    whole = made.simulate(1.0, 0.01, method="taylor")
-    made.simulate(0.37, 0.01, method="taylor", checkpoint=tmp_path / "run.ckpt")
-    second = made.resume(tmp_path / "run.ckpt", 1.0)
-    assert np.array_equal(second.q, whole.q[37:])
-    assert np.array_equal(second.a, whole.a[37:])
-    assert second.stats["expansions"] == whole.stats["expansions"]
-
-
 def test_states_between_rows_of_a_resumed_run(tmp_path: Path) -> None:
     made, times = model("pendulum"), np.linspace(0.0, 1.0, 23)
     whole = made.simulate(1.0, 0.1, method="taylor")
@@ -521,22 +511,3 @@ def test_states_between_rows_across_a_corner() -> None:
     coarse, fine = (made.simulate(1.2, step, method="taylor", tolerance=1e-13) for step in (0.6, 0.1))
     assert np.abs(coarse.at(fine.t).q - fine.q).max() < 1e-11
     assert np.abs(coarse.at(fine.t).v - fine.v).max() < 1e-11
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_position_and_rotation_apart_move_as_a_pose_does() -> None:
-    """On R^3 x SO(3) positions stand behind rotations in q, before them among the factors."""
-
-    def falling(group: str) -> eomgen.Solution:
-        builder = eomgen.SceneBuilder("tumbler", coordinates="absolute")
-        builder.body("body", 2.0, inertia=[0.3, 0.4, 0.5], group=group)
-        builder.joint("root", "free", "base", "body", initial={"velocity": [2.0, -1.0, 3.0, 0.3, 0.1, 0.5]})
-        builder.point("hook", "base", [0, 0, 1.0]).point("eye", "body", [0.2, 0.1, 0.3])
-        scene = builder.spring("cord", "hook", "eye", stiffness=40.0, damping=1.0, length=0.2).build()
-        return eomgen.build(scene, method="taylor", profile="quick").simulate(0.2, 0.02, tolerance=1e-12)
-
-    apart, together = falling("R3xSO3"), falling("SE3")
-    assert apart.success and together.success
-    assert np.abs(apart.q - together.q).max() < 1e-11
-    assert np.ptp(apart.q[:, 4:], axis=0).min() > 0.005
