@@ -8,7 +8,7 @@ import pytest
 
 from eomgen.errors import UsageError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
-from eomgen.integrators.families.generalized_alpha_cases import hht, trapezoidal, wbz
+from eomgen.integrators.families.generalized_alpha_cases import hht
 from eomgen.integrators.newton.matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_layout import default_settings, row_layout
@@ -63,22 +63,21 @@ SCENES = {
     "disc": rolling_disc,
     "chain": lambda: chain(3, "absolute"),
 }
+#: How these are solved: both ways are held against NumPy.
+SOLVERS = {"disc": "unrolled", "chain": "tables"}
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("disc-stabilised-F0", "disc-index3-F0")
+@pytest.mark.long_except("disc-stabilised-F0", "disc-index3-F0", "links-stabilised-F0")
 @pytest.mark.parametrize(
     ("name", "method"),
     [
         ("links", STABILISED),
         ("links", GeneralizedAlpha(0.8, "index3", "F1")),
         ("links", GeneralizedAlpha(0.8, "stabilised", "F2")),
-        ("links", GeneralizedAlpha(0.8, "stabilised", "spatial")),
         ("links on a moving base", GeneralizedAlpha(0.8, "index3", "spatial")),
-        ("links", GeneralizedAlpha(case=trapezoidal())),
         ("links", GeneralizedAlpha(form="index3", case=hht(alpha=0.1))),
         ("links on a moving base", STABILISED),
-        ("links on a moving base", INDEX_3),
         ("disc", STABILISED),
         ("disc", INDEX_3),
         ("chain", STABILISED),
@@ -89,6 +88,7 @@ SCENES = {
 )
 def test_c_gives_what_numpy_gives(compiled, name, method):
     stepper = compiled(name, SCENES[name], method)
+    assert stepper.program.method["solver"]["kind"] == SOLVERS.get(name, stepper.program.method["solver"]["kind"])
     equations = equations_of(stepper.system)
     q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
     v = v - np.linalg.pinv(equations.constraints.jacobian(0.0, q)) @ equations.constraints.rate(0.0, q, v)
@@ -104,29 +104,6 @@ def test_c_gives_what_numpy_gives(compiled, name, method):
         assert rows[:, layout[key]] == pytest.approx(
             expected, abs=1e-8 * scale if key in ("vdot", "lam") else 1e-10 * scale
         ), key
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("trapezoidal", "wbz")
-@pytest.mark.parametrize("case", [trapezoidal(), wbz(alpha=0.3)], ids=lambda case: case.name)
-def test_named_cases_keep_order_two_and_the_constraints_in_the_stabilised_form(compiled, case):
-    stepper = compiled("links", two_links, GeneralizedAlpha(case=case))
-    ends = []
-    for steps in (100, 200, 400, 6400):
-        stepper.start(step=0.4 / steps)
-        outcome = stepper.run(steps, every=steps)
-        assert outcome.status == 0
-        assert max(outcome.state["max_constraint"], outcome.state["max_constraint_velocity"]) < 1e-9
-        layout = row_layout(stepper.program.method)
-        ends.append(outcome.rows[-1][np.r_[layout["q"], layout["v"]]])
-    errors = [np.linalg.norm(end - ends[-1]) for end in ends[:-1]]
-    assert slope([4.0, 2.0, 1.0], errors) == pytest.approx(2.0, abs=0.1)
-
-
-@pytest.mark.long
-def test_every_solver_is_held_against_numpy(compiled):
-    kinds = {name: compiled(name, SCENES[name]).program.method["solver"]["kind"] for name in ("disc", "chain")}
-    assert kinds == {"disc": "unrolled", "chain": "tables"}
 
 
 # -- initialisation ----------------------------------------------------------------------------------------------------
@@ -190,9 +167,7 @@ TABLE = {
 }
 
 
-@pytest.mark.long_cases("R3xSO3-stabilised")
 @pytest.mark.slow
-@pytest.mark.long_cases("R3xSO3-index3", "SE3-stabilised", "SE3-index3")
 @pytest.mark.parametrize(("group", "form"), TABLE)
 def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
     stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form)), {}
@@ -209,34 +184,10 @@ def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
         )
 
 
-@pytest.mark.long_except_every(3)
-@pytest.mark.slow
-@pytest.mark.parametrize("variant", ["F1", "F2"])
-@pytest.mark.parametrize(("group", "form"), [("R3xSO3", "stabilised"), ("R3xSO3", "index3"), ("SE3", "stabilised")])
-def test_other_groupings_of_the_increment_are_of_second_order_too(compiled, variant, group, form):
-    stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form, variant)), []
-    for k in (11, 12, 13):
-        stepper.start(step=2.0**-k, **PUBLISHED)
-        errors.append(top_errors(stepper.run(2**k, every=2**k // 16).rows))
-    for column in range(4):
-        assert slope([4.0, 2.0, 1.0], [error[column] for error in errors]) == pytest.approx(2.0, abs=0.1)
-    ratio = errors[-1][1] / TABLE[group, form][13][1]
-    if form == "index3":
-        assert errors[1][1] == pytest.approx(9.8e-5, rel=0.05)
-    elif group == "SE3":
-        assert ratio == pytest.approx(1.2, rel=0.1)
-
-
 #: Of the spatial variant, position errors in units of those of F0, at most.
-SPATIAL = {
-    ("R3xSO3", "stabilised"): 0.11,
-    ("R3xSO3", "index3"): 0.02,
-    ("SE3", "stabilised"): 0.08,
-    ("SE3", "index3"): 0.08,
-}
+SPATIAL = {("R3xSO3", "index3"): 0.02, ("SE3", "stabilised"): 0.08}
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(("group", "form"), SPATIAL)
 def test_the_spatial_variant_is_of_second_order_with_small_constants(compiled, group, form):
@@ -276,7 +227,6 @@ def test_without_rotations_the_spatial_variant_is_the_plain_one(compiled):
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("R3xSO3-1e-05", "SE3-1e-06")
 @pytest.mark.parametrize(("group", "floor"), [("R3xSO3", 1e-5), ("SE3", 1e-6)])
 def test_order_down_to_steps_of_1e_5_and_what_rounding_leaves_of_multipliers(compiled, group, floor):
     stepper, steps, exact, errors = top(compiled, group), [8e-5, 4e-5, 2e-5, 1e-5], top_solution(FAST), []
@@ -293,14 +243,12 @@ def test_order_down_to_steps_of_1e_5_and_what_rounding_leaves_of_multipliers(com
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("SE3-5e-05")
-@pytest.mark.parametrize(("group", "finest"), [("R3xSO3", 2e-6), ("SE3", 5e-5)])
-def test_published_position_after_two_seconds(compiled, group, finest):
-    published, stepper, ends = anchor("heavy_top_places").reference[3:], top(compiled, group), []
+def test_published_position_after_two_seconds(compiled):
+    published, stepper, ends = anchor("heavy_top_places").reference[3:], top(compiled, "SE3"), []
     for step in (2e-5, 1e-5):
         stepper.start(step=step)
         ends.append(stepper.run(round(2.0 / step), every=round(2.0 / step)).rows[-1, 5:8])
-    assert np.linalg.norm(ends[1] - published) < finest
+    assert np.linalg.norm(ends[1] - published) < 5e-5
     assert np.linalg.norm((4.0 * ends[1] - ends[0]) / 3.0 - published) < 2e-6
 
 
@@ -319,14 +267,13 @@ def multiplier_errors(stepper, steps, **settings):
 TRANSIENT_STEPS = (1e-3, 5e-4, 2.5e-4)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_index_3_without_perturbed_start_loses_an_order(compiled):
     errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS, perturb=0.0)
     assert errors == pytest.approx([123.0, 60.3, 29.9], rel=0.05)
     assert slope(TRANSIENT_STEPS, errors) == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_perturbed_start_gives_index_3_its_order_back(compiled):
     errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS)
@@ -414,7 +361,6 @@ def test_index_3_on_se3_keeps_a_joint_to_ground_exactly(compiled):
         assert one[5:8] == pytest.approx(y, abs=1e-11)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_small_steps_do_not_spoil_the_matrix(compiled):
     stepper, conditions = top(compiled, "R3xSO3"), []
@@ -466,14 +412,3 @@ def test_rolling_keeps_rows_at_velocity_level(compiled):
         state = stepper.run(500).state
         assert state["max_constraint"] < 1e-13
         assert state["max_constraint_velocity"] < (1e-11 if method is STABILISED else 1e-4)
-
-
-def test_a_run_can_be_cut_anywhere(compiled):
-    stepper = top(compiled, "R3xSO3")
-    stepper.settings["reuse"] = 0.0
-    stepper.start(step=1e-3)
-    stepper.run(30)
-    saved = stepper.state.copy()
-    ahead = stepper.run(30).rows
-    stepper.state[:], stepper.workspace[:] = saved, 0.0
-    assert np.array_equal(stepper.run(30).rows, ahead)
