@@ -1,5 +1,5 @@
-"""Generalized-alpha with steps of its own: error by tolerance on every group, with constraints and internal states;
-what the estimate is; steps of other sizes; stiff transients; what ends a run."""
+"""Generalized-alpha with steps of its own: what the estimate is on every group, with constraints and internal states;
+steps of other sizes; stiff transients; what cannot follow a tolerance. How errors follow it is in test_own_steps.py."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from eomgen.simulation.stepping.settings import stepper_library, stepper_setting
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.integrators import similar_scenes
 from tests.integrators.test_taylor import SCENES as TREES
-from tests.integrators.test_taylor import pushed
 from tests.models.cache import shared_cache
 from tests.simulation.test_angles_over_turns import model as wound_spring
 from tests.simulation.test_angles_over_turns import started
@@ -29,10 +28,7 @@ Array = NDArray[np.float64]
 #: R with a moving base and an input; R3xSO3 and SO3; internal states and an input; loops on both groups; rolling.
 SCENES: dict[str, Callable[[], Any]] = {
     **TREES,
-    "rods_r3xso3": lambda: similar_scenes.rods("R3xSO3"),
-    "rods_se3": lambda: similar_scenes.rods("SE3"),
-    "rolling": similar_scenes.BOUND["rolling"],
-    "rail": similar_scenes.BOUND["rail"],
+    **{name: similar_scenes.BOUND[name] for name in ("rods_r3xso3", "rods_se3", "rolling")},
 }
 ADAPTIVE = "generalized_alpha_adaptive"
 QUIET: dict[str, Any] = {"error_estimate": False}
@@ -59,23 +55,6 @@ def errors(found: eomgen.Solution, true: eomgen.Solution) -> Array:
     return np.array([np.abs(ours - other).max() for ours, other in pairs if ours.size])
 
 
-@pytest.mark.long_except_every(3)
-@pytest.mark.slow
-@pytest.mark.long_cases("rail", "rods_r3xso3", "rods_se3")
-@pytest.mark.parametrize("name", SCENES)
-def test_the_error_is_in_proportion_to_the_tolerance(name: str) -> None:
-    tolerances = np.array([1e-5, 1e-6, 1e-7])
-    runs = [model(name).simulate(0.4, 0.02, tolerance=float(tolerance), **QUIET) for tolerance in tolerances]
-    assert all(found.success for found in runs)
-    all_errors = np.array([errors(found, exact(name)) for found in runs])
-    slopes = np.polyfit(np.log(np.sqrt(tolerances)), np.log(all_errors), 1)[0]
-    assert slopes[:2] == pytest.approx(2.0, abs=0.1)  # q and v, in the square root of the tolerance
-    assert slopes == pytest.approx(2.0, abs=0.25)
-    assert np.all(all_errors[:, 0] < 10.0 * tolerances)
-    if model(name).multipliers:
-        assert all(found.stats["max_constraint"] < 1e-11 for found in runs)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "case", [{"rho_inf": 0.0}, {"rho_inf": 1.0}, {"method": "hht", "alpha": 0.2}, {"method": "wbz"}]
@@ -93,7 +72,10 @@ def true_step(made: eomgen.Model, rows: eomgen.Solution, index: int, step: float
     """Return the exact q, v and z a step after a row."""
     start = {"q": rows.q[index], "v": rows.v[index], **({"z": rows.z[index]} if rows.z.size else {})}
     t = float(rows.t[index])
-    end = made.simulate(t + step, step, method="rk45", tolerance=1e-13, t_start=t, initial=start, **QUIET)
+    given: dict[str, Any] = {"method": "rk45", "tolerance": 1e-13}
+    if made.multipliers:
+        given = {"method": "rk4_partitioned", "record_every": 8}
+    end = made.simulate(t + step, step / given.get("record_every", 1), t_start=t, initial=start, **given, **QUIET)
     return end.q[-1], end.v[-1], end.z[-1]
 
 
@@ -112,7 +94,8 @@ def estimates(made: eomgen.Model, rows: eomgen.Solution, n: int, step: float) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled"])
+@pytest.mark.long_cases("rods_se3")
+@pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled", "rods_se3"])
 def test_the_estimate_tends_to_the_true_local_error(name: str) -> None:
     made, apart = model(name), []
     for step in (2e-3, 1e-3, 5e-4):
@@ -122,25 +105,10 @@ def test_the_estimate_tends_to_the_true_local_error(name: str) -> None:
         true = (product.difference(made.factors, rows.q[n + 1], q), v - rows.v[n + 1], z - rows.z[n + 1])
         found = estimates(made, rows, n, step)
         pairs = [(ours, other) for ours, other in zip(found, true, strict=True) if other.size]
+        pairs = pairs[:1] if made.multipliers else pairs  # velocities are brought onto the constraints behind a step
         apart.append([np.linalg.norm(ours - other) / np.linalg.norm(other) for ours, other in pairs])
     assert np.all(np.array(apart[-1]) < 0.05)
     assert np.all(np.array(apart[1:]) < 0.7 * np.array(apart[:-1]))
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("rods_r3xso3", "rods_se3")
-@pytest.mark.parametrize("name", ["rods_r3xso3", "rods_se3"])
-def test_so_it_does_on_constraints(name: str) -> None:
-    made, apart = model(name), []
-    for step in (2e-3, 1e-3, 5e-4):
-        n = round(0.12 / step)
-        rows = made.simulate((n + 1) * step, step, method="generalized_alpha", **QUIET)
-        t, start = float(rows.t[n]), {"q": rows.q[n], "v": rows.v[n]}
-        end = made.simulate(t + step, step / 8, method="rk4_partitioned", t_start=t, initial=start, **QUIET)
-        true = product.difference(made.factors, rows.q[n + 1], end.q[-1])
-        apart.append(np.linalg.norm(estimates(made, rows, n, step)[0] - true) / np.linalg.norm(true))
-    assert apart[-1] < 0.05
-    assert apart[1] < 0.7 * apart[0] and apart[2] < 0.7 * apart[1]
 
 
 def stepper(made: eomgen.Model, step: float, tolerance: float) -> Stepper:
@@ -171,21 +139,8 @@ def test_the_compiled_estimate_is_the_one_of_the_formulas() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("flyer")
-@pytest.mark.parametrize("name", ["flyer", "rods_r3xso3", "rods_se3"])
-def test_so_it_is_at_small_tolerances(name: str) -> None:
-    made, tolerances = model(name), np.array([1e-7, 1e-8])
-    true = exact(name)
-    if made.multipliers:
-        true = made.simulate(0.4, 0.02, method="rk45_partitioned", tolerance=1e-11, **QUIET)
-    runs = [made.simulate(0.4, 0.02, tolerance=float(tolerance), **QUIET) for tolerance in tolerances]
-    coarse, fine = (errors(found, true) for found in runs)
-    assert 2.0 * np.log10(coarse / fine) == pytest.approx(2.0, abs=0.1)
-
-
-@pytest.mark.long_except_every(5)
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["pendulum", "flyer", "rods_se3", "rods_r3xso3", "controlled"])
+@pytest.mark.long_cases("rods_r3xso3")
+@pytest.mark.parametrize("name", ["pendulum", "rods_r3xso3"])
 def test_steps_that_change_at_random_keep_order_two(name: str) -> None:
     """Steps are set by hand between rows, from half to one and a half of each other; the tolerance asks for nothing."""
     made, rng = model(name), np.random.default_rng(5)
@@ -237,15 +192,6 @@ def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
 
 
 @pytest.mark.slow
-def test_a_jump_ends_a_step_and_the_end_is_exact() -> None:
-    made = eomgen.build(pushed("3 if t > late else 0"), method=ADAPTIVE)
-    true = made.simulate(1.23, 0.6, method="rk45", tolerance=1e-12, **QUIET)
-    found = made.simulate(1.23, 0.6, tolerance=1e-6, **QUIET)
-    assert found.t[-1] == 1.23
-    assert errors(found, true)[0] < 1e-5 and found.stats["rejections"] < 30
-
-
-@pytest.mark.slow
 def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
     made = eomgen.build(TREES["controlled"]())
     given = made.simulate(0.4, 0.1, rho_inf=0.5, tolerance=1e-4, **QUIET)
@@ -288,13 +234,6 @@ def test_a_scene_says_so_too() -> None:
     settings = found.metadata["settings"]
     assert (found.metadata["method"], settings["tolerance"], settings["rho_inf"]) == (ADAPTIVE, 1e-4, 0.9)
     assert np.abs(found.q[:, 0] - 0.3 * np.cos(np.sqrt(40.0) * found.t)).max() < 3e-4
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-9])
-def test_extreme_tolerances_hold(tolerance: float) -> None:
-    found = model("rods_r3xso3").simulate(0.4, 0.02, tolerance=tolerance, **QUIET)
-    assert found.success and errors(found, exact("rods_r3xso3"))[0] < max(tolerance, 1e-8)
 
 
 @pytest.mark.slow
@@ -365,7 +304,7 @@ def stiff_chain() -> eomgen.Scene:
 def test_a_first_step_that_explodes_is_forgotten() -> None:
     """Nothing moves yet, and steps begin with the spacing of rows, which is far too long for the spring."""
     made = eomgen.build(stiff_chain(), method=ADAPTIVE)
-    for spacing in (0.01, 0.0145, 0.02, 0.03, 0.05, 0.1):
+    for spacing in (0.0145, 0.03, 0.1):
         found = made.simulate(spacing, spacing, method="rk45", tolerance=1e-9, **QUIET)
         true = made.simulate(spacing, spacing / 2000, method="rk4", record_every=2000, **QUIET)
         assert found.success and found.stats["own_steps"] < 5000, (spacing, found.message)

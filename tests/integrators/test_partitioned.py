@@ -27,7 +27,8 @@ from tests.integrators.constrained_models import (
     top_errors,
     two_links,
 )
-from tests.oracles.placed_loops import four_bar, rotation_about, turned
+from tests.oracles.placed_loops import four_bar, rotation_about, turned, windows
+from tests.simulation.test_singular_positions import error
 
 pytestmark = pytest.mark.slow
 
@@ -359,6 +360,8 @@ def test_needs_are_said():
     lacking = derive(heavy_top(), ("residual", "constraint"))
     with pytest.raises(ModelError, match="calls constraint_bias, constraint_jacobian, constraint_size, constraint_vel"):
         method_data(PARTITIONED_RUNGE_KUTTA_4, lacking)
+    with pytest.raises(ModelError, match="rk45 does the same work if there are none"):
+        eomgen.build("examples/spherical_pendulum/scene.toml").simulate(0.1, method="rk45_partitioned")
     with pytest.raises(ModelError, match=f"{NAME} cannot run on this scene: it needs a system with constraints"):
         eomgen.build("examples/spherical_pendulum/scene.toml").simulate(0.1, method=NAME)
 
@@ -431,3 +434,14 @@ def test_a_driven_travel_from_zero_is_regular_however_far_it_goes(method: str, u
     assert run.success, run.message
     assert run.stats["singular_passages"] == 0
     assert run.q[-1] == pytest.approx([2.0 * law, exact], rel=1e-6)
+
+
+@pytest.mark.parametrize(("tolerance", "bound", "counted"), [(1e-4, 1e-2, 0), (1e-8, 1e-6, 2)])
+def test_steps_by_a_tolerance_pass_singular_positions_along_the_velocity(
+    tolerance: float, bound: float, counted: int
+) -> None:
+    """Two windows of rods (IFToMM A02), against the motion of one angle; long steps lead across."""
+    made = eomgen.build(windows(2), profile="quick")
+    found = made.simulate(3.0, 0.01, method="rk45_partitioned", tolerance=tolerance, error_estimate=False)
+    assert found.success and found.stats["singular_passages"] >= counted
+    assert error(found) < bound
