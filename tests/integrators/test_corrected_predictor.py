@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from tests.integrators.test_rosenbrock import error_of_strong, oscillator, slopes
+from tests.integrators.test_rosenbrock import error_of_strong, slopes
 from tests.integrators.test_rosenbrock import frame as frame_by_parameters
 from tests.models.c_programs import printed, program
 from tests.models.cache import shared_cache
-from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
+from tests.models.shear_frame import shear_frame
 
 __all__ = ["shared_cache"]
 
@@ -25,19 +25,6 @@ METHOD = "corrected_predictor"
 @cache
 def frame() -> eomgen.Model:
     return eomgen.build(shear_frame())
-
-
-#: Errors of the same formulas with a kept matrix in a prototype, which was written apart from this code; two digits.
-PROTOTYPE = (6.2e-2, 1.8e-2, 4.8e-3, 1.2e-3, 3.1e-4)
-
-
-@pytest.mark.slow
-def test_digits_of_the_shear_frame_with_a_kept_matrix() -> None:
-    errors = []
-    for step in (0.04, 0.02, 0.01, 0.005, 0.0025):
-        end = frame().simulate(10.0, step, method=METHOD, settings={"matrix_every": 0}, error_estimate=False)
-        errors.append(float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max()))
-    np.testing.assert_allclose(errors, PROTOTYPE, rtol=0.05)
 
 
 @pytest.mark.long
@@ -79,20 +66,6 @@ def test_steps_cost_one_evaluation_and_matrices_as_asked_for() -> None:
     for every, factorizations in ((0, 1), (1, 200), (10, 20)):
         stats = frame().simulate(2.0, 0.01, method=METHOD, settings={"matrix_every": every}, error_estimate=False).stats
         assert (stats["factorizations"], stats["evaluations"], stats["exchanges"]) == (factorizations, 201, 0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("damping", [0.0, 0.3, 1e3])
-def test_linear_steps_with_their_own_matrix_are_those_of_the_trapezoidal_rule(damping: float) -> None:
-    """From h omega = 1e-3 to 1e6: then phi is the acceleration itself, and the correction is nothing."""
-    made = eomgen.build(oscillator(1.0, damping))
-    for step in (1e-3, 1.0, 30.0, 1e6):
-        A = step * np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
-        wanted = np.linalg.solve(np.eye(2) - A / 2, np.eye(2) + A / 2)
-        for column in (0, 1):
-            start = {"q": [1.0 - column], "v": [float(column)]}
-            end = made.simulate(step, step, method=METHOD, initial=start, error_estimate=False)
-            np.testing.assert_allclose([end.q[-1, 0], end.v[-1, 0]], wanted[:, column], rtol=1e-9, atol=1e-9)
 
 
 RIG = r"""

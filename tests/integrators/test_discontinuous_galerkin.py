@@ -3,7 +3,6 @@ massless coordinates, and what a wrong first pass or one pass less would do."""
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,7 +20,6 @@ from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES, stepped
 from tests.integrators.stepper_models import Model as WrittenModel
 from tests.integrators.stepper_models import build
 from tests.models.cache import shared_cache
-from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 from tests.oracles.stepper import Equations
 
 __all__ = ["shared_cache"]
@@ -174,52 +172,6 @@ def test_a_strongly_nonlinear_oscillator(method: str, largest: float) -> None:
     assert slopes(counts, errors)[0 if order == 7 else -1] == pytest.approx(order, abs={3: 0.1, 5: 0.15, 7: 0.4}[order])
 
 
-@cache
-def frame() -> eomgen.Model:
-    return eomgen.build(shear_frame())
-
-
-#: Errors of the same formulas in a prototype with forward dynamics at all nodes; two digits. Its tdg3 had five passes.
-PROTOTYPE = {"tdg1": (4.9e-3, 6.3e-4, 7.9e-5, 9.8e-6), "tdg2": (5.8e-6, 1.2e-7, 2.7e-9, 6.6e-11)}
-#: By what part they may differ: tdg2 takes accelerations of its polynomial, whose error is of the same power of h.
-APART = {"tdg1": 0.05, "tdg2": 0.3}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", PROTOTYPE)
-def test_digits_of_the_shear_frame_with_a_pendulum(method: str) -> None:
-    errors = []
-    for step in (0.04, 0.02, 0.01, 0.005):
-        end = frame().simulate(10.0, step, method=method, record_every=100_000, error_estimate=False)
-        errors.append(float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max()))
-    np.testing.assert_allclose(errors, PROTOTYPE[method], rtol=APART[method])
-
-
-def oscillator(frequency: float, damping: float) -> eomgen.Scene:
-    builder = eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)
-    stiffness = {"stiffness": frequency**2, "damping": 2.0 * damping * frequency}
-    return builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], **stiffness).build()
-
-
-@pytest.mark.long_except_every(2)
-@pytest.mark.slow
-@pytest.mark.parametrize("damping", [0.0, 0.3, 1e3])
-@pytest.mark.parametrize("method", METHODS)
-def test_steps_of_an_oscillator_are_those_of_the_formulas(method: str, damping: float) -> None:
-    made, one = eomgen.build(oscillator(1.0, damping)), np.eye(2)
-    A = np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
-    for step in (1e-3, 0.1, 1.0, 30.0, 1e6):
-        found = np.empty((2, 2))
-        for column, (q, v) in enumerate(one):
-            end = made.simulate(step, step, method=method, initial={"q": [q], "v": [v]}, error_estimate=False)
-            found[:, column] = end.q[-1, 0], end.v[-1, 0]
-        wanted = np.array(
-            [stepped(SCHEMES[method], lambda t, y: A @ y, lambda t, y: A, 0.0, start, step) for start in one]
-        ).T
-        np.testing.assert_allclose(found, wanted, rtol=1e-7, atol=1e-9)
-        assert np.abs(np.linalg.eigvals(found)).max() <= 1.0 + 1e-9
-
-
 def stiffly_forced(damping: float) -> tuple[float, float, Any]:
     """Return omega^2, 2 zeta omega, and the force under which q = sin t."""
     square, rate = 1e12, 2.0 * damping * 1e6
@@ -334,21 +286,6 @@ def test_a_massless_coordinate_keeps_the_order(method: str, varying: bool, tmp_p
     assert max(float(missed.max()) for _, missed in found) < 1e-13
     order = slopes(counts, [float(np.abs(state[[0, 2]] - best[[0, 2]]).max()) for state, _ in found])
     assert order[-1] > ORDERS[method] - MISS[ORDERS[method]]
-
-
-@pytest.mark.slow_except("tdg2")
-@pytest.mark.parametrize("method", METHODS)
-def test_every_step_is_the_same_operations(method: str) -> None:
-    """One factorization; forces at all nodes in each pass, of few passes twice behind the first, as M varies here."""
-    end, scheme = frame().simulate(2.0, 0.01, method=method, error_estimate=False), SCHEMES[method]
-    again = scheme.passes - 1 if method in ("tdg1", "tdg2s") else 0
-    forces = (scheme.degree + 1) * (scheme.passes + again)
-    assert {name: end.stats[name] for name in ("steps", "factorizations", "evaluations", "newton_iterations")} == {
-        "steps": 200,
-        "factorizations": 200,
-        "evaluations": 200 * forces,
-        "newton_iterations": 0,
-    }
 
 
 def test_loops_are_refused_with_what_to_take() -> None:

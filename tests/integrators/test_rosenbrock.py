@@ -17,7 +17,6 @@ from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 __all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
-METHODS = ("rosenbrock", "lsrt2")
 GAMMA = {"rosenbrock": 0.5, "lsrt2": 1.0 - np.sqrt(0.5)}
 
 
@@ -30,23 +29,26 @@ def frame(**parameters: float) -> eomgen.Model:
     return eomgen.build(shear_frame(**parameters))
 
 
-def error_of_frame(method: str, step: float) -> float:
-    end = frame().simulate(10.0, step, method=method, record_every=100_000, error_estimate=False)
-    return float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max())
-
-
-#: Errors of the same formulas in a prototype, which was written apart from this code; two digits.
-PROTOTYPE = {
+#: Errors of the same formulas in prototypes, which were written apart from this code, by halves of a step of 0.04 s, to
+#: two digits; the matrix of the corrected predictor is that of the start. That of tdg2 had forward dynamics at all
+#: nodes: accelerations of the polynomial have an error of the same power of h.
+PROTOTYPES = {
     "rosenbrock": (5.6e-2, 1.8e-2, 4.6e-3, 1.1e-3, 2.9e-4),
     "lsrt2": (3.3e-2, 8.5e-3, 2.2e-3, 5.5e-4, 1.4e-4),
+    "corrected_predictor": (6.2e-2, 1.8e-2, 4.8e-3, 1.2e-3, 3.1e-4),
+    "tdg1": (4.9e-3, 6.3e-4, 7.9e-5, 9.8e-6),
+    "tdg2": (5.8e-6, 1.2e-7, 2.7e-9, 6.6e-11),
 }
 
 
 @pytest.mark.slow_except("lsrt2")
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", PROTOTYPES)
 def test_digits_of_the_shear_frame_with_a_pendulum(method: str) -> None:
-    errors = [error_of_frame(method, step) for step in (0.04, 0.02, 0.01, 0.005, 0.0025)]
-    np.testing.assert_allclose(errors, PROTOTYPE[method], rtol=0.05)
+    errors, settings = [], {"matrix_every": 0} if method == "corrected_predictor" else {}
+    for power in range(len(PROTOTYPES[method])):
+        end = frame().simulate(10.0, 0.04 / 2**power, method=method, settings=settings, error_estimate=False)
+        errors.append(float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max()))
+    np.testing.assert_allclose(errors, PROTOTYPES[method], rtol=0.3 if method == "tdg2" else 0.05)
 
 
 def stepped(made: eomgen.Model, step: float, count: int, *, exact: bool, end_force: bool) -> Array:
@@ -143,41 +145,6 @@ def oscillator(frequency: float, damping: float) -> eomgen.Scene:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damping", [0.0, 0.3, 1.5, 1e3])
-@pytest.mark.parametrize("method", METHODS)
-def test_steps_of_an_oscillator_are_the_stability_function_of_its_matrix(method: str, damping: float) -> None:
-    """R(z) = (1 + (1 - 2 gamma) z)/(1 - gamma z)^2, of which the one-stage method has one factor less; from h omega of
-    1e-3 to 1e6."""
-    gamma, made = GAMMA[method], eomgen.build(oscillator(1.0, damping))
-    for step in (1e-3, 0.1, 1.0, 30.0, 1e6):
-        A = step * np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
-        one, inverse = np.eye(2), np.linalg.inv(np.eye(2) - gamma * A)
-        wanted = (
-            inverse @ (one + gamma * A) if method == "rosenbrock" else inverse @ inverse @ (one + (1 - 2 * gamma) * A)
-        )
-        found = np.empty((2, 2))
-        for column, (q, v) in enumerate(one):
-            end = made.simulate(step, step, method=method, initial={"q": [q], "v": [v]}, error_estimate=False)
-            found[:, column] = end.q[-1, 0], end.v[-1, 0]
-        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
-        assert np.abs(np.linalg.eigvals(found)).max() <= 1.0 + 1e-9
-
-
-@pytest.mark.slow
-def test_stiff_forces_of_a_known_motion_leave_no_error_in_positions() -> None:
-    """q'' + omega^2 q with the force of q = sin t, omega = 1e6, h = 0.1: forces at the ends of steps make the limit
-    K q = F exact, those of their starts leave 0.1 of it."""
-    scene = (
-        eomgen.SceneBuilder("forced", gravity=[0, 0, 0]).body("mass", 1.0)
-        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1e12, initial={"velocity": 1.0})
-        .effort("known", "rail", "(1e12 - 1) * sin(t)").build()
-    )  # fmt: skip  # a chain of calls
-    end = eomgen.build(scene).simulate(2.0, 0.1, method="rosenbrock", error_estimate=False)
-    assert np.abs(end.q[:, 0] - np.sin(end.t)).max() < 1e-11
-    assert np.abs(end.v[:, 0] - np.cos(end.t)).max() < 2e-3
-
-
-@pytest.mark.slow
 def test_a_damped_start_takes_off_what_steps_cannot_follow() -> None:
     """Amplitude left of a mode with h omega = 1e4: 16/(h omega)^4 per pair of Euler's halves, nothing of it without."""
     made = eomgen.build(oscillator(1e4, 0.0))
@@ -200,17 +167,17 @@ def test_a_damped_start_keeps_the_order() -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.slow_cases("rosenbrock")
-@pytest.mark.parametrize("method", METHODS)
+#: Evaluations of forces in a step: at all nodes in each pass, of few passes twice behind the first, as M varies here.
+FORCES = {"rosenbrock": 2, "lsrt2": 2, "tdg1": 2 * 3, "tdg1_star": 2 * 3, "tdg2": 3 * 4, "tdg2s": 3 * 3, "tdg3": 4 * 6}
+
+
+@pytest.mark.slow_except("lsrt2", "tdg2")
+@pytest.mark.parametrize("method", FORCES)
 def test_every_step_is_the_same_operations(method: str) -> None:
     end = frame().simulate(2.0, 0.01, method=method, error_estimate=False)
-    assert {name: end.stats[name] for name in ("steps", "factorizations", "evaluations", "newton_iterations")} == {
-        "steps": 200,
-        "factorizations": 200,
-        "evaluations": 400,
-        "newton_iterations": 0,
-    }
-    assert end.stats["exchanges"] == 0
+    counted = [end.stats[name] for name in ("steps", "factorizations", "evaluations", "newton_iterations")]
+    assert counted == [200, 200, 200 * FORCES[method], 0]
+    assert end.stats.get("exchanges", 0) == 0
 
 
 @pytest.mark.slow
