@@ -31,7 +31,8 @@ CHECKS = (
     ),
     Check(
         "its balance of energy is exact for linear forces: to 1e-14, 1e-10, 1e-9, 1e-6 of the energy a step at h omega"
-        " of 1e-3, 1, 1e3, 1e6, for 8 coordinates with stiffnesses of 8 decades, and for 50 at 1e3 over 2000 steps; it never grows",
+        " of 1e-3, 1, 1e3, 1e6, for 8 coordinates with stiffnesses of 8 decades, and for 50 at 1e3 over 2000 steps; it"
+        " never grows",
         (f"{_EXTREMES}::test_the_balance_of_energy_of_a_linear_step_is_exact",),
     ),
     Check(
