@@ -30,7 +30,7 @@ TERMS = (
     "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size",
 )  # fmt: skip  # a table
 
-FAST, SLOW = (0.0, 150.0, -4.61538), (0.0, 1.5, -0.0461538)
+FAST = (0.0, 150.0, -4.61538)
 
 
 def numbers(values: Sequence[float]) -> tuple[Number, ...]:

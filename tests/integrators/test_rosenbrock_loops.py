@@ -1,5 +1,5 @@
-"""Rosenbrock steps on loops: orders on every group with drives, rolling, internal states and a moving base; a step by
-the formula in dense NumPy, and what its parts are worth; the bound of the drift; what ends a run; the same in C."""
+"""Rosenbrock steps on loops: orders with jumps, impacts and rolling; a step by the formula in dense NumPy, and what its
+parts are worth; the bound of the drift; what ends a run."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from tests.integrators.constrained_models import heavy_top, rolling_disc, shaking_base, two_links
+from tests.integrators.constrained_models import rolling_disc
 from tests.models.cache import shared_cache
-from tests.models.stewart import stewart
 from tests.oracles.placed_loops import four_bar, parallelogram, windows
 from tests.simulation.test_singular_positions import error as error_of_windows
 
@@ -22,7 +21,6 @@ __all__ = ["shared_cache"]
 Array = NDArray[np.float64]
 METHODS = ("rosenbrock", "lsrt2")
 GAMMA = {"rosenbrock": 0.5, "lsrt2": 1.0 - np.sqrt(0.5)}
-SLOW = (0.0, 1.5, -0.0461538)
 
 
 def slopes(errors: list[float]) -> Array:
@@ -47,13 +45,6 @@ def five_bars(scene: str, **laws: str) -> eomgen.SceneBuilder:
     return builder.constraint("tip", "spherical", ends[0], ends[1])
 
 
-def five_bar() -> eomgen.Scene:
-    """Return one whose crank is driven, while a filtered signal turns its rocker."""
-    builder = five_bars("five_bar", drive="1.6 + 0.4 * sin(5 * t)")
-    builder.state("push", "20 * (3 * sin(7 * t) - 2 * v.support - push)", initial=0.5)
-    return builder.effort("turned", "support", "push - 4 * q.support").build()
-
-
 def struck_bars() -> eomgen.Scene:
     """Return one with an input, an effort that jumps within a step, and a crank that strikes a wall."""
     builder = five_bars("struck_bars").input("pull", "3 * sin(9 * t)").effort("pulled", "support", "pull")
@@ -61,32 +52,11 @@ def struck_bars() -> eomgen.Scene:
     return builder.event("wall", "q.drive - 1.75", direction="rising", action="impact", restitution=0.5).build()
 
 
-def spatial_loop() -> eomgen.Scene:
-    """Return a body on a ball joint and one in flight, joined by a ball and a rod to the ground, pushed over time."""
-    builder = eomgen.SceneBuilder("spatial_loop")
-    builder.body("swing", 2.0, center_of_mass=[0.1, 0, -0.4], inertia=[0.1, 0.12, 0.03])
-    builder.body("plate", 1.5, center_of_mass=[0.05, 0.1, 0], inertia=[0.02, 0.03, 0.04])
-    builder.joint("ball", "spherical", "base", "swing", initial={"velocity": [0.3, -0.5, 2.0]})
-    builder.joint("float", "free", "base", "plate", initial={"position": [0, 0, -0.8]})
-    builder.constraint("corner", "spherical", {"body": "swing", "position": [0, 0, -0.8]}, {"body": "plate"})
-    builder.constraint(
-        "rod", "distance", {"body": "plate", "position": [0.4, 0.3, 0]}, {"body": "base", "position": [1, 1, 0]},
-        length=1.1,
-    )  # fmt: skip  # one constraint
-    return builder.build()
-
-
+#: Scenes and durations; orders of loops of other kinds are measured in test_orders.py, for all methods.
 SCENES: dict[str, tuple[Callable[[], eomgen.Scene | str], float]] = {
     "four_bar": (lambda: "examples/four_bar/scene.toml", 0.25),
     "slider_crank": (lambda: "examples/slider_crank_planar/scene.toml", 0.01),
-    "spatial_slider_crank": (lambda: "examples/slider_crank_spatial/scene.toml", 0.02),
-    "drive_and_state": (five_bar, 0.4),
     "jump_and_impact": (struck_bars, 0.4),
-    "spatial_loop": (spatial_loop, 0.4),
-    "stewart": (stewart, 0.3),
-    "top_on_R3xSO3": (lambda: heavy_top("R3xSO3", SLOW), 0.4),
-    "top_on_SE3": (lambda: heavy_top("SE3", SLOW), 0.4),
-    "links_on_a_shaking_base": (lambda: two_links("absolute", shaking_base()), 0.4),
     "rolling_disc": (rolling_disc, 0.5),
 }
 
@@ -102,20 +72,8 @@ def reference(name: str) -> eomgen.Solution:
     return model(name).simulate(end, end / 4000, method="rk4_partitioned", record_every=4000, error_estimate=False)
 
 
-@pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(
-    "jump_and_impact-lsrt2",
-    "jump_and_impact-rosenbrock",
-    "links_on_a_shaking_base-lsrt2",
-    "links_on_a_shaking_base-rosenbrock",
-    "spatial_loop-lsrt2",
-    "spatial_loop-rosenbrock",
-    "stewart-lsrt2",
-    "stewart-rosenbrock",
-    "top_on_R3xSO3-rosenbrock",
-    "top_on_SE3-rosenbrock",
-)
+@pytest.mark.long_cases("jump_and_impact-lsrt2")
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SCENES)
 def test_order_in_positions_velocities_and_multipliers(name: str, method: str) -> None:
@@ -279,7 +237,7 @@ def test_a_parallelogram_ends_where_its_branches_cross(method: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("lsrt2", "rosenbrock")
+@pytest.mark.long_cases("rosenbrock")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_stiff_spring_in_a_loop_neither_grows_nor_stops_the_corrections(method: str) -> None:
     """h omega of 1e3 and more: a pin that is nearly rigid, beside the four-bar that it makes."""
