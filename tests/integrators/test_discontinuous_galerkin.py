@@ -3,8 +3,6 @@ massless coordinates, and what a wrong first pass or one pass less would do."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,19 +13,13 @@ from numpy.typing import NDArray
 import eomgen
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import method_named
-from eomgen.lie.product import Factor
 from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES, stepped
-from tests.integrators.stepper_models import Model as WrittenModel
-from tests.integrators.stepper_models import build
 from tests.models.cache import shared_cache
-from tests.oracles.stepper import Equations
 
 __all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 METHODS = tuple(ORDERS)
-#: By how much a slope may miss its order.
-MISS = {3: 0.2, 4: 0.2, 5: 0.4, 7: 0.4}
 
 
 def slopes(counts: tuple[int, ...], errors: list[float]) -> Array:
@@ -211,81 +203,6 @@ def test_the_parents_operator_in_the_first_pass_would_lose_stiff_forces(method: 
         errors.append(worst)
     assert errors[0] < (1e-10 if damping == 0.0 else 1e-7)
     assert errors[1] > 1e3 * errors[0]
-
-
-class Massless(WrittenModel):
-    """One mass and a massless coordinate between two springs; the mass may change with its place."""
-
-    varying, relative, links = False, (), ()
-
-    @property
-    def facts(self) -> Any:
-        return SimpleNamespace(**{**vars(super().facts), "constant_mass": not self.varying})
-
-
-def massless(varying: bool) -> WrittenModel:
-    """Return M = diag(1, 0), or diag(1 + q_1^2/2, 0), K = [[200, -100], [-100, 100]], F = (0, sin t)."""
-    inertia = "K(1.0) + K(0.5) * q[0] * q[0]" if varying else "K(1.0)"
-    text = f"""
-void {"varying" if varying else "massless"}_residual(real t, const real *q, const real *v, const real *a, real *r)
-{{
-    r[0] = ({inertia}) * a[0] + {"K(0.5) * q[0] * v[0] * v[0]" if varying else "K(0.0) * v[0]"}
-        + K(200.0) * q[0] - K(100.0) * q[1];
-    r[1] = K(100.0) * (q[1] - q[0]) - EG_SIN(t);
-}}
-void {"varying" if varying else "massless"}_partials(const real *q, const real *v, const real *a, real *dq, real *dv,
-    real *M)
-{{
-    int i;
-    for (i = 0; i < 4; ++i) dq[i] = dv[i] = M[i] = K(0.0);
-    dq[0] = K(200.0) + {"q[0] * a[0] + K(0.5) * v[0] * v[0]" if varying else "K(0.0) * (a[0] + v[0])"};
-    dq[1] = dq[2] = K(-100.0); dq[3] = K(100.0);
-    dv[0] = {"q[0] * v[0]" if varying else "K(0.0)"};
-    M[0] = {inertia if varying else "K(1.0) + K(0.0) * q[0]"};
-}}
-"""
-    factors = [Factor("R", "mass", 0, 1, 0, 1), Factor("R", "massless", 1, 1, 1, 1)]
-    nothing = Equations(
-        factors,
-        lambda t, q, v: np.zeros(2),
-        lambda t, q, v, a: np.zeros(2),
-        lambda t, q, v, a: (
-            np.array([[200.0, -100.0], [-100.0, 100.0]]), np.array([[0.1, 0.0], [0.0, 0.0]]), np.diag([1.0, 0.0])
-        ),
-    )  # fmt: skip  # a row of matrices
-    functions = {
-        "residual": (("t", "q", "v", "a"), ("r",)),
-        "partials": (("q", "v", "a"), ("K", "C", "M")),
-    }
-    made = Massless("varying" if varying else "massless", factors, functions, text, nothing, np.zeros(2), np.zeros(2))
-    made.varying = varying
-    return made
-
-
-@pytest.mark.slow_except("tdg2-varying")
-@pytest.mark.parametrize("varying", [False, True], ids=["constant", "varying"])
-@pytest.mark.parametrize("method", METHODS)
-def test_a_massless_coordinate_keeps_the_order(method: str, varying: bool, tmp_path: Path) -> None:
-    """Index 1: from a start that misses the balance of the massless coordinate, too, steps meet it at their ends."""
-    stepper = build(tmp_path / method, massless(varying), method_named(method))
-    counts = {3: (80, 160, 320), 4: (80, 160, 320), 5: (40, 80, 160), 7: (16, 24, 36)}[ORDERS[method]]
-
-    def end(count: int) -> tuple[Array, Array]:
-        stepper.workspace[:] = 0.0
-        assert stepper.initialize([0.0, 0.5], [0.0, 0.1], step=2.0 / count).status == 0
-        outcome = stepper.run(count)
-        assert outcome.status == 0
-        return outcome.rows[-1, 1:5], np.abs(
-            100.0 * (outcome.rows[:, 2] - outcome.rows[:, 1]) - np.sin(outcome.rows[:, 0])
-        )
-
-    best = end(2560 if ORDERS[method] < 5 else 640)[0]
-    if not varying:  # q_1'' + 100 q_1 = sin t, from rest
-        assert best[0] == pytest.approx((np.sin(2.0) - np.sin(20.0) / 10.0) / 99.0, abs=1e-8)
-    found = [end(count) for count in counts]
-    assert max(float(missed.max()) for _, missed in found) < 1e-13
-    order = slopes(counts, [float(np.abs(state[[0, 2]] - best[[0, 2]]).max()) for state, _ in found])
-    assert order[-1] > ORDERS[method] - MISS[ORDERS[method]]
 
 
 def test_loops_are_refused_with_what_to_take() -> None:

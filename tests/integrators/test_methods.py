@@ -8,9 +8,8 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
-from eomgen.errors import ModelError, UsageError
+from eomgen.errors import UsageError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
-from eomgen.integrators.families.register import check_needs
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.system.system import Facts
 
@@ -83,18 +82,6 @@ def test_a_tableau_of_order_three_is_not_taken_for_order_four():
 
 def facts(**changes):
     return Facts(**{"constant_mass": False, "velocity_forces": True, "smooth": True, "moving_base": True} | changes)
-
-
-@pytest.mark.parametrize("method", [GeneralizedAlpha(0.9), RUNGE_KUTTA_MUNTHE_KAAS_4])
-def test_needs_are_named_with_an_alternative(method):
-    check_needs(method, facts(internal_states=True))
-    if method is RUNGE_KUTTA_MUNTHE_KAAS_4:
-        with pytest.raises(
-            ModelError, match=r"needs a system without constraints: .*try: rk4_partitioned, which eliminates"
-        ):
-            check_needs(method, facts(constraints=True))
-    else:
-        check_needs(method, facts(constraints=True))
 
 
 @pytest.mark.parametrize("rho_inf", [0.0, 0.3, 0.5, 0.8, 1.0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache
+from tests.models.library import scene
 
 pytestmark = pytest.mark.slow
 
@@ -89,7 +91,7 @@ int main(void)
 @pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("method", TREE_METHODS)
 def test_a_free_mass_moves_exactly_under_a_random_held_force(method: str, tmp_path: Path) -> None:
-    scene = (
+    free_mass = (
         eomgen.SceneBuilder("free_mass")
         .parameter("m", 1.0, tunable=True)
         .input("f", unit="N")
@@ -98,7 +100,7 @@ def test_a_free_mass_moves_exactly_under_a_random_held_force(method: str, tmp_pa
         .effort("e", "x", "f")
         .build()
     )
-    eomgen.generate(scene, tmp_path / "c", method=method)
+    eomgen.generate(free_mass, tmp_path / "c", method=method)
     (tmp_path / "c" / "main.c").write_text(SAMPLED, encoding="utf-8")
     result = run(compiled(tmp_path / "c"))
     assert result.returncode == 0, result.stderr
@@ -109,97 +111,15 @@ def test_a_free_mass_moves_exactly_under_a_random_held_force(method: str, tmp_pa
     assert grid == [2000, 2000, 2.0]
 
 
-def arm(name: str = "sampled_arm", **sections: object) -> dict[str, object]:
-    """Return an arm of a slider, a ball and a hinge with stiffness and damping, driven by a force and by a torque with
-    a lag."""
-    body = {"mass": 1.5, "center_of_mass": [0.05, 0.02, 0.2], "inertia": [0.02, 0.03, 0.04]}
-    return {
-        "format": 1,
-        "name": name,
-        "gravity": [0, 0, -9.81],
-        "parameters": {"load": {"value": 0.5, "tunable": True}},
-        "bodies": {"cart": {"mass": 2.0}, "upper": body, "lower": {**body, "mass": "load"}},
-        "joints": {
-            "rail": {
-                "type": "prismatic",
-                "parent": "base",
-                "child": "cart",
-                "axis": [1, 0, 0],
-                "stiffness": 30,
-                "damping": 1.5,
-            },
-            "ball": {"type": "spherical", "parent": "cart", "child": "upper", "initial": {"velocity": [0.5, 1.0, 2.0]}},
-            "hinge": {
-                "type": "revolute",
-                "parent": "upper",
-                "child": "lower",
-                "axis": [0, 1, 0.2],
-                "position": [0, 0, -0.5],
-            },
-        },
-        "inputs": {"force": {}, "torque": {}},
-        "states": {"lagged": {"rate": "(torque - lagged) / 0.03"}},
-        "efforts": {
-            "push": {"joint": "rail", "effort": "force"},
-            "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"},
-        },
-        **sections,
-    }
-
-
-def four_bar() -> dict[str, object]:
-    """Return a closed loop of three bars driven by a torque; the length of the rocker is a parameter."""
-    bar = {"mass": 1.0, "center_of_mass": [0.4, 0, 0], "inertia": [0.001, 0.05, 0.05]}
-    revolute = {"type": "revolute", "axis": [0, 1, 0]}
-    return {
-        "format": 1,
-        "name": "sampled_loop",
-        "gravity": [0, 0, -9.81],
-        "parameters": {"length": {"value": 1.0, "tunable": True}},
-        "bodies": {"crank": bar, "coupler": bar, "rocker": {**bar, "mass": 2.0}},
-        "joints": {
-            "a": {**revolute, "parent": "base", "child": "crank", "initial": {"position": -1.2, "velocity": 0.5}},
-            "b": {
-                **revolute,
-                "parent": "crank",
-                "child": "coupler",
-                "position": [0.6, 0, 0],
-                "initial": {"position": 1.0},
-            },
-            "c": {
-                **revolute,
-                "parent": "base",
-                "child": "rocker",
-                "position": [1.2, 0, 0],
-                "initial": {"position": -1.5},
-            },
-        },
-        "constraints": {
-            "tie": {
-                "type": "point_on_line",
-                "first": {"body": "rocker", "position": ["length", 0, 0], "axis": [0, 1, 0]},
-                "second": {"body": "coupler", "position": [1.0, 0, 0]},
-            }
-        },
-        "inputs": {"torque": {}},
-        "efforts": {"drive": {"joint": "a", "effort": "torque"}},
-    }
-
-
 @cache
 def model_of(name: str) -> Model:
-    waves = {"bump": {"wave": {"shape": "square", "period": 0.0371, "low": -2.0, "high": 2.0}}}
-    inputs = {"force": {}, "torque": {}, **waves}
-    efforts = {
-        "push": {"joint": "rail", "effort": "force + bump"},
-        "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"},
-    }
-    made = {
-        "arm": arm,
-        "loop": four_bar,
-        "jumps": lambda: arm("sampled_arm_with_jumps", inputs=inputs, efforts=efforts),
-    }
-    return eomgen.build(made[name]())
+    """Return the arm, the loop, or the arm with forces that jump besides."""
+    changes: dict[str, Any] = {}
+    if name == "jumps":
+        wave = {"wave": {"shape": "square", "period": 0.0371, "low": -2.0, "high": 2.0}}
+        changes = {"name": "sampled_arm_with_jumps", "inputs__bump": wave, "efforts__push__effort": "force + bump"}
+    file = "sampled_loop" if name == "loop" else "sampled_arm"
+    return eomgen.build(scene(f"../tests/integrators/scenes/{file}", **changes))
 
 
 def stepper_of(model: Model, method: str, step: float) -> Stepper:
@@ -267,8 +187,7 @@ def test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque(method: str
     assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25), errors
 
 
-@pytest.mark.long_except_every(3)
-@pytest.mark.parametrize("method", TREE_METHODS)
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk45", "taylor", "rattlie", "tdg2"])
 def test_inputs_may_jump_beside_forces_that_jump(method: str, rng: np.random.Generator) -> None:
     model, step = model_of("jumps"), 2e-3
     samples = rng.normal(size=(30, 2)) * [20.0, 2.0]

@@ -1,4 +1,5 @@
-"""Coordinates without inertia: scenes refuse them by name, and the C of the Rosenbrock methods steps them (index 1)."""
+"""Coordinates without inertia: scenes refuse them by name, and the C of methods of one factorization steps
+them (index 1)."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from tests.models.cache import shared_cache
 __all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
-STIFFNESS, END = 100.0, 3.0
+STIFFNESS = 100.0
 
 
 def scene(light: float | str) -> eomgen.Scene:
@@ -70,31 +71,40 @@ int main(int argc, char **argv)
 """
 
 
-@pytest.fixture(scope="module", params=["rosenbrock", "lsrt2"])
+#: Orders, and numbers of steps.
+ORDERS = {"rosenbrock": (2, (200, 400, 800)), "lsrt2": (2, (200, 400, 800)), "tdg1": (3, (120, 240, 480))}
+ORDERS |= {"tdg1_star": (3, (120, 240, 480)), "tdg2": (5, (48, 96, 192)), "tdg2s": (4, (120, 240, 480))}
+ORDERS |= {"tdg3": (7, (24, 36, 54))}
+
+
+@pytest.fixture(scope="module", params=ORDERS)
 def stepper(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     damped = "settings.damped_start = atoi(argv[3]);" if request.param == "rosenbrock" else ""
     main = MAIN.replace("DAMPED", damped)
     return request.param, program(tmp_path_factory.mktemp("pair"), scene("light"), request.param, main)
 
 
-@pytest.mark.slow_cases("lsrt2")
-def test_order_2_and_the_algebraic_equation_where_mass_is_nothing(stepper: tuple[str, Path]) -> None:
+@pytest.mark.slow_except("rosenbrock", "tdg2")
+def test_order_and_the_algebraic_equation_where_mass_is_nothing(stepper: tuple[str, Path]) -> None:
     method, made = stepper
-    errors = []
-    for count in (200, 400, 800):
+    (order, counts), errors = ORDERS[method], []
+    for count in counts:
         rows = printed(made, float(count), 0.0, 0)
         errors.append(float(np.abs(rows[:, 1] - exact(rows[:, 0])).max()))
         assert method == "lsrt2" or missed(rows) < 1e-13
-    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.05)
+    found = np.log(np.array(errors[:-1]) / errors[1:]) / np.log(np.array(counts[1:]) / counts[:-1])
+    assert found[-1] > order - (0.05 if order == 2 else 0.2)  # tdg2 begins with a slope of 5.8 here
+    assert found[-1] < order + 1.0
 
 
+@pytest.mark.slow_except("rosenbrock", "lsrt2")
 def test_a_start_that_meets_no_equation_is_forgotten_by_a_damped_one_only(stepper: tuple[str, Path]) -> None:
     method, made = stepper
     kept, damped = (missed(printed(made, 400.0, 0.5, on)[-1:]) for on in (0, 1))
-    if method == "lsrt2":
-        assert kept < 0.05
-    else:
+    if method == "rosenbrock":
         assert kept == pytest.approx(50.0, rel=0.02) and damped < 1e-13
+    else:
+        assert kept < (0.05 if method == "lsrt2" else 1e-13)
 
 
 @pytest.mark.slow_except("lsrt2")

@@ -49,7 +49,7 @@ def row_of_masses(rates: tuple[float, ...]) -> eomgen.Model:
 @pytest.mark.parametrize("method", GAMMA)
 @pytest.mark.parametrize(
     "rates",
-    [(-3.0, -2.0, -1.0), (10.0, -3.0, -2.0), (10.0, 11.0, -3.0, 1.0), (9.0, 10.0, 11.0, -30.0), (9.0, 9.5, 10.0, 11.0)],
+    [(-3.0, -2.0, -1.0), (10.0, 11.0, -3.0, 1.0), (9.0, 10.0, 11.0, -30.0)],
 )
 def test_any_number_of_growing_modes_is_noticed_from_the_pole_on(rates: tuple[float, ...], method: str) -> None:
     made = row_of_masses(rates)
