@@ -5,38 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
 from eomgen.products.ensembles import Ensemble
 
-CART = """
-format = 1
-name = "cart"
-gravity = [0, 0, 0]
-[parameters]
-mass = { value = 2.0, unit = "kg", tunable = true }
-[inputs.push]
-unit = "N"
-[bodies.cart]
-mass = "mass"
-inertia = [1, 1, 1]
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "cart"
-axis = [1, 0, 0]
-initial = { position = [0.0], velocity = [0.0] }
-[efforts.motor]
-joint = "rail"
-effort = "push"
-[outputs.place]
-formula = "q.rail"
-unit = "m"
-[simulation]
-duration = 2.0
-step = 0.05
-"""
+CART = (Path(__file__).parent / "scenes" / "cart.toml").read_text(encoding="utf-8")
 VARY = {"mass": "uniform(1, 3)", "push": "normal(4 N, 10 %)", "q.rail": "normal(0, 0.1)", "v.rail": "uniform(-1, 1)"}
 
 

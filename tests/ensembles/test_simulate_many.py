@@ -145,38 +145,9 @@ def test_the_plan_and_its_time_are_told_first(cart: eomgen.Model, monkeypatch: p
     assert "8 samples one after the other: EOMGEN_LANES is off, by 1 thread: about 0 s more" in told
 
 
-RESTING = """
-format = 1
-name = "resting"
-[parameters]
-stiffness = { value = 1000.0, unit = "N/m", tunable = true }
-[inputs.push]
-unit = "N"
-[bodies.weight]
-mass = 2.0
-inertia = [1, 1, 1]
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "weight"
-axis = [0, 0, 1]
-[efforts.spring]
-joint = "rail"
-effort = "push - stiffness*q.rail - 40*stiffness*q.rail**3 - 30*v.rail"
-[outputs.place]
-formula = "q.rail"
-unit = "m"
-[simulation]
-duration = 0.5
-step = 0.01
-start = "equilibrium"
-"""
-
-
 @pytest.mark.long
 def test_samples_at_equilibrium_run_side_by_side_from_that_of_the_run_before(tmp_path: Path) -> None:
-    (tmp_path / "resting.toml").write_text(RESTING, encoding="utf-8")
-    model = eomgen.build(eomgen.load(tmp_path / "resting.toml"))
+    model = eomgen.build(eomgen.load(Path(__file__).parent / "scenes" / "resting.toml"))
     vary = {"stiffness": "uniform(500, 2000)", "push": "normal(0, 10)"}
     found = model.simulate_many(vary=vary, samples=40, keep=[3], folder=tmp_path / "out")
     assert found.how.startswith("side by side")
