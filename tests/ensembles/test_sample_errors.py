@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,46 +14,32 @@ from scipy import special
 import eomgen
 from eomgen.cli import main
 from eomgen.products.ensembles.discretisation import spread_samples, unresolved_processes
-from eomgen.scene.load import load_toml
 from tests.ensembles.carts import bits, small_blocks
 from tests.models.doubtful_scenes import END, STEP, UNRESOLVED, oscillator, share_of_state, stuck
+from tests.models.library import scene
+from tests.models.toml_text import toml_text
 
-SLIDER = """
-format = 1
-name = "slider"
-simulation = { method = "generalized_alpha", step = 0.02, duration = 2 }
-parameters.k = { value = 100, tunable = true }
 
-[bodies.mass]
-mass = 1
-inertia = [1e-3, 1e-3, 1e-3]
-
-[joints.slide]
-type = "prismatic"
-parent = "base"
-child = "mass"
-axis = [1, 0, 0]
-initial = { position = 0.1 }
-
-[efforts.all]
-joint = "slide"
-effort = "FORCE"
-
-[outputs.x]
-formula = "q.slide"
-unit = "m"
-"""
-PROCESS = '[random.g]\ntype = "squared_exponential"\ncorrelation_time = SCALE\nshare = 0.9999\nunit = "N"\n'
+def sliding(force: str, **more: Any) -> dict[str, Any]:
+    """Return an oscillator along x that a formula pulls."""
+    return scene(
+        "oscillator",
+        name="slider",
+        parameters__k={"value": 100, "tunable": True},
+        joints__slide__stiffness=None,
+        efforts={"all": {"joint": "slide", "effort": force}},
+        outputs={"x": {"formula": "q.slide", "unit": "m"}},
+        simulation={"method": "generalized_alpha", "step": 0.02, "duration": 2},
+        **more,
+    )
 
 
 @pytest.fixture(scope="module")
 def slider() -> eomgen.Model:
-    return eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide")))
+    return eomgen.build(sliding("-k*q.slide"))
 
 
-@pytest.mark.long_cases("0.005")
-@pytest.mark.slow_cases("0.005")
-@pytest.mark.slow_cases("0.02")
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.02, 0.005])
 def test_errors_of_samples_are_those_of_the_closed_form(slider: eomgen.Model, step: float) -> None:
     found = slider.simulate_many(2.0, step, vary={"k": "uniform(50, 150)"}, samples=32)
@@ -78,9 +65,9 @@ def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
 def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
     tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
-    scene = tmp_path / "slider.toml"
-    scene.write_text(SLIDER.replace("FORCE", "-k*q.slide"), encoding="utf-8")
-    command = ["ensemble", str(scene), "--t-end", "60", "--vary", "k=uniform(99, 101)", "--samples", "16", "--no-plots"]
+    path = tmp_path / "slider.toml"
+    path.write_text(toml_text(sliding("-k*q.slide")), encoding="utf-8")
+    command = ["ensemble", str(path), "--t-end", "60", "--vary", "k=uniform(99, 101)", "--samples", "16", "--no-plots"]
     assert main([*command, "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert re.search(r" error of\n.* steps\n", said.out)
@@ -98,7 +85,7 @@ def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
 @pytest.mark.long
 @pytest.mark.slow
 def test_the_ensemble_passes_on_what_the_run_without_variations_warns_of() -> None:
-    model = eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide + 10*sin(2*pi*200*t)")))
+    model = eomgen.build(sliding("-k*q.slide + 10*sin(2*pi*200*t)"))
     found = model.simulate_many(1.0, 0.01, vary={"k": "uniform(99, 101)"}, samples=2)
     assert "the run without variations: the force along slide, which depends on t, varies faster than" in found.message
 
@@ -108,8 +95,8 @@ def test_the_ensemble_passes_on_what_the_run_without_variations_warns_of() -> No
 def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None:
     """G ~ exp(-2 (pi l f)^2), so the share above f is erfc(sqrt(2) pi l f)."""
     scale = 0.05
-    text = SLIDER.replace("FORCE", "g - k*q.slide") + PROCESS.replace("SCALE", f"{scale}")
-    model = eomgen.build(load_toml(text))
+    process = {"type": "squared_exponential", "correlation_time": scale, "share": 0.9999, "unit": "N"}
+    model = eomgen.build(sliding("g - k*q.slide", random={"g": process}))
     for step in (0.04, 0.1, 0.125, 0.2):
         run = model.simulate(2.0, step, error_estimate=False)
         told = unresolved_processes(model, run, [])
@@ -122,16 +109,11 @@ def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None
         assert not unresolved_processes(model, run, ["g"])
 
 
-@pytest.mark.slow
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "translation", ["", pytest.param('translation = "0.5*g"\n', marks=pytest.mark.slow, id="translated")]
-)
-def test_a_process_between_the_steps_is_told_with_the_step_that_resolves_it(translation: str) -> None:
+def test_a_process_between_the_steps_is_told_with_the_step_that_resolves_it() -> None:
     """A band from 9 to 11 Hz at steps of 0.1 s is another process at the steps, whatever their comparison tells."""
-    text = SLIDER.replace("FORCE", "g-q.slide") + '[random.g]\ntype = "band"\nband = [9, 11]\nunit = "N"\n'
-    text += translation
-    model = eomgen.build(load_toml(text))
+    process = {"type": "band", "band": [9, 11], "unit": "N", "translation": "0.5*g"}
+    model = eomgen.build(sliding("g-q.slide", random={"g": process}))
     found = model.simulate_many(2.0, 0.1, vary={"seed.g": "integers(0, 99999)"}, samples=8)
     assert "100 % of the variance of the process g lies above 5 Hz, the highest frequency that steps of 0.1 s" in (
         found.message
