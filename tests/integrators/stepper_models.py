@@ -24,6 +24,9 @@ from eomgen.symbolic.operations import Counts
 from eomgen.system.system import WHOLE, Facts, Sample
 from tests.oracles.stepper import Equations
 
+#: C that tests compile with generated code.
+PROGRAMS = Path(__file__).parent / "programs"
+
 
 def skew(x):
     return np.array([[0.0, -x[2], x[1]], [x[2], 0.0, -x[0]], [-x[1], x[0], 0.0]])
@@ -101,51 +104,7 @@ class Model:
 _TOP_INERTIA = np.diag([15.234375, 0.46875, 15.234375])
 _TOP_CENTER, _GRAVITY, _TOP_MASS = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -9.81]), 15.0
 
-_TOP_C = """
-static void gravity(const real *q, real *g) /* m R^T (0, 0, -9.81) */
-{
-    const real f = K(15.0) * K(-9.81);
-    g[0] = f * K(2.0) * (q[1] * q[3] - q[0] * q[2]);
-    g[1] = f * K(2.0) * (q[2] * q[3] + q[0] * q[1]);
-    g[2] = f * (K(1.0) - K(2.0) * (q[1] * q[1] + q[2] * q[2]));
-}
-void top_residual(const real *q, const real *v, const real *a, real *r)
-{
-    real g[3];
-    gravity(q, g);
-    r[0] = K(15.234375) * a[0] + (K(15.234375) - K(0.46875)) * v[1] * v[2] - g[2];
-    r[1] = K(0.46875) * a[1];
-    r[2] = K(15.234375) * a[2] + (K(0.46875) - K(15.234375)) * v[0] * v[1] + g[0];
-}
-void top_partials(const real *q, const real *v, real *dq, real *dv, real *M)
-{
-    const real d = K(15.234375) - K(0.46875);
-    real g[3];
-    int i;
-    gravity(q, g);
-    for (i = 0; i < 9; ++i) dq[i] = dv[i] = M[i] = K(0.0);
-    M[0] = M[8] = K(15.234375);
-    M[4] = K(0.46875);
-    dv[1] = d * v[2];
-    dv[2] = d * v[1];
-    dv[6] = -d * v[1];
-    dv[7] = -d * v[0];
-    /* -~X ~g with X = e2 */
-    dq[0] = g[1];
-    dq[1] = -g[0];
-    dq[7] = -g[2];
-    dq[8] = g[1];
-}
-void top_forward_dynamics(const real *q, const real *v, real *vdot)
-{
-    const real zero[3] = { K(0.0), K(0.0), K(0.0) };
-    real r[3];
-    top_residual(q, v, zero, r);
-    vdot[0] = -r[0] / K(15.234375);
-    vdot[1] = -r[1] / K(0.46875);
-    vdot[2] = -r[2] / K(15.234375);
-}
-"""
+_TOP_C = (PROGRAMS / "top.c").read_text(encoding="utf-8")
 
 
 def _top_residual(t, q, v, a):
@@ -181,70 +140,7 @@ def heavy_top(velocity=(0.0, 150.0, -4.61538)) -> Model:
 _BODY_INERTIA, _BODY_MASS, _SLIDER_MASS = np.diag([1.0, 2.0, 3.0]), 2.0, 0.5
 _STIFFNESS, _DAMPING = 40.0, 0.3
 
-_TIED_C = """
-static void rotate(const real *q, real s, const real *x, real *y) /* R x for s = 1, R^T x for s = -1 */
-{
-    real e[3];
-    e[0] = K(2.0) * (q[2] * x[2] - q[3] * x[1]);
-    e[1] = K(2.0) * (q[3] * x[0] - q[1] * x[2]);
-    e[2] = K(2.0) * (q[1] * x[1] - q[2] * x[0]);
-    y[0] = x[0] + s * q[0] * e[0] + (q[2] * e[2] - q[3] * e[1]);
-    y[1] = x[1] + s * q[0] * e[1] + (q[3] * e[0] - q[1] * e[2]);
-    y[2] = x[2] + s * q[0] * e[2] + (q[1] * e[1] - q[2] * e[0]);
-}
-static void spring(const real *q, real *f) /* force on the body, body axes */
-{
-    real force[3];
-    force[0] = K(-40.0) * (q[4] - q[7]);
-    force[1] = K(-40.0) * q[5];
-    force[2] = K(-40.0) * q[6];
-    rotate(q, K(-1.0), force, f);
-}
-void tied_inputs(real t, real *u) { EG_SINCOS(K(3.0) * t, u, u + 1); }
-void tied_residual(const tied_parameters *p, const real *q, const real *v, const real *a, const real *u, real *r)
-{
-    real f[3];
-    spring(q, f);
-    r[0] = a[0] + v[1] * v[2];
-    r[1] = K(2.0) * a[1] - K(2.0) * v[0] * v[2];
-    r[2] = K(3.0) * a[2] + v[0] * v[1];
-    r[3] = K(2.0) * (a[3] + v[1] * v[5] - v[2] * v[4]) - f[0];
-    r[4] = K(2.0) * (a[4] + v[2] * v[3] - v[0] * v[5]) - f[1];
-    r[5] = K(2.0) * (a[5] + v[0] * v[4] - v[1] * v[3]) - f[2];
-    r[6] = K(0.5) * a[6] - K(40.0) * (q[4] - q[7]) + p->p_damping * v[6] - u[0] - K(0.25) * u[1];
-}
-void tied_partials(const tied_parameters *p, const real *q, const real *v, real *dq, real *dv, real *M)
-{
-    const real axis[3] = { K(1.0), K(0.0), K(0.0) };
-    real f[3], e[3];
-    int i;
-    spring(q, f);
-    rotate(q, K(-1.0), axis, e);
-    for (i = 0; i < 49; ++i) dq[i] = dv[i] = M[i] = K(0.0);
-    M[0] = K(1.0); M[8] = K(2.0); M[16] = K(3.0); M[24] = M[32] = M[40] = K(2.0); M[48] = K(0.5);
-    dv[1] = v[2]; dv[2] = v[1];
-    dv[7] = K(-2.0) * v[2]; dv[9] = K(-2.0) * v[0];
-    dv[14] = v[1]; dv[15] = v[0];
-    /* -m ~U and m ~omega */
-    dv[22] = K(2.0) * v[5]; dv[23] = K(-2.0) * v[4];
-    dv[28] = K(-2.0) * v[5]; dv[30] = K(2.0) * v[3];
-    dv[35] = K(2.0) * v[4]; dv[36] = K(-2.0) * v[3];
-    dv[25] = K(-2.0) * v[2]; dv[26] = K(2.0) * v[1];
-    dv[31] = K(2.0) * v[2]; dv[33] = K(-2.0) * v[0];
-    dv[38] = K(-2.0) * v[1]; dv[39] = K(2.0) * v[0];
-    dv[48] = p->p_damping;
-    /* -~f, k I, -k R^T e and -k e^T R, k */
-    dq[22] = f[2]; dq[23] = -f[1];
-    dq[28] = -f[2]; dq[30] = f[0];
-    dq[35] = f[1]; dq[36] = -f[0];
-    for (i = 0; i < 3; ++i) {
-        dq[(3 + i) * 7 + 3 + i] = K(40.0);
-        dq[(3 + i) * 7 + 6] = K(-40.0) * e[i];
-        dq[6 * 7 + 3 + i] = K(-40.0) * e[i];
-    }
-    dq[48] = K(40.0);
-}
-"""
+_TIED_C = (PROGRAMS / "tied.c").read_text(encoding="utf-8")
 
 
 def _tied_residual(u):
@@ -325,17 +221,7 @@ void free_forward_dynamics(real *vdot) {{ int i; for (i = 0; i < {v_start}; ++i)
 
 # -- one coordinate that can be made to misbehave ----------------------------------------------------------------------
 
-_EDGE_C = """
-void edge_residual(const edge_parameters *p, real t, const real *q, const real *a, real *r)
-{
-    r[0] = p->p_mass * a[0] + K(400.0) * EG_SIN(q[0]) + K(0.0) * EG_SQRT(p->p_last_time - t);
-}
-void edge_partials(const edge_parameters *p, const real *q, real *dq, real *M)
-{
-    dq[0] = p->p_stiffness * EG_COS(q[0]);
-    M[0] = p->p_mass;
-}
-"""
+_EDGE_C = (PROGRAMS / "edge.c").read_text(encoding="utf-8")
 
 
 def edge() -> Model:

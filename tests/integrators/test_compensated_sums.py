@@ -11,46 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.integrators.stepper_models import PROGRAMS
 from tests.integrators.test_rosenbrock import oscillator
 from tests.models.c_programs import printed, program
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 
-MAIN = r"""
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#define EOMGEN_SHORT_NAMES
-#include "oscillator.h"
-static oscillator_workspace work;
-int main(int argc, char **argv)
-{
-    const long steps = atol(argv[2]);
-    const int forget = atoi(argv[3]);
-    oscillator_parameters p;
-    oscillator_settings settings;
-    oscillator_state state;
-    long k;
-    oscillator_default_parameters(&p);
-    oscillator_default_settings(&settings);
-    settings.step = (eomgen_real)(atof(argv[1]) / (double)steps);
-    oscillator_default_state(&state);
-    state.q[0] = 1;
-    if (argc != 4 || oscillator_initialize(&p, &settings, &state, &work, NULL) != OSCILLATOR_OK)
-        return 1;
-    for (k = 0; k < steps; ++k) {
-        if (oscillator_step(&p, &settings, &state, &work, NULL) != OSCILLATOR_OK)
-            return 2;
-        if (forget) {
-            memset(state.q_remainder, 0, sizeof state.q_remainder);
-            memset(state.v_remainder, 0, sizeof state.v_remainder);
-        }
-    }
-    printf("%.17g %.17g\n", (double)state.q[0], (double)state.v[0]);
-    return 0;
-}
-"""
+MAIN = (PROGRAMS / "compensated_sums.c").read_text(encoding="utf-8")
 #: The step, 2^-13, is exact in single precision.
 END, STEPS = 128.0, 2**20
 

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
+from tests.integrators.stepper_models import PROGRAMS
 from tests.integrators.test_rosenbrock import error_of_strong, slopes
 from tests.integrators.test_rosenbrock import frame as frame_by_parameters
 from tests.models.c_programs import printed, program
@@ -68,41 +69,7 @@ def test_steps_cost_one_evaluation_and_matrices_as_asked_for() -> None:
         assert (stats["factorizations"], stats["evaluations"], stats["exchanges"]) == (factorizations, 201, 0)
 
 
-RIG = r"""
-#include <stdio.h>
-#include <stdlib.h>
-#define EOMGEN_SHORT_NAMES
-#include "rig.h"
-static rig_workspace work;
-int main(int argc, char **argv)
-{
-    const double step = atof(argv[1]), share = atof(argv[3]);
-    const long steps = atol(argv[2]);
-    rig_parameters p;
-    rig_settings settings;
-    rig_state state;
-    double q[1], v[1], u[2];
-    long k;
-    rig_default_parameters(&p);
-    p.p_share = share;
-    rig_default_settings(&settings);
-    settings.step = step;
-    rig_default_state(&state);
-    u[0] = -(1.0 - share) * state.q[0];
-    if (rig_initialize(&p, &settings, &state, &work, u) != RIG_OK || argc != 4)
-        return 1;
-    for (k = 0; k < steps; ++k) {
-        if (rig_predict(&p, &settings, &state, &work, u, q, v) != RIG_OK)
-            return 2;
-        u[1] = -(1.0 - share) * q[0]; /* what the rig answers at the predicted place */
-        if (rig_step(&p, &settings, &state, &work, u) != RIG_OK)
-            return 3;
-        u[0] = u[1];
-        printf("%.17g %.17g %.17g\n", state.t, state.q[0], state.v[0]);
-    }
-    return 0;
-}
-"""
+RIG = (PROGRAMS / "rig.c").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
