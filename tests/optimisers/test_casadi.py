@@ -16,7 +16,6 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.scene.builder import SceneBuilder
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml"
@@ -251,54 +250,3 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert str(missing.value) == (
         "usage error: casadi: the package casadi is not installed; try: pip install 'eomgen[casadi]'"
     )
-
-
-def flown() -> eomgen.Scene:
-    builder = SceneBuilder("flown").parameter("pull", 2.0, tunable=True)
-    builder.body("hull", 2.0, center_of_mass=[0.1, 0.2, -0.1], inertia=[0.2, 0.3, 0.25])
-    builder.body("dish", 1.0, center_of_mass=[0.0, 0.1, 0.4], inertia=[0.02, 0.03, 0.01])
-    builder.body("arm", 0.5, center_of_mass=[0.2, 0.0, 0.1], inertia=[0.01, 0.02, 0.03])
-    builder.joint("flight", "free", "base", "hull").joint("ball", "spherical", "hull", "dish", position=[0.3, 0.0, 0.1])
-    builder.joint("hinge", "revolute", "dish", "arm", axis=[0, 1, 0])
-    return builder.effort("motor", "hinge", "-pull * sin(q.hinge) * v.hinge**2").build()
-
-
-@pytest.mark.long_cases("inverse_dynamics")
-@pytest.mark.slow_cases("frame_poses")
-@pytest.mark.parametrize("name", [pytest.param("inverse_dynamics", marks=pytest.mark.slow), "frame_poses"])
-def test_quaternions_are_differentiated_on_the_unit_sphere(name: str, rng: np.random.Generator) -> None:
-    """By differences of the function of the quaternions over their lengths, and of that function's gradient."""
-    model = eomgen.build(flown(), profile="quick")
-    made = eomgen.casadi(model, ["inverse_dynamics", "frame_poses"], profile="quick")
-    assert list(made) == ["inverse_dynamics", "frame_poses"]
-    function, weights = made[name], rng.normal(size=made[name].size1_out(0))
-    taken = function.name_in()
-    start = [rng.normal(size=function.size1_in(k)) for k in range(function.n_in())]
-    quaternions = [factor.q_start + np.arange(4) for factor in model.factors if factor.group != "R"]
-    sizes = np.cumsum([len(part) for part in start])[:-1]
-    assert taken[0] == "q" and len(quaternions) == 2
-
-    def unit(y: Array) -> tuple[Array, Array]:
-        """Return y with unit quaternions, and the derivative of this map."""
-        result, rate = y.copy(), np.eye(len(y))
-        for places in quaternions:
-            length = np.linalg.norm(y[places])
-            result[places] /= length
-            rate[np.ix_(places, places)] = (np.eye(4) - np.outer(result[places], result[places])) / length
-        return result, rate
-
-    def value(y: Array) -> Array:
-        return np.array(function(*np.split(unit(y)[0], sizes))).ravel()
-
-    def gradient(y: Array) -> Array:
-        on_sphere, rate = unit(y)
-        return weights @ derivatives(function, np.split(on_sphere, sizes), weights)[0] @ rate
-
-    y, _ = unit(np.concatenate(start))
-    jacobian, hessian = derivatives(function, np.split(y, sizes), weights)
-    steps = 1e-5 * np.eye(len(y))
-    of_value = np.stack([(value(y + e) - value(y - e)) / 2e-5 for e in steps], axis=-1)
-    of_gradient = np.stack([(gradient(y + e) - gradient(y - e)) / 2e-5 for e in steps], axis=-1)
-    assert np.max(np.abs(jacobian - of_value)) < 1e-8 * np.max(np.abs(jacobian))
-    assert np.max(np.abs(hessian - of_gradient)) < 1e-8 * np.max(np.abs(hessian))
-    assert jacobian[:, quaternions[0]] @ y[quaternions[0]] == pytest.approx(0.0, abs=1e-13 * np.max(np.abs(jacobian)))

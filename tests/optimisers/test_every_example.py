@@ -1,4 +1,4 @@
-"""Functions for CasADi of the covering examples: Jacobians and Hessians against complex steps of the C, and
+"""Functions for CasADi of some examples: Jacobians and Hessians against complex steps of the C, and
 sparsity at 1000 random states, as a table too. Steps against their formulas over complex functions of the model."""
 
 from __future__ import annotations
@@ -18,19 +18,17 @@ from eomgen.compiled.functions import Functions
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor, update
-from tests.examples.covering import covering
 from tests.mechanics.test_argument_derivatives import given, state_of
 from tests.optimisers.test_casadi import derivatives
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Array = np.ndarray
-#: Examples whose functions take minutes to compile: nets, chains and beams of many bodies, rolling ellipsoids.
-LARGE = {"cable_net", "misaligned_four_bar", "rattleback", "unbalanced_shaft"}
 EVERY = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))
-SCENES = covering(EVERY)
-TESTED = [name for name in SCENES if name not in LARGE]
-#: Examples whose implicit step takes minutes in the Newton iterations of the oracle.
-LONG_STEPS = {"elastic_slider_crank", "slider_crank_spatial", "elastic_vehicle"}
+#: Examples that have all groups, rows, states, inputs, beams and laws by cases; the table is of every example.
+SCENES = [
+    *("active_quarter_car", "four_bar", "free_spinning_body", "gear_with_backlash", "pi_servo", "slider_crank_spatial"),
+    *("spin_up_beam", "vehicle_with_preview/model"),
+]
 #: Examples with laws by cases.
 SWITCHING = {"active_quarter_car", "quarter_car_on_bump", "gear_with_backlash", "jerk_limited_arm", "bouncing_ball"}
 #: Random states for sparsity.
@@ -158,7 +156,8 @@ def largest(values: Array) -> float:
     return float(np.max(np.abs(values), initial=0.0))
 
 
-@pytest.mark.long
+@pytest.mark.slow
+@pytest.mark.long_except("pi_servo", "gear_with_backlash")
 @pytest.mark.parametrize("example", SCENES)
 def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Generator) -> None:
     for row in deviations(example, rng):
@@ -257,11 +256,9 @@ class Variational:
         return self.equations(unknown, state)[1]
 
 
-@pytest.mark.long_except_every(24)
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "example", [pytest.param(name, marks=pytest.mark.long) if name in LONG_STEPS else name for name in TESTED]
-)
+@pytest.mark.long_except("pi_servo", "gear_with_backlash")
+@pytest.mark.parametrize("example", [name for name in SCENES if name != "slider_crank_spatial"])
 def test_derivatives_of_steps_are_those_of_their_formulas(example: str, rng: np.random.Generator) -> None:
     """The Jacobian by complex steps of the method over the compiled functions, to 1e-12; the Hessian by differences of
     this Jacobian."""
@@ -319,9 +316,8 @@ def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Ar
     return state.q, state.v
 
 
-@pytest.mark.long_except_every(30)
 @pytest.mark.slow
-@pytest.mark.long_cases(*LARGE)
+@pytest.mark.long_except("pi_servo", "gear_with_backlash")
 @pytest.mark.parametrize("example", SCENES)
 def test_sparsity_is_exact_at_random_states(example: str, rng: np.random.Generator) -> None:
     for name, order, zero in always_zero(example, rng):

@@ -17,7 +17,7 @@ import eomgen
 from eomgen.errors import ModelError, UsageError
 from eomgen.lie.product import update
 from eomgen.products.optimisers import torch_functions
-from tests.optimisers.test_jax_functions import FLOATING, PENDULUM, _state
+from tests.optimisers.test_jax_functions import PENDULUM, _state, floating_scene
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def torch() -> Any:
 
 @pytest.fixture(scope="module")
 def floating(torch: Any) -> Any:
-    model = eomgen.build(FLOATING, profile="quick")
+    model = eomgen.build(floating_scene().build(), profile="quick")
     return model, eomgen.torch(model)
 
 
@@ -157,9 +157,8 @@ def test_gradients_of_runs_are_adjoints(torch: Any, pendulum: Any) -> None:
 
 @pytest.mark.long
 def test_gradient_in_a_quaternion_of_a_run_turns_the_body(torch: Any) -> None:
-    scene = {**FLOATING, "points": {"tip": {"body": "arm", "position": [0.6, 0, 0]}}}
-    scene["outputs"] = {"height": {"formula": "position.tip[2]"}}
-    model = eomgen.build(scene, profile="quick")
+    builder = floating_scene().point("tip", "arm", [0.6, 0, 0]).output("height", formula="position.tip[2]")
+    model = eomgen.build(builder.build(), profile="quick")
     functions, (q, _, _) = eomgen.torch(model), _state(model)
     direction, h = np.random.default_rng(5).normal(size=model.nv), 1e-6
 
@@ -181,18 +180,14 @@ def test_gradient_in_a_quaternion_of_a_run_turns_the_body(torch: Any) -> None:
             lambda torch, f: f.forward_dynamics(torch.zeros(8), torch.zeros(7)),
             r"q has the type torch.float32.*; try: q.double",
         ),
-        (lambda torch, f: f.forward_dynamics(np.zeros(3), np.zeros(7)), r"shape \(3,\), and forward_dynamics takes"),
         (
             lambda torch, f: f.forward_dynamics(np.zeros((2, 8)), np.zeros((3, 7))),
             r"axes do not broadcast: q \(2,\), v",
         ),
-        (lambda torch, f: f.forward_dynamics(np.zeros(8), np.zeros(7), parameters={"lod": 1.0}), "parameter 'lod'"),
         (
             lambda torch, f: f.forward_dynamics(torch.zeros(8, dtype=torch.float64, device="meta"), np.zeros(7)),
             "q is on meta, and the compiled C runs on the processor; try: q.cpu()",
         ),
-        (lambda torch, f: f.forward_dynamics(None, np.zeros(7)), "q: an array of real numbers is needed, not NoneType"),
-        (lambda torch, f: f.simulate(0.01, 1e-3, q=np.zeros(5)), r"q has the shape \(5,\), and simulate takes \(8,\)"),
         (lambda torch, f: eomgen.torch("scene.toml"), "torch: a model is needed, not str; try: eomgen.build"),
         (
             lambda torch, f: torch.func.grad(lambda t: f.forward_dynamics(np.eye(8)[3], np.zeros(7), t).sum())(
