@@ -10,7 +10,8 @@ import pytest
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
-from tests.derivatives.test_following_starts import resting_controller, resting_loop, resting_tree
+from tests.derivatives.checks import sixth_order
+from tests.derivatives.test_following_starts import resting_controller, resting_loop
 from tests.derivatives.test_input_gradients import driven
 from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
 from tests.models.cache import shared_cache
@@ -60,8 +61,7 @@ def test_tangents_and_adjoints_against_differences_of_runs() -> None:
         return model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["y"]
 
     for direction in ("inputs.torque[0]", "inputs.torque[1]", "inputs.torque[7]", *found.by[-2:]):
-        slopes = [(run(direction, size) - run(direction, -size)) / (2.0 * size) for size in (0.01, 0.02, 0.04)]
-        expected = (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
+        expected = sixth_order(lambda size, direction=direction: run(direction, size), 0.01)
         column = found.derivatives["y"][..., found.by.index(direction)]
         assert np.max(np.abs(column - expected)) <= 1e-10 * np.max(np.abs(expected))
     gradients = found.gradients(["final(y[0])", "sum(y[1])", "final(y[2])"])
@@ -82,16 +82,11 @@ def hold_hessian(model: Model, found: Sensitivities, of: str, options: dict[str,
     for direction in found.by:
         base = model.parameters.get(direction, 0.0)
 
-        def slope(size: float, direction: str = direction, base: float = base) -> Array:
-            ends = [
-                model.sensitivities(
-                    STEPS * STEP, STEP, by=found.by, **changed(options, direction, base + sign * size)
-                ).gradients([of])[0]
-                for sign in (1.0, -1.0)
-            ]
-            return (ends[0] - ends[1]) / (2.0 * size)
+        def gradient(size: float, direction: str = direction, base: float = base) -> Array:
+            given = changed(options, direction, base + size)
+            return model.sensitivities(STEPS * STEP, STEP, by=found.by, **given).gradients([of])[0]
 
-        columns.append((64.0 * slope(5e-4) - 20.0 * slope(1e-3) + slope(2e-3)) / 45.0)
+        columns.append(sixth_order(gradient, 5e-4))
     expected = np.stack(columns, axis=-1)
     size = np.max(np.abs(expected))
     assert np.all(np.max(np.abs(expected), axis=0) > 1e-6 * size)
@@ -139,8 +134,7 @@ def test_rest_moves_with_the_first_value_of_an_input() -> None:
         return model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["angle"]
 
     for column, row in enumerate((0, 2, slice(None))):
-        slopes = [(run(row, size) - run(row, -size)) / (2.0 * size) for size in (0.01, 0.02, 0.04)]
-        expected = (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
+        expected = sixth_order(lambda size, row=row: run(row, size), 0.01)
         error = np.max(np.abs(found.derivatives["angle"][:, column] - expected))
         assert error <= 1e-8 * np.max(np.abs(expected))
     assert np.any(found._run.asked.dq[:, [0, 2]]) and not np.any(found._run.asked.dq[:, 1])
@@ -167,12 +161,11 @@ def pushed(builder: Any) -> Any:
     return builder().input("push").effort("pushed", "a", "push*(1 + 0.1*push)")
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.slow
+@pytest.mark.long_cases("resting_loop-generalized_alpha-y[0]")
 @pytest.mark.parametrize(
     ("builder", "method", "output"),
     [
-        (resting_tree, "generalized_alpha", "angle"),
         (resting_controller, "trapezoidal", "y[1]"),
         (resting_loop, "generalized_alpha", "y[0]"),
     ],

@@ -15,6 +15,7 @@ from eomgen.lie import product
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
+from tests.derivatives.checks import hold_adjoints, tunable
 from tests.derivatives.test_sensitivities import absolute, controlled, loop, turning
 from tests.models.cache import shared_cache
 
@@ -26,9 +27,7 @@ TIGHT = {"rtol": 1e-15}
 
 def hanging() -> SceneBuilder:
     """Return a plate on two slides and on a rod, by a constraint of distance, with drag."""
-    builder = SceneBuilder("sensitive_plate", gravity=[0, -9.81, 0])
-    for name, value in {"mass": 1.3, "length": 0.8, "drag": 0.3}.items():
-        builder.parameter(name, value, tunable=True)
+    builder = tunable("sensitive_plate", gravity=[0, -9.81, 0], mass=1.3, length=0.8, drag=0.3)
     builder.body("cart", 0.2).body("plate", "mass", inertia=[0.02, 0.02, 0.02])
     builder.joint("x", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.8})
     builder.joint("y", "prismatic", "cart", "plate", axis=[0, 1, 0])
@@ -104,13 +103,7 @@ def check(
         expected = (4.0 * slopes[1] - slopes[0]) / 3.0
         assert np.max(np.abs(expected)) > 1e-3
         assert np.max(np.abs(table[:, :, column] - expected)) <= tolerance * np.max(np.abs(expected)), name
-    components = [
-        f"{name}[{k}]" if array.ndim > 1 else name
-        for name, array in found.outputs.items()
-        for k in range(array.shape[1] if array.ndim > 1 else 1)
-    ]
-    gradients = found.gradients([f"final({component})" for component in components])
-    assert np.max(np.abs(gradients - table[-1])) <= 1e-12 * np.max(np.abs(table[-1]))
+    hold_adjoints(found, table, 1e-12)
     weights = {name: np.ones_like(array) for name, array in found.outputs.items()}
     np.testing.assert_allclose(found.gradients([weights])[0], table.sum(axis=(0, 1)), rtol=1e-12, atol=1e-11)
     return found
@@ -136,20 +129,20 @@ def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:
     check(driven_loop(), method, by, initial, inputs={"pull": np.linspace(-1.0, 2.0, 13)}, **near)
 
 
-@pytest.mark.long_cases("rattlie")
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
-def test_absolute_coordinates_with_an_angle_over_turns(method: str) -> None:
+def test_absolute_coordinates_with_an_angle_over_turns() -> None:
     model = eomgen.build(absolute().build(), profile="quick")
     start = {"q": model.initial_q, "v": np.zeros(12)}
-    check(absolute(), method, ["mass", "length", "damping"], start, steps=8)
+    check(absolute(), "rk4_partitioned", ["mass", "length", "damping"], start, steps=8)
 
 
 @pytest.mark.slow
-def test_runge_kutta_without_constraints() -> None:
+@pytest.mark.long_cases("rattlie")
+@pytest.mark.parametrize("method", ["rk4", "rattlie"])
+def test_trees_on_all_groups_and_internal_states(method: str) -> None:
     by = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
-    check(turning(), "rk4", by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
-    check(controlled(), "rk4", ["mass", "length", "lag", "gain", "q.a", "v.a"], {"a": 0.6})
+    check(turning(), method, by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
+    check(controlled(), method, ["mass", "length", "lag", "gain", "q.a", "v.a"], {"a": 0.6})
 
 
 @pytest.mark.slow
@@ -181,14 +174,6 @@ def test_what_these_steps_have_not() -> None:
         "usage error: hessian: steps are of rattlie, and second derivatives are not known; try: differences of"
         " gradient(...)"
     )
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_rattlie_without_constraints() -> None:
-    check(controlled(), "rattlie", ["mass", "length", "lag", "gain", "q.a", "v.a"], {"a": 0.6})
-    by = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
-    check(turning(), "rattlie", by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
 
 
 @pytest.mark.long
