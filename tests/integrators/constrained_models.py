@@ -47,12 +47,8 @@ def heavy_top(group: str = "R3xSO3", omega: Sequence[float] = FAST, coordinates:
 @cache
 def top_solution(omega: Sequence[float] = FAST, duration: float = 1.0):
     """Return t -> (R, x, Omega, lam) by DOP853 on SO(3)."""
-    J, X, mass, gravity = (
-        np.diag([15.234375, 0.46875, 15.234375]),
-        np.array([0.0, 1, 0]),
-        15.0,
-        np.array([0.0, 0, -9.81]),
-    )
+    J, X = np.diag([15.234375, 0.46875, 15.234375]), np.array([0.0, 1, 0])
+    mass, gravity = 15.0, np.array([0.0, 0, -9.81])
 
     def omega_dot(R, w):
         return np.linalg.solve(J, mass * np.cross(X, R.T @ gravity) - np.cross(w, J @ w))
@@ -94,18 +90,8 @@ def chain(count: int, coordinates: str = "joint", group: str = "SE3") -> Scene:
         bodies.append(Body(f"b{k}", Number(1.0 + 0.1 * (k % 3)), numbers((0.1, 0.02, -0.25)), inertia))
         parent, place = ("base", (0, 0, 0)) if k == 0 else (f"b{k - 1}", (0, 0, -0.5))
         axis = (0.0, 1.0, 0.0) if k % 2 == 0 else (1.0, 0.0, 0.0)
-        joints.append(
-            Joint(
-                f"j{k}",
-                "revolute",
-                parent,
-                f"b{k}",
-                axis=axis,
-                position=numbers(place),
-                initial_position=(0.3,),
-                initial_velocity=(0.5,),
-            )
-        )
+        start = {"initial_position": (0.3,), "initial_velocity": (0.5,)}
+        joints.append(Joint(f"j{k}", "revolute", parent, f"b{k}", axis=axis, position=numbers(place), **start))
     groups = {body.name: group for body in bodies}
     return Scene("chain", tuple(bodies), tuple(joints), coordinates=coordinates, groups=groups, content=b"chain")
 
@@ -115,27 +101,11 @@ def two_links(coordinates: str = "absolute", base: Base | None = None) -> Scene:
     first = Body("b1", Number(3.0), numbers((0, 1, 0)), numbers((0.25, 0.3, 0.35, 0, 0, 0)))
     second = Body("b2", Number(2.0), numbers((0.3, 0.1, 0)), numbers((0.02, 0.05, 0.04, 0.001, 0, 0)))
     ball = Joint("j1", "spherical", "base", "b1", initial_position=(1.0, 0, 0, 0), initial_velocity=(0.5, 3.0, -1.0))
-    hinge = Joint(
-        "j2",
-        "revolute",
-        "b1",
-        "b2",
-        axis=(0.6, 0, 0.8),
-        position=numbers((0.1, 1.5, 0.2)),
-        initial_position=(0.3,),
-        initial_velocity=(2.0,),
-        stiffness=Number(20.0),
-        damping=Number(0.3),
-    )
-    return Scene(
-        "links",
-        (first, second),
-        (ball, hinge),
-        coordinates=coordinates,
-        groups={"b1": "R3xSO3"},
-        base=base,
-        content=b"links",
-    )
+    place = {"axis": (0.6, 0, 0.8), "position": numbers((0.1, 1.5, 0.2))}
+    forces = {"stiffness": Number(20.0), "damping": Number(0.3)}
+    hinge = Joint("j2", "revolute", "b1", "b2", initial_position=(0.3,), initial_velocity=(2.0,), **place, **forces)
+    given = {"coordinates": coordinates, "groups": {"b1": "R3xSO3"}, "base": base}
+    return Scene("links", (first, second), (ball, hinge), content=b"links", **given)
 
 
 def shaking_base() -> Base:
@@ -150,14 +120,8 @@ def rolling_disc() -> Scene:
     disc = Body("disc", Number(2.0), numbers((0, 0, 0)), numbers((0.01, 0.01, 0.02, 0, 0, 0)))
     tilted = (np.cos(np.pi / 4 + 0.1), np.sin(np.pi / 4 + 0.1), 0.0, 0.0)
     height = 0.1 * np.sin(np.pi / 2 + 0.2)
-    free = Joint(
-        "free",
-        "free",
-        "base",
-        "disc",
-        initial_position=(*map(float, tilted), 0.0, 0.0, float(height)),
-        initial_velocity=(0.0, 0.3, 8.0, 0.0, 0.0, 0.0),
-    )
+    start, rates = (*map(float, tilted), 0.0, 0.0, float(height)), (0.0, 0.3, 8.0, 0.0, 0.0, 0.0)
+    free = Joint("free", "free", "base", "disc", initial_position=start, initial_velocity=rates)
     ground = Constraint("ground", "rolling", Frame("base"), Frame("disc"), radius=Number(0.1))
     return Scene("disc", (disc,), (free,), constraints=(ground,), content=b"disc")
 

@@ -74,15 +74,13 @@ def stepped(
     t: float,
     y: Array,
     h: float,
-    *,
-    parent_first: bool = False,
 ) -> Array:
-    """Return y behind a step; ``parent_first``: with Radau's operator in the first pass, too, which is a mistake."""
+    """Return y behind a step."""
     s, inverse = scheme.degree + 1, np.linalg.inv(np.eye(len(y)) - scheme.gamma * h * jacobian(t, y))
     Y = np.tile(y, (s, 1))
     for number in range(scheme.passes):
         rates = np.array([rate(t + c * h, value) for c, value in zip(scheme.nodes, Y, strict=True)])
-        matrix = scheme.first if number == 0 and not parent_first else scheme.integration
+        matrix = scheme.integration if number else scheme.first
         right = np.linalg.solve(scheme.values, y + h * matrix @ rates - Y)
         change = np.zeros_like(Y)
         whole = right[0]

@@ -21,31 +21,26 @@ def skew(a: Array) -> Array:
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
-def coefficients(square: float) -> tuple[float, float, float, float, float]:
-    """Return f1, f2, f3, f6, f8 of the angle's square; their closed forms from 1/2 rad on."""
+def coefficients(square: float) -> tuple[float, float, float]:
+    """Return f1, f2, f6 of the angle's square; their closed forms from 1/2 rad on."""
     if square < 0.25:
         f1 = 1 - square / 6 + square**2 / 120 - square**3 / 5040 + square**4 / 362880
         f2 = -(0.5 - square / 24 + square**2 / 720 - square**3 / 40320 + square**4 / 3628800)
-        f3 = 1 / 6 - square / 120 + square**2 / 5040 - square**3 / 362880 + square**4 / 39916800
         f6 = 1 / 12 + square / 720 + square**2 / 30240 + square**3 / 1209600 + square**4 / 47900160
-        f6 += 691 * square**5 / 1307674368000
-        f8 = 1 / 360 + square / 7560 + square**2 / 201600 + square**3 / 5987520 + 691 * square**4 / 130767436800
-        return f1, f2, f3, f6, f8
+        return f1, f2, f6 + 691 * square**5 / 1307674368000
     x = np.sqrt(square)
-    f6 = (2 - x / np.tan(x / 2)) / (2 * square)
-    f8 = (x * np.sin(x) + 4 * np.cos(x) + square - 4) / (4 * square**2 * np.sin(x / 2) ** 2)
-    return np.sin(x) / x, (np.cos(x) - 1) / square, (x - np.sin(x)) / x**3, f6, f8
+    return np.sin(x) / x, (np.cos(x) - 1) / square, (2 - x / np.tan(x / 2)) / (2 * square)
 
 
 def turned(angle: Array) -> Array:
     """Return exp of a rotation vector, a matrix."""
-    f1, f2, *_ = coefficients(float(angle @ angle))
+    f1, f2, _ = coefficients(float(angle @ angle))
     S = skew(angle)
     return np.asarray(np.eye(3) + f1 * S - f2 * S @ S)
 
 
 def inverse_tangent(angle: Array) -> Array:
-    *_, f6, _ = coefficients(float(angle @ angle))
+    *_, f6 = coefficients(float(angle @ angle))
     S = skew(angle)
     return np.asarray(np.eye(3) + 0.5 * S + f6 * S @ S)
 
@@ -69,25 +64,8 @@ def _of_pair(angle: Array) -> Array:
     return found
 
 
-def _moved_pose(q: Place, theta: Array) -> Place:
-    _, f2, f3, *_ = coefficients(float(theta[:3] @ theta[:3]))
-    S = skew(theta[:3])
-    T = np.eye(3) + f2 * S + f3 * S @ S
-    return q[0] @ turned(theta[:3]), q[1] + q[0] @ (T.T @ theta[3:])
-
-
-def _of_pose(theta: Array) -> Array:
-    *_, f6, f8 = coefficients(float(theta[:3] @ theta[:3]))
-    S, U = skew(theta[:3]), skew(theta[3:])
-    found = np.zeros((6, 6))
-    found[:3, :3] = found[3:, 3:] = inverse_tangent(theta[:3])
-    found[3:, :3] = 0.5 * U + f6 * (U @ S + S @ U) + f8 * (theta[:3] @ theta[3:]) * S @ S
-    return found
-
-
 SO3 = OracleGroup(3, lambda q, theta: (q[0] @ turned(theta),), inverse_tangent)
 R3xSO3 = OracleGroup(6, lambda q, theta: (q[0] @ turned(theta[:3]), q[1] + theta[3:]), _of_pair)
-SE3 = OracleGroup(6, _moved_pose, _of_pose)
 
 
 @dataclass(frozen=True)

@@ -276,13 +276,8 @@ class Stepper:
         self.settings |= settings
         self.state[:] = 0.0
         self.state[self.layout["t"]], self.state[self.layout["q"]], self.state[self.layout["v"]] = t, q, v
-        status = self.library.eomgen_initialize(
-            _pointer(self.parameters),
-            _pointer(self._settings()),
-            _pointer(table),
-            _pointer(self.state),
-            _pointer(self.workspace),
-        )
+        given = (self.parameters, self._settings(), table, self.state, self.workspace)
+        status = self.library.eomgen_initialize(*map(_pointer, given))
         return self._outcome(status, np.zeros((0, 0)))
 
     def run(self, steps, every=1, table=None, **settings) -> Outcome:
@@ -413,15 +408,8 @@ def build(
     for name, text in texts.items():
         (folder / name).write_text(text)
     library = folder / "model.so"
-    command = [
-        "gcc",
-        *_FLAGS,
-        *flags,
-        *(str(folder / name) for name in texts if name.endswith(".c")),
-        "-o",
-        str(library),
-        "-lm",
-    ]
+    files = [str(folder / name) for name in texts if name.endswith(".c")]
+    command = ["gcc", *_FLAGS, *flags, *files, "-o", str(library), "-lm"]
     finished = subprocess.run(command, capture_output=True, text=True, check=False)
     assert finished.returncode == 0, finished.stderr[:4000]
     return Stepper(ctypes.CDLL(str(library)), program, list(named.values()))

@@ -215,6 +215,7 @@ def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
         ("rk4", "it has no estimate of its errors; try: rk45"),
         ("tdg2", "its steps are all of one size; try: generalized_alpha"),
         ("rk4_partitioned", "it has no estimate of its errors; try: rk45_partitioned"),
+        ("rattlie", "because its steps are all of one size; try: generalized_alpha, or rk45"),
     ],
 )
 def test_what_cannot_follow_a_tolerance_says_why_and_what_can(method: str, text: str) -> None:

@@ -9,7 +9,6 @@ import math
 import numpy as np
 import pytest
 
-from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.compositions import (
     Composition,
@@ -77,46 +76,6 @@ def test_recursions_have_the_published_fractions() -> None:
         blocks = np.reshape(leapfrog_recursion(6, forward).kicks, (2 * forward + 1, -1)).sum(axis=1)
         assert blocks == pytest.approx((*[ahead] * forward, -back, *[ahead] * forward), abs=1e-14)
     assert leapfrog_recursion(10, 1).order == 10
-
-
-def _energy_error(method: Composition, step: float, time: float) -> float:
-    """Return the root mean square of the energy error of the Henon-Heiles problem at the ends of steps."""
-
-    def energy(q: Array, p: Array) -> float:
-        return float(p @ p / 2 + q @ q / 2 + q[0] ** 2 * q[1] - q[1] ** 3 / 3)
-
-    q, p = np.array([0.3, -0.2]), np.array([0.1, 0.35])
-    start, errors = energy(q, p), []
-    for _ in range(round(time / step)):
-        for part, fraction in method.parts():
-            if part == "drift":
-                q = q + fraction * step * p
-            else:
-                p = p - fraction * step * np.array([q[0] + 2 * q[0] * q[1], q[1] + q[0] ** 2 - q[1] ** 2])
-        errors.append(energy(q, p) - start)
-    return float(np.sqrt(np.mean(np.square(errors))))
-
-
-@pytest.mark.parametrize(
-    ("name", "first", "step"),
-    [
-        *itertools.product(("leapfrog", "minimum_norm2", "bcss3"), ("drift", "kick"), (0.2,)),
-        *itertools.product(("yoshida4", "suzuki4"), ("drift", "kick"), (0.25,)),
-        ("omf4", "drift", 0.25),
-        ("omf4", "kick", 0.25),
-        ("yoshida6", "drift", 0.25),
-        ("suzuki6", "kick", 0.8),
-        ("yoshida8", "drift", 0.25),
-        ("blanes_moan4", "drift", 0.5),
-        ("blanes_moan6", "kick", 0.5),
-        ("kahan_li6", "drift", 0.25),
-        ("kahan_li8", "kick", 0.5),
-    ],
-)
-def test_energy_errors_fall_with_the_order(name: str, first: str, step: float) -> None:
-    method = composition_named(name, "drift" if first == "drift" else "kick")
-    coarse, fine = _energy_error(method, step, 8.0), _energy_error(method, step / 2, 8.0)
-    assert math.log2(coarse / fine) == pytest.approx(method.order, abs=0.45)
 
 
 def test_orders_are_found_from_coefficients_alone() -> None:

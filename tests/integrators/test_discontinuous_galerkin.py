@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import eomgen
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import method_named
-from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES, stepped
+from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -82,63 +82,6 @@ def test_five_passes_would_leave_order_6() -> None:
             assert float(mp.log(errors[0] / errors[1], 2)) == pytest.approx(power, abs=0.1)
 
 
-@pytest.mark.slow_except("tdg1-False-3", "tdg2-False-6")
-@pytest.mark.parametrize(
-    ("name", "corrected", "power"),
-    [
-        ("tdg1", True, 4), ("tdg1", False, 3), ("tdg1_star", False, 4), ("tdg2", False, 6),
-        ("tdg2s", True, 5), ("tdg2s", False, 4), ("tdg3", False, 8),
-    ],
-)  # fmt: skip  # a table
-def test_which_passes_are_too_few_for_accelerations_as_they_come(name: str, corrected: bool, power: int) -> None:
-    """Local errors of (1 + q^2) v' = -q - q v^2 - v^3/4, q' = v, in 60 digits, with accelerations of the polynomial in
-    the residual, and with these corrected once by the factors of the step."""
-    method = method_named(name)
-    assert method.is_refined == (name in ("tdg1", "tdg2s"))  # type: ignore[attr-defined]
-    found, size = method.operators, method.degree + 1  # type: ignore[attr-defined]
-
-    def exactly(matrix: Any) -> Any:
-        return mp.matrix([[mp.mpf(x.numerator) / x.denominator for x in row] for row in matrix])
-
-    def missing(q: Any, v: Any, a: Any) -> Any:
-        return (1 + q * q) * a + q + q * v * v + v**3 / 4
-
-    def end(q: Any, v: Any, h: Any) -> Any:
-        A, first, values, modes, derivative = map(
-            exactly, (found.integration, found.first, found.values, found.modes, found.derivative)
-        )
-        gamma = method.gamma  # type: ignore[attr-defined]
-        gain, M = h * mp.mpf(gamma.numerator) / gamma.denominator, 1 + q * q
-        K, C = 1 + v * v - 2 * q * missing(q, v, 0) / M, 2 * q * v + 3 * v * v / 4
-        matrix = M + gain * C + gain * gain * K
-        theta, change = mp.zeros(size, 1), mp.zeros(size, 1)
-        for number in range(method.passes):  # type: ignore[attr-defined]
-            a, forces = derivative * change / h, mp.zeros(size, 1)
-            for i in range(size):
-                r = missing(q + theta[i], v + change[i], a[i])
-                if corrected and number:
-                    forces[i] = -M * r / matrix
-                    r = missing(q + theta[i], v + change[i], a[i] - r / matrix)
-                forces[i] -= r
-            integral = modes * (A if number else first) * h
-            b, g = integral * forces, integral * (change + v * mp.ones(size, 1)) - modes * theta
-            d, along = mp.zeros(size, 1), mp.zeros(size, 1)
-            for j in range(size):
-                if j:
-                    b[j] += b[j - 1] - M * d[j - 1]
-                    g[j] -= gain * d[j - 1]
-                d[j] = (b[j] - gain * K * g[j]) / matrix
-                along[j] = g[j] + gain * d[j]
-            theta, change = theta + values * along, change + values * d
-        return v + change[size - 1]
-
-    with mp.workdps(60):
-        start = [mp.mpf(1), mp.mpf(1) / 2]
-        exact = mp.odefun(lambda _, y: [y[1], -missing(y[0], y[1], 0) / (1 + y[0] * y[0])], 0, start)
-        errors = [abs(end(*start, h) - exact(h)[1]) for h in (mp.mpf(2) ** -7, mp.mpf(2) ** -8)]
-        assert float(mp.log(errors[0] / errors[1], 2)) == pytest.approx(power, abs=0.1)
-
-
 def duffing() -> eomgen.Scene:
     builder = eomgen.SceneBuilder("duffing", gravity=[0, 0, 0]).body("mass", 1.0)
     builder.joint("x", "prismatic", "base", "mass", axis=[1, 0, 0], damping=0.2, initial={"position": 1.0})
@@ -164,12 +107,6 @@ def test_a_strongly_nonlinear_oscillator(method: str, largest: float) -> None:
     assert slopes(counts, errors)[0 if order == 7 else -1] == pytest.approx(order, abs={3: 0.1, 5: 0.15, 7: 0.4}[order])
 
 
-def stiffly_forced(damping: float) -> tuple[float, float, Any]:
-    """Return omega^2, 2 zeta omega, and the force under which q = sin t."""
-    square, rate = 1e12, 2.0 * damping * 1e6
-    return square, rate, lambda t: (square - 1.0) * np.sin(t) + rate * np.cos(t)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_stiff_forces_of_a_known_motion(method: str) -> None:
@@ -183,26 +120,6 @@ def test_stiff_forces_of_a_known_motion(method: str) -> None:
     assert np.abs(end.q[:, 0] - np.sin(end.t)).max() < 1e-10
     largest = {"tdg1": 5e-2, "tdg1_star": 2e-3, "tdg2": 2e-5, "tdg2s": 2e-3, "tdg3": 1e-5}[method]
     assert np.abs(end.v[:, 0] - np.cos(end.t)).max() < largest
-
-
-@pytest.mark.parametrize("damping", [0.0, 1.0])
-@pytest.mark.parametrize("method", ["tdg1", "tdg2", "tdg2s", "tdg3"])
-def test_the_parents_operator_in_the_first_pass_would_lose_stiff_forces(method: str, damping: float) -> None:
-    """Why P comes first; of tdg1_star, whose passes settle what is stiff at once, positions are kept by either."""
-    square, rate, force = stiffly_forced(damping)
-    A = np.array([[0.0, 1.0], [-square, -rate]])
-    errors = []
-    for parent_first in (False, True):
-        y, worst = np.array([0.0, 1.0]), 0.0
-        for k in range(20):
-            y = stepped(
-                SCHEMES[method], lambda t, x: A @ x + np.array([0.0, force(t)]), lambda t, x: A, 0.1 * k, y, 0.1,
-                parent_first=parent_first,
-            )  # fmt: skip  # a row of arguments
-            worst = max(worst, abs(y[0] - np.sin(0.1 * (k + 1))))
-        errors.append(worst)
-    assert errors[0] < (1e-10 if damping == 0.0 else 1e-7)
-    assert errors[1] > 1e3 * errors[0]
 
 
 def test_loops_are_refused_with_what_to_take() -> None:

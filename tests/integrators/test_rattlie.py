@@ -196,18 +196,12 @@ def top_of_the_oracle(group: str) -> tuple[oracle.Motion, oracle.Place, Array]:
     if group == "SO3":
         torque = lambda q, *_: MASS * np.cross(CENTER, q[0].T @ GRAVITY)  # noqa: E731  # an equation
         return oracle.Motion(oracle.SO3, lambda _: PIVOT_INERTIA, torque), (np.eye(3),), omega
-    M = np.diag([*np.diag(INERTIA), MASS, MASS, MASS])
-    spatial = group == "R3xSO3"
-
-    def force(q: oracle.Place, w: Array, t: float) -> Array:
-        return np.concatenate([np.zeros(3), MASS * (GRAVITY if spatial else q[0].T @ GRAVITY)])
+    M, weight = np.diag([*np.diag(INERTIA), MASS, MASS, MASS]), np.concatenate([np.zeros(3), MASS * GRAVITY])
 
     def B(q: oracle.Place) -> Array:
-        return np.hstack([-oracle.skew(q[0].T @ q[1]), -q[0].T if spatial else -np.eye(3)])
+        return np.hstack([-oracle.skew(q[0].T @ q[1]), -q[0].T])
 
-    motion = oracle.Motion(
-        oracle.R3xSO3 if spatial else oracle.SE3, lambda _: M, force, lambda q: CENTER - q[0].T @ q[1], B
-    )
+    motion = oracle.Motion(oracle.R3xSO3, lambda _: M, lambda *_: weight, lambda q: CENTER - q[0].T @ q[1], B)
     return motion, (np.eye(3), CENTER.copy()), np.concatenate([omega, np.cross(omega, CENTER)])
 
 
@@ -347,15 +341,6 @@ def test_constraints_of_velocities_alone_are_refused_with_what_to_take() -> None
     assert "rattlie cannot run on this scene" in text
     assert "rolling, skates and other constraints of velocities alone have no positions to hold" in text
     assert "try: generalized_alpha" in text
-
-
-def test_a_tolerance_is_refused() -> None:
-    with pytest.raises(eomgen.UsageError) as caught:
-        four_bar().simulate(0.1, 1e-3, method="rattlie", tolerance=1e-6)
-    assert "rattlie takes no tolerance: it keeps momenta and energies because its steps are all of one size" in str(
-        caught.value
-    )
-    assert "try: generalized_alpha, or rk45" in str(caught.value)
 
 
 def test_an_iteration_that_is_not_let_converge_is_said() -> None:

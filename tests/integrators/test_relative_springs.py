@@ -226,14 +226,6 @@ def test_sources_on_links_spread_over_trees_and_meshes(name: str, kappa: float) 
     assert errors_of_run(model(name, "tdg3"), "tdg3", kappa, 0.02, name) < 1e-12
 
 
-@pytest.mark.parametrize(("method", "kappa"), [("rosenbrock", 1e18), ("rosenbrock", 1e24), ("tdg2", 1e24)])
-def test_the_same_runs_with_the_ordinary_elimination_are_wrong(
-    method: str, kappa: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made = plain(described("chain", positions=MOVED, rest=LENGTH), tmp_path, method, monkeypatch)
-    assert not errors_of_run(made, method, kappa, 0.05) < 1e-2
-
-
 def joined(scene: eomgen.Scene) -> list[list[str]]:
     return joined_coordinates(eomgen.derive(scene))
 

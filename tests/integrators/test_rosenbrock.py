@@ -17,7 +17,6 @@ from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 __all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
-GAMMA = {"rosenbrock": 0.5, "lsrt2": 1.0 - np.sqrt(0.5)}
 
 
 def slopes(errors: list[float]) -> Array:
@@ -97,45 +96,6 @@ def test_a_step_is_that_of_the_formula_and_its_order_hangs_on_each_part(
         for count in (500, 1000, 2000)
     ]
     assert all(orders[0] <= slope <= orders[1] for slope in slopes(errors))
-
-
-def in_two_stages(made: eomgen.Model, step: float, count: int, *, exact: bool, kept: bool) -> Array:
-    """Return (q, v) behind steps of LSRT2 as a Rosenbrock method of first order, from the model's functions.
-
-    Parameters
-    ----------
-    exact : whether the Jacobian has K's part by accelerations
-    kept : whether the Jacobian is that of the start, in all steps
-    """
-    nv, gamma, h, y = made.nv, GAMMA["lsrt2"], step, np.concatenate([made.initial_q, made.initial_v])
-
-    def rate(t: float, y: Array) -> Array:
-        return np.concatenate([y[nv:], made.forward_dynamics(y[:nv], y[nv:], t=t)])
-
-    def jacobian(t: float, y: Array) -> Array:
-        a = rate(t, y)[nv:] if exact else np.zeros(nv)
-        K, C, M = made.partials(y[:nv], y[nv:], a, t=t)
-        return np.block([[np.zeros((nv, nv)), np.eye(nv)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-
-    J = jacobian(0.0, y)
-    for number in range(count):
-        t = number * h
-        J = J if kept else jacobian(t, y)
-        matrix = np.eye(2 * nv) - gamma * h * J
-        first = np.linalg.solve(matrix, rate(t, y))
-        second = np.linalg.solve(matrix, rate(t + h / 2, y + h / 2 * first) - gamma * h * J @ first)
-        y = y + h * second
-    return y
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("exact", "kept"), [(False, False), (True, True)], ids=["no K of accelerations", "kept"])
-def test_two_stages_keep_their_order_with_any_matrix(exact: bool, kept: bool) -> None:
-    """The textbook's formulas, of which the generated step differs by what a W-method allows: M of the middle of the
-    step, and accelerations of the step before in K."""
-    made, counts = frame(frequency=4.0), (500, 1000, 2000)
-    errors = [error_of_strong(in_two_stages(made, 5.0 / count, count, exact=exact, kept=kept)) for count in counts]
-    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
 def oscillator(frequency: float, damping: float) -> eomgen.Scene:

@@ -271,27 +271,6 @@ def test_a_loop_that_its_drive_moves_alone_is_exact_to_rounding(method: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("lsrt2")
-@pytest.mark.parametrize("method", METHODS)
-def test_a_drive_that_begins_at_zero_ends_no_run(method: str) -> None:
-    """Summands of its row are nothing at the start, which any rounding is large beside."""
-    builder = eomgen.SceneBuilder("begins_at_zero")
-    builder.body("cart", 2.0).body("pole", 1.0, center_of_mass=[0, 0, -0.4], inertia=[0.01, 0.01, 0.01])
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], drive="0.1 * sin(3 * t)")
-    builder.joint("hinge", "revolute", "cart", "pole", axis=[0, 1, 0], drive="0.2 * sin(2 * t)")
-    builder.body("bob", 0.5, center_of_mass=[0.1, 0, -0.3], inertia=[0.01, 0.01, 0.01])
-    builder.joint("pin", "spherical", "pole", "bob", position=[0, 0, -0.8], initial={"velocity": [0.5, -0.8, 0.3]})
-    ends = {"body": "base", "position": [0.6, 0.1, -1.2]}, {"body": "bob", "position": [0, 0, -0.5]}
-    end = (
-        eomgen.build(builder.constraint("rod", "distance", *ends, length=0.7).build(), profile="quick")
-        .simulate(0.5, 2e-3, method=method, error_estimate=False)
-    )  # fmt: skip  # a chain of calls
-    assert end.success, end.message
-    np.testing.assert_allclose(end.q[:, 0], 0.1 * np.sin(3 * end.t), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(end.q[:, 1], 0.2 * np.sin(2 * end.t), rtol=0, atol=1e-14)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("law", ["0.1 * sin(20 * t)", "1e-6 * (1 - cos(20 * t))"])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_driven_slide_that_begins_at_zero_needs_no_other_length(method: str, law: str) -> None:
