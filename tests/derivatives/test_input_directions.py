@@ -165,10 +165,7 @@ def pushed(builder: Any) -> Any:
 @pytest.mark.long_cases("resting_loop-generalized_alpha-y[0]")
 @pytest.mark.parametrize(
     ("builder", "method", "output"),
-    [
-        (resting_controller, "trapezoidal", "y[1]"),
-        (resting_loop, "generalized_alpha", "y[0]"),
-    ],
+    [(resting_controller, "trapezoidal", "y[1]"), (resting_loop, "generalized_alpha", "y[0]")],
 )
 def test_gradients_by_rows_of_runs_from_rest_are_those_along_each_sample(
     builder: Any, method: str, output: str

@@ -78,12 +78,7 @@ def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tup
 
 
 def check(
-    builder: Any,
-    method: str,
-    by: Sequence[str],
-    initial: Mapping[str, Any],
-    of: Sequence[str],
-    step: float = STEP,
+    builder: Any, method: str, by: Sequence[str], initial: Mapping[str, Any], of: Sequence[str], step: float = STEP
 ) -> None:
     """Hold Hessians of functionals to differences, and products with vectors to them."""
     _, model = built(builder)
@@ -132,10 +127,7 @@ def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter() -> None
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("builder", "method", "by"),
-    [
-        (loop, "generalized_alpha", ["length", "q.a", "v.c[1]"]),
-        (absolute, "generalized_alpha", ["length"]),
-    ],
+    [(loop, "generalized_alpha", ["length", "q.a", "v.c[1]"]), (absolute, "generalized_alpha", ["length"])],
 )
 def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, by: list[str]) -> None:
     """Against complex runs, which move each start onto the constraints."""

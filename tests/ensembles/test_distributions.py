@@ -94,8 +94,7 @@ def test_arguments_at_the_border_of_a_demand_are_refused(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text",
-    ["triangular(0, 0, 1)", "triangular(0, 1, 1)", f"integers(0, {2**52 - 1})", "truncated_normal(0, 1, 6, 9)"],
+    "text", ["triangular(0, 0, 1)", "triangular(0, 1, 1)", f"integers(0, {2**52 - 1})", "truncated_normal(0, 1, 6, 9)"]
 )
 def test_arguments_within_the_border_of_a_demand_are_taken(text: str) -> None:
     low, high = read_distribution("vary x", text).quantiles(np.array([1e-12, 1.0 - 1e-12]))

@@ -329,8 +329,7 @@ EVENTS: dict[str, dict[str, Any]] = {
 @pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("action", "method", "every"),
-    [("stop", "rk4", 7), ("impact", "generalized_alpha", 1), ("switch", "rk45", 3)],
+    ("action", "method", "every"), [("stop", "rk4", 7), ("impact", "generalized_alpha", 1), ("switch", "rk45", 3)]
 )
 def test_samples_meet_events_of_their_own(
     action: str, method: str, every: int, lanes: list[object], monkeypatch: pytest.MonkeyPatch

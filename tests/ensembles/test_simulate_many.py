@@ -344,10 +344,7 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
     ("options", "said"),
     [
         ({}, "vary: nothing varies: all samples would be the same"),
-        (
-            {"vary": {"masss": "normal(1, 0.1)"}},
-            "there is no parameter, input or initial state 'masss'; try: mass",
-        ),
+        ({"vary": {"masss": "normal(1, 0.1)"}}, "there is no parameter, input or initial state 'masss'; try: mass"),
         ({"vary": {"q.rale": "normal(1, 0.1)"}}, "there is no parameter, input or initial state 'q.rale'; try: q.rail"),
         ({"vary": {"mass": 1.0}}, "vary mass: a distribution is needed, not float"),
         ({"vary": VARY, "design": "sobl"}, "design: there is no design 'sobl'; try: sobol"),
@@ -363,10 +360,7 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
         ({"vary": VARY, "seed": -1}, "seed: a whole number from 0 on is needed, not -1"),
         ({"vary": VARY, "columns": ["plce"]}, "columns: there is no column 'plce'; try: place"),
         ({"vary": VARY, "keep": [1]}, "keep: solutions of samples are kept in a folder, and none is given"),
-        (
-            {"table": {"mass": [1.0]}, "vary": VARY},
-            "a table says the values of all samples, and vary is given too",
-        ),
+        ({"table": {"mass": [1.0]}, "vary": VARY}, "a table says the values of all samples, and vary is given too"),
         ({"table": {"mass": [1.0], "push": [1.0, 2.0]}}, "table: push has 2 values, mass has 1"),
         ({"table": {"mass": [np.nan]}}, "table mass"),
         ({"table": {"mass": [1.0, "1 N"]}}, "table mass[1]: '1 N' is a force, a mass in kg is expected"),

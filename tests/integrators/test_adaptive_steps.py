@@ -206,10 +206,7 @@ def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
     [
         ("generalized_alpha_index3", "velocities lie off the constraints by the square of the step"),
         ("hht_index3", "leaves multipliers with errors of first order; try: generalized_alpha, which holds velocities"),
-        (
-            "generalized_alpha_f1",
-            "the estimate of errors is for steps with one exponential; try: generalized_alpha",
-        ),
+        ("generalized_alpha_f1", "the estimate of errors is for steps with one exponential; try: generalized_alpha"),
         ("generalized_alpha_spatial", "from step to step need steps of one size; try: generalized_alpha, or rk45"),
         ("newmark", "with damping its order is 1; try: trapezoidal, which it is without damping"),
         ("rk4", "it has no estimate of its errors; try: rk45"),

@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.integrators.compositions import (
-    Composition,
-    composition_named,
-    compositions,
-    leapfrog_recursion,
-    order_of,
-)
+from eomgen.integrators.compositions import Composition, composition_named, compositions, leapfrog_recursion, order_of
 
 EVERY = [*compositions("drift"), *compositions("kick")]
 

@@ -93,6 +93,6 @@ def test_forces_measured_at_the_prediction_keep_the_order(rig: Path, share: floa
 
 
 def test_a_rig_stays_calm_at_every_step_with_two_thirds_of_its_stiffness_in_the_matrix(rig: Path) -> None:
-    """h omega = 100; the exact bound is in test_stability_certificates.py."""
+    """h omega = 100."""
     assert np.abs(printed(rig, 100.0, 2000, 0.69)[:, 1]).max() < 20.0
     assert np.abs(printed(rig, 100.0, 2000, 0.64)[:, 1]).max() > 1e6

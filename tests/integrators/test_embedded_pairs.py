@@ -38,12 +38,7 @@ BOGACKI_SHAMPINE = EmbeddedPair(
     b_hat=(F(7, 24), F(1, 4), F(1, 3), F(1, 8)),
     c=(F(0), F(1, 2), F(3, 4), F(1)),
     extension_source="cubic of Hermite",
-    extension=(
-        (F(1), F(-4, 3), F(5, 9)),
-        (F(0), F(1), F(-2, 3)),
-        (F(0), F(4, 3), F(-8, 9)),
-        (F(0), F(-1), F(1)),
-    ),
+    extension=((F(1), F(-4, 3), F(5, 9)), (F(0), F(1), F(-2, 3)), (F(0), F(4, 3), F(-8, 9)), (F(0), F(-1), F(1))),
 )
 
 

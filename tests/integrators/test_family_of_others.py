@@ -147,10 +147,7 @@ def _scene(folder: Path) -> Path:
         ("gone = no_such_module:Family", "does not load: ModuleNotFoundError: No module named 'no_such_module'"),
         ("wrong = math:pi", "is not a subclass of eomgen.integrators.families.family.Family"),
         ("bare = eomgen.integrators.families.family:Family", "lacks data, names, statuses, terms, title"),
-        (
-            "undense = tests.integrators.test_family_of_others:Undense",
-            "lacks the class attribute dense_output",
-        ),
+        ("undense = tests.integrators.test_family_of_others:Undense", "lacks the class attribute dense_output"),
         ("again = eomgen.integrators.families.taylor:Taylor", "takes the name taylor, which there is"),
     ],
 )

@@ -38,13 +38,7 @@ TREE_METHODS = (
     "tdg2",
 )
 OF_ORDER_2 = ("generalized_alpha", "rosenbrock", "lsrt2", "corrected_predictor", "rattlie")
-LOOP_METHODS = (
-    "generalized_alpha",
-    "generalized_alpha_f1",
-    "generalized_alpha_index3",
-    "rk4_partitioned",
-    "rattlie",
-)
+LOOP_METHODS = ("generalized_alpha", "generalized_alpha_f1", "generalized_alpha_index3", "rk4_partitioned", "rattlie")
 
 #: 2000 samples of a random force, the mass ten times as large from the thousandth on; prints the largest errors of q
 #: and v.

@@ -47,10 +47,7 @@ def row_of_masses(rates: tuple[float, ...]) -> eomgen.Model:
 
 @pytest.mark.long_except_every(7)
 @pytest.mark.parametrize("method", GAMMA)
-@pytest.mark.parametrize(
-    "rates",
-    [(-3.0, -2.0, -1.0), (10.0, 11.0, -3.0, 1.0), (9.0, 10.0, 11.0, -30.0)],
-)
+@pytest.mark.parametrize("rates", [(-3.0, -2.0, -1.0), (10.0, 11.0, -3.0, 1.0), (9.0, 10.0, 11.0, -30.0)])
 def test_any_number_of_growing_modes_is_noticed_from_the_pole_on(rates: tuple[float, ...], method: str) -> None:
     made = row_of_masses(rates)
     growing = [rate for rate in rates if rate > 5.0]

@@ -10,15 +10,7 @@ from scipy.optimize import brentq
 from scipy.sparse import csc_array
 
 from eomgen.lie.product import Factor
-from eomgen.solvers.bordered_newton import (
-    Balance,
-    LoadedState,
-    LoadedStatics,
-    Matrix,
-    Tangents,
-    correct,
-    held_factor,
-)
+from eomgen.solvers.bordered_newton import Balance, LoadedState, LoadedStatics, Matrix, Tangents, correct, held_factor
 from tests.oracles.evaluation import Array
 
 
