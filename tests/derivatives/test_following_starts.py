@@ -258,14 +258,11 @@ def test_derivatives_of_a_loop_are_those_of_the_scene_with_other_values() -> Non
     _, model = built(four_bar())
     by = ["crank", "load", "q.a"]
     found = model.sensitivities(0.1, STEP, by=by, settings=TO_ROUNDING).derivatives["y"][-1]
-    ends = {
-        size: [final(model, parameters={"crank": 0.3 + sign * size}) for sign in (1.0, -1.0)] for size in (1e-3, 2e-3)
-    }
-    slopes = {size: (pair[0] - pair[1]) / (2.0 * size) for size, pair in ends.items()}
-    np.testing.assert_allclose(found[:, 0], (4.0 * slopes[1e-3] - slopes[2e-3]) / 3.0, rtol=1e-7)
-    starts = [{"a": {"position": 0.9 + sign * 1e-4, "velocity": 1.5}} for sign in (1.0, -1.0)]
-    pair = [final(model, initial=initial) for initial in starts]
-    np.testing.assert_allclose(found[:, 2], (pair[0] - pair[1]) / 2e-4, rtol=1e-5)
+    expected = sixth_order(lambda change: final(model, parameters={"crank": 0.3 + change}), 1e-3)
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-7)
+    asked = [{"a": {"position": 0.9 + sign * 1e-4, "velocity": 1.5}} for sign in (1.0, -1.0)]
+    ahead, behind = (final(model, initial=initial) for initial in asked)
+    np.testing.assert_allclose(found[:, 2], (ahead - behind) / 2e-4, rtol=1e-5)
     assert model.sensitivities(0.1, STEP, by=["load"]).hessian("final(y[0])").shape == (1, 1)  # it moves no start
     assert refused_twice(model.sensitivities(0.1, STEP, by=["crank"]), "y[0]").startswith("the initial state is moved")
 

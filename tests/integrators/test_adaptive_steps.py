@@ -167,15 +167,12 @@ def test_steps_that_change_at_random_keep_order_two(name: str) -> None:
 def stiff_scene() -> eomgen.Scene:
     """Return a cart with a pendulum on a soft spring, and a mass on a damped spring of 2000 rad/s that starts off its
     rest."""
-    builder = eomgen.SceneBuilder("stiff_transient")
+    builder, soft, stiff = eomgen.SceneBuilder("stiff_transient"), {"position": 0.3}, {"position": 0.01}
+    along = {"axis": [1, 0, 0]}
     builder.body("a", 1.0)
-    builder.joint(
-        "soft", "prismatic", "base", "a", axis=[1, 0, 0], stiffness=40.0, damping=0.2, initial={"position": 0.3}
-    )
+    builder.joint("soft", "prismatic", "base", "a", stiffness=40.0, damping=0.2, initial=soft, **along)
     builder.body("b", 0.5)
-    builder.joint(
-        "stiff", "prismatic", "a", "b", axis=[1, 0, 0], stiffness=2e6, damping=600.0, initial={"position": 0.01}
-    )
+    builder.joint("stiff", "prismatic", "a", "b", stiffness=2e6, damping=600.0, initial=stiff, **along)
     builder.body("c", 0.4, center_of_mass=[0, 0, -0.4], inertia=[0.02, 0.02, 0.01])
     return builder.joint("hinge", "revolute", "a", "c", axis=[0, 1, 0], initial={"position": 0.5}).build()
 
@@ -283,17 +280,8 @@ def stiff_chain() -> eomgen.Scene:
     for k, (stiffness, damping, start) in enumerate(hinges):
         builder.body(f"rod{k}", 1.0, center_of_mass=[0.25, 0, 0], inertia=[0.002, 0.02, 0.02])
         parent, position = (f"rod{k - 1}", [0.5, 0, 0]) if k else ("base", [0, 0, 0])
-        builder.joint(
-            f"joint{k}",
-            "revolute",
-            parent,
-            f"rod{k}",
-            axis=[0, 1, 0],
-            position=position,
-            stiffness=stiffness,
-            damping=damping,
-            initial={"position": start},
-        )
+        spring = {"stiffness": stiffness, "damping": damping, "initial": {"position": start}}
+        builder.joint(f"joint{k}", "revolute", parent, f"rod{k}", axis=[0, 1, 0], position=position, **spring)
     return builder.build()
 
 

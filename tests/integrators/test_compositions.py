@@ -99,10 +99,6 @@ def test_wrong_lists_are_refused() -> None:
         composition_named("bcss2")
     with pytest.raises(UsageError, match="there is no composition 'yosida4'; try: yoshida4"):
         composition_named("yosida4")
-    with pytest.raises(UsageError, match=r"there is no recursion of leapfrogs of order 5 with 2 on either side"):
-        composition_named("suzuki5")
-    with pytest.raises(UsageError, match="there is no composition 'creutz_gocksch4'"):
-        composition_named("creutz_gocksch4")
 
 
 def test_adjacent_parts_of_steps_are_merged() -> None:

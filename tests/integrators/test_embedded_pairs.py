@@ -127,15 +127,6 @@ def test_real_stability_follows_from_the_tableau() -> None:
     assert RUNGE_KUTTA_MUNTHE_KAAS_4.real_stability == pytest.approx(2.785293563405282, abs=1e-12)
     assert method_named("rk4_partitioned").real_stability == RUNGE_KUTTA_MUNTHE_KAAS_4.real_stability
     assert method_named("rk45").real_stability == pytest.approx(3.3066, abs=1e-4)
-    heun = replace(
-        RUNGE_KUTTA_MUNTHE_KAAS_4,
-        A=strictly_lower((), (F(1),)),
-        b=(F(1, 2), F(1, 2)),
-        c=(F(0), F(1)),
-        order=2,
-        commutators=0,
-    )
-    assert heun.real_stability == pytest.approx(2.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("pair", [DORMAND_PRINCE, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)

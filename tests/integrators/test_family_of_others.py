@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,8 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.integrators.families.family import Family
+from tests.codegen.test_stand_alone import compiled
+from tests.codegen.test_stand_alone import run as program
 from tests.integrators.adams.family import AdamsBashforth
 from tests.models.distributions import distribution, register
 from tests.models.scenes import LENGTH, PENDULUM_TOML, flyer, pendulum
@@ -109,10 +110,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     scene.write_text(f'{before}{section}\nmethod = "{METHOD}"\norder = 2\nstep = {STEP}\n', encoding="utf-8")
     files = eomgen.generate(scene, tmp_path / "c")
     assert {"shaken_step.c", "shaken.h"} <= {file.name for file in files}
-    sources = sorted(str(file) for file in files if file.suffix == ".c")
-    strict = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
-    subprocess.run(["cc", *strict, *sources, "-o", str(tmp_path / "m"), "-lm"], check=True)
-    text = subprocess.run([str(tmp_path / "m"), "0.1"], check=True, capture_output=True, text=True).stdout
+    text = program(compiled(tmp_path / "c"), "0.1").stdout
     rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
     run = eomgen.build(scene, profile="reproducible").simulate(0.1)
     assert np.array_equal(rows[:, 1:4], np.hstack([run.q, run.v, run.a]))

@@ -172,21 +172,6 @@ def test_a_driven_linkage_has_nothing_left_to_integrate():
     np.testing.assert_allclose(slow.multipliers, run.multipliers, rtol=1e-8, atol=1e-8)
 
 
-def test_inputs_by_formula_by_function_and_by_table_are_one():
-    scene = double_rocker()
-    scene |= {
-        "inputs": {"torque": {"formula": "2*sin(30*t)"}},
-        "efforts": {"motor": {"joint": "drive", "effort": "torque"}},
-    }
-    model = eomgen.build(scene, method=NAME)
-    expected = by_multipliers(model, np.linspace(0.0, 0.2, 3))[-1]
-    for inputs in (None, {"torque": lambda t: 2.0 * np.sin(30.0 * t)}):
-        run = model.simulate(0.2, 2e-4, method=NAME, inputs=inputs)
-        assert np.abs(np.hstack([run.q[-1], run.v[-1]]) - expected).max() < 1e-8
-    still = model.simulate(0.2, 2e-4, method=NAME, inputs={"torque": 0.0})
-    assert np.abs(still.q[-1] - run.q[-1]).max() > 1e-3
-
-
 def test_a_rolling_disc_keeps_its_order(compiled):
     stepper, ends = compiled("disc", rolling_disc()), []
     begin = compiled("disc", rolling_disc(), GeneralizedAlpha(0.9)).start().state

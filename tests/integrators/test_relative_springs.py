@@ -130,12 +130,6 @@ def plain(scene: eomgen.Scene, folder: Path, method: str, monkeypatch: pytest.Mo
         return build_in(folder, scene, None, method, "quick")
 
 
-def test_the_ordinary_elimination_has_no_digit_left_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = plain(described("chain"), tmp_path, "rosenbrock", monkeypatch)
-    errors = [error_of_a_step(made, "chain", kappa, [1.0, -2.0, 0.5, 1.0]) for kappa in (1e9, 1e15, 1e18)]
-    assert errors[0] > 1e-10 and errors[1] > 1e-4 and errors[2] > 1e-2
-
-
 @pytest.mark.parametrize("name", ["grid", "two groups"])
 def test_tables_do_the_same_as_what_is_written_out(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solver, "GROUPS_UNROLLED", 0)

@@ -189,21 +189,6 @@ def test_a_step_is_that_of_the_formula_and_what_the_forces_of_constraints_are_wo
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
-def test_loops_that_repeat_each_other_are_held_without_the_repetition(method: str) -> None:
-    """A parallelogram in space, of whose five rows three follow from the others, keeps its energy by the step's
-    square."""
-    made = eomgen.build(parallelogram("revolute") | {"outputs": {"energy": {"energy": "total"}}}, profile="quick")
-    assert len(made.multipliers) == 2
-    drift = []
-    for step in (4e-4, 2e-4):
-        end = made.simulate(0.03, step, method=method, error_estimate=False)
-        assert end.success and end.stats["max_constraint"] < 1e-13
-        drift.append(float(np.abs(end.outputs["energy"] - end.outputs["energy"][0]).max()))
-    assert drift[1] < 0.35 * drift[0]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
 def test_two_windows_pass_where_their_bars_lie_on_one_line(method: str) -> None:
     """Ten times in 10 s, along the motion of the closed form in which they stay parallel."""
     made = eomgen.build(windows(2), profile="quick")
