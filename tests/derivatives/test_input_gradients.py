@@ -65,28 +65,6 @@ def test_samples_against_differences(method: str) -> None:
             assert abs(gradient[name][row] - expected) <= 1e-9 * np.max(np.abs(gradient[name]))
 
 
-@pytest.mark.slow
-def test_the_start_takes_inputs_within_the_first_step() -> None:
-    """Of generalized-alpha, whose algorithmic acceleration has the rate of the accelerations."""
-    builder = tree().input("push").effort("pushed", "b", "push*(1 + q.a)")
-    _, model = built(builder)
-    inputs = {"push": np.cos(np.arange(STEPS + 1))}
-    run: dict[str, Any] = {"settings": TO_ROUNDING, "initial": {"a": 0.4}}
-    found = model.sensitivities(STEPS * STEP, STEP, by=["mass"], inputs=inputs, **run)
-    gradient = found.input_gradient("sum(angle)")["push"]
-    sums = []
-    for row in (0, 1, 9):
-        values = []
-        for size in (0.01, -0.01):
-            changed = inputs["push"].copy()
-            changed[row] += size
-            given = {"inputs": {"push": changed}, **run}
-            values.append(model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["angle"].sum())
-        sums.append((values[0] - values[1]) / 0.02)
-    np.testing.assert_allclose(gradient[[0, 1, 9]], sums, rtol=1e-6)
-    assert np.min(np.abs(gradient[[0, 1]])) > 1e-7
-
-
 def test_a_number_for_the_whole_run_and_the_rows_of_a_part(monkeypatch: pytest.MonkeyPatch) -> None:
     _, model = built(driven())
     by, held = ["mass"], {"torque": 0.3, "command": 0.5}

@@ -27,6 +27,7 @@ SCENE = scene(
     outputs={"height": {"position": "tip"}},
     simulation=None,
 )
+LAW = Path(__file__).parent / "scenes" / "law.c"
 VARY = {"mass": "normal(1 kg, 10 %)", "q.hinge": "uniform(-1, 1)"}
 
 
@@ -359,24 +360,10 @@ def test_samples_meet_events_of_their_own(
     assert np.any(beside.results["output.drag.final"] != 0.0) == (action == "switch")
 
 
-LAW = """\
-/* memory is the integral; it gives up where the angle is too large */
-int law(double t, const double *signals, double *values, double *memory)
-{
-    memory[0] += 0.02 * signals[0];
-    values[0] = -8.0 * signals[0] - 3.0 * memory[0] + 0.1 * t;
-    return signals[0] > 0.9 ? 7 : 0;
-}
-"""
-
-
 @pytest.mark.long
-def test_controllers_in_c_are_called_for_each_sample(
-    lanes: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    (tmp_path / "law.c").write_text(LAW)
+def test_controllers_in_c_are_called_for_each_sample(lanes: list[object], monkeypatch: pytest.MonkeyPatch) -> None:
     servo = {"type": "sampled", "sample": "20 ms", "signals": {"angle": "q.hinge"}, "memory": 1}
-    scene = {**SCENE, "controllers": {"servo": {**servo, "source": str(tmp_path / "law.c"), "function": "law"}}}
+    scene = {**SCENE, "controllers": {"servo": {**servo, "source": str(LAW), "function": "law"}}}
     scene["efforts"] = {"motor": {"joint": "hinge", "effort": "servo"}}
     model = eomgen.build(scene, method="rk4", profile="reproducible")
     table = {"q.hinge": [0.1, 0.95, -0.3, 0.5, 0.7], "mass": [1.0, 1.1, 0.9, 1.0, 1.2]}

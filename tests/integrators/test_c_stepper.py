@@ -17,6 +17,7 @@ from tests.anchors import anchor
 from tests.integrators.stepper_models import (
     BAD_ARGUMENT,
     EDGE_PARAMETERS,
+    PROGRAMS,
     build,
     edge,
     formula_inputs,
@@ -261,26 +262,7 @@ def test_group_functions_in_c_are_those_of_numpy(tmp_path, rng):
         assert moved == pytest.approx(numeric.update(SE3, q, theta), abs=2e-15)
 
 
-SOLVER = """
-void test_inverse(const real *q, const real *v, const real *D, real step, real *inverse);
-void test_inverse(const real *q, const real *v, const real *D, real step, real *inverse)
-{
-    static tied_workspace work;
-    const tied_parameters p = { 0.3 };
-    const tied_coefficients c = tied_coefficients_of(0.9);
-    int i;
-    memcpy(work.q, q, sizeof work.q);
-    memcpy(work.v, v, sizeof work.v);
-    memcpy(work.increment, D, sizeof work.increment);
-    tied_measure(&p, 0.0, &work);
-    tied_iteration_matrix(&p, &c, 0.0, step, &work);
-    for (i = 0; i < 7; ++i) {
-        memcpy(work.right, inverse + 7 * i, sizeof work.solution);
-        tied_solve_step(&work);
-        memcpy(inverse + 7 * i, work.solution, sizeof work.solution);
-    }
-}
-"""
+SOLVER = (PROGRAMS / "inverse.c").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -50,20 +50,11 @@ def cantilever(model: str) -> dict[str, Any]:
     stiffness = {"torsion": 270.0, "bending_y": 350.0, "bending_z": 350.0}
     stretch = {} if model == "inextensible" else {"stretch": 4.2e7}
     shear = {"shear_y": 1.6e7, "shear_z": 1.6e7} if model == "cosserat" else {}
-    blade = {
-        "model": model,
-        "length": 2.0,
-        "elements": 4,
-        "mass_per_length": 1.57,
-        "rotary_inertia": [2e-5, 1e-5, 1e-5],
-    }
-    return {
-        "format": 1,
-        "name": "cantilever",
-        "gravity": [0, 0, -9.81],
-        "beams": {"blade": {**blade, "stiffness": {**stiffness, **stretch, **shear}}},
-        "joints": {"clamp": {"type": "fixed", "parent": "base", "child": "blade"}},
-    }
+    blade = {"model": model, "length": 2.0, "elements": 4, "mass_per_length": 1.57}
+    blade |= {"rotary_inertia": [2e-5, 1e-5, 1e-5], "stiffness": {**stiffness, **stretch, **shear}}
+    clamp = {"clamp": {"type": "fixed", "parent": "base", "child": "blade"}}
+    gravity = [0, 0, -9.81]
+    return {"format": 1, "name": "cantilever", "gravity": gravity, "beams": {"blade": blade}, "joints": clamp}
 
 
 @pytest.mark.long_cases("kirchhoff")

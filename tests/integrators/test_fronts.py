@@ -126,14 +126,6 @@ def test_the_fewest_operations_are_those_of_fronts_of_different_shapes(rng: np.r
     assert make_fronts(elimination, list(entries)).operations >= fewest_operations(elimination, list(entries))
 
 
-def test_work_grows_with_the_links_only(rng: np.random.Generator) -> None:
-    def operations(links: int) -> int:
-        entries, stages = tree_matrix([-1, *range(links - 1)], rng)
-        return eliminate(SIZE * links, entries, stages).operations
-
-    assert operations(90) - operations(60) == operations(60) - operations(30)
-
-
 #: Entries of equal size: which of them is the largest, so that it would be the pivot, is decided by noise alone.
 EVEN = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 

@@ -67,16 +67,6 @@ def test_steps_solve_the_midpoint_equations() -> None:
     np.testing.assert_allclose(end.v[-1], v, rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("step", [0.1, 3.0, 1e4])
-def test_an_oscillator_keeps_its_energy_at_every_step_size(step: float) -> None:
-    scene = (
-        eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)
-        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=4.0, initial={"position": 0.3}).build()
-    )  # fmt: skip  # a chain of calls
-    end = eomgen.build(scene, profile="quick").simulate(50 * step, step, method=METHOD, error_estimate=False)
-    np.testing.assert_allclose(4.0 * end.q[:, 0] ** 2 + end.v[:, 0] ** 2, 0.36, rtol=1e-10)
-
-
 def test_statistics_settings_and_statuses_are_its_own() -> None:
     end = frame().simulate(1.0, 0.01, method="gauss_2", error_estimate=False)
     assert end.metadata["method"] == METHOD
@@ -88,8 +78,3 @@ def test_statistics_settings_and_statuses_are_its_own() -> None:
     assert not broken.success and "became infinite or not a number" in broken.message
     with pytest.raises(eomgen.UsageError, match="midpoint has no setting 'rtol'"):
         frame().simulate(1.0, 0.01, method=METHOD, settings={"rtol": 1e-3})
-
-
-def test_loops_are_refused() -> None:
-    with pytest.raises(eomgen.EomgenError, match="implicit_midpoint cannot run on this scene"):
-        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method=METHOD)

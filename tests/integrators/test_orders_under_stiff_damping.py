@@ -7,17 +7,11 @@ import pytest
 
 import eomgen
 
-DAMPED = {
-    "format": 1,
-    "name": "stiffly_damped",
-    "gravity": [0.0, 0.0, 0.0],
-    "bodies": {"mass": {"mass": 1.0}},
-    "joints": {
-        "x": {"type": "prismatic", "axis": [1, 0, 0], "parent": "base", "child": "mass", "initial": {"velocity": 1.0}}
-    },
-    "parameters": {"c": {"value": 1.0, "tunable": True}},
-    "forces": {"f": {"body": "mass", "force": ["-c * (v.x - cos(t)) - 3 * (q.x - sin(t)) - sin(t)", 0.0, 0.0]}},
-}
+DAMPED = (
+    eomgen.SceneBuilder("stiffly_damped", gravity=[0, 0, 0]).parameter("c", 1.0, tunable=True).body("mass", 1.0)
+    .joint("x", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"velocity": 1.0})
+    .effort("f", "x", "-c * (v.x - cos(t)) - 3 * (q.x - sin(t)) - sin(t)").build()
+)  # fmt: skip  # a chain of calls
 
 
 @pytest.mark.slow

@@ -51,25 +51,14 @@ UNDAMPED = {name: 0.999 * composition_named(name).stability_limit for name in CO
 @cache
 def oscillator(constrained: bool, damped: bool = True) -> Model:
     """Return a mass on a spring; constrained: one that could move across as well, but for a line that it is held on."""
-    scene: dict[str, Any] = {
-        "format": 1,
-        "name": "oscillator",
-        "gravity": [0, 0, 0],
-        "parameters": {name: {"value": 1.0, "tunable": True} for name in ("k", "c")},
-        "bodies": {"b": {"mass": 1.0}},
-        "joints": {
-            "x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
-            | {"stiffness": "k", **({"damping": "c"} if damped else {})}
-        },
-    }
+    builder = eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0])
+    builder.parameter("k", 1.0, tunable=True).parameter("c", 1.0, tunable=True)
+    builder.body("b", 0.5 if constrained else 1.0)
+    builder.joint("x", "prismatic", "base", "b", axis=[1, 0, 0], stiffness="k", **({"damping": "c"} if damped else {}))
     if constrained:
-        scene["bodies"]["held"] = {"mass": 1.0}
-        scene["joints"]["y"] = {"type": "prismatic", "parent": "b", "child": "held", "axis": [0, 1, 0]}
-        line = {"type": "point_on_line", "first": {"body": "base", "axis": [1, 0, 0]}, "second": {"body": "held"}}
-        scene["constraints"] = {"line": line}
-        scene["bodies"]["b"]["mass"] = 0.5
-        scene["bodies"]["held"]["mass"] = 0.5
-    return eomgen.build(scene)
+        builder.body("held", 0.5).joint("y", "prismatic", "b", "held", axis=[0, 1, 0])
+        builder.constraint("line", "point_on_line", {"body": "base", "axis": [1, 0, 0]}, {"body": "held"})
+    return eomgen.build(builder.build())
 
 
 def fixed_steps(constrained: bool) -> list[tuple[str, Mapping[str, float]]]:

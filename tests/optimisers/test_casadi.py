@@ -139,19 +139,6 @@ def test_a_jacobian_and_a_hessian_are_one_call_each(name: str) -> None:
     assert called == [[f"jac_{function.name()}"], [f"jac_adj1_{function.name()}"]]
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_the_sparsity_is_exact(name: str, rng: np.random.Generator) -> None:
-    """Each structural nonzero of Jacobian and Hessian is a nonzero at some random point, and CasADi finds no others."""
-    function = functions()[name]
-    sizes = [function.size1_in(k) for k in range(function.n_in())]
-    y, w = ca.MX.sym("y", sum(sizes)), ca.MX.sym("w", function.size1_out(0))
-    value = function(*ca.vertsplit(y, np.cumsum([0, *sizes]).tolist()))
-    made = ca.Function("made", [y, w], [ca.jacobian(value, y), ca.hessian(ca.dot(w, value), y)[0]])
-    found = [made(rng.normal(size=sum(sizes)), rng.normal(size=w.numel())) for _ in range(200)]
-    for matrices in zip(*found, strict=True):
-        assert np.all(np.any([matrix.nonzeros() for matrix in matrices], axis=0))
-
-
 @pytest.mark.long
 def test_a_folder_compiles_strictly_and_takes_null_for_zeros_and_for_no_result(tmp_path: Path) -> None:
     folder = tmp_path / "c"

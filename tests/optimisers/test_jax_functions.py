@@ -135,42 +135,32 @@ def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) 
     assert np.array_equal(batch, np.stack([model.forward_dynamics(x, np.ones(2)) for x in q]))
 
 
-@pytest.mark.slow_cases("<lambda>-derivatives in t or in parameters, with inputs by the formulas of the scene; try: u=")
+Q, V = np.zeros(8), np.zeros(7)
+
+
 @pytest.mark.parametrize(
     ("call", "text"),
     [
+        (lambda f: f.forward_dynamics(V[:3], V), r"q has the shape \(3,\), and forward_dynamics takes \(8,\)"),
         (
-            lambda f: f.forward_dynamics(np.zeros(3), np.zeros(7)),
-            r"q has the shape \(3,\), and forward_dynamics takes \(8,\)",
+            lambda f: f.forward_dynamics(np.zeros((5, 8)), V),
+            r"try: one sample; jax.vmap\(forward_dynamics\) for a b",
+        ),
+        (lambda f: f.forward_dynamics(Q, V, parameters={"lod": 1.0}), "there is no parameter 'lod'; try: load"),
+        (lambda f: jax.jacfwd(lambda t: f.forward_dynamics(Q, V, t))(0.0), "with inputs by the formulas of the scene"),
+        (lambda f: f.forward_dynamics(1j * Q, V), "q: the numbers are complex; try: real numbers"),
+        (
+            lambda f: f.simulate(0.01, 1e-3, q=V[:5]),
+            r"q: q has the shape \(5,\), and simulate takes \(8,\); try: one",
         ),
         (
-            lambda f: f.forward_dynamics(np.zeros((5, 8)), np.zeros(7)),
-            r"try: one sample; jax.vmap\(forward_dynamics\) for a batch",
-        ),
-        (
-            lambda f: f.forward_dynamics(np.eye(8)[3], np.zeros(7), parameters={"lod": 1.0}),
-            "there is no parameter 'lod'; try: load",
-        ),
-        (
-            lambda f: jax.jacfwd(lambda t: f.forward_dynamics(np.eye(8)[3], np.zeros(7), t))(0.0),
-            "derivatives in t or in parameters, with inputs by the formulas of the scene; try: u=",
-        ),
-        (lambda f: f.forward_dynamics(1j * np.ones(8), np.zeros(7)), "q: the numbers are complex; try: real numbers"),
-        (
-            lambda f: f.simulate(0.01, 1e-3, q=np.zeros(5)),
-            r"q: q has the shape \(5,\), and simulate takes \(8,\); try: one initial state",
-        ),
-        (
-            lambda f: f.simulate(0.01, 1e-3, parameters={"load": np.ones(2)}),
-            r"load: load has the shape \(2,\), and simulate takes \(\); try: one initial state, one set of parameters",
+            lambda f: f.simulate(0.01, 1e-3, parameters={"load": V}),
+            r"load has the shape \(7,\), and simulate takes",
         ),
         (lambda f: f.simulate(0.01, 1e-3, parameters=[1.0]), "parameters: a mapping from names to values is needed, n"),
-        (
-            lambda f: f.forward_dynamics(None, np.zeros(7)),
-            "q: an array of real numbers is needed, not NoneType; try: a",
-        ),
-        (lambda f: f.forward_dynamics(np.zeros(8), "x"), "v: an array of real numbers is needed, not str; try: a list"),
-        (lambda f: f.forward_dynamics(np.zeros(8)), "forward_dynamics: the argument v is missing; try: v="),
+        (lambda f: f.forward_dynamics(None, V), "q: an array of real numbers is needed, not NoneType; try: a"),
+        (lambda f: f.forward_dynamics(Q, "x"), "v: an array of real numbers is needed, not str; try: a list"),
+        (lambda f: f.forward_dynamics(Q), "forward_dynamics: the argument v is missing; try: v="),
         (lambda _: eomgen.jax("scene.toml"), "jax: a model is needed, not str; try: eomgen.build"),
         (lambda _: eomgen.jax(), "jax: the argument model is missing; try: a model"),
     ],

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import ModelError, UsageError
+from eomgen.errors import UsageError
 from eomgen.lie.product import update
 from eomgen.products.optimisers import torch_functions
 from tests.optimisers.test_jax_functions import PENDULUM, _state, floating_scene
@@ -218,13 +218,6 @@ def test_third_derivatives_are_refused(torch: Any, floating: Any) -> None:
     (second,) = torch.autograd.grad(first.sum(), v, create_graph=True)
     with pytest.raises(UsageError, match="third derivatives of forward_dynamics"):
         torch.autograd.grad(second.sum(), v)
-
-
-@pytest.mark.long
-def test_accelerations_of_loops_are_refused(torch: Any) -> None:
-    functions = eomgen.torch(eomgen.build("examples/four_bar/scene.toml", profile="quick"))
-    with pytest.raises(ModelError, match=r"four_bar has constraints.*; try: inverse_dynamics; simulate"):
-        functions.forward_dynamics(np.zeros(3), np.zeros(3))
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
