@@ -1,5 +1,5 @@
 """Compositions of drifts and kicks: coefficients, orders, stability limits and errors against published and measured
-values, and what is refused."""
+values, and what is refused. Orders of compiled steps are in test_symplectic_compositions.py."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Time-discontinuous Galerkin steps in passes: published coefficients and digits, orders on every group, stiff forces,
-massless coordinates, and what a wrong first pass or one pass less would do."""
+"""Time-discontinuous Galerkin steps in passes: published coefficients, one pass less, a strongly nonlinear oscillator and
+stiff forces. Orders on every group are in test_orders.py."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """An implicit family from another distribution: what implicit families share serves it as it serves eomgen's own.
 
-A module and its templates (``midpoint``), through an entry point; matrix, pivots, factors, substitution, inputs, jumps,
-events' grid, dense output and checkpoints are eomgen's.
+A module and its templates (``midpoint``), through an entry point; matrix, pivots, factors, substitution and inputs are
+eomgen's.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""RATTLie: orders on every group, on trees and loops, against published digits and an oracle; invariants; multipliers
-of both sides; steps that vary; refusals."""
+"""RATTLie: against published digits and an oracle; multipliers of both sides on a loop; invariants; steps that vary;
+refusals. Orders on every group are in test_orders.py."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Rosenbrock steps of one factorization: orders on every group, closed forms of oscillators, digits of a benchmark,
-starts, jumps, singular masses, and the same operations in every step."""
+"""Rosenbrock steps of one factorization: formulas in dense NumPy, digits of a benchmark by prototypes, damped starts, and
+the same operations in every step. Orders on every group are in test_orders.py."""
 
 from __future__ import annotations
 

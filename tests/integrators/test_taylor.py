@@ -1,5 +1,4 @@
-"""Taylor steps: orders on every group, closed forms, energies, corners at known times, refusals, and what stops a
-run."""
+"""Taylor steps: orders on trees, closed forms, energies, corners at known times, refusals, and what stops a run."""
 
 from __future__ import annotations
 
