@@ -1,4 +1,4 @@
-"""Time-discontinuous Galerkin steps in passes: published coefficients, one pass less, a strongly nonlinear oscillator and
+"""Time-discontinuous Galerkin steps in passes: published coefficients, one pass less, a strongly nonlinear oscillator,
 stiff forces. Orders on every group are in test_orders.py."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rosenbrock steps of one factorization: formulas in dense NumPy, digits of a benchmark by prototypes, damped starts, and
+"""Rosenbrock steps of one factorization: formulas in dense NumPy, digits of a benchmark by prototypes, damped starts,
 the same operations in every step. Orders on every group are in test_orders.py."""
 
 from __future__ import annotations
