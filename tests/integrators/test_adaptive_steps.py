@@ -177,7 +177,6 @@ def stiff_scene() -> eomgen.Scene:
     return builder.joint("hinge", "revolute", "a", "c", axis=[0, 1, 0], initial={"position": 0.5}).build()
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
     made = eomgen.build(stiff_scene(), method=ADAPTIVE)
@@ -239,7 +238,6 @@ def test_states_between_rows_are_as_good() -> None:
         assert found.at(true.t).z.shape == true.z.shape
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
     made = wound_spring()
@@ -285,7 +283,6 @@ def stiff_chain() -> eomgen.Scene:
     return builder.build()
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_first_step_that_explodes_is_forgotten() -> None:
     """Nothing moves yet, and steps begin with the spacing of rows, which is far too long for the spring."""
@@ -310,7 +307,7 @@ def test_rounding_at_rest_asks_for_no_steps(method: str) -> None:
     assert np.ptp(found.q, axis=0).max() < 1e-12
 
 
-@pytest.mark.long_cases("generalized_alpha_adaptive")
+@pytest.mark.slow_cases("generalized_alpha_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive"])
 def test_internal_states_are_controlled_beside_a_body_that_coasts(method: str) -> None:
     """A logistic state against its closed form: the time of a uniform motion is no time of the state."""

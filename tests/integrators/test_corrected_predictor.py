@@ -28,7 +28,6 @@ def frame() -> eomgen.Model:
     return eomgen.build(shear_frame())
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_order_with_a_kept_matrix_where_the_pendulum_tumbles() -> None:
     runs = [
