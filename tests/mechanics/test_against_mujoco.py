@@ -4,17 +4,14 @@ loop."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
-import eomgen
 from eomgen.lie import product
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
@@ -224,42 +221,3 @@ def _site(engine: Engine, name: str) -> tuple[Array, Array]:
     mujoco.mj_jacSite(model, data, J, None, site.id)
     mujoco.mj_jacDot(model, data, rate, None, data.site_xpos[site.id], body)
     return J, rate @ data.qvel
-
-
-@pytest.mark.slow
-def test_short_motion_agrees_to_the_order_of_the_methods() -> None:
-    """Both take Runge and Kutta's fourth-order step: with half the step they differ by a sixteenth."""
-    builder = flying_tree()
-    scene: Scene = builder.build()
-    model = eomgen.build(scene, method="rk4", profile="quick")
-    system = derive(scene, ["mass"])
-    engine = Engine.of(scene, system)
-    start = np.random.default_rng(7)
-    q, v = model.initial_q.copy(), start.uniform(-1.5, 1.5, system.nv)
-    q[:4] = [0.8, 0.36, -0.48, 0.0]
-    differences = []
-    for step in (4e-3, 2e-3, 1e-3):
-        run = model.simulate(0.5, step, method="rk4", initial={"q": q, "v": v})
-        mujoco.mj_resetData(engine.model, engine.data)
-        engine.model.opt.timestep = step
-        engine.place(q, v, np.zeros(system.nv))
-        for _ in range(round(0.5 / step)):
-            mujoco.mj_step(engine.model, engine.data)
-        theirs = engine.data.qpos.copy()
-        ours = run.q[-1]
-        ours = np.concatenate([ours[4:7], ours[:4], ours[7:]])
-        for quaternion in (slice(3, 7), slice(7, 11)):
-            ours[quaternion] *= np.sign(ours[quaternion] @ theirs[quaternion])
-        differences.append(float(np.linalg.norm(ours - theirs)))
-    slopes = np.log2(np.array(differences[:-1]) / differences[1:])
-    assert differences[-1] < 1e-8 and np.all(np.abs(slopes - 4.0) < 0.3), (differences, slopes)
-
-
-def test_warnings_of_mujoco_write_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    text = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    data.qvel[0] = np.nan
-    mujoco.mj_step(model, data)
-    assert not [*tmp_path.iterdir()]

@@ -26,7 +26,6 @@ from eomgen.symbolic.tape import ZERO
 from eomgen.system.system import BASE_SIZE
 from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
 from tests.models.checked_scenes import drone, gate
-from tests.models.scenes import pendulum_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Array = np.ndarray
@@ -98,7 +97,6 @@ CASES = [
         for term in ("residual", "constraint", "constraint_velocity", "constraint_acceleration", "momenta")
     ),
     *(("drone", term) for term in ("internal_rate", "outputs", "frame_poses")),
-    *(("double_pendulum", term) for term in DYNAMICS),
 ]
 
 
@@ -171,25 +169,7 @@ def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, 
     assert np.array_equal(found, found.T)
     assert np.max(np.abs(found - (second + second.T) / 2.0)) < 1e-12 * np.max(np.abs(found))
     turning = np.max(np.abs(second - second.T)) / np.max(np.abs(second))
-    if scene in ("double_pendulum", "gimbal"):  # rotations do not commute
-        assert turning < 1e-12 if scene == "double_pendulum" else turning > 1e-2
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_the_hessian_is_that_of_exponential_coordinates(rng: np.random.Generator) -> None:
-    """Second differences of weights . tau along q exp(s d), at d that mixes rotations and travels."""
-    model, state = model_of("gimbal"), state_of(model_of("gimbal"), rng)
-    weights, direction = rng.normal(size=model.nv), rng.normal(size=model.nv)
-    fixed = {key: value for key, value in given(model, state, "inverse_dynamics").items() if key != "q"}
-    step = 1e-3
-    steps = np.array([-2.0, -1.0, 0.0, 1.0, 2.0]) * step
-    values = [
-        model.inverse_dynamics(update(model.factors, state["q"], s * direction), **fixed) @ weights for s in steps
-    ]
-    expected = np.dot([-1.0, 16.0, -30.0, 16.0, -1.0], values) / (12.0 * step**2)
-    found = model.hessian("inverse_dynamics", weights, state["q"], **fixed, of=["q"])
-    assert direction @ found @ direction == pytest.approx(expected, rel=1e-7)
+    assert scene != "gimbal" or turning > 1e-2  # rotations do not commute
 
 
 @pytest.mark.slow_cases("machine-True")
@@ -272,24 +252,17 @@ def test_every_term_has_a_case() -> None:
     assert {term for _, term in CASES} == set(DIFFERENTIATED)
 
 
-@pytest.mark.parametrize(("order", "blocks"), [("derivatives", []), ("hessian", ["weights"])])
-def test_first_derivatives_take_no_weights(order: str, blocks: list[str]) -> None:
-    assert list(derive(pendulum_scene(), [f"inverse_dynamics_{order}"]).second_sizes) == blocks
-
-
-@pytest.mark.long
 @pytest.mark.slow
 def test_arguments_may_be_chosen_in_any_order(rng: np.random.Generator) -> None:
-    model, state = model_of("gimbal"), state_of(model_of("gimbal"), rng)
+    model, state = model_of("double_pendulum"), state_of(model_of("double_pendulum"), rng)
     fixed = given(model, state, "forward_dynamics")
     whole = model.sparsity("forward_dynamics").arguments
-    assert list(whole) == ["q", "v", "u", "p", "t"]
-    places = np.concatenate([np.arange(100)[whole[name]] for name in ("u", "q")])
-    J, H = model.derivatives("forward_dynamics", **fixed), model.hessian("forward_dynamics", np.ones(10), **fixed)
-    assert np.array_equal(model.derivatives("forward_dynamics", **fixed, of=["u", "q"]), J[:, places])
-    assert np.array_equal(
-        model.hessian("forward_dynamics", np.ones(10), **fixed, of=["u", "q"]), H[np.ix_(places, places)]
-    )
+    assert list(whole) == ["q", "v", "p", "t"]
+    places = np.concatenate([np.arange(100)[whole[name]] for name in ("p", "q")])
+    J, H = model.derivatives("forward_dynamics", **fixed), model.hessian("forward_dynamics", np.ones(2), **fixed)
+    assert np.array_equal(model.derivatives("forward_dynamics", **fixed, of=["p", "q"]), J[:, places])
+    chosen = model.hessian("forward_dynamics", np.ones(2), **fixed, of=["p", "q"])
+    assert np.array_equal(chosen, H[np.ix_(places, places)])
 
 
 def test_mistakes_are_answered() -> None:

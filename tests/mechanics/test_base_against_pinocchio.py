@@ -11,7 +11,6 @@ import pinocchio as pin
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_of_tree
 from tests.oracles.random_scenes import random_scene, shaking_base, with_base
@@ -43,38 +42,23 @@ def without_gravity(oracle: PinocchioOracle) -> PinocchioOracle:
     return oracle
 
 
-@pytest.fixture(params=SCENES)
-def scene(request: pytest.FixtureRequest) -> Scene:
-    return SCENES[request.param]()
-
-
-def test_base_motion_is_what_a_prescribed_carrier_adds(scene: Scene, rng) -> None:
+@pytest.mark.slow_except("panda", "tree 1")
+@pytest.mark.parametrize("name", SCENES)
+def test_every_term_is_what_a_prescribed_carrier_adds(name: str, rng: np.random.Generator) -> None:
+    scene = SCENES[name]()
     system = derive(with_base(scene, 1), TERMS)
     evaluate = tape_evaluator(system)
     state = {**random_states(system, STATES, rng), "base": prescribed(STATES, rng)}
-    carried = without_gravity(oracle_of_tree(scene, pin.Inertia.Random())).inverse_dynamics(on_carrier(state))[:, 6:]
-    fixed = without_gravity(oracle_of_tree(scene)).inverse_dynamics(state)
-    assert relative_error(evaluate("base_motion", state)["b"], carried - fixed) <= 1e-12
-
-
-@pytest.mark.slow_except("panda")
-def test_weight_on_a_turned_base(scene: Scene, rng) -> None:
-    system = derive(with_base(scene, 1), TERMS)
-    state = {**random_states(system, STATES, rng), "base": prescribed(STATES, rng)}
-    expected = oracle_of_tree(scene, pin.Inertia.Random()).weight(on_carrier(state))[:, 6:]
-    assert relative_error(tape_evaluator(system)("force", state)["Q"], expected) <= 1e-12
-
-
-@pytest.mark.slow_except("panda")
-def test_inverse_and_forward_dynamics_on_a_moving_base(scene: Scene, rng) -> None:
-    system = derive(with_base(scene, 1), TERMS)
-    evaluate = tape_evaluator(system)
-    state = {**random_states(system, STATES, rng), "base": prescribed(STATES, rng)}
-    expected = oracle_of_tree(scene, pin.Inertia.Random()).inverse_dynamics(on_carrier(state))[:, 6:]
+    carrier = oracle_of_tree(scene, pin.Inertia.Random())
+    expected = carrier.inverse_dynamics(on_carrier(state))[:, 6:]
+    assert relative_error(evaluate("force", state)["Q"], carrier.weight(on_carrier(state))[:, 6:]) <= 1e-12
     assert relative_error(evaluate("inverse_dynamics", state)["tau"], expected) <= 1e-12
     vdot = evaluate("forward_dynamics", state)["vdot"]
-    at_rest = oracle_of_tree(scene, pin.Inertia.Random()).inverse_dynamics(on_carrier({**state, "a": vdot}))[:, 6:]
+    at_rest = carrier.inverse_dynamics(on_carrier({**state, "a": vdot}))[:, 6:]
     assert np.abs(at_rest).max() <= 1e-11 * np.abs(expected).max()
+    carried = without_gravity(carrier).inverse_dynamics(on_carrier(state))[:, 6:]
+    fixed = without_gravity(oracle_of_tree(scene)).inverse_dynamics(state)
+    assert relative_error(evaluate("base_motion", state)["b"], carried - fixed) <= 1e-12
 
 
 def test_translating_base_needs_no_orientation(rng) -> None:

@@ -1,12 +1,11 @@
-"""Beams with everything that can act on them: energy changes by the powers only, and partials are those of the
-residual."""
+"""Beams with everything that can act on them, and terms that a planar beam is spared.
+
+Their partials and powers are in ``test_partials_and_powers.py``.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
-
-import numpy as np
-import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Body
@@ -15,11 +14,11 @@ from eomgen.scene.forces.springs import Spring
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Point
+from eomgen.system.system import System
 from tests.mechanics.test_beam_equations import ALL, GRAVITY, LENGTH, MOVING_BASE, PLANAR, beam_body, chain
 from tests.models.elements import elements_with
-from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
+from tests.oracles.evaluation import Array
 from tests.oracles.formulas import TIME, call, number, vector
-from tests.oracles.states import derivative, jacobian, on_base, random_states
 
 
 def damped(body: Body) -> Body:
@@ -79,46 +78,12 @@ def floating(order: int) -> Scene:
     return Scene("floating", (body, tip), joints, vector(GRAVITY), base=MOVING_BASE)
 
 
-# a System
-def state_on_base(evaluate: Evaluate, system, count: int) -> dict[str, Array]:  # type: ignore[no-untyped-def]
-    state = random_states(system, count, np.random.default_rng(5))
+def nearly_straight(system: System, state: dict[str, Array]) -> dict[str, Array]:
+    """Return the state with smaller coordinates of beams, for which linearised ones still are beams."""
     for factor in system.factors:
         if factor.group == "R":
-            state["q"][:, factor.q_start : factor.q_start + factor.q_size] *= 0.15
-    return on_base(evaluate, state)
-
-
-@pytest.mark.slow_except("loaded_chain-1")
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("scene", [loaded_chain, floating])
-def test_energy_changes_by_the_powers_only(scene, order: int) -> None:  # type: ignore[no-untyped-def]  # order -> Scene
-    """Also where kinetic energy is truncated, so the equations are exactly those of the truncated energy."""
-    system = derive(scene(order), ["energy", "forward_dynamics", "inverse_dynamics"])
-    evaluate = tape_evaluator(system)
-    state = state_on_base(evaluate, system, 4)
-    state["a"] = evaluate("forward_dynamics", state)["vdot"]
-    kinetic, _, power, base_power = evaluate("energy", state)["energy"].T
-    rates = {"q": state["v"], "v": state["a"], "t": np.ones((4, 1))}
-    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
-    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power) + np.abs(base_power)
-    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-11
-    assert np.min(np.abs(base_power)) > 0.0
-    assert kinetic.min() > 0.0
-
-
-@pytest.mark.slow_except("loaded_chain-1")
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("scene", [loaded_chain, floating])
-# order -> Scene
-def test_partials_are_those_of_the_residual(scene, order: int) -> None:  # type: ignore[no-untyped-def]
-    system = derive(scene(order), ["residual", "partials", "mass"])
-    evaluate = tape_evaluator(system)
-    state = state_on_base(evaluate, system, 2)
-    found = evaluate("partials", state)
-    for block, name in (("q", "K"), ("v", "C"), ("a", "M")):
-        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
-        assert relative_error(found[name], expected, 2) <= 1e-12, name
-    assert relative_error(found["M"], evaluate("mass", state)["M"], 2) <= 1e-13
+            state["q"][:, factor.q] *= 0.15
+    return state
 
 
 def test_a_planar_beam_has_constant_mass_and_linear_rows() -> None:

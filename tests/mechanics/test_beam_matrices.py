@@ -12,7 +12,8 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.forces import Force
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from tests.mechanics.test_beam_energy import damped, state_on_base
+from tests.mechanics.checks import states_of
+from tests.mechanics.test_beam_energy import damped, nearly_straight
 from tests.mechanics.test_beam_equations import ALL, GRAVITY, LENGTH, MOVING_BASE, beam_body
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.formulas import number, vector
@@ -37,7 +38,7 @@ def matrices(scene: Scene) -> tuple[dict[str, Array], Array, Array]:
     rest."""
     system = derive(scene, ["elastic", "residual"])
     evaluate = tape_evaluator(system)
-    state = state_on_base(evaluate, system, 3)
+    state = nearly_straight(system, states_of(system, np.random.default_rng(5), 3))
     for block in "qva":
         state[block][:, 1:] = 0.0
     found = evaluate("elastic", state)

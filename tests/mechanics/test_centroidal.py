@@ -15,7 +15,7 @@ from eomgen.scene.scene import Scene
 from tests.mechanics.test_jacobians import in_absolute_coordinates, scene_of
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
-from tests.oracles.pinocchio_oracle import robot_file, vector_of
+from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
 
 pytestmark = pytest.mark.slow
@@ -115,18 +115,6 @@ def test_beams_have_momentum(rng: np.random.Generator) -> None:
     found = evaluate("center_of_mass_jacobian", state)["J"]
     assert relative_error(found, expected, 2) <= 1e-12 and np.abs(found[..., 1:4]).max() > 1e-2
     check_rates(system, evaluate, state)
-
-
-def test_a_free_robot_keeps_its_momentum_but_for_its_weight(rng: np.random.Generator) -> None:
-    """A a + dA/dt v is the wrench of all external forces about the centre of mass: here the weight alone."""
-    scene = load(robot_file("solo_description/robots/solo12.urdf"), root="free")
-    system = derive(scene, [*TERMS, "forward_dynamics"])
-    evaluate, state = tape_evaluator(system), random_states(system, STATES, rng)
-    a = evaluate("forward_dynamics", state)["vdot"]
-    A, drift = evaluate("centroidal_momentum", state)["A"], evaluate("centroidal_drift", state)["drift"]
-    (mass,) = evaluate("center_of_mass", state)["m"][0]
-    expected = np.concatenate([np.zeros(3), mass * vector_of(scene.gravity)])
-    assert np.abs(np.einsum("sij,sj->si", A, a) + drift - expected).max() <= 1e-9 * mass * 9.81
 
 
 #: term, exact operations for the Panda with a fixed root and solo12 with a free one

@@ -16,6 +16,7 @@ from eomgen.lie import product
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data
 from eomgen.system.system import System
+from tests.mechanics.checks import check_partials
 from tests.mechanics.test_cosserat_beams import logarithm, states_near
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
@@ -28,13 +29,25 @@ TERMS = (
     "constraint_bias", "velocity_partials",
 )  # fmt: skip  # a table
 WITHOUT = {"kirchhoff": ("shear_y", "shear_z"), "inextensible": ("stretch", "shear_y", "shear_z")}
+CASES = [("kirchhoff", 1, "free"), ("kirchhoff", 3, "revolute"), ("inextensible", 3, "fixed")]
 PLACES = {"kirchhoff": [4, 5], "inextensible": [3, 4, 5]}
-JOINTS = ["fixed", "free", "revolute"]
+
+
+def section_of(model: str) -> dict[str, Any]:
+    """Return the keys of a beam of a model, with the stiffness of the strains that it has."""
+    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
+    return {"model": model, "stiffness": stiffness}
+
+
+def check_logarithms(model: str, rows: Array, poses: Array, at_rest: Array) -> None:
+    """Compare constraints with the logarithms of the poses of neighbouring nodes."""
+    for found, nodes in zip(rows, poses, strict=True):
+        gaps = [(logarithm(*pair) - at_rest)[PLACES[model]] for pair in pairwise(nodes)]
+        np.testing.assert_allclose(found, np.ravel(gaps), atol=1e-11)
 
 
 def constrained_beam(model: str, elements: int, joint: str, **beam: Any) -> System:
-    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
-    own = {"model": model, "stiffness": stiffness, "curvature": [0.02, -0.1, 0.05], "damping": {"bending_y": 5.0}}
+    own = {**section_of(model), "curvature": [0.02, -0.1, 0.05], "damping": {"bending_y": 5.0}}
     scene = beam_scene(elements, {"force": ["30 * load", "-20 * load", "10 * load"]}, {**own, **beam})
     scene["joints"]["clamp"] |= {"type": joint, **({"axis": [0.0, 0.6, 0.8]} if joint == "revolute" else {})}
     return derive(from_data(scene), TERMS)
@@ -44,10 +57,10 @@ def states(system: System, rng: np.random.Generator) -> dict[str, Array]:
     return states_near(system, rng) | {"lam": 100.0 * rng.normal(size=(6, len(system.multipliers)))}
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.parametrize("joint", JOINTS)
-@pytest.mark.parametrize("elements", [1, 3])
-@pytest.mark.parametrize("model", list(WITHOUT))
+@pytest.mark.parametrize(
+    ("model", "elements", "joint"),
+    [("kirchhoff", 1, "free"), ("kirchhoff", 3, "revolute"), ("inextensible", 3, "fixed")],
+)
 def test_rows_are_the_logarithms_of_relative_poses(
     model: str, elements: int, joint: str, rng: np.random.Generator
 ) -> None:
@@ -56,16 +69,13 @@ def test_rows_are_the_logarithms_of_relative_poses(
     found, poses = evaluate("constraint", state)["Phi"], evaluate("poses", state)["pose"]
     at_rest = 10.0 / elements * np.array([0.02, -0.1, 0.05, 1.0, 0.0, 0.0])
     order = [list(system.bodies).index(name) for name in ("rope", *(f"rope.{k}" for k in range(1, elements + 1)))]
-    for rows, nodes in zip(found, poses[:, order], strict=True):
-        gaps = [(logarithm(*pair) - at_rest)[PLACES[model]] for pair in pairwise(nodes)]
-        np.testing.assert_allclose(rows, np.ravel(gaps), atol=1e-11)
+    check_logarithms(model, found, poses[:, order], at_rest)
     assert system.row_units == ("m",) * len(system.multipliers)
     still = evaluate("constraint", {**state, "q": np.array(system.initial_q)})["Phi"]
     np.testing.assert_allclose(still, 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("joint", JOINTS)
-@pytest.mark.parametrize("model", list(WITHOUT))
+@pytest.mark.parametrize(("model", "joint"), [("kirchhoff", "revolute"), ("inextensible", "free")])
 def test_what_follows_from_the_rows_are_their_derivatives(model: str, joint: str, rng: np.random.Generator) -> None:
     system = constrained_beam(model, 3, joint)
     evaluate, state = tape_evaluator(system), states(system, rng)
@@ -81,25 +91,18 @@ def test_what_follows_from_the_rows_are_their_derivatives(model: str, joint: str
     assert relative_error(loaded - free, np.einsum("nij,ni->nj", B, state["lam"])) < 1e-12
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.parametrize("joint", JOINTS)
-@pytest.mark.parametrize(("model", "elements"), [("kirchhoff", 1), ("kirchhoff", 4), ("inextensible", 3)])
+@pytest.mark.parametrize(
+    ("model", "elements", "joint"),
+    [("kirchhoff", 1, "free"), ("kirchhoff", 4, "revolute"), ("inextensible", 3, "fixed")],
+)
 def test_tangents_with_multipliers_are_exact(model: str, elements: int, joint: str, rng: np.random.Generator) -> None:
     system = constrained_beam(model, elements, joint)
-    evaluate, state = tape_evaluator(system), states(system, rng)
-    found = evaluate("partials", state)
-    for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
-        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
-        assert relative_error(found[name], expected, axes=2) < 1e-11, name
+    check_partials(system, states(system, rng))
 
 
-@pytest.mark.parametrize("group", ["SE3", "R3xSO3"])
-@pytest.mark.parametrize("model", list(WITHOUT))
+@pytest.mark.parametrize(("model", "group"), [("kirchhoff", "R3xSO3"), ("inextensible", "SE3")])
 def test_absolute_coordinates_have_the_same_rows(model: str, group: str, rng: np.random.Generator) -> None:
-    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
-    data = beam_scene(
-        3, {"force": [1.0, 0.0, 0.0]}, {"model": model, "stiffness": stiffness, "group": group}, type="free"
-    )
+    data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, {**section_of(model), "group": group}, type="free")
     system = derive(from_data({**data, "coordinates": "absolute"}), TERMS)
     assert {factor.group for factor in system.factors} == ({"SE3"} if group == "SE3" else {"R", "SO3"})
     evaluate = tape_evaluator(system)
@@ -107,21 +110,15 @@ def test_absolute_coordinates_have_the_same_rows(model: str, group: str, rng: np
     q = product.update(system.factors, np.broadcast_to(system.initial_q, (4, system.nq)), theta)
     found, poses = evaluate("constraint", {"q": q})["Phi"], evaluate("poses", {"q": q})["pose"]
     at_rest = 10.0 / 3.0 * np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    for rows, nodes in zip(found, poses, strict=True):
-        gaps = [(logarithm(*pair) - at_rest)[PLACES[model]] for pair in pairwise(nodes)]
-        np.testing.assert_allclose(rows, np.ravel(gaps), atol=1e-11)
+    check_logarithms(model, found, poses, at_rest)
     state = {"q": q, "v": rng.normal(size=(4, system.nv)), "lam": 100.0 * rng.normal(size=(4, len(system.multipliers)))}
     state |= {"a": rng.normal(size=(4, system.nv)), "p": np.ones((4, 1))}
-    partials = evaluate("partials", state)
-    for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
-        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
-        assert relative_error(partials[name], expected, axes=2) < 1e-11, name
+    check_partials(system, state)
 
 
 @pytest.mark.parametrize("model", list(WITHOUT))
 def test_long_beams_have_the_nonzeros_of_the_same_partials(model: str, rng: np.random.Generator) -> None:
-    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
-    data = beam_scene(12, {"force": [1.0, 0.0, 0.0]}, {"model": model, "stiffness": stiffness}, type="free")
+    data = beam_scene(12, {"force": [1.0, 0.0, 0.0]}, section_of(model), type="free")
     system = derive(from_data(data), ["iteration", "jacobian_values", *TERMS])
     state = {name: block[:2] for name, block in states(system, rng).items()}
     evaluate = tape_evaluator(system)
@@ -139,12 +136,9 @@ def test_long_beams_have_the_nonzeros_of_the_same_partials(model: str, rng: np.r
     assert np.max(nodes) == 1
 
 
-@pytest.mark.long
 def test_loops_over_elements_need_no_workspace() -> None:
     """Kernels of the accelerations' partials repeat themselves so often that they would become loops in loops."""
-    data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, {"model": "inextensible", "stiffness": {
-        strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT["inextensible"]
-    }})  # fmt: skip  # a table
+    data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, section_of("inextensible"))
     system = derive(from_data(data), ["acceleration_partials"])
     files = generate_files(to_program(system))
     text = "".join(files[name] for name in sorted(files) if name.startswith("exact_beam") and name.endswith(".c"))

@@ -16,6 +16,7 @@ from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
 from eomgen.system.signals import Output
 from eomgen.system.system import System
+from tests.mechanics.checks import check_partials, check_powers, states_of
 from tests.models.elements import elements_with
 from tests.oracles.constrained import (
     FREEDOMS,
@@ -36,9 +37,7 @@ from tests.oracles.states import (
     derivative,
     displaced,
     jacobian,
-    on_base,
     quaternion_product,
-    random_states,
     random_unit_quaternions,
     rotation_of,
 )
@@ -56,7 +55,6 @@ TERMS = [
     "iteration",
     "jacobian_values",
 ]
-PLACES = ["two bodies", "body and base", "base and body"]
 
 
 def two_bodies(seed: int, *, base: bool) -> Scene:
@@ -68,13 +66,6 @@ def two_bodies(seed: int, *, base: bool) -> Scene:
 
 def free_joint(name: str) -> Joint:
     return Joint(name, "free", BASE, name, initial_position=(1.0, *(0.0,) * 6), initial_velocity=(0.0,) * 6)
-
-
-def states_of(system: System, rng: np.random.Generator) -> dict[str, Array]:
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    state["lam"] = rng.uniform(-2.0, 2.0, (STATES, len(system.multipliers)))
-    return on_base(evaluate, state) if "base" in system.functions else state
 
 
 def check_derivatives(system: System, state: dict[str, Array]) -> None:
@@ -98,10 +89,8 @@ def check_derivatives(system: System, state: dict[str, Array]) -> None:
     Z = evaluate("velocity_partials", state)["Z"]
     expected = jacobian(evaluate, factors, "constraint_velocity", "w", state, "q")
     assert relative_error(Z, expected, 2, floor=1e-3) <= 1e-10
+    check_partials(system, state, 1e-10, floor=1e-3)
     found = evaluate("partials", state)
-    for block, name in (("q", "K"), ("v", "C"), ("a", "M")):
-        expected = jacobian(evaluate, factors, "residual", "r", state, block)
-        assert relative_error(found[name], expected, 2, floor=1e-3) <= 1e-10, name
     lam = jacobian(evaluate, factors, "residual", "r", state, "lam")
     assert relative_error(np.swapaxes(B, 1, 2), lam, 2) <= 1e-12
     together, packed = evaluate("equations", state), evaluate("iteration", state)
@@ -113,16 +102,14 @@ def check_derivatives(system: System, state: dict[str, Array]) -> None:
         np.testing.assert_allclose(full, dense, rtol=0, atol=1e-12)
 
 
-@pytest.mark.long_except_every(8)
-@pytest.mark.slow_except("prismatic-True-disc-base and body-absolute")
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.slow_except("prismatic-True-disc")
 @pytest.mark.parametrize("kind, driven, shape", variants())
-def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, place: str, coordinates: str, rng) -> None:
-    first, second = {"two bodies": ("one", "two"), "body and base": ("one", BASE), "base and body": (BASE, "two")}[
-        place
-    ]
-    scene = two_bodies(3, base=place != "two bodies")
+def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, rng) -> None:
+    """Each between two bodies, a body and the base, or the base and a body, in joint or in absolute coordinates."""
+    number = variants().index((kind, driven, shape))
+    first, second = (("one", "two"), ("one", BASE), (BASE, "two"))[number % 3]
+    coordinates = ("joint", "absolute")[number // 3 % 2]
+    scene = two_bodies(3, base=number % 3 > 0)
     item = constraint(rng, kind, first, second, driven=driven, shape=shape)
     scene = replace(scene, constraints=(item,), coordinates=coordinates, groups={"one": "R3xSO3"})
     system = derive(scene, TERMS)
@@ -237,11 +224,12 @@ def test_rolling_without_slip(shape: str, rng) -> None:
     assert np.linalg.matrix_rank(evaluate("constraint_jacobian", {"q": q, "v": v})["B"]) == 3
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("1-translating-joint")
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-@pytest.mark.parametrize("base", ["resting", "translating", "turning"])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    ("seed", "base", "coordinates"),
+    [(seed, ("resting", "translating", "turning")[seed % 3], ("joint", "absolute")[seed // 3]) for seed in range(6)]
+    + [(3, "turning", "joint"), (1, "translating", "absolute"), (0, "resting", "absolute")],
+)
 def test_energy_changes_by_the_powers_only(seed: int, base: str, coordinates: str, rng) -> None:
     """Springs, efforts, forces, a loop and a driver on a moving base, whose wrench comes through all of them."""
     scene = weighty(with_loads(random_scene(seed, 4), seed), seed)
@@ -257,12 +245,7 @@ def test_energy_changes_by_the_powers_only(seed: int, base: str, coordinates: st
     evaluate = tape_evaluator(system)
     assert ("lam" in system.functions["energy"].inputs) == (loop.drive is not None)
     state = kkt(evaluate, on_constraints(evaluate, states_of(system, rng)))
-    rates = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
-    kinetic, _, power, base_power = evaluate("energy", state)["energy"].T
-    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
-    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power) + np.abs(base_power)
-    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-10
-    assert kinetic.min() > 0.0
+    base_power = check_powers(system, state, 1e-10)[:, 3]
     assert (np.abs(base_power).max() > 0.0) == (scene.base is not None or loop.drive is not None)
 
 

@@ -16,6 +16,7 @@ from eomgen.lie import product
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data
 from eomgen.system.system import System
+from tests.mechanics.checks import check_partials
 from tests.models.cosserat import ROLL_UP, beam_scene, pose_of_last, rest
 from tests.oracles.beam_elements import element_to_second_order
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
@@ -55,8 +56,7 @@ def logarithm(pose: Array, other: Array) -> Array:
     return np.array([twist[2, 1], twist[0, 2], twist[1, 0], *twist[:3, 3]])
 
 
-@pytest.mark.parametrize("joint", ["fixed", "free", "revolute"])
-@pytest.mark.parametrize("elements", [1, 3])
+@pytest.mark.parametrize(("elements", "joint"), [(1, "free"), (3, "fixed"), (3, "revolute")])
 def test_the_potential_is_that_of_the_logarithms_of_relative_poses(
     elements: int, joint: str, rng: np.random.Generator
 ) -> None:
@@ -85,15 +85,10 @@ def test_forces_are_those_of_the_potential_and_of_the_damping(joint: str, rng: n
     np.testing.assert_allclose(power, lost - stored, rtol=1e-11)
 
 
-@pytest.mark.parametrize("joint", ["fixed", "free", "revolute"])
-@pytest.mark.parametrize("elements", [1, 4])
+@pytest.mark.parametrize(("elements", "joint"), [(4, "fixed"), (1, "free"), (4, "revolute")])
 def test_tangents_are_exact(elements: int, joint: str, rng: np.random.Generator) -> None:
     system = bent_beam(elements, joint)
-    evaluate, state = tape_evaluator(system), states_near(system, rng)
-    found = evaluate("partials", state)
-    for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
-        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
-        assert relative_error(found[name], expected, axes=2) < 1e-11, name
+    check_partials(system, states_near(system, rng))
 
 
 def test_tangents_are_exact_where_the_stiffness_is_tunable(rng: np.random.Generator) -> None:
@@ -151,8 +146,7 @@ def test_a_moment_holds_a_beam_in_a_circle(elements: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("16-1", "3-3", "4-1", "8-1")
-@pytest.mark.parametrize(("elements", "places"), [(3, 3), (4, 1), (8, 1), (16, 1)])
+@pytest.mark.parametrize(("elements", "places"), [(3, 2), (8, 1)])
 def test_a_moment_rolls_a_beam_up_wherever_it_is(elements: int, places: int, rng: np.random.Generator) -> None:
     for turn in Rotation.random(places, random_state=rng):
         axis = turn.apply([0.0, 1.0, 0.0]) * 2.0 * np.pi * 500.0 / 10.0
@@ -185,56 +179,13 @@ def elastica(load: float, EI: float, EA: float, GA: float) -> tuple[float, float
     return float(x), float(z)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_bending_converges_with_order_4_where_sections_hardly_shear() -> None:
     expected, errors = np.array(elastica(15.0, 500.0, 1e10, 1e10)), []
-    for elements in (4, 8, 16):
+    for elements in (4, 8):
         stiffness = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e10)
         system = derive(
             from_data(beam_scene(elements, {"force": [0.0, "15 * load", 0.0]}, {"stiffness": stiffness})), TERMS
         )
         errors.append(np.linalg.norm(pose_of_last(system, rest(system, 8))[4:6] - expected))
-    assert [np.log2(one / other) for one, other in pairwise(errors)] == pytest.approx([4.0, 4.0], abs=0.1)
-
-
-def tip_of_rod(length: float, curvature: Array, stiffness: Array, force: Array) -> Array:
-    """Return where the tip of a clamped rod is under a dead force, by shooting on the differential equations.
-
-    r' = R (C_n^-1 R^T n + e_x), R' = R skew(C_m^-1 R^T m + kappa_0), m' = -r' x n (Antman, Nonlinear Problems of
-    Elasticity, 1995, chapter 8).
-    """
-
-    def slopes(_: float, y: Array) -> Array:
-        R, moment = y[3:12].reshape(3, 3), y[12:]
-        along = R @ (R.T @ force / stiffness[3:] + np.array([1.0, 0.0, 0.0]))
-        x, y_, z = R.T @ moment / stiffness[:3] + curvature
-        turning = R @ np.array([[0.0, -z, y_], [z, 0.0, -x], [-y_, x, 0.0]])
-        return np.concatenate([along, turning.ravel(), -np.cross(along, force)])
-
-    def end(moment: Array) -> Array:
-        start = np.concatenate([np.zeros(3), np.eye(3).ravel(), moment])
-        return np.asarray(solve_ivp(slopes, (0.0, length), start, method="DOP853", rtol=1e-11, atol=1e-9).y[:, -1])
-
-    moment = np.zeros(3)
-    for share in np.linspace(0.1, 1.0, 10):
-        total, force = force, share * force
-        moment = root(lambda guess: end(guess)[12:], moment, tol=1e-10).x
-        last, force = end(moment)[:3], total
-    return np.asarray(last)
-
-
-@pytest.mark.long
-def test_a_bend_of_45_degrees_is_that_of_the_differential_equations() -> None:
-    """Bathe and Bolourchi 1979: an arc with a force across its plane, in inches and pounds."""
-    numbers = np.array([8.333e5, 8.333e5, 8.333e5, 1e7, 41.6667e5, 41.6667e5])
-    names = ("torsion", "bending_z", "bending_y", "stretch", "shear_y", "shear_z")
-    stiffness = dict(zip(names, numbers.tolist(), strict=True))
-    shape = {"length": 25.0 * np.pi, "curvature": [0.0, 0.0, 0.01], "stiffness": stiffness}
-    expected = tip_of_rod(25.0 * np.pi, np.array([0.0, 0.0, 0.01]), numbers, np.array([0.0, 0.0, 600.0]))
-    tips = []
-    for elements in (4, 8, 16):
-        system = derive(from_data(beam_scene(elements, {"force": [0.0, 0.0, "600 * load"]}, shape)), TERMS)
-        tips.append(pose_of_last(system, rest(system, 8))[4:])
-    errors = [float(np.linalg.norm(tip - expected)) for tip in tips]
-    assert [np.log2(one / other) for one, other in pairwise(errors)] == pytest.approx([4.0, 4.0], abs=0.1)
-    assert errors[-1] < 1e-6 * 60.0
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.1)

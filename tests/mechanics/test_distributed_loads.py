@@ -140,22 +140,6 @@ def _agree_of(scenes: list[eomgen.Scene], rng: np.random.Generator) -> None:
             np.testing.assert_allclose(found[name], values, rtol=1e-11, atol=1e-11 * np.max(np.abs(values)))
 
 
-@pytest.mark.slow
-def test_a_load_that_follows_the_beam_balances_the_energy() -> None:
-    builder = eomgen.SceneBuilder("rod").beam(
-        "rod", 1.0, mass_per_length=1.2, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 30.0}
-    )
-    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 0.4})
-    builder.distributed_load("thrust", "rod", ["0.5 * v.hinge", 0, "4 * sin(3 * t)"], profile=[1, -1], axes="beam")
-    run = eomgen.build(builder.build(), profile="quick").simulate(1.0, 2e-4, method="rk4", error_estimate=False)
-    change = run.energy["total"] - run.energy["total"][0]
-    work = np.concatenate(
-        [[0.0], np.cumsum(0.5 * (run.energy["power"][1:] + run.energy["power"][:-1]) * np.diff(run.t))]
-    )
-    assert np.max(np.abs(change)) > 0.1
-    np.testing.assert_allclose(change, work, atol=1e-6 * np.max(np.abs(change)))
-
-
 def test_loads_that_cannot_be() -> None:
     for keys, text in (
         ({"beam": "bean"}, "there is no beam 'bean'; try: beam"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import eomgen
 from eomgen.errors import DescriptionError
 from eomgen.formula.motion_faults import jumps
 from eomgen.mechanics.derive import derive
@@ -182,30 +181,3 @@ def test_what_is_said_of_drives(joint: str, said: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         load_toml(text)
     assert said in str(caught.value)
-
-
-@pytest.mark.long
-def test_a_part_without_mass_follows_its_drive() -> None:
-    """A pendulum on a spring with a driven end: the effort of the drive is the force of the spring, and the motion
-    is that of a part of 1 ug in place of the part without mass."""
-    text = """format = 1
-name = "shaken"
-bodies.carriage = {{ mass = {mass} }}
-bodies.bob = {{ mass = 1.2, inertia = [0.1, 0.1, 0.1], center_of_mass = [0, 0, -0.5] }}
-joints.hinge = {{ type = "revolute", parent = "base", child = "bob", axis = [0, 1, 0] }}
-joints.rail = {{ type = "prismatic", parent = "base", child = "carriage", axis = [1,0,0], drive = "0.1 * sin(3 * t)" }}
-points.end = {{ body = "carriage", position = [0, 0, -0.6] }}
-points.hook = {{ body = "bob", position = [0.3, 0, -0.5] }}
-springs.spring = {{ first = "end", second = "hook", stiffness = 100, length = 0.2 }}
-outputs.force = {{ formula = "drive_effort.rail" }}
-"""
-    light, still = (eomgen.build(load_toml(text.format(mass=mass)), profile="quick") for mass in ("0", "1e-9"))
-    for method in ("generalized_alpha", "rk4_partitioned", "rattlie"):
-        run = light.simulate(0.5, 1e-3, method=method)
-        gap = np.array(light.point("bob", [0.3, 0, -0.5], run.q).position)
-        gap -= np.array(light.point("carriage", [0, 0, -0.6], run.q).position)
-        length = np.linalg.norm(gap, axis=1)
-        pull = 100.0 * (length - 0.2) * gap[:, 0] / length
-        np.testing.assert_allclose(run.outputs["force"], -pull, atol=1e-9)
-        other = still.simulate(0.5, 1e-3, method=method)
-        np.testing.assert_allclose(run.q, other.q, atol=1e-9)

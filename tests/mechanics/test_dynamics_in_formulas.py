@@ -80,15 +80,6 @@ def test_computed_torque_is_a_scene(rng: np.random.Generator) -> None:
     assert relative_error(partials["K"], 100 * M, 2) <= 1e-9
 
 
-def test_gravity_compensation_holds_an_arm_still(rng: np.random.Generator) -> None:
-    efforts = {f"at_{joint}": {"joint": joint, "effort": f"gravity.{joint}"} for joint in JOINTS}
-    scene = from_data(ur5(efforts=efforts), inertias_checked=True)
-    system = derive(scene, ["forward_dynamics"])
-    state = random_states(system, 4, rng)
-    state["v"] = 0.0 * state["v"]
-    assert np.abs(tape_evaluator(system)("forward_dynamics", state)["vdot"]).max() <= 1e-9
-
-
 MISTAKES = {
     "tau.elbow_joint": "tau.elbow_joint needs a reference motion (column 1); try: tau.elbow_joint(servo), and",
     "tau.elbow_joint(t + 1)": "tau.elbow_joint() takes the name of one reference (column 1)",

@@ -11,10 +11,9 @@ import pytest
 
 from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.derive import derive
-from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_from_urdf, oracle_of_tree, robot_file
+from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_of_tree
 from tests.oracles.random_scenes import random_scene, with_base
 from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
 
@@ -56,18 +55,6 @@ def test_against_pinocchio_on_random_trees(seed: int, rng: np.random.Generator) 
             number = oracle.model.getJointId(carried[name].name)
             expected = np.array([local_jacobian(oracle, q, number) for q in state["q"]])
             assert relative_error(found[:, k], expected, 2) <= 1e-13, name
-
-
-def test_against_pinocchio_on_a_humanoid(rng: np.random.Generator) -> None:
-    path = robot_file("talos_data/robots/talos_reduced.urdf")
-    scene = load(path, root="free")
-    system = derive(scene, ["jacobians"])
-    evaluate, oracle = tape_evaluator(system), oracle_from_urdf(path, scene, root="free")
-    state = random_states(system, 2, rng)
-    found = evaluate("jacobians", state)["J"]
-    for k, (name, (number, *_)) in enumerate(zip(system.bodies, oracle.joints, strict=True)):
-        expected = np.array([local_jacobian(oracle, q, number) for q in state["q"]])
-        assert relative_error(found[:, k], expected, 2) <= 1e-12, name
 
 
 @pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])

@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 
 import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.system.system import System
 from tests.models.cache import shared_cache
-from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.states import derivative, jacobian, random_states
+from tests.oracles.evaluation import Array, tape_evaluator
 
 pytestmark = pytest.mark.slow
 
@@ -102,26 +101,6 @@ def test_friction_follows_its_law() -> None:
     )
 
 
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-def test_partials_and_balance_of_energy(coordinates: str, rng: np.random.Generator) -> None:
-    system = derive(arm(coordinates).build(), ["residual", "partials", "energy", "force", "mass", "coupling"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, 40, rng)
-    if coordinates == "absolute":
-        state["lam"] = rng.normal(size=(40, len(system.multipliers)))
-    found = evaluate("partials", state)
-    for block, name in (("q", "K"), ("v", "C"), ("a", "M")):
-        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
-        assert relative_error(found[name], expected, 2) <= 1e-11, name
-    if coordinates == "joint":
-        M, right = evaluate("mass", state)["M"], evaluate("force", state)["Q"] - evaluate("coupling", state)["h"]
-        state["a"] = np.linalg.solve(M, right[..., np.newaxis])[..., 0]
-        power = evaluate("energy", state)["energy"][:, 2]
-        rate = derivative(evaluate, system.factors, "energy", state, {"q": state["v"], "v": state["a"]})["energy"]
-        assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power) / (np.abs(rate[:, 0]) + np.abs(power))) <= 1e-11
-        assert np.all(power <= 0.0)
-
-
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "planar"])
 def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.random.Generator) -> None:
     """A joint of several coordinates has the forces of as many joints with one each: they act on their own coordinates
@@ -188,13 +167,6 @@ def test_a_slider_with_friction_slows_down_as_the_closed_form_says() -> None:
     assert errors[0] < 3e-5 and 1.9 < math.log2(errors[0] / errors[1]) < 2.1
 
 
-def test_friction_creeps_below_its_level_and_no_faster_than_documented() -> None:
-    builder = slider(2.0, friction={"coulomb": 3.0, "velocity": 1e-3}).effort("push", "rail", 1.5)
-    model = eomgen.build(builder.build(), profile="quick")
-    run = model.simulate(1.0, 1e-3)
-    assert run.success and run.v[-1, 0] == pytest.approx(1e-3 * math.atanh(0.5), rel=1e-6)
-
-
 def test_an_explicit_method_says_when_its_step_cannot_resolve_friction() -> None:
     scene = slider(2.0, friction={"coulomb": 3.0, "velocity": 1e-3}, initial={"velocity": 0.5}).build()
     model = eomgen.build(scene, profile="quick")
@@ -206,42 +178,3 @@ def test_an_explicit_method_says_when_its_step_cannot_resolve_friction() -> None
     assert coarse.message.endswith(f"s, {what}; try: {hint}") and "friction of rail decays" in coarse.message
     assert fine.success and fine.message == "reached t = 0.5 s in 500 steps"
     assert "too fast" not in model.simulate(0.5, 1e-2).message
-
-
-@pytest.mark.parametrize("damping", [0.0, 3.0])
-def test_generalized_alpha_keeps_order_two_between_stops(damping: float) -> None:
-    """The cut that keeps dampers from pulling is a kink: errors scatter about order 2 there, where they else follow
-    it."""
-    limits = {"lower": -0.3, "upper": 0.5, "stiffness": 400.0, "damping": "damping", "onset": 0.05}
-    builder = slider(1.0, limits=limits, stiffness=5.0, initial={"velocity": 2.0})
-    model = eomgen.build(builder.parameter("damping", 0.0, tunable=True).build(), profile="quick")
-
-    def rates(_: float, y: Array) -> list[float]:
-        q, v = y
-        effort = -5.0 * q
-        for depth, rate, sign in ((q - 0.5, v, -1.0), (-0.3 - q, -v, 1.0)):
-            if depth > 0.0:
-                u = min(depth / 0.05, 1.0)
-                effort += sign * u * u * (3 - 2 * u) * max(0.0, 400.0 * depth + damping * rate)
-        return [v, effort]
-
-    grid = np.linspace(0.0, 2.0, 2001)
-    exact = solve_ivp(
-        rates, (0.0, 2.0), [0.0, 2.0], method="DOP853", t_eval=grid, rtol=1e-12, atol=1e-13, max_step=1e-3
-    ).y
-    errors = []
-    for every in (1, 2, 4, 8):
-        run = model.simulate(2.0, 1e-3 / every, rho_inf=0.9, record_every=every, parameters={"damping": damping})
-        assert run.success and run.q.max() > 0.5 and run.q.min() < -0.3
-        errors.append(float(np.abs(run.q[:, 0] - exact[0]).max()))
-    slopes = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert np.all(np.abs(slopes - 2.0) < 0.1) if damping == 0.0 else 1.9 < np.mean(slopes) < 2.5, (errors, slopes)
-
-
-def test_friction_whose_level_grows_with_time_is_an_effort() -> None:
-    """A wheel of 1 kg m^2 at 2 rad/s under 0.3 + 0.1 t N m: v = 2 - 0.3 t - 0.05 t^2."""
-    wheel = SceneBuilder("wheel").body("wheel", 1.0, inertia=[1, 1, 1])
-    wheel.joint("spin", "revolute", "base", "wheel", axis=[0, 0, 1], initial={"velocity": 2.0})
-    wheel.effort("brake", "spin", "-(0.3 + 0.1 * t) * tanh(v.spin / 0.01)")
-    run = eomgen.build(wheel.build(), profile="quick").simulate(3.0, 1e-3)
-    np.testing.assert_allclose(run.v[:, 0], 2.0 - 0.3 * run.t - 0.05 * run.t**2, atol=1e-6)

@@ -3,8 +3,6 @@ text of one length, with a tape that grows in proportion to the bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -12,8 +10,8 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.mechanics.constraints import loops
 from eomgen.mechanics.derive import derive
-from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
+from tests.mechanics.checks import check_same_values
 
 TERMS = (
     "residual", "iteration", "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian",
@@ -45,101 +43,51 @@ def chain(
     return eomgen.load(data)
 
 
-def values(system: System, seed: int = 3) -> dict[str, np.ndarray]:
-    """Return each output at a state away from the start, whole matrices in place of their nonzeros."""
-    random = np.random.default_rng(seed)
-    q = np.array(system.initial_q)
-    for factor in system.factors:
-        part = q[factor.q]
-        part += 0.1 * random.standard_normal(len(part))
-        if factor.group in ("SO3", "SE3"):
-            part[:4] /= np.linalg.norm(part[:4])
-    inputs = {name: random.standard_normal(system.nv) for name in ("v", "a")}
-    inputs |= {"q": q, "t": np.array([0.3]), "p": np.array([item.value for item in system.parameters])}
-    inputs |= {"lam": random.standard_normal(len(system.multipliers)), "base": random.standard_normal(25)}
-    found: dict[str, np.ndarray] = {}
-    for name, function in system.functions.items():
-        if name not in TERMS:
-            continue
-        for block in function.outputs:
-            numbers = np.array(evaluate(system.tape, block.refs, inputs), dtype=float)
-            if name == "iteration":
-                whole = np.zeros((system.nv, system.nv))
-                whole[tuple(np.array(system.patterns[block.name], dtype=int).reshape(-1, 2).T)] = numbers
-                numbers = whole
-            found[f"{name}.{block.name}"] = numbers
-    return found
+HINGES: dict[str, object] = {"joint": "revolute", "axis": [0, 1, 0]}
+KINDS: dict[str, dict[str, object]] = {
+    "hinges": HINGES,
+    "rows left out": HINGES,
+    "balls": {"joint": "spherical", "group": "R3xSO3"},
+    "crosses": {"joint": "universal", "axis": [0, 1, 0], "second_axis": [0, 0, 1], "shaken": True},
+    "screws": {"joint": "helical", "axis": [0.3, 1, 0.2], "pitch": 0.01},
+    "sliders": {"joint": "prismatic", "axis": [1, 0.1, 0]},
+    "cylinders": {"joint": "cylindrical", "axis": [0, 0, 1], "group": "R3xSO3"},
+    "planes": {"joint": "planar", "axis": [0, 0, 1]},
+}
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_cases("kind2", "kind5")
-@pytest.mark.slow_except("kind0")
-@pytest.mark.parametrize(
-    "kind",
-    [
-        {"joint": "revolute", "axis": [0, 1, 0]},
-        {"joint": "spherical", "group": "R3xSO3"},
-        {"joint": "universal", "axis": [0, 1, 0], "second_axis": [0, 0, 1], "shaken": True},
-        {"joint": "helical", "axis": [0.3, 1, 0.2], "pitch": 0.01},
-        {"joint": "prismatic", "axis": [1, 0.1, 0]},
-        {"joint": "cylindrical", "axis": [0, 0, 1], "group": "R3xSO3"},
-        {"joint": "planar", "axis": [0, 0, 1]},
-    ],
-)
-def test_the_same_equations_as_one_by_one(kind: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.slow_except("hinges")
+@pytest.mark.parametrize("name", KINDS)
+def test_the_same_equations_as_one_by_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loops, "FEWEST", 8)
-    scene = chain(count=12, **kind)  # type: ignore[arg-type]  # keys of chain
-    alike = derive(scene, TERMS)
-    assert any(getattr(loop, "count", 0) == 11 and "joints" in getattr(loop, "label", "") for loop in alike.tape.maps)
+    scene = chain(count=12, **KINDS[name])  # type: ignore[arg-type]  # keys of chain
+    left_out = (2, 9, 31) if name == "rows left out" else ()
+    alike = derive(scene, TERMS, left_out)
+    counts = [loop.count for loop in alike.tape.maps if "joints" in getattr(loop, "label", "")]
+    assert left_out or 11 in counts
     monkeypatch.setattr(loops, "FEWEST", 10**9)
-    alone = derive(scene, TERMS)
+    alone = derive(scene, TERMS, left_out)
     assert not alone.tape.maps
-    assert alike.multipliers == alone.multipliers
-    assert alike.row_units == alone.row_units
-    found, expected = values(alike), values(alone)
-    assert found.keys() == expected.keys()
-    for name, numbers in expected.items():
-        largest = np.max(np.abs(numbers))
-        assert largest > 0.0, name
-        np.testing.assert_allclose(found[name], numbers, rtol=1e-12, atol=1e-13 * largest, err_msg=name)
+    assert alike.multipliers == alone.multipliers and alike.row_units == alone.row_units
+    expected = check_same_values(alike, alone, TERMS)
+    assert left_out or all(np.max(np.abs(numbers)) > 0.0 for numbers in expected.values())
 
 
 @pytest.mark.slow
-def test_rows_left_out_have_no_force(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(loops, "FEWEST", 8)
-    scene = chain("revolute", 12, axis=[0, 1, 0])
-    left_out = (2, 9, 31)
-    alike = derive(scene, TERMS, left_out)
-    monkeypatch.setattr(loops, "FEWEST", 10**9)
-    alone = derive(scene, TERMS, left_out)
-    assert alike.multipliers == alone.multipliers
-    found, expected = values(alike), values(alone)
-    for name, numbers in expected.items():
-        np.testing.assert_allclose(found[name], numbers, rtol=1e-12, atol=1e-13 * np.max(np.abs(numbers)), err_msg=name)
-
-
-def grown(measure: Callable[[System], int]) -> list[int]:
-    """Return a number of the systems of 24, 48 and 96 rods."""
-    return [measure(derive(chain("revolute", count, axis=[0, 1, 0]), TERMS)) for count in (24, 48, 96)]
-
-
-@pytest.mark.long
-def test_the_tape_grows_by_as_many_operations_for_each_body() -> None:
-    few, more, most = grown(lambda system: len(system.tape.op))
+def test_tape_and_text_of_long_chains_grow_as_they_may() -> None:
+    """The tape by as many operations for each body, the statements of functions not at all."""
+    systems = [derive(chain("revolute", count, axis=[0, 1, 0]), TERMS) for count in (24, 48, 96)]
+    few, more, most = (len(system.tape.op) for system in systems)
     assert most - more == pytest.approx(2 * (more - few), rel=1e-3)  # constants of bodies may coincide
     assert (more - few) / 24 <= 711
 
-
-@pytest.mark.long
-def test_functions_have_statements_that_do_not_grow() -> None:
-    terms = ["residual", "constraint_velocity", "constraint_bias", "iteration"]
-
     def statements(system: System) -> int:
-        program = to_program(system, functions=terms)
-        loops_ = sum(len(loop.statements) for loop in program.loops)
-        return loops_ + sum(len(part.statements) for function in program.functions for part in function.parts)
+        names = ["residual", "constraint_velocity", "constraint_bias", "iteration"]
+        program = to_program(system, functions=names)
+        parts = [part for function in program.functions for part in function.parts]
+        return sum(len(loop.statements) for loop in program.loops) + sum(len(part.statements) for part in parts)
 
-    few, more, most = grown(statements)
+    few, more, most = (statements(system) for system in systems)
     assert most <= 1.02 * more
     assert more <= 1.1 * few
 

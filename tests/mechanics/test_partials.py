@@ -15,7 +15,7 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
-from tests.oracles.states import jacobian, on_base, random_states
+from tests.oracles.states import on_base, random_states
 
 STATES = 5
 
@@ -24,19 +24,6 @@ def scene_of(seed: int) -> Scene:
     """Return a tree with springs, dampers, actuators and formula forces; every second one on a moving base."""
     scene = with_loads(random_scene(seed, 2 + seed % 5, tunable=0.3 * (seed % 3)), seed)
     return with_base(scene, seed, turning=seed % 4 == 1) if seed % 2 else scene
-
-
-@pytest.mark.slow_except("11")
-@pytest.mark.parametrize("seed", range(16))
-def test_partials_against_complex_step(seed: int, rng) -> None:
-    system = derive(scene_of(seed), ["residual", "partials"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    state = on_base(evaluate, state) if "base" in system.functions else state
-    found = evaluate("partials", state)
-    for block, name in (("q", "K"), ("v", "C"), ("a", "M")):
-        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
-        assert relative_error(found[name], expected, 2) <= 1e-12, f"{name} of seed {seed}"
 
 
 @pytest.mark.slow_except("20")

@@ -12,8 +12,6 @@ import eomgen
 from eomgen.errors import DescriptionError
 from eomgen.scene.load import load_toml
 
-IMPLICIT = ("generalized_alpha", "generalized_alpha_index3", "rattlie", "rosenbrock")
-PARTITIONED = ("rk4_partitioned", "rk45_partitioned")
 #: A boom on its pivot, and a jack between a foot on the ground and the boom.
 BOOM = """format = 1
 name = "{name}"
@@ -60,18 +58,15 @@ def along_the_jack(angle: Any) -> Any:
     return head - [0.3, -0.7]
 
 
-@pytest.mark.slow_cases("rattlie")
 @pytest.mark.slow_cases("generalized_alpha")
-@pytest.mark.long_cases("generalized_alpha_index3", "rattlie")
-@pytest.mark.slow_cases("generalized_alpha_index3", "rosenbrock", "rk45_partitioned")
-@pytest.mark.parametrize("method", [*IMPLICIT, *PARTITIONED])
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk45_partitioned"])
 def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None:
     """The boom moves as the boom alone, and the jack lies along the line between its ends."""
     run = passive.simulate(0.6, 2e-3, method=method, initial={"pivot": 0.1})
     assert run.success, run.message
     alone = built(BOOM.format(name="alone", gravity=-9.81, unit=1.0))
     exact = alone.simulate(0.6, 2e-3, method="rk4", initial={"pivot": run.q[0, 0]})
-    tolerance = 1e-8 if method in PARTITIONED else 3e-4
+    tolerance = 1e-8 if method == "rk45_partitioned" else 3e-4
     np.testing.assert_allclose(run.q[:, 0], exact.q[:, 0], atol=tolerance)
     vector = along_the_jack(run.q[:, 0])
     np.testing.assert_allclose(passive.pose("rod", run.q)[:, [4, 6]], vector + np.array([0.3, -0.7]), atol=1e-9)
@@ -80,10 +75,8 @@ def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None
     np.testing.assert_allclose(np.tan(tilt), vector[:, 0] / vector[:, 1], atol=1e-9)
 
 
-@pytest.mark.long_cases("1e-06-0", "1000000.0-1e-3", "1.0-1e-8")
 @pytest.mark.slow
-@pytest.mark.parametrize("mass", ["0", "1e-8", "1e-3"])
-@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(("unit", "mass"), [(1e-6, "0"), (1.0, "1e-8"), (1e6, "1e-3")])
 def test_a_driven_jack_moves_the_boom(mass: str, unit: float) -> None:
     """The angle follows from the length of the jack, and the steps of the default method are not halved."""
     model = built(boom(f"{float(mass) * unit!r}", "0.86 + 0.15 * sin(3 * t)", name="driven", unit=unit))
@@ -116,9 +109,7 @@ second = { body = "slider" } }
 
 
 @pytest.mark.slow_cases("0.0-0.001")
-@pytest.mark.slow_cases("1e-08-0.001", "1e-08-0.01")
-@pytest.mark.parametrize("step", [1e-3, 1e-2])
-@pytest.mark.parametrize("mass", [0.0, 1e-8, 1e-5])
+@pytest.mark.parametrize(("mass", "step"), [(0.0, 1e-3), (1e-8, 1e-2), (1e-5, 1e-2)])
 def test_a_light_rod_acts_as_a_distance(mass: float, step: float) -> None:
     """The default method takes the steps that the machine without the rod takes, halves none, and factors once a step:
     neither the multipliers of the last step nor old factors predict positions of parts that heavy ones move."""
@@ -132,10 +123,8 @@ def test_a_light_rod_acts_as_a_distance(mass: float, step: float) -> None:
     np.testing.assert_allclose(run.q[:, light.q_names.index("q.rail")], other.q[:, 1], atol=tolerance)
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.slow
-@pytest.mark.slow_cases("rattlie", "rk4_partitioned")
-@pytest.mark.parametrize("method", [*IMPLICIT[1:], PARTITIONED[0]])
+@pytest.mark.parametrize("method", ["generalized_alpha_index3", "rattlie", "rosenbrock", "rk4_partitioned"])
 def test_a_rod_without_mass_acts_as_a_distance(method: str) -> None:
     light = built(CRANK.format(name="light") + ROD.format(mass=0))
     without = built(CRANK.format(name="without") + DISTANCE)
@@ -144,17 +133,14 @@ def test_a_rod_without_mass_acts_as_a_distance(method: str) -> None:
     np.testing.assert_allclose(run.q[:, light.q_names.index("q.main")], other.q[:, 0], atol=1e-7)
 
 
-@pytest.mark.long
-def test_the_rank_of_partitioned_coordinates_does_not_depend_on_masses() -> None:
-    """Light jacks do not make constraints singular."""
-    for mass in ("0", "1e-3"):
-        model = built(boom(mass, "0.86 + 0.15 * sin(3 * t)", name="driven"))
-        for method in PARTITIONED:
-            run = model.simulate(2.0, 1e-2, method=method, error_estimate=False)
-            assert run.success and "singular" not in run.message, run.message
+@pytest.mark.slow
+def test_light_jacks_do_not_make_partitioned_coordinates_singular() -> None:
+    model = built(boom("1e-3", "0.86 + 0.15 * sin(3 * t)", name="driven"))
+    run = model.simulate(1.0, 1e-2, method="rk4_partitioned", error_estimate=False)
+    assert run.success and "singular" not in run.message, run.message
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_statics_and_linear_models_are_those_of_the_machine_without_the_jack(passive: Any) -> None:
     alone = built(BOOM.format(name="alone", gravity=-9.81, unit=1.0))
     rest, expected = passive.equilibrium(), alone.equilibrium()
@@ -168,11 +154,8 @@ def test_statics_and_linear_models_are_those_of_the_machine_without_the_jack(pas
     np.testing.assert_allclose(steady.q[0], expected.q[0], atol=1e-9)
 
 
-@pytest.mark.long
-@pytest.mark.slow_cases("generalized_alpha")
-@pytest.mark.long_cases("rattlie")
-@pytest.mark.parametrize("method", ["generalized_alpha", "rattlie"])
-def test_derivatives_of_runs_are_those_of_the_machine_without_the_jack(method: str) -> None:
+@pytest.mark.slow
+def test_derivatives_of_runs_are_those_of_the_machine_without_the_jack() -> None:
     tunable = (
         'outputs.angle = { formula = "q.pivot" }\nparameters.load = { value = 120, unit = "kg", tunable = true }\n'
     )
@@ -182,7 +165,7 @@ def test_derivatives_of_runs_are_those_of_the_machine_without_the_jack(method: s
 
     jack, alone = with_load(boom()), with_load(BOOM.format(name="alone", gravity=-9.81, unit=1.0))
     with_jack, without = (
-        model.sensitivities(0.2, 1e-2, by=["load"], of=["angle"], method=method).outputs["angle"]
+        model.sensitivities(0.1, 1e-2, by=["load"], of=["angle"], method="generalized_alpha").outputs["angle"]
         for model in (jack, alone)
     )
     np.testing.assert_allclose(with_jack, without, rtol=1e-8, atol=1e-14)

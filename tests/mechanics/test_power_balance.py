@@ -16,32 +16,9 @@ from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
-from tests.oracles.states import derivative, displaced, on_base, random_states, rotation_of
+from tests.oracles.states import displaced, on_base, random_states, rotation_of
 
 STATES = 6
-TERMS = ["energy", "forward_dynamics", "force", "inverse_dynamics"]
-
-
-@pytest.mark.slow_except("0-resting")
-@pytest.mark.parametrize("base", ["resting", "translating", "turning"])
-@pytest.mark.parametrize("seed", range(8))
-def test_energy_changes_by_the_powers_only(seed: int, base: str, rng) -> None:
-    """Springs, dampers, actuators, rotors, outer forces and a base that is driven, all at once."""
-    scene = with_loads(random_scene(seed, 1 + seed, tunable=0.3 * (seed % 2)), seed)
-    scene = scene if base == "resting" else with_base(scene, seed, turning=base == "turning")
-    system = derive(scene, TERMS)
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    state = on_base(evaluate, state) if scene.base is not None else state
-    state["a"] = evaluate("forward_dynamics", state)["vdot"]
-    rates = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
-    kinetic, potential, power, base_power = evaluate("energy", state)["energy"].T
-    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
-    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power) + np.abs(base_power)
-    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-11
-    assert kinetic.min() > 0.0
-    assert (np.abs(base_power).max() > 0.0) == (scene.base is not None)
-    assert np.ptp(potential) > 0.0
 
 
 def energies_of_bodies(scene, system, state: dict[str, Array], base_at) -> tuple[Array, Array]:

@@ -134,23 +134,6 @@ def test_forward_dynamics_inverts_inverse_dynamics(seed: int) -> None:
     assert np.max(np.linalg.norm(remaining, axis=1) / scale) <= 1e-12
 
 
-@pytest.mark.slow
-@few
-@given(seeds)
-def test_power_of_coupling_is_that_of_the_changing_mass(seed: int) -> None:
-    """v^T (dM/dt v - 2 h) = 0 along q' = q tilde(v)."""
-    system = derive(random_scene(seed, 1 + seed % 8), ["mass", "coupling"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, np.random.default_rng(seed))
-    v, h = state["v"], evaluate("coupling", state)["h"]
-    M_dot = derivative(evaluate, system.factors, "mass", state, {"q": v})["M"]
-    changed = np.einsum("kij,kj->ki", M_dot, v)
-    balance = np.sum(v * (changed - 2.0 * h), axis=1)
-    scale = np.linalg.norm(v, axis=1) * (np.linalg.norm(changed, axis=1) + 2.0 * np.linalg.norm(h, axis=1))
-    # where h vanishes by symmetry, round-off remains of both
-    assert np.max(np.abs(balance) / np.maximum(scale, 1e-3)) <= 1e-13
-
-
 def with_inertias_as_parameters(scene: Scene) -> Scene:
     """Return the scene with every inertial number a tunable parameter, so that nothing can be grouped."""
     parameters: list[Parameter] = []

@@ -18,11 +18,10 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import Tape
-from eomgen.system.system import System
-from tests.mechanics.test_beam_energy import loaded_chain
+from tests.mechanics.test_beam_energy import loaded_chain, nearly_straight
 from tests.mechanics.test_internal_states import scene as drone
 from tests.oracles import robots
-from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.motions import along_motion, random_motions
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 
@@ -31,94 +30,23 @@ TERMS = [
     "coupling_rates", "force_rates", "base_motion_rates", "internal_rate",
 ]  # fmt: skip  # a table
 
+#: tau, tau_dot and tau_ddot, a line for each.
 PANDA_RATES = {
-    ("centre of mass", 1.0): (
-        (
-            3.780598310243,
-            36.80468181363,
-            -8.418587841962,
-            -9.672100913986,
-            -1.310497838996,
-            1.575781394459,
-            0.001708005214512,
-        ),
-        (
-            -16.05295063809,
-            82.39382039509,
-            -0.8753839713758,
-            -37.3137228401,
-            -4.454685484365,
-            -4.865959092932,
-            0.1194247863216,
-        ),
-        (
-            -189.4043656084,
-            -180.8117736674,
-            196.7450154361,
-            -72.0367637562,
-            22.90913154622,
-            -42.77339274627,
-            2.083854977088,
-        ),
-    ),
-    ("centre of mass", 2.5): (
-        (
-            4.550037710675,
-            -31.12910696705,
-            2.41346536709,
-            14.56063566405,
-            -0.3863529012996,
-            -0.217431385905,
-            0.0343842387841,
-        ),
-        (
-            4.332143978719,
-            146.9680626816,
-            37.18509871069,
-            -25.95710932889,
-            6.321305978972,
-            -6.381726737966,
-            -0.06988653893141,
-        ),
-        (
-            -441.8219956376,
-            576.387566532,
-            91.48028769761,
-            -194.4975636406,
-            2.574543777901,
-            2.129660911074,
-            -2.287515331452,
-        ),
-    ),
-    ("frame origin", 1.0): (
-        (
-            3.582881690252,
-            36.50057893104,
-            -8.45523955437,
-            -9.61178384657,
-            -1.306334762695,
-            1.563660184138,
-            0.007364582303892,
-        ),
-        (
-            -16.2237978331,
-            80.57235436733,
-            -1.029313159933,
-            -35.839799447,
-            -4.178385273688,
-            -4.507319908582,
-            0.1136968664273,
-        ),
-        (
-            -182.4033425208,
-            -182.5799638904,
-            193.4830024157,
-            -67.1574011585,
-            24.54083648496,
-            -40.10940132449,
-            1.728788736805,
-        ),
-    ),
+    ("centre of mass", 1.0): """
+        3.780598310243 36.80468181363 -8.418587841962 -9.672100913986 -1.310497838996 1.575781394459 0.001708005214512
+        -16.05295063809 82.39382039509 -0.8753839713758 -37.3137228401 -4.454685484365 -4.865959092932 0.1194247863216
+        -189.4043656084 -180.8117736674 196.7450154361 -72.0367637562 22.90913154622 -42.77339274627 2.083854977088
+    """,
+    ("centre of mass", 2.5): """
+        4.550037710675 -31.12910696705 2.41346536709 14.56063566405 -0.3863529012996 -0.217431385905 0.0343842387841
+        4.332143978719 146.9680626816 37.18509871069 -25.95710932889 6.321305978972 -6.381726737966 -0.06988653893141
+        -441.8219956376 576.387566532 91.48028769761 -194.4975636406 2.574543777901 2.129660911074 -2.287515331452
+    """,
+    ("frame origin", 1.0): """
+        3.582881690252 36.50057893104 -8.45523955437 -9.61178384657 -1.306334762695 1.563660184138 0.007364582303892
+        -16.2237978331 80.57235436733 -1.029313159933 -35.839799447 -4.178385273688 -4.507319908582 0.1136968664273
+        -182.4033425208 -182.5799638904 193.4830024157 -67.1574011585 24.54083648496 -40.10940132449 1.728788736805
+    """,
 }
 
 
@@ -128,14 +56,15 @@ def test_printed_digits_of_the_panda(convention: str, t: float) -> None:
     origin."""
     scene = robots.panda() if convention == "centre of mass" else robots.panda_of_origin_tensors()
     found = tape_evaluator(derive(scene, ["rates"]))("rates", robots.panda_state(t))
-    for name, digits in zip(("tau", "tau_dot", "tau_ddot"), PANDA_RATES[convention, t], strict=True):
-        assert relative_error(found[name], np.array(digits)) <= 1e-12, name
+    digits = np.array([line.split() for line in PANDA_RATES[convention, t].split("\n")[1:-1]], float)
+    for name, expected in zip(("tau", "tau_dot", "tau_ddot"), digits, strict=True):
+        assert relative_error(found[name], expected) <= 1e-12, name
 
 
 def scenes() -> dict[str, Scene]:
-    made = {f"random {seed}": random_scene(seed, 5) for seed in range(4)}
-    made |= {f"loaded {seed}": with_loads(random_scene(seed, 4), seed) for seed in range(10, 13)}
-    made |= {f"based {seed}": with_base(with_loads(random_scene(seed, 4), seed), seed) for seed in range(20, 23)}
+    made = {f"random {seed}": random_scene(seed, 5) for seed in range(2)}
+    made |= {f"loaded {seed}": with_loads(random_scene(seed, 4), seed) for seed in (10, 11)}
+    made |= {f"based {seed}": with_base(with_loads(random_scene(seed, 4), seed), seed) for seed in (20, 21)}
     made["translating"] = with_base(with_loads(random_scene(30, 3), 30), 30, turning=False)
     made["following"] = with_base(with_mimics(with_loads(random_scene(31, 6), 31), 31), 31)
     made |= {"states": drone(), "states, absolute": drone("absolute"), "elastic": loaded_chain(1)}
@@ -145,21 +74,13 @@ def scenes() -> dict[str, Scene]:
 SCENES = scenes()
 
 
-def small(system: System, state: dict[str, Array]) -> dict[str, Array]:
-    """Return the state with elastic coordinates for which a linearised beam still is one."""
-    for factor in system.factors:
-        if factor.group == "R" and system.name == "chain":
-            state["q"][:, factor.q_start : factor.q_start + factor.q_size] *= 0.15
-    return state
-
-
-@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Generator) -> None:
     system = derive(SCENES[name], TERMS)
     run = tape_evaluator(system)
-    state = small(system, random_motions(system, run, 5, rng))
+    state = random_motions(system, run, 5, rng)
+    state = nearly_straight(system, state) if name == "elastic" else state
     values = {term: run(term, state) for term in system.functions if term.split("_")[0] != "base" or "motion" in term}
     for order, term in ((2, "rates"), (1, "rates_1"), (4, "rates_4")):
         found = values[term]
@@ -180,7 +101,6 @@ def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Ge
         assert relative_error(found[f"{block}_ddot"], second, axes, floor) <= 1e-12, block
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("random 0", "random 1", "states, absolute")
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "elastic"])
 def test_recursion_against_jets_of_the_operations_of_tau(name: str, rng: np.random.Generator) -> None:
@@ -202,7 +122,6 @@ def test_recursion_against_jets_of_the_operations_of_tau(name: str, rng: np.rand
 FREE = [name for name in SCENES if "absolute" not in name]
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("loaded 11")
 @pytest.mark.parametrize("name", [*FREE, "long chain"])
 def test_forward_dynamics_along_its_own_motion(name: str, rng: np.random.Generator) -> None:
@@ -210,7 +129,8 @@ def test_forward_dynamics_along_its_own_motion(name: str, rng: np.random.Generat
     scene = SCENES[name] if name in SCENES else robots.planar_chain(40)
     system = derive(scene, ["forward_dynamics", "forward_rates", "forward_rates_1", "internal_rate"])
     run = tape_evaluator(system)
-    state = small(system, random_motions(system, run, 3, rng))
+    state = random_motions(system, run, 3, rng)
+    state = nearly_straight(system, state) if name == "elastic" else state
     state["a"] = run("forward_dynamics", state)["vdot"]
     found, first = run("forward_rates", state), run("forward_rates_1", state)
     assert list(found) == ["vdot", "vdot_dot", "vdot_ddot"] and list(first) == ["vdot", "vdot_dot"]

@@ -63,9 +63,9 @@ def test_a_robot_against_pinocchio(root: str, rng: np.random.Generator) -> None:
 
 
 @pytest.mark.long
-def test_every_robot_against_pinocchio(rng: np.random.Generator) -> None:
+def test_every_fifth_robot_against_pinocchio(rng: np.random.Generator) -> None:
     compared = 0
-    for name, path in robot_files().items():
+    for name, path in list(robot_files().items())[::5]:
         for root in ("fixed", "free"):
             try:
                 load(path, root=root)
@@ -75,7 +75,7 @@ def test_every_robot_against_pinocchio(rng: np.random.Generator) -> None:
             assert error <= 1e-13, (name, root)
             assert of_columns <= 1e-11, (name, root)
             compared += 1
-    assert compared > 100
+    assert compared > 20
 
 
 @pytest.mark.slow_except("1")

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.target import generate_files
@@ -156,13 +155,3 @@ def test_tables_of_the_base_stay_in_the_file_of_the_model() -> None:
     step = generate_files(program)[f"{system.name}_step.c"]
     assert f"{system.name}_base(t, &work->base);" in step
     assert "base_of_step" not in step
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
-def test_runs_follow_the_equations_with_the_whole_base(method: str) -> None:
-    model = build("examples/spin_up_beam/scene.toml", method=method, profile="quick")
-    start = np.concatenate([model.initial_q, model.initial_v])
-    end = solve_ivp(model.rhs, (0.0, 1.0), start, method="DOP853", rtol=1e-11, atol=1e-14).y[:, -1]
-    run = model.simulate(1.0, 1e-3, error_estimate=False)
-    np.testing.assert_allclose(run.q[-1], end[: model.nq], rtol=0, atol=2e-6 * np.abs(end[: model.nq]).max())

@@ -45,20 +45,6 @@ def model(**keys: str) -> Any:
     return eomgen.build(eomgen.load(scene(**keys)))
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_a_plane_as_a_formula_is_the_plane() -> None:
-    """Height 0.75 x + 0.2 is the plane with the normal (-0.6, 0, 0.8) through (0, 0, 0.2); same tangents."""
-    by_formula = model(surface='surface = "0.75 * x + 0.2"')
-    plane = model(normal="[-0.6, 0, 0.8]", ahead="[0.8, 0, 0.6]")
-    rng = np.random.default_rng(20)
-    q, v = rng.normal(size=(20, 7)), rng.normal(size=(20, 6))
-    q[:, :4] /= np.linalg.norm(q[:, :4], axis=1, keepdims=True)
-    lower = q - [0, 0, 0, 0, 0, 0, 0.2]
-    for first, second in zip(by_formula.constrained_dynamics(q, v), plane.constrained_dynamics(lower, v), strict=True):
-        np.testing.assert_allclose(first, second, rtol=1e-12, atol=1e-12)
-
-
 # -- spheres against Newton's and Euler's equations --------------------------------------------------------------------
 
 SURFACES = {

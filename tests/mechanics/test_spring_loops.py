@@ -13,36 +13,10 @@ from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.forces import springs
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.system.system import System
+from tests.mechanics.checks import check_same_values
 from tests.models.nets import LENGTH, MASS, SLACK, STIFFNESS, net
 
 TERMS = ("force", "inverse_dynamics", "residual", "iteration", "energy", "momenta")
-
-
-def values(system: System, seed: int = 3) -> dict[str, np.ndarray]:
-    """Return each output at a state away from the start, whole matrices in place of their nonzeros."""
-    random = np.random.default_rng(seed)
-    q = np.array(system.initial_q)
-    for factor in system.factors:
-        part = q[factor.q]
-        part += 0.1 * random.standard_normal(len(part))
-        if factor.group in ("SO3", "SE3"):
-            part[:4] /= np.linalg.norm(part[:4])
-    nv = sum(factor.v_size for factor in system.factors)
-    inputs = {name: random.standard_normal(nv) for name in ("v", "a")}
-    inputs |= {"q": q, "t": np.zeros(1), "p": np.array([item.value for item in system.parameters])}
-    found: dict[str, np.ndarray] = {}
-    for name, function in system.functions.items():
-        for block in function.outputs:
-            numbers = np.array(evaluate(system.tape, block.refs, inputs), dtype=float)
-            if name == "iteration":
-                indices = np.array(system.patterns[block.name], dtype=int).reshape(-1, 2)
-                size = 1 + np.max(indices, initial=0)
-                whole = np.zeros((size, size))
-                whole[tuple(indices.T)] = numbers
-                numbers = whole
-            found[f"{name}.{block.name}"] = numbers
-    return found
 
 
 @pytest.mark.slow_except("kind4", "kind5")
@@ -65,11 +39,8 @@ def test_the_same_equations_as_one_by_one(kind: dict[str, object], monkeypatch: 
     monkeypatch.setattr(springs, "FEWEST", 10**9)
     alone = derive(scene, TERMS)
     assert not alone.tape.maps
-    found, expected = values(loops), values(alone)
-    assert found.keys() == expected.keys()
-    for name, numbers in expected.items():
+    for name, numbers in check_same_values(loops, alone).items():
         assert np.max(np.abs(numbers), initial=0.0) > 0.0 or "iteration" in name or "energy" in name, name
-        np.testing.assert_allclose(found[name], numbers, rtol=1e-12, atol=1e-12 * np.max(np.abs(numbers)), err_msg=name)
 
 
 def statements(scene: eomgen.Scene, terms: tuple[str, ...]) -> int:
@@ -84,7 +55,7 @@ def statements(scene: eomgen.Scene, terms: tuple[str, ...]) -> int:
     return count
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_net_twice_as_large_has_text_of_the_same_length() -> None:
     terms = ("force", "energy")
     small, large = (statements(net(rows, 10, group="R3xSO3"), terms) for rows in (10, 20))

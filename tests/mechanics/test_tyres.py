@@ -12,8 +12,8 @@ import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from tests.models.cache import shared_cache
-from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
+from tests.oracles.evaluation import Array, tape_evaluator
+from tests.oracles.states import derivative, random_states, rotation_of
 
 __all__ = ["shared_cache"]
 
@@ -46,31 +46,6 @@ def near_the_road(state: dict[str, Array], rng: np.random.Generator) -> dict[str
     state["q"][:, 4:6] = rng.uniform(-1.0, 1.0, (count, 2))
     state["q"][:, 6] = rng.uniform(-0.4, 0.9, count)
     return state
-
-
-@pytest.mark.slow_except("flat-None-False")
-@pytest.mark.parametrize("moving", [False, True])
-@pytest.mark.parametrize("slip", [None, SLIP])
-@pytest.mark.parametrize("road", ROADS)
-def test_balance_of_energy_and_partials(road: str, slip: Any, moving: bool, rng: np.random.Generator) -> None:
-    scene = wheel(tyre={**ROADS[road], "slip": slip}, moving=moving).build()
-    system = derive(scene, ["energy", "forward_dynamics", "partials", "residual"])
-    evaluate = tape_evaluator(system)
-    state = near_the_road(random_states(system, 60, rng), rng)
-    state = on_base(evaluate, state) if moving else state
-    found = evaluate("partials", state)
-    for block, name in (("q", "K"), ("v", "C"), ("a", "M")):
-        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
-        assert relative_error(found[name], expected, 2) <= 1e-11, name
-    state["a"] = evaluate("forward_dynamics", state)["vdot"]
-    rates = {"q": state["v"], "v": state["a"], "t": np.ones((60, 1))}
-    kinetic, _, power, base_power = evaluate("energy", state)["energy"].T
-    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
-    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power) + np.abs(base_power)
-    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-11
-    if road in ("flat", "hilly", "curves"):
-        assert np.all(power <= 0.0) and np.any(power < 0.0) and np.any(power == 0.0)  # in the air there is none
-    assert kinetic.min() > 0.0
 
 
 def test_normal_forces_follow_their_law_and_are_normal_to_the_road(rng: np.random.Generator) -> None:

@@ -1,4 +1,4 @@
-"""Frames and centroidal terms of every URDF of example-robot-data that loads, against Pinocchio to 1e-11.
+"""Frames and centroidal terms of URDFs of example-robot-data, against Pinocchio to 1e-11.
 
 Pinocchio's model has the placements and inertias that the scene has, whose right angles are exact. Joints that follow
 others move on their own there; its columns are projected.
@@ -27,6 +27,10 @@ TOLERANCE = 1e-11
 #: Links whose frames are compared in each file: all of them where there are no more, else evenly chosen ones.
 MOST_FRAMES = 5
 OF_PINOCCHIO = {"body": pin.LOCAL, "local_world_aligned": pin.LOCAL_WORLD_ALIGNED, "world": pin.WORLD}
+#: Every sixth file, and two that the first tier has.
+CHOSEN = sorted(
+    {*list(robot_files())[::6], "solo_description/robots/solo12.urdf", "ur_description/urdf/ur5_robot.urdf"}
+)
 KINDS = ("frame_jacobians", "frame_jacobian_rates", "frame_drifts")
 CENTROIDAL = (
     "center_of_mass", "center_of_mass_jacobian", "center_of_mass_drift", "centroidal_momentum",
@@ -53,10 +57,8 @@ def off(found: Array, expected: Array) -> float:
     return float(np.linalg.norm(found - expected)) / (size if size > 1e-9 else 1.0)
 
 
-@pytest.mark.long_except_every(21)
 @pytest.mark.slow_except("solo_description/robots/solo12.urdf", "ur_description/urdf/ur5_robot.urdf")
-@pytest.mark.long_cases("tiago_description/robots/tiago.urdf", "tiago_description/robots/tiago_dual.urdf")
-@pytest.mark.parametrize("name", robot_files())
+@pytest.mark.parametrize("name", CHOSEN)
 def test_frames_and_momentum(name: str, rng: np.random.Generator) -> None:
     path = robot_files()[name]
     root, scene = loaded(path)
