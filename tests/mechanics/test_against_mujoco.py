@@ -162,7 +162,6 @@ def test_on_a_moving_base(rng: np.random.Generator) -> None:
     assert np.abs(left).max() <= 1e-10 * np.abs(needed).max()  # the accelerations of ours need no further force there
 
 
-@pytest.mark.slow
 def test_a_closed_loop(rng: np.random.Generator) -> None:
     """MuJoCo's own connections are soft, so the equations of the loop are put together of its M, forces and
     Jacobians."""

@@ -139,7 +139,7 @@ def gimbal_of_lagrange() -> Equations:
     return numeric([first, second], [first.diff(), second.diff()], lagrange.mass_matrix, lagrange.forcing)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_gimbal_with_a_massless_ring_a_skew_axis_and_a_rotor(rng) -> None:
     ring, bob = rigid_body("ring", 0.0), rigid_body("bob", 1.2, (0.1, 0, -0.7), (0.2, 0.3, 0.15, 0.01, 0.03, 0.02))
     joints = (

@@ -54,13 +54,11 @@ def statements(kind: str, links: int, name: str) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("mixed-inverse_dynamics")
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
         ("mixed", "inverse_dynamics"),
-        pytest.param("mixed", "poses", marks=pytest.mark.slow),
-        pytest.param("any", "iteration", marks=pytest.mark.slow),
+        ("any", "iteration"),
     ],
 )
 def test_the_text_does_not_grow_with_links_of_any_axes(kind: str, name: str) -> None:
@@ -70,8 +68,7 @@ def test_the_text_does_not_grow_with_links_of_any_axes(kind: str, name: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("any")
-@pytest.mark.parametrize("kind", ["mixed", pytest.param("any", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["mixed", "any"])
 def test_inverse_and_forward_dynamics_are_those_of_pinocchio(kind: str, rng: np.random.Generator) -> None:
     scene, system = chain(kind, 70), system_of(kind, 70, "inverse_dynamics", "forward_dynamics")
     assert generics(system.tape) > 500
@@ -82,7 +79,6 @@ def test_inverse_and_forward_dynamics_are_those_of_pinocchio(kind: str, rng: np.
     assert relative_error(evaluate("inverse_dynamics", {**state, "a": vdot})["tau"], np.zeros(70), floor=1e3) <= 1e-9
 
 
-@pytest.mark.slow_cases("any")
 @pytest.mark.parametrize("kind", ["mixed", "any"])
 def test_all_functions_are_those_of_links_written_one_by_one(
     kind: str, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch

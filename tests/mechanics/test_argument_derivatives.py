@@ -148,8 +148,7 @@ def of_taken(matrix: Array, model: eomgen.Model, taken: tuple[str, ...], state: 
     return matrix[..., np.concatenate([np.full(size, block in taken) for block, size in sizes.items()])]
 
 
-@pytest.mark.long_cases("drone-outputs")
-@pytest.mark.long_except_every(12)
+@pytest.mark.long_cases("gimbal-inverse_dynamics", "gimbal-forward_dynamics", "gate-residual")
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "term"), CASES)
 def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, rng: np.random.Generator) -> None:
@@ -172,7 +171,6 @@ def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, 
     assert scene != "gimbal" or turning > 1e-2  # rotations do not commute
 
 
-@pytest.mark.slow_cases("machine-True")
 @pytest.mark.parametrize(("scene", "fewer"), [(gimbal, True), (machine, True), (gate, True), (four_bar, False)])
 def test_composite_bodies_have_the_hessian_of_the_operations(
     scene: Callable[[], Any], fewer: bool, rng: np.random.Generator
@@ -203,7 +201,6 @@ def test_composite_bodies_have_the_hessian_of_the_operations(
     assert any(used.get(place, ZERO) != by_operations.get(place, ZERO) for place in places) == fewer
 
 
-@pytest.mark.long_cases("talos-37215")
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "operations"), [("panda", 5060), ("talos", 37215)])
 def test_hessians_of_robots_are_those_of_casadi(name: str, operations: int, rng: np.random.Generator) -> None:
@@ -230,7 +227,6 @@ def test_hessians_of_robots_are_those_of_casadi(name: str, operations: int, rng:
         assert len(values) == len(rows)
 
 
-@pytest.mark.slow_cases("inverse_dynamics")
 @pytest.mark.parametrize("term", DYNAMICS)
 def test_structural_nonzeros_are_the_nonzeros_at_some_of_1000_states(term: str, rng: np.random.Generator) -> None:
     model = model_of("double_pendulum")
@@ -252,7 +248,6 @@ def test_every_term_has_a_case() -> None:
     assert {term for _, term in CASES} == set(DIFFERENTIATED)
 
 
-@pytest.mark.slow
 def test_arguments_may_be_chosen_in_any_order(rng: np.random.Generator) -> None:
     model, state = model_of("double_pendulum"), state_of(model_of("double_pendulum"), rng)
     fixed = given(model, state, "forward_dynamics")

@@ -42,7 +42,6 @@ def without_gravity(oracle: PinocchioOracle) -> PinocchioOracle:
     return oracle
 
 
-@pytest.mark.slow_except("panda", "tree 1")
 @pytest.mark.parametrize("name", SCENES)
 def test_every_term_is_what_a_prescribed_carrier_adds(name: str, rng: np.random.Generator) -> None:
     scene = SCENES[name]()

@@ -81,10 +81,10 @@ def points_of_single(scene: Scene) -> OnBase:
     return on_base
 
 
-def chain(order: int) -> Scene:
+def chain(order: int, modes: Modes = ALL) -> Scene:
     """Return a spatial beam on a hinge, from beside its middle a hinge to a planar beam, and a mass beside that one's
     tip."""
-    first, second = beam_body("first", ALL, order), beam_body("second", PLANAR, order)
+    first, second = beam_body("first", modes, order), beam_body("second", PLANAR, order)
     tip = Body("tip", number(0.7), vector((0.02, 0.03, 0.04)), (number(0.0),) * 6)
     joints = (
         Joint("root", "revolute", "base", "first", position=vector((0.3, 0.1, 0.2))),
@@ -97,12 +97,13 @@ def chain(order: int) -> Scene:
 def points_of_chain(scene: Scene) -> OnBase:
     beams = [body.beam for body in scene.bodies if body.beam is not None]
     first, second = (ManyPoints(beam, DENSITY, POLAR) for beam in beams)
+    count = sum(item.modes for item in beams[0].deformations)
 
     def on_base(base: Frame) -> OfMotion:
         def points(q: Sequence[Moving]) -> list[Points]:
             still = 0.0 * q[0]
             R, p = product(base[0], rotation((still, still, q[0]))), shifted(base[1], rotated(base[0], ROOT))
-            eta, angle, others = q[1:6], q[6], q[7:]
+            eta, angle, others = q[1 : 1 + count], q[1 + count], q[2 + count :]
             middle = first.station((R, p), eta, (1.4, 0.1, 0.05))
             hinged = product(middle[0], rotation((still, angle, still))), middle[1]
             end = second.station(hinged, others, (LENGTH, 0.0, 0.1))
@@ -151,14 +152,14 @@ def expected_terms(on_base: OnBase, state: dict[str, Array]) -> dict[str, Array]
 
 
 CASES: dict[str, tuple[Scene, Callable[[Scene], OnBase]]] = {
-    "planar": (single(PLANAR, 2, hinged=True), points_of_single),
     "fixed": (single(TWO_PLANES, 2, hinged=False), points_of_single),  # the base moves the beam itself
     "without shortening": (single(ALL, 2, hinged=True, stiffening=False), points_of_single),
-    "chain": (chain(2), points_of_chain),
+    "chain": (chain(2, (("bending_z", 1), ("torsion", 1))), points_of_chain),
 }
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("without shortening", "chain")
 @pytest.mark.parametrize(("scene", "points"), list(CASES.values()), ids=list(CASES))
 def test_every_term_is_that_of_many_points(scene: Scene, points: Callable[[Scene], OnBase]) -> None:
     """With order 2 nothing is left out, so M, h, b, Q and inverse dynamics agree to rounding, on a base that moves
@@ -186,6 +187,7 @@ def lowest_weights(values: Array, kept: int) -> Array:
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("all")
 @pytest.mark.parametrize(("modes", "hinged"), [(ALL, True), (TWO_PLANES, False)], ids=["all", "fixed"])
 def test_order_1_is_the_whole_truncated_at_second_order(modes: Modes, hinged: bool) -> None:
     """Of all terms, what has weight 2 at most in elastic coordinates, their rates, accelerations and variations is

@@ -101,7 +101,7 @@ def generated(monkeypatch: pytest.MonkeyPatch) -> tuple[sp.Matrix, int]:
     return rows, whole
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_difference_to_lagrange_is_exactly_zero(monkeypatch: pytest.MonkeyPatch) -> None:
     rows, whole = generated(monkeypatch)
     symbols = {symbol.name: symbol for symbol in rows.free_symbols}

@@ -46,7 +46,6 @@ def matrices(scene: Scene) -> tuple[dict[str, Array], Array, Array]:
     return found, by_q, by_v
 
 
-@pytest.mark.slow_cases("True")
 @pytest.mark.parametrize("tip", [False, True])
 def test_geometric_stiffness_is_what_shortening_adds(tip: bool) -> None:
     """The partials with shortening less those without are K_geo, for a base that moves every way and a hinge that
@@ -61,7 +60,6 @@ def test_geometric_stiffness_is_what_shortening_adds(tip: bool) -> None:
     assert not without["K_geo"].any()
 
 
-@pytest.mark.slow
 def test_structural_matrices_are_partials_of_the_structural_forces() -> None:
     """What stiffness and damping add to the partials of the residual, a frame at rest or not, is K and D."""
     scene = scene_with(stiffening=True, tip=True)

@@ -80,7 +80,6 @@ def system_of(name: str) -> System:
     return derive(SCENES[name](), TERMS)
 
 
-@pytest.mark.slow_cases("panda-forward_dynamics_hessian-8066-13827")
 @pytest.mark.parametrize(("name", "term", "count", "limit"), COUNTS)
 def test_number_of_operations(name: str, term: str, count: int, limit: int) -> None:
     assert count <= limit
@@ -143,21 +142,18 @@ def test_code_grows_with_the_tree_and_no_faster(chain: str, count: int) -> None:
         assert system.counts[term].statements == constant + linear * count + quadratic * count**2, term
 
 
-@pytest.mark.slow_except("planar--114-119")
 @pytest.mark.parametrize(("chain", "constant", "per_link"), [("planar", -114, 119), ("spatial", -499, 444)])
 def test_time_derivatives_of_chains_are_linear(chain: str, constant: int, per_link: int) -> None:
     for count in (5, 6, 12, 31, 32, 64):
         assert derive(CHAINS[chain](count), ["rates"]).counts["rates"].statements == constant + per_link * count, count
 
 
-@pytest.mark.slow_cases("spatial")
 @pytest.mark.parametrize("chain", CHAINS)
 def test_partials_grow_quadratically(chain: str) -> None:
     statements = [derive(CHAINS[chain](count), ["partials"]).counts["partials"].statements for count in range(4, 14)]
     assert len(set(np.diff(statements, 2))) == 1, statements
 
 
-@pytest.mark.slow_cases("spatial-330")
 @pytest.mark.parametrize(("chain", "per_link"), [("planar", 71), ("spatial", 330)])
 def test_forward_dynamics_of_long_chains_is_linear(chain: str, per_link: int) -> None:
     term = "forward_dynamics"

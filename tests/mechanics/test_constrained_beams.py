@@ -57,10 +57,7 @@ def states(system: System, rng: np.random.Generator) -> dict[str, Array]:
     return states_near(system, rng) | {"lam": 100.0 * rng.normal(size=(6, len(system.multipliers)))}
 
 
-@pytest.mark.parametrize(
-    ("model", "elements", "joint"),
-    [("kirchhoff", 1, "free"), ("kirchhoff", 3, "revolute"), ("inextensible", 3, "fixed")],
-)
+@pytest.mark.parametrize(("model", "elements", "joint"), CASES)
 def test_rows_are_the_logarithms_of_relative_poses(
     model: str, elements: int, joint: str, rng: np.random.Generator
 ) -> None:
@@ -91,10 +88,7 @@ def test_what_follows_from_the_rows_are_their_derivatives(model: str, joint: str
     assert relative_error(loaded - free, np.einsum("nij,ni->nj", B, state["lam"])) < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("model", "elements", "joint"),
-    [("kirchhoff", 1, "free"), ("kirchhoff", 4, "revolute"), ("inextensible", 3, "fixed")],
-)
+@pytest.mark.parametrize(("model", "elements", "joint"), CASES)
 def test_tangents_with_multipliers_are_exact(model: str, elements: int, joint: str, rng: np.random.Generator) -> None:
     system = constrained_beam(model, elements, joint)
     check_partials(system, states(system, rng))

@@ -102,7 +102,6 @@ def check_derivatives(system: System, state: dict[str, Array]) -> None:
         np.testing.assert_allclose(full, dense, rtol=0, atol=1e-12)
 
 
-@pytest.mark.slow_except("prismatic-True-disc")
 @pytest.mark.parametrize("kind, driven, shape", variants())
 def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, rng) -> None:
     """Each between two bodies, a body and the base, or the base and a body, in joint or in absolute coordinates."""
@@ -119,7 +118,6 @@ def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, rng) -> 
     check_derivatives(system, states_of(system, rng))
 
 
-@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("seed", range(6))
 def test_derivatives_of_trees_with_loops(seed: int, rng) -> None:
     """Joints of the tree as constraints, springs and efforts between absolute bodies, and a loop besides."""
@@ -224,7 +222,6 @@ def test_rolling_without_slip(shape: str, rng) -> None:
     assert np.linalg.matrix_rank(evaluate("constraint_jacobian", {"q": q, "v": v})["B"]) == 3
 
 
-@pytest.mark.slow_except("1-translating-joint")
 @pytest.mark.parametrize(
     ("seed", "base", "coordinates"),
     [(seed, ("resting", "translating", "turning")[seed % 3], ("joint", "absolute")[seed // 3]) for seed in range(6)]

@@ -98,7 +98,6 @@ def test_tangents_are_exact_where_the_stiffness_is_tunable(rng: np.random.Genera
     assert relative_error(evaluate("partials", state)["K"], expected, axes=2) < 1e-11
 
 
-@pytest.mark.slow
 def test_long_beams_have_the_nonzeros_of_the_same_tangents(rng: np.random.Generator) -> None:
     scene = from_data(beam_scene(12, PULL, {"damping": DAMPING}))
     system = derive(scene, ["iteration", "partials"])

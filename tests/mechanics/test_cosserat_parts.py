@@ -58,7 +58,6 @@ def strains_at_start(system: System) -> list[Array]:
     return [logarithm(*pair) for pair in pairwise(poses[order])]
 
 
-@pytest.mark.slow
 def test_the_potential_is_that_of_the_sections_of_each_element(rng: np.random.Generator) -> None:
     uniform = PARTS["parts"][0] | {"stiffness": {name: f"{ROLL_UP[name]} * (1 + 0.2 * load)" for name in NAMES}}
     system = beam_of_parts(parts=[uniform, PARTS["parts"][1]])  # sections that vary: tests/scene/test_varying_sections
@@ -106,7 +105,6 @@ def test_masses_of_nodes_are_those_of_the_halves_beside_them() -> None:
     np.testing.assert_allclose(sorted(masses.reshape(-1, 6)[:, 3]), sorted(expected), rtol=1e-14)
 
 
-@pytest.mark.slow
 def test_a_moment_between_equal_nodes_bends_what_is_before_it_to_a_circle() -> None:
     scene = beam_scene(4, {"torque": [0.0, 0.0, "150 * load"], "point": [3.7, 0.0, 0.0]})
     system = derive(from_data(scene), TERMS)
@@ -171,7 +169,7 @@ def test_helices_join_frames() -> None:
     np.testing.assert_allclose(logarithm(*first), 5.0 / 6.0 * np.array([0.1, 0.0, 0.3, 1.0, 0.0, 0.0]), atol=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_beam_goes_through_points_with_frames_that_turn_as_little_as_can_be() -> None:
     """Points on a helix: the error of the spline falls with the fourth power of their distance; frames that do not turn
     about the axis turn against those of the helix by its torsion."""

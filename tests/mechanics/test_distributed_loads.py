@@ -34,7 +34,6 @@ def loaded(
     return builder.output("tip", position="tip").output("middle", position="middle")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ends", "shapes", "profile", "where", "deflection"),
     [

@@ -39,7 +39,6 @@ def with_force_elements(scene: Scene, seed: int) -> Scene:
     return replace(scene, points=(*scene.points, hub), elements=elements_with(scene, bushings=bushings, tyres=(tyre,)))
 
 
-@pytest.mark.slow_except("0-False", "5-True")
 @pytest.mark.parametrize(("seed", "following"), [*((seed, False) for seed in range(8)), (4, True), (5, True)])
 def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, following: bool, rng: np.random.Generator) -> None:
     scene = with_loads(random_scene(seed, 2 + seed), seed)
@@ -67,7 +66,7 @@ def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, following: b
     assert relative_error(found, expected, 2) <= 1e-11
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_everything_of_a_long_chain_is_linear_in_its_links() -> None:
     systems = [derive(planar_chain(n)) for n in (48, 60, 72)]
     assert not {"mass", "partials"} & set(systems[0].functions)

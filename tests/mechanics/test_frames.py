@@ -73,7 +73,6 @@ def check_by_complex_steps(scene: Scene, rng: np.random.Generator, reach: float 
         assert relative_error(found, mobility, 3) <= 1e-10
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "absolute"), [(0, True), (1, False), (2, True), (3, False)])
 def test_by_complex_steps(seed: int, absolute: bool, rng: np.random.Generator) -> None:
     check_by_complex_steps(with_frames(scene_of(seed), absolute=absolute), rng)
@@ -130,7 +129,6 @@ COUNTS = {
 }
 
 
-@pytest.mark.slow_except("frame_jacobians_aligned")
 @pytest.mark.parametrize("term", COUNTS)
 def test_number_of_operations(term: str) -> None:
     panda = load(robot_file("panda_description/urdf/panda.urdf"), task_frames=["panda_hand_tcp"])

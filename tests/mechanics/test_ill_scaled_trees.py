@@ -137,7 +137,6 @@ def test_inertias_that_are_not_positive_have_no_bound() -> None:
     assert largest_cancellation(np.zeros((0, 0))) == 1.0
 
 
-@pytest.mark.slow
 def test_parameters_that_cost_digits_are_warned_of_once_with_the_size(tmp_path: Path) -> None:
     model = tunable_chain(tmp_path)
     q, v = np.array([0.3, -0.7, 0.5]), np.array([0.2, 0.4, -0.6])
@@ -178,7 +177,6 @@ def test_accelerations_without_any_digit_are_refused(tmp_path: Path) -> None:
     assert refused
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_series_keep_their_digits(tmp_path: Path) -> None:
     """Steppers that factored M were wrong by 2e-5 (Taylor)."""

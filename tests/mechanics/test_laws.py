@@ -20,7 +20,6 @@ from eomgen.symbolic.tape import Tape
 from tests.models.scenes import PENDULUM_TOML
 
 
-@pytest.mark.slow
 def test_the_stored_laws_are_what_sympy_derives() -> None:
     path = Path(eomgen.__file__).parent / "mechanics" / "laws" / "derived.py"
     assert path.read_text(encoding="utf-8") == module(), COMMAND
@@ -56,7 +55,6 @@ print(functions[:2], [name for name in ("sympy", "mpmath", "scipy") if name in s
 """
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_equations_are_derived_without_sympy_and_scipy(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"

@@ -26,7 +26,6 @@ def scene_of(seed: int) -> Scene:
     return with_base(scene, seed, turning=seed % 4 == 1) if seed % 2 else scene
 
 
-@pytest.mark.slow_except("20")
 @pytest.mark.parametrize("seed", range(16, 22))
 def test_partials_against_differentiation_of_the_tape(seed: int, rng) -> None:
     """Forward differentiation of the residual's operations knows nothing of screws and composites."""

@@ -58,7 +58,6 @@ def along_the_jack(angle: Any) -> Any:
     return head - [0.3, -0.7]
 
 
-@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45_partitioned"])
 def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None:
     """The boom moves as the boom alone, and the jack lies along the line between its ends."""
@@ -108,7 +107,6 @@ second = { body = "slider" } }
 """
 
 
-@pytest.mark.slow_cases("0.0-0.001")
 @pytest.mark.parametrize(("mass", "step"), [(0.0, 1e-3), (1e-8, 1e-2), (1e-5, 1e-2)])
 def test_a_light_rod_acts_as_a_distance(mass: float, step: float) -> None:
     """The default method takes the steps that the machine without the rod takes, halves none, and factors once a step:

@@ -100,7 +100,6 @@ def test_accelerations_that_disturb_linear_models_stay() -> None:
     assert any(system.tape.value(ref) != 0.0 for ref in disturbed.refs)
 
 
-@pytest.mark.slow
 def test_callers_cannot_move_the_base_where_it_rests() -> None:
     model = build("examples/spin_up_beam/scene.toml", ["residual", "forward_dynamics", "rates"], profile="quick")
     q, v = model.initial_q, model.initial_v

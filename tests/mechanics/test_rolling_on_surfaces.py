@@ -96,9 +96,7 @@ class RollingSphere:
         return np.concatenate([moved, np.linalg.solve(matrix, moment)])
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
-@pytest.mark.long_cases("0.1 * x * y + 0.2 * cos(x)")
 @pytest.mark.slow_cases("1.5 - sqrt(2.25 - x**2 - y**2)")
 @pytest.mark.parametrize("surface", SURFACES)
 def test_a_sphere_rolls_by_the_equations_of_newton_and_euler(surface: str) -> None:

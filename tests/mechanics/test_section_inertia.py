@@ -37,7 +37,6 @@ def found_energy(elements: int, omega: Array, velocity: Array) -> float:
     return energy
 
 
-@pytest.mark.slow
 def test_the_energy_of_rigid_motions_nears_its_integral_with_the_square() -> None:
     omega, velocity = np.array([0.7, -0.4, 0.5]), np.array([1.0, 2.0, -0.5])
     exact = kinetic_energy(omega, velocity)

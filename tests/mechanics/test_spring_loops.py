@@ -19,7 +19,6 @@ from tests.models.nets import LENGTH, MASS, SLACK, STIFFNESS, net
 TERMS = ("force", "inverse_dynamics", "residual", "iteration", "energy", "momenta")
 
 
-@pytest.mark.slow_except("kind4", "kind5")
 @pytest.mark.parametrize(
     "kind",
     [

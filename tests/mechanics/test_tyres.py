@@ -167,7 +167,6 @@ def test_a_locked_wheel_brakes_with_friction_times_load_and_a_free_one_rolls_on(
     np.testing.assert_allclose(locked.v[:, 0], 6.0 - 0.7 * 9.81 * locked.t, rtol=0.0, atol=2e-3)
 
 
-@pytest.mark.slow
 def test_a_ball_on_a_tyre_bounces_to_the_height_that_energy_allows() -> None:
     """Without damping a drop from a height returns to it, after any number of flights."""
     builder = SceneBuilder("ball").body("ball", 1.0).point("hub", "ball")

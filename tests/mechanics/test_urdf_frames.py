@@ -28,9 +28,8 @@ TOLERANCE = 1e-11
 MOST_FRAMES = 5
 OF_PINOCCHIO = {"body": pin.LOCAL, "local_world_aligned": pin.LOCAL_WORLD_ALIGNED, "world": pin.WORLD}
 #: Every sixth file, and two that the first tier has.
-CHOSEN = sorted(
-    {*list(robot_files())[::6], "solo_description/robots/solo12.urdf", "ur_description/urdf/ur5_robot.urdf"}
-)
+FIRST = ("solo_description/robots/solo12.urdf", "ur_description/urdf/ur5_robot.urdf")
+CHOSEN = sorted({*list(robot_files())[::6], *FIRST})
 KINDS = ("frame_jacobians", "frame_jacobian_rates", "frame_drifts")
 CENTROIDAL = (
     "center_of_mass", "center_of_mass_jacobian", "center_of_mass_drift", "centroidal_momentum",
@@ -57,7 +56,7 @@ def off(found: Array, expected: Array) -> float:
     return float(np.linalg.norm(found - expected)) / (size if size > 1e-9 else 1.0)
 
 
-@pytest.mark.slow_except("solo_description/robots/solo12.urdf", "ur_description/urdf/ur5_robot.urdf")
+@pytest.mark.slow_except(*FIRST)
 @pytest.mark.parametrize("name", CHOSEN)
 def test_frames_and_momentum(name: str, rng: np.random.Generator) -> None:
     path = robot_files()[name]
