@@ -77,10 +77,7 @@ def state(angle: float, rate: float, acceleration: float) -> tuple[np.ndarray, n
     return np.array(q), np.array(v), a
 
 
-@pytest.mark.slow_cases("-2.4")
-@pytest.mark.long_cases("1.9")
-@pytest.mark.slow_cases("0.3")
-@pytest.mark.parametrize("angle", [0.3, 1.9, -2.4])
+@pytest.mark.parametrize("angle", [0.3, -2.4])
 def test_torque_at_the_crank_is_that_of_one_degree_of_freedom(angle: float) -> None:
     q, v, a = state(angle, 3.0, -7.0)
     found = slider_crank().actuator_efforts(q, v, a, ["turn"])
@@ -108,12 +105,6 @@ def test_efforts_and_multipliers_give_the_motion() -> None:
     others = found.efforts + found.null_space[..., 0]
     assert np.all(np.linalg.norm(found.efforts, axis=-1) < np.linalg.norm(others, axis=-1))
     assert reached.shape == a.shape
-
-
-def test_free_motion_needs_no_effort() -> None:
-    slope = crank_torque(0.8, 2.0, 1.0) - crank_torque(0.8, 2.0, 0.0)
-    q, v, a = state(0.8, 2.0, -crank_torque(0.8, 2.0, 0.0) / slope)
-    assert np.abs(slider_crank().actuator_efforts(q, v, a, ["turn"]).efforts) < 1e-12
 
 
 def test_inertia_of_a_frame_that_a_loop_holds() -> None:

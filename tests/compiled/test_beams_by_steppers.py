@@ -55,20 +55,15 @@ def at_random_steps(made: eomgen.Model, method: str, largest: float, seed: int, 
     return float(np.sqrt(np.sum(np.power(taken, 3)) / np.sum(taken))), worst
 
 
-@pytest.mark.long_cases("cosserat-generalized_alpha-4", "kirchhoff-rattlie-8", "kirchhoff-rosenbrock-4")
+@pytest.mark.long
 @pytest.mark.parametrize(
-    ("model", "method", "seeds"),
-    [
-        ("cosserat", "generalized_alpha", 4),
-        ("kirchhoff", "rosenbrock", 4),
-        ("kirchhoff", "rattlie", 8),
-    ],
+    ("model", "method", "seeds"), [("cosserat", "generalized_alpha", 2), ("kirchhoff", "rattlie", 6)]
 )
 def test_order_2_through_a_loop_at_steps_that_vary(model: str, method: str, seeds: int) -> None:
     """Errors of single grids of steps are half their mean apart with rattlie, so its slopes need more of them."""
     exact = four_bar_over_time(model)
     made, sizes, errors = eomgen.build(flexible_four_bar(model), method=method, profile="quick"), [], []
-    for power in (7, 8, 9, 10):
+    for power in (7, 8, 9):
         runs = [at_random_steps(made, method, 2.0**-power, seed, exact) for seed in range(seeds)]
         sizes.append(np.mean([size for size, _ in runs]))
         errors.append(np.mean([found for _, found in runs], axis=0))
@@ -76,12 +71,11 @@ def test_order_2_through_a_loop_at_steps_that_vary(model: str, method: str, seed
     assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.15)
 
 
-@pytest.mark.long_cases("cosserat", "kirchhoff")
-@pytest.mark.parametrize("model", ["cosserat", "kirchhoff"])
-def test_order_2_through_a_loop_at_steps_by_tolerances(model: str) -> None:
-    exact, method = four_bar_over_time(model), "generalized_alpha_adaptive"
-    made, taken, errors = eomgen.build(flexible_four_bar(model), method=method, profile="quick"), [], []
-    for tolerance in (1e-3, 1e-4, 1e-5):
+@pytest.mark.long
+def test_order_2_through_a_loop_at_steps_by_tolerances() -> None:
+    exact, method = four_bar_over_time("cosserat"), "generalized_alpha_adaptive"
+    made, taken, errors = eomgen.build(flexible_four_bar("cosserat"), method=method, profile="quick"), [], []
+    for tolerance in (1e-4, 1e-5):
         run = made.simulate(1.0, 2.0**-5, method=method, tolerance=tolerance, error_estimate=False)
         assert run.success, run.message
         taken.append(run.stats["own_steps"])
@@ -91,11 +85,8 @@ def test_order_2_through_a_loop_at_steps_by_tolerances(model: str) -> None:
     assert orders[-1] == pytest.approx([2.0, 2.0, 2.0], abs=0.1)
 
 
-@pytest.mark.long_cases("generalized_alpha-2-9", "lsrt2-2-9", "tdg1-3-8", "tdg2-5-8", "tdg3-7-6")
-@pytest.mark.parametrize(
-    ("method", "order", "finer"),
-    [("generalized_alpha", 2, 9), ("lsrt2", 2, 9), ("tdg1", 3, 8), ("tdg2", 5, 8), ("tdg3", 7, 6)],
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("method", "order", "finer"), [("lsrt2", 2, 9), ("tdg2", 5, 8)])
 def test_beams_that_shear_and_stretch_fly_by_methods_of_higher_order(method: str, order: int, finer: int) -> None:
     """All against rk4 over 1 s; at 2^-6 s, h omega of the fastest stretch is 1.25."""
     data, errors = spaghetti.scene(4, model="cosserat"), []
@@ -111,9 +102,7 @@ def test_beams_that_shear_and_stretch_fly_by_methods_of_higher_order(method: str
     assert np.min(orders) > order - 0.3 and np.max(orders) < order + 0.8
 
 
-@pytest.mark.long_except("rk4")
-@pytest.mark.parametrize("method", ["tdg1", "rk4"])
-def test_methods_without_constraints_refuse_beams_without_shear(method: str) -> None:
+def test_methods_without_constraints_refuse_beams_without_shear() -> None:
     made = eomgen.build(spaghetti.scene(2), method="generalized_alpha", profile="quick")
-    with pytest.raises(ModelError, match=f"{method} cannot run on this scene: it needs a system without constraints"):
-        made.simulate(0.1, 0.01, method=method)
+    with pytest.raises(ModelError, match="rk4 cannot run on this scene: it needs a system without constraints"):
+        made.simulate(0.1, 0.01, method="rk4")

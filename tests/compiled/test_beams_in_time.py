@@ -14,7 +14,7 @@ import eomgen
 from tests.models.cache import shared_cache
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.flying_beam import Beam
-from tests.oracles.rolled_strip import MOMENT, Strip, away_from_clamp
+from tests.oracles.rolled_strip import MOMENT, Strip
 
 __all__ = ["shared_cache"]
 
@@ -38,25 +38,13 @@ def test_a_strip_rolls_up_as_a_planar_model_does() -> None:
     expected = np.column_stack([np.cos(0.5 * angle), np.sin(0.5 * angle), x, -y])
     scene = beam_scene(4, {"torque": [0.0, f"{MOMENT!r} * load", 0.0]}, {"damping": dict.fromkeys(ROLL_UP, 200.0)})
     model, errors = eomgen.build(scene, profile="quick"), []
-    for power in (6, 7, 8):
+    for power in (6, 7):
         run = model.simulate(10.0, 2.0**-power, rho_inf=0.8, record_every=5 * 2 ** (power - 1), error_estimate=False)
         pose = run.poses["rope.4"][1:]
         np.testing.assert_allclose(pose[:, [1, 3, 5]], 0.0, atol=1e-9)
         errors.append(np.abs(pose[:, [0, 2, 4, 6]] - expected).max())
-    assert errors[-1] < 3e-5
+    assert errors[-1] < 1.2e-4
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
-
-
-@pytest.mark.long
-def test_how_close_a_strip_is_rolled_up_after_30_s_is_what_its_damping_leaves() -> None:
-    """For Cd = 100 a gap of 1e-3 at 30 s is asked for, but the equations have 3.5e-3 there with elements of one wrench,
-    and 2.6e-3 with ours; below 1e-3 are both at 50 s, and at 30 s with Cd = 200."""
-    times = np.array([30.0, 50.0, 60.0])
-    for linear, left in ((False, 3.54e-3), (True, 2.61e-3)):
-        gaps = away_from_clamp(Strip(8, 200.0, linear).moved(times))
-        assert gaps[0] == pytest.approx(left, rel=0.01)
-        assert gaps[1] < 6e-4 and gaps[2] < 0.5 * gaps[1]
-    assert away_from_clamp(Strip(8, 400.0, linear_moments=True).moved(times[:1])) < 4e-4
 
 
 # -- flying spaghetti --------------------------------------------------------------------------------------------------
@@ -100,50 +88,42 @@ def test_a_centre_of_mass_flies_straight_where_nodes_travel_and_turn_apart() -> 
     assert slopes(ranges) == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("inextensible-8-7-0", "kirchhoff-16-8-2")
-@pytest.mark.parametrize(
-    ("kind", "elements", "coarsest", "unresolved"), [("kirchhoff", 16, 8, 2), ("inextensible", 8, 7, 0)]
-)
-def test_noodles_are_of_order_2_at_steps_that_resolve_them(
-    kind: str, elements: int, coarsest: int, unresolved: int
-) -> None:
+@pytest.mark.long
+def test_a_noodle_is_of_order_2_at_steps_that_resolve_it() -> None:
     """Root mean squares over 1/2 s. Stretch of 16 elements oscillates at up to 320 rad/s, times 2^-8 s it is 1.25:
-    axial velocities, and section forces, have their order from 2^-10 s on, all else from 2^-8 on, and all of it
-    without stretch."""
-    model = eomgen.build(spaghetti.scene(elements, model=kind), method="rattlie", profile="quick")
+    axial velocities, and section forces, have their order from 2^-10 s on, all else from 2^-8 on."""
+    model = eomgen.build(spaghetti.scene(16, model="kirchhoff"), method="rattlie", profile="quick")
 
     def at(power: int) -> list[np.ndarray]:
         run = model.simulate(0.5, 2.0**-power, method="rattlie", record_every=2 ** (power - 6), error_estimate=False)
         assert run.success, run.message
-        v = run.v.reshape(len(run.t), elements + 1, 6)
+        v = run.v.reshape(len(run.t), 17, 6)
         return [run.q, np.delete(v, 3, axis=2), v[:, :, 3], run.multipliers]
 
-    runs = [at(coarsest + number) for number in range(7)]
+    runs = [at(8 + number) for number in range(6)]
     exact = [fine + (fine - coarse) / 3.0 for coarse, fine in zip(*runs[-2:], strict=True)]
-    found = slopes([[np.sqrt(np.mean((a - b) ** 2)) for a, b in zip(run, exact, strict=True)] for run in runs[:5]])
+    found = slopes([[np.sqrt(np.mean((a - b) ** 2)) for a, b in zip(run, exact, strict=True)] for run in runs[:4]])
     np.testing.assert_allclose(found[:, :2], 2.0, atol=0.1)
-    np.testing.assert_allclose(found[unresolved:, 2:], 2.0, atol=0.1)
-    assert not unresolved or np.max(found[0, 2:]) < 1.9
+    np.testing.assert_allclose(found[2:, 2:], 2.0, atol=0.1)
+    assert np.max(found[0, 2:]) < 1.9
 
 
 # -- right-angle cantilever --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.long
-@pytest.mark.slow
 def test_the_right_angle_cantilever_takes_long_steps() -> None:
     """0.2 s are 1/30 of a slow swing and 30 periods of stretch; relative and absolute tolerances are ODIN's."""
     model = eomgen.build(cantilever.scene(5), profile="quick")
     fine = model.simulate(10.0, 0.01, record_every=20, rho_inf=0.8, error_estimate=False)
     run, counts = model.start(step=0.2, rho_inf=0.8, settings={"rtol": 1e-5, "atol": 1e-3}), [0]
-    for _ in range(150):
+    for _ in range(75):
         run.step()
         counts.append(run.statistics["newton_iterations"])
     taken = np.diff(counts)
     assert np.max(taken) <= 20 and np.mean(taken) <= 8.0
     for settings in ({}, {"rtol": 1e-5, "atol": 1e-3}):
-        coarse = model.simulate(30.0, 0.2, rho_inf=0.8, settings=settings, error_estimate=False)
+        coarse = model.simulate(10.0, 0.2, rho_inf=0.8, settings=settings, error_estimate=False)
         assert coarse.success, coarse.message
         for place in ("elbow", "tip"):
             z, expected = coarse.outputs[place][: len(fine.t), 2], fine.outputs[place][:, 2]

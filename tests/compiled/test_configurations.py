@@ -103,8 +103,8 @@ def test_what_is_said_of_mistakes() -> None:
         solo().random(2, parameters=np.zeros((2, len(solo().evaluator.parameter_names))))
 
 
-@pytest.mark.parametrize("count", [1, 2, 31, 32, 40])  # few are looked over one by one
-@pytest.mark.parametrize("batch", [(), (1,), (3,), (2, 3)])
+# few are looked over one by one
+@pytest.mark.parametrize(("count", "batch"), [(1, ()), (2, (2, 3)), (31, (1,)), (32, (3,)), (40, ())])
 def test_each_quaternion_has_to_be_of_unit_length(count: int, batch: tuple[int, ...], rng: np.random.Generator) -> None:
     factors = [Factor("SE3", f"body {k}", 8 * k + 1, 7, 7 * k + 1, 6) for k in range(count)]
     factors = [one for k, free in enumerate(factors) for one in (Factor("R", f"hinge {k}", 8 * k, 1, 7 * k, 1), free)]

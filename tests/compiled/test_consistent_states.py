@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.compiled.consistent_states import consistent_samples
 from eomgen.lie import product
+from tests.models.library import scene
 from tests.models.scenes import absolute
 
-FOUR_BAR = Path(__file__).parents[2] / "examples" / "four_bar" / "scene.toml"
-BALL = {
-    "format": 1,
-    "name": "ball",
-    "parameters": {"radius": {"value": 0.3, "unit": "m", "tunable": True}},
-    "bodies": {"ball": {"mass": 2.0, "inertia": [0.07, 0.07, 0.07]}},
-    "joints": {"fly": {"type": "free", "parent": "base", "child": "ball", "initial": {"position": [0, 0, 0.3]}}},
-    "constraints": {
-        "roll": {
-            "type": "rolling",
-            "shape": "sphere",
-            "radius": "radius",
-            "first": {"body": "base", "axis": [0, 0, 1]},
-            "second": {"body": "ball"},
-        }
-    },
+ROLLING = {
+    "type": "rolling",
+    "shape": "sphere",
+    "radius": "radius",
+    "first": {"body": "base", "axis": [0, 0, 1]},
+    "second": {"body": "hull"},
 }
 
 
@@ -36,11 +24,14 @@ def model_of(name: str) -> eomgen.Model:
     """Return a model with a closed loop, in absolute coordinates, or with rows of velocities."""
     if name == "absolute":
         return absolute()
-    scene = BALL
     if name == "four_bar":
-        scene = tomllib.loads(FOUR_BAR.read_text(encoding="utf-8"))
-        scene["parameters"]["ground"]["tunable"] = True
-    return eomgen.build(scene, profile="quick")
+        return eomgen.build(scene("four_bar/scene", parameters__ground__tunable=True), profile="quick")
+    radius = {"value": 0.3, "unit": "m", "tunable": True}
+    start = {"position": [0, 0, 0.3]}
+    ball = scene(
+        "free_body", gravity=None, parameters__radius=radius, constraints__roll=ROLLING, joints__root__initial=start
+    )
+    return eomgen.build(ball, profile="quick")
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.lie import product
 from tests.models.scenes import absolute, flyer
 
 
@@ -17,42 +16,6 @@ def test_sizes_and_names_of_rows() -> None:
     model = absolute()
     assert (model.nq, model.nv, len(model.multipliers)) == (21, 18, 8)
     assert model.multipliers[0].startswith("ball") and model.multipliers[-1].startswith("slide")
-
-
-@pytest.mark.slow
-def test_the_jacobian_is_the_left_trivialised_derivative_of_the_constraints(rng: np.random.Generator) -> None:
-    model = absolute()
-    q = product.update(model.factors, model.initial_q, rng.normal(scale=0.3, size=model.nv))
-    w = rng.normal(size=model.nv)
-    small = 1e-6
-    ahead, behind = (
-        model.evaluate("constraint", product.update(model.factors, q, s * small * w))["Phi"] for s in (1.0, -1.0)
-    )
-    (B,) = model.evaluate("constraint_jacobian", q).values()
-    assert B.shape == (8, 18)
-    np.testing.assert_allclose(B @ w, (ahead - behind) / (2.0 * small), atol=1e-8)
-    batch = model.evaluate("constraint", np.stack([q, model.initial_q]))["Phi"]
-    assert batch.shape == (2, 8)
-    np.testing.assert_allclose(batch[1], 0.0, atol=1e-15)
-
-
-@pytest.mark.slow
-def test_multipliers_enter_the_residual_by_the_transposed_jacobian(rng: np.random.Generator) -> None:
-    model = absolute()
-    q, v, a, lam = model.initial_q, *rng.normal(size=(2, model.nv)), rng.normal(size=8)
-    (B,) = model.evaluate("constraint_jacobian", q).values()
-    free = model.evaluate("residual", q, v, a)["r"]
-    held = model.evaluate("residual", q, v, a, multipliers=lam)["r"]
-    np.testing.assert_allclose(held - free, B.T @ lam, atol=1e-12)
-    np.testing.assert_allclose(free, model.inverse_dynamics(q, v, a), atol=1e-12)
-    small = 1e-6
-    K, _, _ = model.partials(q, v, a, multipliers=lam)
-    w = rng.normal(size=model.nv)
-    ahead, behind = (
-        model.evaluate("residual", product.update(model.factors, q, s * small * w), v, a, multipliers=lam)["r"]
-        for s in (1.0, -1.0)
-    )
-    np.testing.assert_allclose(K @ w, (ahead - behind) / (2.0 * small), atol=1e-6)
 
 
 @pytest.mark.slow
@@ -105,25 +68,7 @@ def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
     assert any(line.startswith("initial position corrected: slide: ") for line in solution.metadata["corrections"])
 
 
-@pytest.mark.long
 @pytest.mark.slow
-def test_explicit_methods_say_why_they_refuse_constraints() -> None:
-    with pytest.raises(eomgen.ModelError, match=r"rk4 cannot run on this scene: .*constraints"):
-        absolute().simulate(0.1, 1e-3, method="rk4")
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("generalized_alpha_f1", "generalized_alpha_index3", "generalized_alpha_index3_f2")
-@pytest.mark.parametrize("method", ["generalized_alpha_index3", "generalized_alpha_f1", "generalized_alpha_index3_f2"])
-def test_other_forms_reach_the_same_end(method: str) -> None:
-    model = absolute()
-    expected = model.simulate(0.1, 5e-4)
-    found = model.simulate(0.1, 5e-4, method=method)
-    assert found.success, found.message
-    np.testing.assert_allclose(found.q[-1], expected.q[-1], atol=1e-5)
-
-
-@pytest.mark.long
 def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -> None:
     builder = (
         eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
@@ -142,7 +87,7 @@ def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -
         np.testing.assert_allclose(found.outputs["tip"][-1], expected.outputs["tip"][-1], atol=1e-5)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_model_of_few_terms_runs_by_its_own_method_and_by_others() -> None:
     model = eomgen.build(absolute().scene, ["poses"], profile="quick")
     for method in ("generalized_alpha", "rk4_partitioned"):

@@ -34,12 +34,12 @@ spaghetti: Any = SimpleNamespace(
 
 @pytest.mark.long
 def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
-    model = eomgen.build(spaghetti.scene(8, model="cosserat"), profile="quick")
+    model = eomgen.build(spaghetti.scene(4, model="cosserat"), profile="quick")
     gaps, ends, lost = [], [], []
-    for step in (0.01, 0.005, 0.0025):
-        run = model.simulate(8.0, step, record_every=round(0.05 / step), error_estimate=False)
+    for step in (0.005, 0.0025, 0.00125):
+        run = model.simulate(6.0, step, record_every=round(0.05 / step), error_estimate=False)
         assert run.success, run.message
-        nodes, free = spaghetti.axis_of(run, 8), run.t >= spaghetti.THROWN
+        nodes, free = spaghetti.axis_of(run, 4), run.t >= spaghetti.THROWN
         centre = spaghetti.centre_of_mass(nodes[free])
         gaps.append(np.abs(centre - spaghetti.in_free_flight(run.t[free])).max())
         ends.append(nodes[:, -1])
@@ -84,23 +84,9 @@ def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
     return counts | {name: waiting[name] for name in ("residual", "iteration") if name in waiting}
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases(
-    "cosserat-generalized_alpha-40",
-    "kirchhoff-generalized_alpha-40",
-    "kirchhoff-generalized_alpha_index3-40",
-    "kirchhoff-rattlie-40",
-    "kirchhoff-rosenbrock-60",
-)
+@pytest.mark.long
 @pytest.mark.parametrize(
-    ("kind", "name", "fewest"),
-    [
-        ("cosserat", "generalized_alpha", 40),
-        ("kirchhoff", "generalized_alpha", 40),
-        ("kirchhoff", "generalized_alpha_index3", 40),
-        ("kirchhoff", "rattlie", 40),
-        ("kirchhoff", "rosenbrock", 60),
-    ],
+    ("kind", "name", "fewest"), [("cosserat", "generalized_alpha", 40), ("kirchhoff", "rattlie", 40)]
 )
 def test_the_c_of_more_elements_is_as_long(kind: str, name: str, fewest: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scheduler, "REROLL_FROM", 0)
@@ -185,11 +171,11 @@ def test_branches_on_a_turning_hub_move_alike_in_both_coordinates() -> None:
     ends = []
     for coordinates in ("joint", "absolute"):
         model = eomgen.build(eomgen.load(scene, coordinates=cast("Any", coordinates)), profile="quick")
-        run = model.simulate(0.2, 5e-4, error_estimate=False)
+        run = model.simulate(0.1, 5e-4, error_estimate=False)
         assert run.success, run.message
         assert run.stats["energy_error"] < 1e-5
         ends.append(run.outputs["end"])
-    assert np.abs(ends[0][-1] - ends[0][0]).max() > 0.03
+    assert np.abs(ends[0][-1] - ends[0][0]).max() > 0.01
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
 
 

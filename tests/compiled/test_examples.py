@@ -1,5 +1,5 @@
-"""The C of every example: no warning, nothing for sanitizers to find, the same run as of the library that users get by
-default, one meaning in four types."""
+"""The C of examples with every feature: no warning, nothing for sanitizers to find, the same run as of the library that
+users get by default, one meaning in four types."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import io
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,17 +22,7 @@ from tests.oracles.evaluation import Array
 from tests.oracles.states import random_states
 
 ROOT = Path(__file__).parents[2]
-#: Scenes whose C has nothing that others lack; ``tests/examples`` runs them.
-ALIKE = {
-    "heavy_top/r3xso3_index3.toml",
-    "heavy_top/se3_index3.toml",
-    "misaligned_four_bar/scene.toml",
-    "sea_arm/links.toml",
-    "spin_up_beam/exact.toml",
-    "spin_up_beam/set_b.toml",
-    "spin_up_beam/without_stiffening.toml",
-}
-SCENES = sorted({str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml")} - ALIKE)
+SCENES = covering(sorted(str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml")))
 #: Their functions are of the kinds of smaller scenes, and take a minute of the compiler in four types.
 LARGE = {
     "cable_net/scene.toml",
@@ -62,23 +53,12 @@ def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(s
     assert compiler, "these tests need a C compiler called cc"
     sources = sorted(str(file) for file in folder.glob("*.c"))
     flags = [*STRICT, *(LARGE_SANITIZERS if scene in LARGE else SANITIZERS)]
-    built = subprocess.run(
-        [compiler, *flags, *sources, "-o", str(tmp_path / "model"), "-lm"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    captured: dict[str, Any] = {"capture_output": True, "text": True, "check": False, "timeout": 300}
+    built = subprocess.run([compiler, *flags, *sources, "-o", str(tmp_path / "model"), "-lm"], **captured)
     assert built.returncode == 0, built.stderr
     loaded = eomgen.load(path)
     step = loaded.simulation.step
-    run = subprocess.run(
-        [str(tmp_path / "model"), repr(STEPS * step), repr(step), "1"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    run = subprocess.run([str(tmp_path / "model"), repr(STEPS * step), repr(step), "1"], **captured)
     assert run.returncode == 0, run.stderr
     rows = list(csv.reader(io.StringIO(run.stdout)))
     expected = eomgen.build(loaded, profile="fast").simulate(STEPS * step, step)

@@ -70,7 +70,6 @@ def moved(model: eomgen.Model, q: np.ndarray, v: np.ndarray, step: float) -> np.
     return np.array([product.update(model.factors, each, step * rate) for each, rate in zip(q, v, strict=True)])
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_jacobians_rates_and_drifts_belong_together(rng: np.random.Generator) -> None:
     model = arm()

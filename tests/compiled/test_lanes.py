@@ -67,17 +67,13 @@ def same(one: tuple[Array, ...], other: tuple[Array, ...]) -> None:
         np.testing.assert_array_equal(first.view(np.int64), second.view(np.int64))
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_except("active_vehicle/scene.toml", "half_car_on_measured_road/scene.toml")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [
         "active_vehicle/scene.toml",  # a free body, tyres, an exponential
-        "bouncing_ball/scene.toml",  # contact
         "elastic_slider_crank/scene.toml",  # a closed loop, an elastic body
         "half_car_on_measured_road/scene.toml",  # a table
-        "robot_arm/scene.toml",
     ],
 )
 def test_every_function_of_a_scene_has_the_same_bits(

@@ -55,7 +55,6 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "scene.toml"
 
 
-@pytest.mark.long_cases("float")
 @pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_numbers_are_those_of_python(scene: Path, real: str) -> None:
@@ -70,7 +69,6 @@ def test_the_numbers_are_those_of_python(scene: Path, real: str) -> None:
     np.testing.assert_array_equal(values[:, 3], values[:, 4])
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_table_of_three_is_compiled_once_and_the_folder_stands_alone(scene: Path, tmp_path: Path) -> None:
     eomgen.generate(scene, tmp_path / "c", method="rk4")

@@ -167,15 +167,6 @@ def test_terms_with_weights_are_no_terms_to_evaluate() -> None:
             model.evaluate(term, Q, V, A)
 
 
-def test_inverse_dynamics_is_the_sum_of_its_terms(rng: np.random.Generator) -> None:
-    model = flyer()
-    v, a = rng.normal(size=(2, 6, model.nv))
-    q = model.initial_q
-    tau = np.einsum("ij,nj->ni", model.mass(q), a) + model.coupling(q, v) - model.force(q, v)
-    np.testing.assert_allclose(model.inverse_dynamics(q, v, a), tau, atol=1e-12 * np.abs(tau).max())
-    np.testing.assert_allclose(model.inverse_dynamics(q, v, model.forward_dynamics(q, v)), 0.0, atol=1e-11)
-
-
 @pytest.mark.parametrize(
     ("call", "text"),
     [

