@@ -138,7 +138,6 @@ def pendulum() -> eomgen.Model:
     )
 
 
-@pytest.mark.slow
 def test_what_hangs_on_a_beam_moves_as_its_poses_say() -> None:
     """Velocities and accelerations of a body on a beam, and of a point on it, against differences of poses along a
     parabola."""

@@ -26,7 +26,6 @@ def solo() -> eomgen.Model:
     return eomgen.build(scene, terms=["mass"], profile="quick")
 
 
-@pytest.mark.slow
 def test_steps_and_differences_are_pinocchios(rng: np.random.Generator) -> None:
     model = solo()
     oracle = oracle_from_urdf(SOLO, eomgen.load(SOLO, root="free"), "free")

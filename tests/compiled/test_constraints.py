@@ -11,14 +11,12 @@ import eomgen
 from tests.models.scenes import absolute, flyer
 
 
-@pytest.mark.slow
 def test_sizes_and_names_of_rows() -> None:
     model = absolute()
     assert (model.nq, model.nv, len(model.multipliers)) == (21, 18, 8)
     assert model.multipliers[0].startswith("ball") and model.multipliers[-1].startswith("slide")
 
 
-@pytest.mark.slow
 def test_wrong_multipliers_and_missing_velocities_are_named() -> None:
     model = absolute()
     rest = np.zeros(model.nv)
@@ -29,7 +27,6 @@ def test_wrong_multipliers_and_missing_velocities_are_named() -> None:
     np.testing.assert_allclose(flyer().evaluate("residual", flyer().initial_q, flyer().initial_v)["r"], 0.0, atol=1e-12)
 
 
-@pytest.mark.slow
 def test_accelerations_meet_the_constraints_and_the_equations(rng: np.random.Generator) -> None:
     model = absolute()
     v = model.consistent(model.initial_q, rng.normal(size=model.nv)).v
@@ -44,7 +41,6 @@ def test_accelerations_meet_the_constraints_and_the_equations(rng: np.random.Gen
     np.testing.assert_allclose(batch[0], vdot, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.slow
 def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None:
     free, held = flyer(), absolute()
     expected, found = (model.simulate(0.2, 1e-3, method="generalized_alpha") for model in (free, held))
@@ -58,7 +54,6 @@ def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None
     assert found.stats["max_constraint"] <= 1e-12 and found.stats["max_constraint_velocity"] <= 1e-9
 
 
-@pytest.mark.slow
 def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
     model = absolute()
     q = model.initial_q.copy()

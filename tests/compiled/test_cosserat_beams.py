@@ -32,7 +32,7 @@ spaghetti: Any = SimpleNamespace(
 )
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
     model = eomgen.build(spaghetti.scene(4, model="cosserat"), profile="quick")
     gaps, ends, lost = [], [], []
@@ -51,7 +51,7 @@ def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
     assert lost[2] < 2e-4 * 875.0
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_slender_beams_do_not_lock() -> None:
     stiffness = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), "1e4 * factor")
     scene = beam_scene(4, {"force": [0.0, "15 * load", 0.0]}, {"stiffness": stiffness})
@@ -131,7 +131,6 @@ def test_half_a_turn_in_a_few_of_many_rows_is_seen() -> None:
     assert turned_by(0.9 * angles) == ""
 
 
-@pytest.mark.long
 def test_a_run_in_which_an_element_turns_too_far_has_not_succeeded() -> None:
     scene = beam_scene(2, {"torque": [0.0, 0.0, "2000 * load"]}, {"stiffness_damping": 0.02})
     run = eomgen.build(scene, profile="quick").simulate(4.0, 2e-3, error_estimate=False)
@@ -189,7 +188,7 @@ def test_a_run_that_leaves_the_numbers_says_so_and_nothing_else() -> None:
     assert "a value became infinite or not a number; try: a step smaller than 1 s" in run.message
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_bent_beam_at_rest_rests_and_its_outputs_are_not_in_doubt() -> None:
     scene = beam_scene(3, {"force": [0.0, "15 * (load - 1)", 0.0]}, {"curvature": [0.03, 0.0, 0.07]})
     scene["outputs"] = {"moment": {"section_moment": "rope", "at": 0.0}, "clamp": {"reaction_moment": "clamp"}}

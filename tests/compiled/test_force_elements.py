@@ -13,7 +13,7 @@ from tests.compiled.test_examples import check_four_number_types
 from tests.oracles.states import random_states
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_four_number_types_agree_on_force_elements(tmp_path: Path, rng: np.random.Generator) -> None:
     builder = (
         SceneBuilder("elements").body("hub", 5.0, inertia=[0.1, 0.18, 0.1]).body("arm", 1.0, inertia=[0.05, 0.04, 0.03])

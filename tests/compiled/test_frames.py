@@ -84,7 +84,6 @@ def test_jacobians_rates_and_drifts_belong_together(rng: np.random.Generator) ->
     np.testing.assert_allclose(inertia, expected, rtol=1e-10)
 
 
-@pytest.mark.slow
 def test_what_is_said_of_mistakes() -> None:
     model = arm()
     q = model.initial_q

@@ -235,7 +235,7 @@ def test_constrained_compiled_steps_are_those_of_the_slow_stepper(pinned: eomgen
 # -- long trees --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_long_trees_carry_states() -> None:
     """40 links, one lagging torque at a joint, one lagging force that sees the tip: sparse matrix against explicit
     steps."""

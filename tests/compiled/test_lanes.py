@@ -68,6 +68,7 @@ def same(one: tuple[Array, ...], other: tuple[Array, ...]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("active_vehicle/scene.toml", "elastic_slider_crank/scene.toml")
 @pytest.mark.parametrize(
     "scene",
     [
@@ -109,7 +110,6 @@ def test_batches_of_any_size_and_of_broadcast_operands_have_the_same_bits(
         assert in_lanes(model, name)
 
 
-@pytest.mark.slow
 def test_leading_axes_and_steps_in_memory_are_as_without_lanes(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
 ) -> None:
@@ -123,7 +123,6 @@ def test_leading_axes_and_steps_in_memory_are_as_without_lanes(
     assert in_lanes(model, "inverse_dynamics")
 
 
-@pytest.mark.slow_cases("nan")
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 1e300])
 def test_a_sample_that_is_no_number_leaves_the_others_alone(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, wrong: float

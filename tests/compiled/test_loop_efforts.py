@@ -159,7 +159,6 @@ def translated(model: eomgen.Model, engine: Engine, q: Array, v: Array, a: Array
     return own_q, own_v, own_a
 
 
-@pytest.mark.slow_cases("five_bar")
 @pytest.mark.parametrize("name", MACHINES)
 def test_efforts_are_those_of_mujoco(name: str, rng: np.random.Generator) -> None:
     machine, engine, model = MACHINES[name], Engine(MACHINES[name].mjcf()), built(name)

@@ -217,7 +217,6 @@ def test_a_term_that_was_not_built_is_named() -> None:
         model.simulate(1.0)
 
 
-@pytest.mark.slow
 def test_only_the_terms_a_method_needs_are_enough_for_it() -> None:
     model = eomgen.build(flyer_scene(), terms=["forward_dynamics"], profile="quick")
     run = model.simulate(0.1, 1e-2, method="rk4")

@@ -49,7 +49,6 @@ def derivatives(expression: sympy.Expr, order: int, times: Array = AT) -> list[A
     ]
 
 
-@pytest.mark.slow
 def test_pendulum_on_a_shaking_base_to_the_fourth_order(model: eomgen.Model) -> None:
     q, v, a, j, s, *higher = derivatives(MOTION, 6)
     expected = derivatives(effort(), 4)
@@ -62,7 +61,6 @@ def test_pendulum_on_a_shaking_base_to_the_fourth_order(model: eomgen.Model) -> 
         assert relative_error(found[k], expected[k]) <= 1e-13, k
 
 
-@pytest.mark.slow
 def test_inputs_of_the_caller_are_constant_unless_their_derivatives_are_given(model: eomgen.Model) -> None:
     q, v, a, j, s, *higher = derivatives(MOTION, 6)
     other = sympy.cos(2 * TIME)

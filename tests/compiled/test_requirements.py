@@ -89,7 +89,6 @@ def calls() -> Iterator[str]:
             yield name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", list(calls()))
 def test_every_call_that_takes_parameters_refuses_them(name: str) -> None:
     method = getattr(model(), name)

@@ -110,6 +110,7 @@ def test_large_memory_is_kept_if_the_system_can_take_it_back(monkeypatch: pytest
     assert (few == 3.0).all()
 
 
+@pytest.mark.slow
 def test_memory_outlives_its_owner_and_is_dropped_within_collections() -> None:
     memory = ResultMemory()
     array = memory.empty(SHAPE, float)
