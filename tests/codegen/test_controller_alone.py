@@ -73,10 +73,9 @@ def answers(program: Path, rows: Array, *arguments: str) -> Array:
     return np.array([[float(number) for number in line.split(",")] for line in ended.stdout.splitlines()])
 
 
-@pytest.mark.slow_cases("40.0")
-@pytest.mark.parametrize("k", [40.0, pytest.param(25.0, marks=pytest.mark.slow)])
-def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path: Path) -> None:
-    data = servo()
+@pytest.mark.slow
+def test_sampled_states_give_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
+    data, k = servo(), 25.0
     eomgen.generate(data, tmp_path / "c", only="controller", parameters={"k": k})
     terms = ["outputs", "samples", "forward_dynamics", "internal_rate"]
     model = eomgen.build(data, terms, method="rk4", profile="quick")

@@ -108,22 +108,8 @@ def test_powers_are_within_seven_tenths_of_a_unit(
 
 def test_powers_at_special_numbers_are_those_of_c99(functions: Callable[..., np.ndarray]) -> None:
     large = 2.0**53
-    special = [
-        0.0,
-        1.0,
-        2.0,
-        0.5,
-        3.0,
-        np.inf,
-        1e300,
-        LARGEST,
-        SMALLEST,
-        1e-310,
-        2.5,
-        large,
-        large + 2,
-        large / 2 - 0.5,
-    ]
+    special = [0.0, 1.0, 2.0, 0.5, 3.0, np.inf, 1e300, LARGEST, SMALLEST, 1e-310, 2.5]
+    special += [large, large + 2, large / 2 - 0.5]
     numbers = np.array([*special, *(-x for x in special), np.nan, large / 2 + 1, -large / 2 - 1])
     x, y = (grid.ravel() for grid in np.meshgrid(numbers, numbers))
     with np.errstate(all="ignore"):
@@ -165,15 +151,13 @@ def test_special_arguments(functions: Callable[..., np.ndarray]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lanes", [8, pytest.param(16, marks=pytest.mark.slow)])
 def test_more_lanes_than_a_register_has_give_the_same_bits(
-    lanes: int,
     libraries: dict[tuple[str, str], Library],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     rng: np.random.Generator,
 ) -> None:
-    flags = (*builder._REALS["lanes"], f"-DEG_LANES={lanes}")
+    flags = (*builder._REALS["lanes"], "-DEG_LANES=16")
     monkeypatch.setitem(builder._REALS, "lanes", flags)
     wide = compile_system(powers_and_roots(), tmp_path, profile="quick", real="lanes")
     x, y = 10.0 ** rng.uniform(-30, 30, 101), rng.normal(size=101)

@@ -49,14 +49,13 @@ def rows_of(folder: Path) -> Array:
     return np.array([[float(text) for text in line.split(",")] for line in result.stdout.splitlines()[1:]])
 
 
-@pytest.mark.long_except_every(3)
-@pytest.mark.slow_cases("tree")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "name", "value"),
     [
         (lambda: eomgen.load(tomllib.loads(PENDULUM_TOML)), "length", 0.3),
-        pytest.param(lambda: eomgen.load(tomllib.loads(SERVO)), "load", 3.0, marks=pytest.mark.slow),
-        pytest.param(loop, "reach", 0.45, marks=pytest.mark.slow),
+        pytest.param(lambda: eomgen.load(tomllib.loads(SERVO)), "load", 3.0),
+        pytest.param(loop, "reach", 0.45),
     ],
     ids=["tree", "equilibrium", "loop"],
 )
@@ -74,7 +73,6 @@ def test_the_code_starts_and_moves_as_a_run_with_these_parameters(
     assert np.max(np.abs(own.q - expected.q)) > 1e-6
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_line_sets_values_with_units_and_the_number_type(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -70,7 +70,6 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("cache")
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "lanes", "complex", "float"])
 def test_loop_equals_unrolled_and_the_tape(real: str, cache: Path, rng: np.random.Generator) -> None:
@@ -107,10 +106,10 @@ def waves_system(count: int) -> System:
     )
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("12-4-double")
-@pytest.mark.parametrize("real", ["double", "lanes", "complex", "float"])
-@pytest.mark.parametrize(("count", "lanes"), [(5, 1), (6, 2), (12, 4), (40, 8)])
+@pytest.mark.parametrize(
+    ("count", "lanes", "real"), [(5, 1, "complex"), (6, 2, "float"), (12, 4, "double"), (40, 8, "lanes")]
+)
 def test_loops_that_share_run_as_one_side_by_side(real: str, count: int, lanes: int, cache: Path) -> None:
     system = waves_system(count)
     program = to_program(system)

@@ -30,7 +30,7 @@ def test_ordinary_names_stay_readable() -> None:
     assert mangle("a_Zb") == "p_a_Z5f_Zb"
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @given(st.text(max_size=60))
 @settings(max_examples=300, deadline=None)
 def test_comments_cannot_end_or_continue(text: str) -> None:

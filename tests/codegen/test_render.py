@@ -6,31 +6,25 @@ from __future__ import annotations
 import errno
 import io
 import json
-import os
 import re
-import shlex
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 import pytest
 
-import eomgen
 from eomgen.base.files import temporary_file
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.folder import write_folder
-from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.targets.c.target import generate_files, generate_interface
 from eomgen.errors import FileError
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function, Quantity, System
-from tests.codegen.hand_made import call, compile_program, make_system, pendulum
-from tests.codegen.test_schedule import tangled
+from tests.codegen.hand_made import make_system, pendulum
 
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes", "-Werror"]
 HOSTILE = [
@@ -182,52 +176,6 @@ def test_headers_of_steppers_use_no_short_names(header: Path) -> None:
     assert not re.findall(r"\breal\b|\bK\(", public)
 
 
-@pytest.mark.long
-def test_bytes_do_not_depend_on_the_hash_seed() -> None:
-    script = (
-        "import hashlib\n"
-        "from eomgen.codegen.convert import to_program\n"
-        "from eomgen.codegen.targets.c.target import generate_files, generate_interface\n"
-        "from tests.codegen.test_schedule import tangled\n"
-        "program = to_program(tangled(), part_limit=50)\n"
-        "files = generate_files(program, file_limit=300)\n"
-        "files |= generate_interface(program, files)\n"
-        "print(hashlib.sha256((program.to_json() + repr(sorted(files.items()))).encode()).hexdigest())\n"
-    )
-    found = {
-        subprocess.run(
-            [sys.executable, "-c", script],
-            env={**os.environ, "PYTHONHASHSEED": seed},
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout
-        for seed in ("1", "4242")
-    }
-    assert len(found) == 1
-
-
-def test_program_and_layout_are_json_and_agree() -> None:
-    program = to_program(pendulum())
-    data = json.loads(program.to_json())
-    layout = interface_layout(program)
-    assert [function["name"] for function in data["functions"]] == ["mass", "coupling"]
-    assert layout == json.loads(json.dumps(layout))
-    assert layout["functions"][1]["input_sizes"] == [2, 2, 2]
-    assert layout["functions"][0]["outputs"][0] | {"description": ""} == {
-        "name": "M",
-        "argument": "M",
-        "shape": [2, 2],
-        "size": 4,
-        "description": "",
-    }
-    assert [(p["name"], p["value"], p["unit"]) for p in layout["parameters"]] == [
-        ("mass", 2.0, "kg"),
-        ("length", 0.5, "m"),
-    ]
-    assert "parts" not in layout["functions"][0]
-
-
 def test_the_manifest_tells_how_to_compile_and_what_is_there() -> None:
     files = generate_files(to_program(pendulum()))
     manifest = json.loads(files["manifest.json"])
@@ -235,37 +183,6 @@ def test_the_manifest_tells_how_to_compile_and_what_is_there() -> None:
     assert manifest["compile"] == "cc -std=c99 -O2 -ffp-contract=off main.c pendulum.c -o pendulum -lm"
     assert manifest["functions"]["mass"]["counts"]["multiplications"] == 4
     assert manifest["compile"] in files["README.md"]
-
-
-def test_the_manifest_has_names_and_units_in_the_order_of_the_arrays() -> None:
-    """Names and units are as the scene writes them; components of arrays follow each other."""
-    scene = {
-        "format": 1,
-        "name": "motor",
-        "parameters": {"c": {"value": 0.3, "unit": "N m s/rad", "tunable": True}},
-        "inputs": {"torque": {"unit": "N m"}},
-        "bodies": {"arm": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}},
-        "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0], "damping": "c"}},
-        "efforts": {"drive": {"joint": "hinge", "effort": "torque - lag"}},
-        "states": {"lag": {"rate": "torque - lag", "unit": "N m"}},
-        "outputs": {
-            "angle": {"formula": "q.hinge", "unit": "rad"},
-            "twice": {"formula": ["lag", "2 * lag"], "unit": "N m"},
-        },
-    }
-    manifest = json.loads(generate_files(to_program(eomgen.derive(scene)))["manifest.json"])
-    found = {
-        block: [(item["name"], item["unit"], item["size"]) for item in items]
-        for block, items in manifest["quantities"].items()
-    }
-    assert found == {
-        "parameters": [("c", "N m s/rad", 1)],
-        "inputs": [("torque", "N m", 1)],
-        "coordinates": [],  # their units come with a description
-        "velocities": [],
-        "states": [("lag", "N m", 1)],
-        "outputs": [("angle", "rad", 1), ("twice", "N m", 2)],
-    }
 
 
 def test_numbers_round_trip_through_the_text() -> None:
@@ -352,22 +269,6 @@ def test_the_fingerprint_changes_with_the_code_only() -> None:
     assert fingerprint(pendulum()) == fingerprint(pendulum())
     assert fingerprint(pendulum()) != fingerprint(hostile())
     assert np.all([character in "0123456789abcdef" for character in fingerprint(pendulum())])
-
-
-@pytest.mark.long
-def test_the_manifest_s_command_gives_the_bits_of_the_library(tmp_path: Path) -> None:
-    system = tangled(operations=150, functions=2)
-    program = to_program(system)
-    files = generate_files(program)
-    folder = write_folder(files, tmp_path / "model")
-    subprocess.run(shlex.split(json.loads(files["manifest.json"])["compile"]), cwd=folder, check=True)
-    printed = subprocess.run(
-        [str(folder / program.prefix)], check=True, capture_output=True, text=True
-    ).stdout.splitlines()
-    library = compile_program(program, tmp_path / "cache", profile="reproducible")
-    point = {"p": [parameter.value for parameter in system.parameters], "q": system.initial_q, "v": system.initial_v}
-    for line, name in zip(printed, system.functions, strict=True):
-        assert [float(x) for x in line.split(",")[1:]] == call(library, name, point)[0].tolist()
 
 
 def test_a_function_that_equals_another_has_outputs_of_its_own_shape() -> None:

@@ -100,8 +100,7 @@ def loops_of(system: System, name: str = "all") -> list[int]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part_limit", [1500, 60])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("seed", "part_limit"), [(1, 1500), (2, 60)])
 def test_loops_give_the_numbers_of_the_tape(seed: int, part_limit: int, cache: Path, eager: None) -> None:
     system = repetitive(seed=seed)
     assert len(loops_of(system)) >= 2
@@ -121,17 +120,6 @@ def test_loops_read_values_of_other_turns_and_inputs_with_their_sign(cache: Path
     (found,) = call(compile_program(program, cache), "all", point)
     wanted = evaluate(system.tape, system.functions["all"].refs, point)
     assert np.max(np.abs(found - wanted)) < 1e-13 and np.ptp(wanted[3:]) > 0.1
-
-
-@pytest.mark.long
-def test_loops_and_straight_code_give_the_same_bits(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    system = repetitive()
-    straight = compile_program(to_program(system), cache, profile="reproducible")
-    monkeypatch.setattr(scheduling, "REROLL_FROM", 100)
-    monkeypatch.setattr(scheduling, "REROLLED_PART", 1.0)
-    assert loops_of(system)
-    rolled = compile_program(to_program(system), cache, profile="reproducible")
-    assert call(straight, "all", POINT)[0].tobytes() == call(rolled, "all", POINT)[0].tobytes()
 
 
 def test_short_functions_stay_as_they_are() -> None:
@@ -203,13 +191,9 @@ def of_inputs(block: str, *, with_map: bool) -> System:
     )
 
 
-@pytest.mark.long_cases("t-False", "q-False", "v-False", "a-False", "z-False", "lam-False", "u-False", "base-False")
-@pytest.mark.parametrize("with_map", [False, True])
 @pytest.mark.parametrize("block", SIZES)
-def test_special_operations_of_every_block_compile_beside_loops(
-    block: str, with_map: bool, cache: Path, eager: None
-) -> None:
-    system = of_inputs(block, with_map=with_map)
+def test_special_operations_of_every_block_compile_beside_loops(block: str, cache: Path, eager: None) -> None:
+    system = of_inputs(block, with_map=block not in ("q", "lam"))
     assert loops_of(system)
     size = BASE_SIZE if block == "base" else SIZES[block]
     point = {"q": [0.4, 1.9], block: (0.3 * np.cos(np.arange(size))).tolist()}
@@ -224,8 +208,7 @@ def chain_of(links: int) -> System:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("inverse_dynamics", "forward_dynamics")
-@pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "iteration", "coupling", "energy"])
+@pytest.mark.parametrize("name", ["forward_dynamics", "iteration"])
 def test_the_text_of_a_chain_does_not_grow_with_its_links(name: str) -> None:
     def statements(links: int) -> int:
         program = to_program(chain_of(links), functions=[name])

@@ -68,15 +68,10 @@ def given_to(model: eomgen.Model, manifest: dict[str, Any]) -> dict[str, Array]:
     }
 
 
-@pytest.mark.long_except_every(4)
 @pytest.mark.slow
+@pytest.mark.long_cases("active_vehicle-True")
 @pytest.mark.parametrize(
-    ("name", "held"),
-    [
-        ("double_pendulum_on_shaking_base", False),
-        *(pytest.param(*case, marks=pytest.mark.slow) for case in (("four_bar", False), ("active_vehicle", False))),
-        pytest.param("active_vehicle", True, marks=pytest.mark.slow),
-    ],
+    ("name", "held"), [("double_pendulum_on_shaking_base", False), ("four_bar", False), ("active_vehicle", True)]
 )
 def test_a_driver_written_once_serves_every_model(name: str, held: bool, tmp_path: Path) -> None:
     scene = EXAMPLES / name / "scene.toml"
@@ -115,7 +110,6 @@ def test_a_driver_written_once_serves_every_model(name: str, held: bool, tmp_pat
     np.testing.assert_allclose(motion, np.column_stack([run.t, run.q, run.v, run.z, *outputs]), rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_arrays_that_are_missing_are_told_and_floats_compile(tmp_path: Path) -> None:
     scene = {

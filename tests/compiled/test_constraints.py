@@ -10,6 +10,8 @@ import pytest
 import eomgen
 from tests.models.scenes import absolute, flyer
 
+pytestmark = pytest.mark.slow
+
 
 def test_sizes_and_names_of_rows() -> None:
     model = absolute()
@@ -63,7 +65,6 @@ def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
     assert any(line.startswith("initial position corrected: slide: ") for line in solution.metadata["corrections"])
 
 
-@pytest.mark.slow
 def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -> None:
     builder = (
         eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
@@ -82,7 +83,6 @@ def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -
         np.testing.assert_allclose(found.outputs["tip"][-1], expected.outputs["tip"][-1], atol=1e-5)
 
 
-@pytest.mark.slow
 def test_a_model_of_few_terms_runs_by_its_own_method_and_by_others() -> None:
     model = eomgen.build(absolute().scene, ["poses"], profile="quick")
     for method in ("generalized_alpha", "rk4_partitioned"):

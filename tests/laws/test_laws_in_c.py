@@ -58,9 +58,8 @@ def test_a_tyre_in_c_is_the_tyre_by_definitions(folder: Path, *, partials: bool)
     assert partials or slopes > 1e-14
 
 
-@pytest.mark.slow_cases("rk4")
-@pytest.mark.long_except("rk4", "generalized_alpha")
-@pytest.mark.parametrize("method", ["rk4", "rosenbrock", "generalized_alpha", "dopri5"])
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["rosenbrock", "generalized_alpha", "dopri5"])
 def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> None:
     scenes = wheel_scene(TYRE_LAW, folder), wheel_scene(None)
     tight = {"settings": {"rtol": 1e-14, "atol": 1e-16}} if method == "generalized_alpha" else {}
@@ -71,15 +70,13 @@ def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("instant")
-@pytest.mark.parametrize("profile", ["instant", "fast"])
-def test_profiles_give_the_same_numbers(folder: Path, profile: str) -> None:
-    models = [eomgen.build(wheel_scene(TYRE_LAW, folder), profile=name) for name in (profile, "reproducible")]
+def test_profiles_give_the_same_numbers(folder: Path) -> None:
+    models = [eomgen.build(wheel_scene(TYRE_LAW, folder), profile=name) for name in ("instant", "reproducible")]
     runs = [model.simulate(t_end=0.1) for model in models]
     assert difference(runs[0].q, runs[1].q) < 1e-13
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_linear_models_and_derivatives_of_runs(folder: Path) -> None:
     model, formula = (eomgen.build(scene) for scene in (wheel_scene(TYRE_LAW, folder), wheel_scene(None)))
     linear, expected = (item.linearize(*(row[0] for row in states(model))) for item in (model, formula))
@@ -97,7 +94,6 @@ def test_taylor_series_have_no_laws(folder: Path) -> None:
     assert "law tyre" in str(error.value)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
     eomgen.generate(wheel_scene(TYRE_LAW, folder), folder / "c")
@@ -108,7 +104,6 @@ def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
     subprocess.run(["./car"], cwd=folder / "c", check=True, capture_output=True)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_ensembles_have_the_bits_of_single_runs(folder: Path) -> None:
     model = eomgen.build(wheel_scene(TYRE_LAW, folder))
@@ -132,7 +127,6 @@ def test_derivatives_of_third_order_are_not_numbers(folder: Path) -> None:
     assert np.all(np.isfinite(moved["tau_dot"])) and np.any(np.isnan(moved["tau_ddot"]))
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_verification_of_closed_forms_takes_laws(folder: Path) -> None:
     report = eomgen.studies.check(wheel_scene(TYRE_LAW, folder), only=["rates", "partials"], states=2)

@@ -9,29 +9,21 @@ from hypothesis import strategies
 from numpy.typing import NDArray
 
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.operations import Op
+from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import ONE, Ref, Tape
 
-SMOOTH = (
-    Op.ADD,
-    Op.SUB,
-    Op.MUL,
-    Op.DIV,
-    Op.SQRT,
-    Op.SIN,
-    Op.COS,
-    Op.TAN,
-    Op.ASIN,
-    Op.ACOS,
-    Op.ATAN,
-    Op.ATAN2,
-    Op.SINH,
-    Op.COSH,
-    Op.TANH,
-    Op.EXP,
-    Op.LOG,
-    Op.POW,
-)
+#: Operations of two arguments, and all whose derivatives have no jump.
+BINARY = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE)
+SMOOTH = (*BINARY[:6], *sorted(UNARY - {Op.ABS, Op.SIGN}))
+EVERY = (*sorted(UNARY), *BINARY)
+
+
+def record(tape: Tape, op: Op, x: Ref, y: Ref) -> Ref:
+    """Record an operation of one argument or of two."""
+    if op in UNARY:
+        return tape.call(op, x)
+    special = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul, Op.DIV: tape.div}
+    return special[op](x, y) if op in special else tape.call(op, x, y)
 
 
 def apply_tamed(tape: Tape, op: Op, x: Ref, y: Ref) -> Ref:

@@ -11,7 +11,6 @@ from eomgen.symbolic.calculus.configuration import (
     configuration_seeds,
     pose_jet,
     quaternion_jet,
-    rotation,
     tangent_seeds,
 )
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
@@ -78,16 +77,6 @@ def test_second_left_derivatives_differ_by_the_lie_bracket():
     a, b, c = evaluate(tape, [xy, yx, z], {"q": quaternion([0.3, 0.8, -0.4])})
     assert b - a == pytest.approx(c, rel=1e-13)  # X_0 X_1 - X_1 X_0 = X_[0,1] = X_2; xy means X_1 applied last
     assert abs(c) > 0.1
-
-
-def test_rotation_matrix_is_conjugation():
-    tape = Tape()
-    rows = rotation(tape, [tape.input("q", k) for k in range(4)])
-    matrix = np.array([evaluate(tape, row, {"q": UNIT}) for row in rows])
-    for axis in np.eye(3):
-        assert matrix @ axis == pytest.approx(
-            product(product(UNIT, [0.0, *axis]), UNIT * [1, -1, -1, -1])[1:], abs=1e-15
-        )
 
 
 def test_configuration_seeds_number_directions_like_velocities():

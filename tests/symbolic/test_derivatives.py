@@ -9,22 +9,12 @@ from eomgen.symbolic.calculus.partials import (
     forward_partials,
     gradient,
     jacobian_vector,
-    weighted_gradient,
 )
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.operations import UNARY, InputSymbol, Op
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from tests.oracles.fifty_digits import evaluate_mpmath
-from tests.symbolic.random_tapes import build, complex_step, points, programs
-
-BINARY = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE)
-
-
-def record(tape, op, x, y):
-    if op in UNARY:
-        return tape.call(op, x)
-    special = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul, Op.DIV: tape.div}
-    return special[op](x, y) if op in special else tape.call(op, x, y)
+from tests.symbolic.random_tapes import EVERY, build, complex_step, points, programs, record
 
 
 def jacobian(tape, outputs, symbols):
@@ -32,7 +22,7 @@ def jacobian(tape, outputs, symbols):
     return [[partial.get(k, ZERO) for k in range(len(symbols))] for partial in forward_partials(tape, outputs, seeds)]
 
 
-@pytest.mark.parametrize("op", [*sorted(UNARY), *BINARY])
+@pytest.mark.parametrize("op", EVERY)
 @pytest.mark.parametrize("point", [(0.37, 0.81), (0.91, 0.22)])
 def test_every_operation_against_complex_step_and_mpmath(op, point):
     tape = Tape()
@@ -127,18 +117,6 @@ def test_a_constant_exponent_asks_for_no_logarithm_so_negative_bases_stay_legal(
     [derivative] = jacobian_vector(tape, [output], {x: ONE})
     assert evaluate(tape, [derivative], {"x": -2.0, "p": 3.0})[0] == 12.0
     assert evaluate(tape, [derivative], {"x": 0.0, "p": 2.0})[0] == 0.0
-
-
-def test_weighted_gradient_is_the_transposed_jacobian_times_weights():
-    tape, symbols, outputs = build(
-        [(Op.MUL, 0, 1, False), (Op.EXP, 3, 2, True), (Op.DIV, 4, 2, False), (Op.ADD, 5, 3, True)]
-    )
-    weights = [tape.input("w", k) for k in range(3)]
-    point = {"x": [0.3, -0.8, 1.2], "w": [2.0, -1.0, 0.5]}
-    expected = np.array(point["w"]) @ complex_step(tape, outputs, {"x": point["x"]}, "x")
-    assert evaluate(tape, weighted_gradient(tape, outputs, weights, symbols), point) == pytest.approx(
-        expected, rel=1e-13
-    )
 
 
 def test_the_work_is_linear_in_nodes_times_directions():

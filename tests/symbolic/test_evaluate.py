@@ -10,6 +10,7 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Tape
 from tests.oracles.fifty_digits import evaluate_mpmath
+from tests.symbolic.random_tapes import BINARY, record
 
 LIBRARY = {
     Op.SQRT: math.sqrt,
@@ -42,29 +43,16 @@ def test_functions_agree_with_the_c_library_and_with_mpmath(op):
         assert float(evaluate_mpmath(tape, [ref], {"x": x})[0]) == pytest.approx(LIBRARY[op](x), rel=4e-16)
 
 
-@pytest.mark.parametrize("op", [Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE])
-def test_operations_of_two_arguments(op):
+#: Of 1 and 2.
+OF_TWO = (3.0, -1.0, 2.0, 0.5, 1.0, math.atan(0.5), 1.0, 2.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(("op", "expected"), zip(BINARY, OF_TWO, strict=True))
+def test_operations_of_two_arguments(op, expected):
     tape = Tape()
-    x, y = tape.input("x", 0), tape.input("x", 1)
-    ref = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul, Op.DIV: tape.div}.get(
-        op, lambda p, q: tape.call(op, p, q)
-    )(x, y)
-    expected = {
-        Op.ADD: 3.0,
-        Op.SUB: -1.0,
-        Op.MUL: 2.0,
-        Op.DIV: 0.5,
-        Op.POW: 1.0,
-        Op.ATAN2: math.atan(0.5),
-        Op.MIN: 1.0,
-        Op.MAX: 2.0,
-        Op.LT: 1.0,
-        Op.LE: 1.0,
-    }[op]
-    assert evaluate(tape, [ref, -ref], {"x": [1.0, 2.0]}).tolist() == pytest.approx([expected, -expected])
-    assert [float(value) for value in evaluate_mpmath(tape, [ref, -ref], {"x": [1, 2]})] == pytest.approx(
-        [expected, -expected]
-    )
+    ref = record(tape, op, tape.input("x", 0), tape.input("x", 1))
+    for values in (evaluate(tape, [ref, -ref], {"x": [1.0, 2.0]}), evaluate_mpmath(tape, [ref, -ref], {"x": [1, 2]})):
+        assert [float(value) for value in values] == pytest.approx([expected, -expected])
 
 
 def test_comparisons_at_equality():

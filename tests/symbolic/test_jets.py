@@ -13,10 +13,10 @@ from eomgen.symbolic.calculus.jets import (
     time_derivatives,
 )
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.operations import UNARY, InputSymbol, Op
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from tests.oracles.fifty_digits import evaluate_mpmath
-from tests.symbolic.random_tapes import build, programs
+from tests.symbolic.random_tapes import EVERY, build, programs, record
 
 ORDER = 6
 X = ((0.37, 0.5, -0.4, 0.9, 0.3, -0.7, 1.1), (0.81, -0.6, 0.2, 0.1, -1.3, 0.8, 0.4))
@@ -46,16 +46,7 @@ def taylor(tape, output, paths):
         return [float(value) for value in mpmath.taylor(along, 0, ORDER)]
 
 
-def record(tape, op, x, y):
-    if op in UNARY:
-        return tape.call(op, x)
-    special = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul, Op.DIV: tape.div}
-    return special[op](x, y) if op in special else tape.call(op, x, y)
-
-
-@pytest.mark.parametrize(
-    "op", [*sorted(UNARY), Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE]
-)
+@pytest.mark.parametrize("op", EVERY)
 def test_every_operation_against_numerical_taylor_coefficients(op):
     for paths in (X, X[::-1]):
         tape = Tape()

@@ -85,7 +85,6 @@ def test_named_and_whole_are_the_same_numbers(program):
         assert numbers(block, POINT)[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_large_blocks_get_names_and_need_no_recursion():
     tape = Tape()
