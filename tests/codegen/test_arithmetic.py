@@ -61,7 +61,6 @@ def expected(system: System, refs: list[Ref], inputs: dict[str, np.ndarray]) -> 
     return np.array(rows)
 
 
-@pytest.mark.slow_except("double-4e-15")
 @pytest.mark.parametrize(
     ("real", "tolerance"), [("double", 4e-15), ("float", 4e-6), ("lanes", 4e-15), ("complex", 4e-15)]
 )
@@ -75,7 +74,6 @@ def test_every_operation_agrees_with_the_tape(real: str, tolerance: float, tmp_p
     assert {op.name for op, error in zip(ops, worst, strict=True) if not error <= tolerance} == set()
 
 
-@pytest.mark.slow
 def test_double_agrees_with_fifty_digits(tmp_path: Path) -> None:
     system, refs, ops = every_operation()
     inputs = samples()
@@ -87,7 +85,6 @@ def test_double_agrees_with_fifty_digits(tmp_path: Path) -> None:
     assert {op.name for op, error in zip(ops, errors, strict=True) if not error <= 1e-15} == set()
 
 
-@pytest.mark.slow
 def test_complex_step_on_the_compiled_code_gives_derivatives(tmp_path: Path) -> None:
     """d/dq0 by a step of 1e-200 i in C, against central differences of the NumPy evaluation."""
     system, refs, ops = every_operation()
@@ -103,7 +100,6 @@ def test_complex_step_on_the_compiled_code_gives_derivatives(tmp_path: Path) -> 
     assert np.max(np.abs(found.imag)) * 1e200 > 0.5
 
 
-@pytest.mark.slow
 def test_negative_bases_of_powers_keep_their_derivative(tmp_path: Path) -> None:
     tape = Tape()
     power = tape.call(Op.POW, tape.input("q", 0), tape.input("q", 1))

@@ -16,7 +16,6 @@ import pytest
 from tests.golden import ACCEPT, GENERATED, ROOT, SCENES, committed_files, difference, generated_files, strangers
 
 
-@pytest.mark.slow_cases("active_vehicle")
 @pytest.mark.parametrize("name", SCENES)
 def test_generated_code_is_the_committed_code(name: str) -> None:
     diff = difference(name, committed_files(name), generated_files(name))
@@ -40,7 +39,6 @@ def test_hash_seeds_do_not_change_a_byte() -> None:
     assert result.stdout.strip() == hashlib.sha256(files.encode()).hexdigest()
 
 
-@pytest.mark.slow_cases("active_vehicle")
 @pytest.mark.parametrize("name", SCENES)
 def test_committed_code_compiles_without_a_warning(name: str, tmp_path: Path) -> None:
     compiler = shutil.which("cc")

@@ -106,7 +106,6 @@ def waves_system(count: int) -> System:
     )
 
 
-@pytest.mark.slow_except("12-4-double")
 @pytest.mark.parametrize(
     ("count", "lanes", "real"), [(5, 1, "complex"), (6, 2, "float"), (12, 4, "double"), (40, 8, "lanes")]
 )
@@ -134,7 +133,6 @@ def test_code_does_not_grow_with_the_elements(cache: Path) -> None:
     assert "/* springs of the chain: 100 elements. */" in text
 
 
-@pytest.mark.slow
 def test_loops_survive_chunks_and_files(cache: Path) -> None:
     point = {"p": [1.3, 0.0], "q": np.linspace(0, 1, 10)}
     whole = compile_program(to_program(chain_system(9, "loop")), cache, profile="reproducible")

@@ -16,7 +16,6 @@ from eomgen.system.terms import TERMS
 names = st.text(alphabet=st.sampled_from('aZ5fe_ .é*/\\"\n0_Z'), max_size=8)
 
 
-@pytest.mark.slow
 @given(names, names)
 @settings(max_examples=400, deadline=None)
 def test_mangling_is_injective_and_legal(first: str, second: str) -> None:

@@ -65,7 +65,6 @@ def compile_and_run(folder: Path, *flags: str) -> str:
     return subprocess.run([str(folder / "program")], check=True, capture_output=True, text=True).stdout
 
 
-@pytest.mark.slow_except("hostile-flags1")
 @pytest.mark.parametrize(
     "flags",
     [
@@ -126,7 +125,6 @@ int main() {
 """
 
 
-@pytest.mark.slow
 def test_headers_serve_cpp_and_take_no_names_of_the_caller(tmp_path: Path) -> None:
     compiler = shutil.which("c++")
     assert compiler is not None, "the test needs a C++ compiler"

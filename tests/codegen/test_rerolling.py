@@ -99,7 +99,6 @@ def loops_of(system: System, name: str = "all") -> list[int]:
     return [statement.data[0] for part in function.parts for statement in part.statements if statement.kind == "repeat"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "part_limit"), [(1, 1500), (2, 60)])
 def test_loops_give_the_numbers_of_the_tape(seed: int, part_limit: int, cache: Path, eager: None) -> None:
     system = repetitive(seed=seed)

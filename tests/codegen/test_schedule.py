@@ -169,7 +169,6 @@ def test_many_structural_zeros_become_a_loop_and_few_do_not() -> None:
     assert "dense[0] = K(0.0);" in text
 
 
-@pytest.mark.slow
 def test_the_base_function_fills_the_struct_and_others_read_it(cache: Path) -> None:
     tape = Tape()
     size = sum(number for _, number, _ in BASE_LAYOUT)

@@ -118,6 +118,7 @@ def numbers_of_corners(program: Program) -> set[float]:
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("complex-True", "lanes-False")
 @pytest.mark.parametrize(
     ("real", "uneven"), [("double", True), ("float", False), ("complex", True), ("lanes", False), ("double", False)]
 )
@@ -155,7 +156,6 @@ def test_short_functions_keep_a_text_of_their_own() -> None:
     assert not to_program(car()).shared
 
 
-@pytest.mark.slow
 def test_parts_and_files_of_any_length_have_the_same_numbers(cache: Path, eager: None) -> None:
     system = car(uneven=True)
     program = to_program(system, part_limit=20)
@@ -164,7 +164,6 @@ def test_parts_and_files_of_any_length_have_the_same_numbers(cache: Path, eager:
     assert apart(np.concatenate(found), evaluate(system.tape, system.functions["all"].refs, POINT)) < 1e-14
 
 
-@pytest.mark.slow
 def test_the_engine_has_the_bits_of_the_compiled_text(cache: Path, eager: None) -> None:
     program = to_program(car(uneven=True))
     assert not on_tape(program)[0].shared

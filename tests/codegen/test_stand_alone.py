@@ -76,7 +76,6 @@ def test_program_ends_where_it_is_told_to(words: tuple[str, ...], tmp_path: Path
     assert [float(row[1]) for row in rows] == pytest.approx(solution.q[:, 0], rel=1e-13)
 
 
-@pytest.mark.slow
 def test_program_refuses_what_it_cannot_take(tmp_path: Path) -> None:
     eomgen.generate(cart(), tmp_path / "c")
     program = compiled(tmp_path / "c")

@@ -104,7 +104,6 @@ def test_the_engine_has_every_operation_of_the_tape() -> None:
     assert {op.name for op in Op} - {op.name for op in LEAVES} - {"MAP", "CURVE"} <= set(OPERATIONS)
 
 
-@pytest.mark.slow
 def test_parts_and_workspace_have_the_bits_of_c(cache: Path) -> None:
     program = to_program(tangled(operations=150, functions=2), part_limit=41, nest_limit=3)
     assert any(len(function.parts) > 1 and function.workspace for function in program.functions)
@@ -148,7 +147,6 @@ def test_threads_share_no_registers(cache: Path) -> None:
         assert list(pool.map(often, range(8))) == [{bits} for bits in alone]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("real", ["float", "complex"])
 def test_other_number_types_agree_with_c(real: str, cache: Path) -> None:
     program = to_program(tangled(operations=100, functions=1))

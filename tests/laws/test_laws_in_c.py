@@ -87,14 +87,6 @@ def test_linear_models_and_derivatives_of_runs(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_taylor_series_have_no_laws(folder: Path) -> None:
-    model = eomgen.build(wheel_scene(TYRE_LAW, folder), method="taylor")
-    with pytest.raises(eomgen.EomgenError) as error:
-        model.simulate(t_end=0.01)
-    assert "law tyre" in str(error.value)
-
-
-@pytest.mark.slow
 def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
     eomgen.generate(wheel_scene(TYRE_LAW, folder), folder / "c")
     text = (folder / "c" / "car_user_tyre.c").read_text(encoding="utf-8")

@@ -51,7 +51,6 @@ def both(**law: Any) -> tuple[eomgen.Model, eomgen.Model]:
     return eomgen.build(wheel_scene(LAW | law), profile="quick"), eomgen.build(wheel_scene(None), profile="quick")
 
 
-@pytest.mark.slow
 def test_a_tyre_in_python_is_the_tyre_by_definitions(folder: Path) -> None:
     model, formula = both(complex_step=True)
     q, v = states(model)
@@ -78,7 +77,6 @@ def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> Non
     assert difference(run.outputs["forces"], expected.outputs["forces"]) < 1e-12
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("partials", [False, True])
 def test_differences_and_functions_of_partials(folder: Path, *, partials: bool) -> None:
     if partials:
@@ -150,7 +148,6 @@ def test_an_error_in_python_ends_a_run_with_file_and_line(folder: Path, capsys: 
     assert "drag in law.py" in told and "partials and second ones by differences" in told
 
 
-@pytest.mark.slow
 def test_the_file_is_executed_at_a_build_alone(folder: Path) -> None:
     scene = failing(folder, "open('mark', 'a').close()\ndef drag(speed):\n    return 4 * speed\n")
     eomgen.load(scene)

@@ -41,7 +41,6 @@ def test_every_operation_against_complex_step_and_mpmath(op, point):
     ) == pytest.approx(value, rel=1e-14)
 
 
-@pytest.mark.slow
 @settings(max_examples=120, deadline=None)
 @given(programs, points)
 def test_forward_reverse_and_complex_step_agree_on_random_tapes(program, point):

@@ -56,7 +56,6 @@ def test_every_operation_against_numerical_taylor_coefficients(op):
         assert evaluate(tape, jet, at(paths)) == pytest.approx(taylor(tape, output, paths), rel=1e-12, abs=1e-14)
 
 
-@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(programs)
 def test_random_tapes_against_numerical_taylor_coefficients(program):

@@ -73,7 +73,6 @@ def test_a_select_on_a_comparison_reads_as_its_condition():
     assert expression.args[0][1] == sympy.Ne(symbols[0] - symbols[1], 0)
 
 
-@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(programs)
 def test_named_and_whole_are_the_same_numbers(program):

@@ -68,7 +68,6 @@ def test_every_operation_is_that_of_jets(op):
         assert coefficients(tape, outputs, paths, JET_ORDER)[0] == pytest.approx(expected, rel=1e-12, abs=1e-14)
 
 
-@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(programs)
 def test_random_tapes_are_those_of_jets(program):
