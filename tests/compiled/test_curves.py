@@ -3,8 +3,6 @@ program."""
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,6 @@ import eomgen
 from eomgen.formula.curves import Curve
 from eomgen.mechanics.derive import derive
 from tests.codegen.hand_made import call, compile_system
-from tests.codegen.test_render import STRICT
 from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow
@@ -156,23 +153,6 @@ def test_a_driver_follows_a_table() -> None:
     assert np.allclose(solution.v[:, 3 + place], way(solution.t, 1), rtol=0, atol=1e-8)
     a = model.constrained_dynamics(solution.q[300], solution.v[300], solution.t[300])[0]
     assert a[3 + place] == pytest.approx(float(way(solution.t[300], 2)), rel=1e-9)
-
-
-def test_the_folder_stands_alone_with_its_tables(tmp_path: Path, model: eomgen.Model) -> None:
-    folder = tmp_path / "c"
-    eomgen.generate(scene(), folder)
-    assert {"cart_curves.c", "cart_curves.h"} <= {path.name for path in folder.iterdir()}
-    sources = sorted(str(path) for path in folder.glob("*.c"))
-    program = str(tmp_path / "program")
-    command = [shutil.which("cc") or "gcc", *STRICT, *sources, "-o", program, "-lm"]
-    subprocess.run(command, check=True, capture_output=True)
-    printed = subprocess.run(
-        [program, "1", "1e-3", "100"], check=True, capture_output=True, text=True
-    ).stdout.splitlines()
-    rows = np.array([[float(value) for value in line.split(",")] for line in printed[1:]])
-    solution = model.simulate(1.0, 1e-3, record_every=100)
-    assert solution.success and np.max(np.abs(solution.q)) > 1e-3
-    assert np.allclose(rows[:, 1:4], np.hstack([solution.q, solution.v, solution.a]), rtol=1e-12, atol=1e-14)
 
 
 def test_a_table_that_changes_makes_a_new_model(tmp_path: Path) -> None:

@@ -7,60 +7,13 @@ import pytest
 
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import Base, Body
+from eomgen.scene.bodies.model import Base
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
-from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.formulas import TIME, rigid_body, times, vector
-from tests.oracles.states import on_base, random_states, rotation_of
-
-STATES = 10
-IDENTITY_POSE = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-def free_body(body: Body) -> Scene:
-    return Scene("body", (body,), (Joint("float", "free", "base", body.name, initial_position=IDENTITY_POSE),))
-
-
-def test_double_pendulum_of_point_masses(rng) -> None:
-    """Equal unit masses and lengths, relative angles (Spong, Hutchinson and Vidyasagar, Robot Modeling and Control)."""
-    masses = [rigid_body(name, 1.0, (1.0, 0, 0)) for name in ("upper", "lower")]
-    joints = (
-        Joint("shoulder", "revolute", "base", "upper", (0, 0, 1)),
-        Joint("elbow", "revolute", "upper", "lower", (0, 0, 1), vector((1.0, 0, 0))),
-    )
-    system = derive(
-        Scene("double", tuple(masses), joints, gravity=vector((0, -9.81, 0))), ["mass", "coupling", "force"]
-    )
-    evaluate, state = tape_evaluator(system), random_states(system, STATES, rng)
-    (q1, q2), (v1, v2) = state["q"].T, state["v"].T
-    c2, s2 = np.cos(q2), np.sin(q2)
-    M = np.array([[3.0 + 2.0 * c2, 1.0 + c2], [1.0 + c2, np.ones(STATES)]]).transpose(2, 0, 1)
-    h = np.stack([-s2 * (2.0 * v1 * v2 + v2**2), s2 * v1**2], axis=1)
-    Q = -9.81 * np.stack([2.0 * np.cos(q1) + np.cos(q1 + q2), np.cos(q1 + q2)], axis=1)
-    assert relative_error(evaluate("mass", state)["M"], M, 2) <= 1e-14
-    assert relative_error(evaluate("coupling", state)["h"], h) <= 1e-14
-    assert relative_error(evaluate("force", state)["Q"], Q) <= 1e-14
-
-
-def test_free_rigid_body_obeys_newton_and_euler(rng) -> None:
-    """I w' + w x I w = 0 and m (u' + w x u) = m R^T g in body axes, about the centre of mass."""
-    inertia = np.array([[0.4, 0.01, -0.02], [0.01, 0.3, 0.03], [-0.02, 0.03, 0.2]])
-    body = rigid_body("body", 1.7, (0, 0, 0), (0.4, 0.3, 0.2, 0.01, -0.02, 0.03))
-    system = derive(free_body(body))
-    evaluate, state = tape_evaluator(system), random_states(system, STATES, rng)
-    omega, velocity = state["v"][:, :3], state["v"][:, 3:]
-    expected = np.concatenate([np.cross(omega, omega @ inertia), 1.7 * np.cross(omega, velocity)], axis=1)
-    assert relative_error(evaluate("coupling", state)["h"], expected) <= 1e-14
-    weight = 1.7 * np.einsum("kji,j->ki", rotation_of(state["q"][:, :4]), [0, 0, -9.81])
-    assert (
-        relative_error(evaluate("force", state)["Q"], np.concatenate([np.zeros((STATES, 3)), weight], axis=1)) <= 1e-14
-    )
-    spin = np.linalg.solve(inertia, -np.cross(omega, omega @ inertia)[..., np.newaxis])[..., 0]
-    fall = weight / 1.7 - np.cross(omega, velocity)
-    assert relative_error(evaluate("forward_dynamics", state)["vdot"], np.concatenate([spin, fall], axis=1)) <= 1e-13
-    assert system.facts.constant_mass
+from tests.oracles.states import on_base
 
 
 def test_gyroscopic_moment_of_a_wheel_on_a_turning_base() -> None:

@@ -71,15 +71,6 @@ type = "formula"
 equation = "q.rod - {lift}"
 """
 )
-ROLLING_BELT = """format = 1
-name = "belt"
-bodies.disc = { mass = 2, inertia = [0.1, 0.16, 0.1] }
-points.rim = { body = "disc" }
-joints.slide = { type = "prismatic", parent = "base", child = "hub", axis = [1, 0, 0] }
-joints.turn = { type = "revolute", parent = "hub", child = "disc", axis = [0, 1, 0] }
-bodies.hub.mass = 1
-constraints.grip = { type = "formula", velocity_equation = "v.slide - 0.2 * v.turn - 0.5 * sin(3 * t)" }
-"""
 
 
 def solved(scene: Scene, q: Array, v: Array, t: float = 0.0) -> tuple[Evaluate, dict[str, Array]]:
@@ -140,38 +131,6 @@ def test_a_cam_by_a_table(tmp_path: Path) -> None:
     assert evaluate("constraint_jacobian", state)["B"][0] == pytest.approx(np.array([[-slope, 1.0]]), abs=1e-12)
     bias = evaluate("constraint_bias", {**state, "v": np.array([[speed, slope * speed]])})["g"][0]
     assert bias == pytest.approx([-curvature * speed**2], rel=1e-8)
-
-
-GEARS = (
-    HEAD
-    + """
-bodies.a = {{ mass = 1, inertia = [1, 0.3, 1] }}
-bodies.b = {{ mass = 1, inertia = [1, 0.8, 1] }}
-joints.a = {{ type = "revolute", parent = "base", child = "a", axis = [0, 1, 0] }}
-joints.b = {{ type = "{kind}", parent = "base", child = "b", axis = [0, 1, 0], position = [1, 0, 0]{mimic} }}
-{gears}
-"""
-)
-
-
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-@pytest.mark.parametrize(("kind", "unit"), [("revolute", "rad"), ("prismatic", "m")])
-def test_gears_and_racks_are_followers(kind: str, unit: str, coordinates: str) -> None:
-    """The same accelerations as a joint that follows the other one: 0.25 (rad or m) per rad."""
-    added = f'[constraints.mesh]\ntype = "formula"\nequation = "q.b - 0.25 * q.a"\nunit = "{unit}"'
-    free = load_toml(GEARS.format(coordinates=coordinates, kind=kind, mimic="", gears=added))
-    follows = ', mimic = { joint = "a", multiplier = 0.25 }'
-    follower = load_toml(GEARS.format(coordinates="joint", kind=kind, mimic=follows, gears=""))
-    follower = replace(follower, gravity=vector((0.3, 0.2, -9.0)))
-    free = replace(free, gravity=follower.gravity)
-    one = tape_evaluator(derive(follower, ["mass", "residual"]))
-    still = {"q": np.zeros((1, 1)), "v": np.zeros((1, 1))}
-    M, r = one("mass", still)["M"][0, 0, 0], one("residual", {**still, "a": np.zeros((1, 1))})["r"][0, 0]
-    system = derive(free, SOLVED)
-    evaluate = tape_evaluator(system)
-    state = kkt(evaluate, {"q": np.array([system.initial_q]), "v": np.zeros((1, system.nv)), "t": np.zeros((1, 1))})
-    turned = state["a"][0, 0] if coordinates == "joint" else state["a"][0, 1]
-    assert turned == pytest.approx(-r / M, rel=1e-12, abs=1e-14)
 
 
 def _square(one: str, other: str, index: int) -> Formula:
@@ -316,19 +275,6 @@ def test_the_effort_along_an_equation() -> None:
         "constraints.wire: the constraint wire joins no two frames, so it has no single force and moment; try:"
         " drive_effort.wire, its effort along the equation, or the reaction of a joint"
     )
-
-
-def test_an_equation_that_moves_prescribes_power() -> None:
-    """A belt drives a disc by its grip: its power is multiplier times speed of the belt."""
-    scene = load_toml(ROLLING_BELT)
-    t = 0.4
-    belt = 0.5 * np.sin(3 * t)
-    evaluate, state = solved(scene, np.zeros(2), np.array([belt + 0.2 * 1.1, 1.1]), t)
-    *_, power, base_power = evaluate("energy", state)["energy"][0]
-    assert power == 0.0
-    assert base_power == pytest.approx(-belt * state["lam"][0, 0], rel=1e-13)
-    kinetic = 3.0 * state["v"][0, 0] * state["a"][0, 0] + 0.16 * 1.1 * state["a"][0, 1]
-    assert base_power == pytest.approx(kinetic, rel=1e-12)
 
 
 FLAT = "the derivatives of these equations vanish at their zeros, so they hold no motion: wire: formula; try: equations"

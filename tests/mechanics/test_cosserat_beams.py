@@ -130,20 +130,6 @@ def test_rigid_motions_change_neither_energy_nor_forces(far: float, rng: np.rand
     assert relative_error(evaluate("force", there)["Q"], evaluate("force", state)["Q"]) < 1e-12 * far
 
 
-@pytest.mark.parametrize("elements", [3, 4, 8, 16])
-def test_a_moment_holds_a_beam_in_a_circle(elements: int) -> None:
-    torque = ["0", f"{2.0 * np.pi * 500.0 / 10.0!r} * load", "0"]
-    system = derive(from_data(beam_scene(elements, {"torque": torque})), TERMS)
-    q, radius = np.array(system.initial_q), 10.0 / (2.0 * np.pi)
-    for factor in system.factors:
-        angle = 2.0 * np.pi * int(factor.name.partition(".")[2]) / elements
-        place = [radius * np.sin(angle), 0.0, -radius * (1.0 - np.cos(angle))]
-        q[factor.q] = [np.cos(0.5 * angle), 0.0, np.sin(0.5 * angle), 0.0, *place]
-    still = np.zeros(system.nv)
-    state = {"q": q, "v": still, "a": still, "p": np.ones(1)}
-    assert np.max(np.abs(tape_evaluator(system)("residual", state)["r"])) < 1e-11 * 2.0 * np.pi * 500.0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("elements", "places"), [(3, 2), (8, 1)])
 def test_a_moment_rolls_a_beam_up_wherever_it_is(elements: int, places: int, rng: np.random.Generator) -> None:

@@ -16,7 +16,7 @@ from eomgen.scene.scene import Scene
 from eomgen.system.signals import Input
 from tests.models.elements import elements_with
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
-from tests.oracles.random_scenes import point_outputs, random_scene, shaking_base, with_loads
+from tests.oracles.random_scenes import random_scene
 from tests.oracles.robots import panda
 from tests.oracles.states import STEP, jacobian, on_base, random_states
 
@@ -149,35 +149,6 @@ def test_constraint_forces(coordinates: str, rng: np.random.Generator) -> None:
     by_parameters = columns(forces, "", "force", state, "p", range(state["p"].shape[-1]))
     assert not np.any(by_parameters)
     assert "Np" not in found  # its rows hold places of frames, which no parameter moves
-
-
-@pytest.mark.slow_except("0", "7")
-@pytest.mark.parametrize("seed", range(8))
-def test_random_trees(seed: int, rng: np.random.Generator) -> None:
-    scene = with_loads(random_scene(seed, 2 + seed % 4, tunable=0.3 * (seed % 2)), seed)
-    scene = replace(scene, inputs=(*scene.inputs, Input("wind")))
-    if seed % 2:
-        scene = replace(scene, base=shaking_base(np.random.default_rng(seed), turning=seed % 4 == 1))
-    system, evaluate, state = state_of(
-        point_outputs(scene), ["residual", "outputs", "linearization", "output_partials"], rng
-    )
-    found, outputs = evaluate("linearization", state), evaluate("output_partials", state)
-    for name, block in (("M0", "a"), ("C0", "v"), ("K0", "q")):
-        assert (
-            relative_error(found[name], jacobian(evaluate, system.factors, "residual", "r", state, block), 2) <= 1e-12
-        ), name
-    for block in "qva":
-        expected = jacobian(evaluate, system.factors, "outputs", "y", state, block)
-        assert relative_error(outputs[f"Y{block}"], expected, 2) <= 1e-12
-    assert found["B0"].shape[-1] == 2
-    assert not np.any(found["B0"][..., 1])  # nothing uses the wind
-    assert relative_error(found["B0"], -columns(evaluate, "residual", "r", state, "u", [0, 1]), 2) <= 1e-12
-    if scene.base is None:
-        assert "E0" not in found
-        return
-    places = OF_BASE if scene.base.rotations else OF_BASE[3:]
-    assert relative_error(found["E0"], -columns(evaluate, "residual", "r", state, "base", places), 2) <= 1e-12
-    assert relative_error(outputs["Yw"], columns(evaluate, "outputs", "y", state, "base", places), 2) <= 1e-12
 
 
 def test_terms_are_made_only_when_asked_for_and_where_they_mean_something() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -19,7 +18,6 @@ from eomgen.system.description import BASE, Point
 from tests.mechanics.test_beam_equations import LENGTH, beam_body
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
-from tests.oracles.fifty_digits import evaluate_mpmath
 from tests.oracles.formulas import value_of, vector
 from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
 from tests.oracles.states import derivative, on_base, random_states, random_unit_quaternions, rotation_of
@@ -97,31 +95,6 @@ def test_quaternion_of_a_constant_rotation_has_no_negative_real_part(rng) -> Non
         found = np.array(constant_quaternion(algebra.matrix(R.tolist())))
         assert found[0] >= 0.0
         np.testing.assert_allclose(rotation_of(found), R, rtol=0, atol=1e-15)
-
-
-@pytest.mark.parametrize("turning", [False, True])
-def test_law_of_the_base_in_fifty_digits(turning: bool) -> None:
-    """Twist and its derivative against differences of the pose over 1e-12 s in fifty digits, good to twenty."""
-    system = derive(with_base(random_scene(1, 1), 4, turning=turning), ["mass"])
-    refs = system.functions["base"].refs
-    step, now = mpmath.mpf(10) ** -12, mpmath.mpf("0.73")
-
-    with mpmath.workdps(50):
-        before, here, after = (evaluate_mpmath(system.tape, refs, {"t": [now + k * step]}) for k in (-1, 0, 1))
-        rates = [(x - y) / (2 * step) for x, y in zip(after, before, strict=True)]
-        w, n, w_dot, n_dot = here[0], here[1:4], rates[0], rates[1:4]
-        cyclic = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-        omega = [2 * (w * n_dot[i] - w_dot * n[i] - (n[j] * n_dot[k] - n[k] * n_dot[j])) for i, j, k in cyclic]
-        x, y, z = n
-        R = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-        velocity = [sum(R[i][k] * rates[4 + i] for i in range(3)) for k in range(3)]
-        for found, expected in zip(here[7:], [*omega, *velocity, *rates[7:13]], strict=True):
-            assert abs(found - expected) < 1e-15
-    assert (max(abs(component) for component in here[7:10]) > 0.1) == turning
 
 
 def test_sign_of_quaternions_never_jumps() -> None:

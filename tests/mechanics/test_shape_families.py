@@ -62,19 +62,6 @@ def test_frequencies_of_uniform_beams(kind: DeformationKind, ends: Ends, shapes:
     assert found.at(1.0).value.any() == (ends != "pinned_pinned")
 
 
-@pytest.mark.parametrize(("kind", "modes"), [("bending_y", 3), ("stretch", 3)])
-def test_elements_converge_with_the_fourth_power(kind: DeformationKind, modes: int) -> None:
-    exact = np.diag(integrals(deformation(kind, modes, normalisation="mean_square")).k)
-    errors = []
-    for count in (6, 12, 24):
-        found = integrals(deformation(kind, modes, "finite_elements", elements=count))
-        np.testing.assert_allclose(found.m, np.eye(modes), atol=1e-10)
-        errors.append(np.diag(found.k) / exact - 1.0)
-    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert (np.array(errors) > 0.0).all()
-    np.testing.assert_allclose(slopes[-1], 4.0, atol=0.1)
-
-
 def test_modes_of_a_mesh_have_all_their_digits() -> None:
     """Nothing is left of eigenvectors in double precision: what vanishes by orthogonality or symmetry is zero."""
     shape = deformation("bending_y", 4, "finite_elements", elements=24, ends="pinned_pinned")
@@ -143,14 +130,6 @@ def test_modes_with_a_mass_at_the_tip(mass: float, inertia: float) -> None:
     whole = found.m + mass * np.outer(tip.value, tip.value) + inertia * np.outer(tip.slope, tip.slope)
     np.testing.assert_allclose(frequencies(found, whole), exact, rtol=1e-6)
     np.testing.assert_allclose(whole, np.diag(np.diag(whole)), atol=1e-9)
-
-
-def test_twist_with_an_inertia_at_the_tip() -> None:
-    shape = deformation("torsion", 1, "finite_elements", elements=20, masses=((3.0, 0.0, 1.5),))
-    found = integrals(shape, length=3.0, polar_inertia=1.0)
-    wave = brentq(lambda x: x * np.tan(x) - 3.0 / 1.5, 0.1, 1.5, xtol=1e-14)
-    whole = found.t2 + 1.5 * np.outer(found.at(3.0).value, found.at(3.0).value)
-    assert float(found.k[0, 0] / whole[0, 0]) == pytest.approx((wave / 3.0) ** 2, rel=1e-7)
 
 
 def test_nodal_coordinates_of_one_quadratic_element() -> None:
@@ -227,27 +206,6 @@ def test_normalisations(shapes: Any, ends: Ends) -> None:
         natural = integrals(deformation(kind, 3, shapes, ends=ends, **more))
         ratios = np.diag(natural.k) / np.diag(natural.m)
         np.testing.assert_allclose(np.diag(same.k) / np.diag(same.m), ratios, rtol=1e-12)
-
-
-def test_different_directions_share_mass_but_no_shortening() -> None:
-    found = integrals(deformation("bending_y", 2), deformation("bending_z", 2), deformation("stretch", 1), start=0.0)
-    np.testing.assert_array_equal(found.m[:2, 2:4], np.eye(2) * found.m[0, 0])
-    assert not found.g0[:2, 2:].any() and not found.g0[4].any() and not found.k[:2, 2:].any()
-    assert found.at(0.7).slope[4] == 0.0
-    assert found.m[0, 4] == pytest.approx(
-        float(mpmath.quad(lambda s: found.at(float(s)).value[0] * mpmath.sin(mpmath.pi * s / 2), [0, 0.5, 1])),
-        rel=1e-12,
-    )
-
-
-def test_units_of_length() -> None:
-    """Dossier 1.10.0: m = L, d = L, e = L^2, K = 1 / L^3, G0 = 1 and G1 = L times the numbers of a beam of length 1."""
-    one, long = (integrals(deformation("bending_y", 3), length=length) for length in (1.0, 4.0))
-    for name, power in (("m", 1), ("d", 1), ("e", 2), ("k", -3), ("g0", 0), ("g1", 1), ("load", 1)):
-        np.testing.assert_allclose(
-            getattr(long, name), getattr(one, name) * 4.0**power, rtol=1e-13, atol=1e-14, err_msg=name
-        )
-    assert (long.mass, long.first, long.second) == pytest.approx((4.0, 8.0, 64.0 / 3.0), rel=1e-15)
 
 
 def test_fractions_with_any_length() -> None:
