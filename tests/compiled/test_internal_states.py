@@ -152,17 +152,6 @@ def test_calls_take_z_and_broadcast(motor: eomgen.Model) -> None:
         motor.forward_dynamics([0.3], [0.0], z=[0.0, 1.0, 2.0])
 
 
-def test_states_are_recorded_in_all_files(motor: eomgen.Model, tmp_path) -> None:
-    from eomgen.results.plots import draw
-
-    run = motor.simulate(0.1)
-    again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
-    assert np.array_equal(again.z, run.z) and run.z.shape == (101, 2)
-    assert np.array_equal(again.columns()["z.torque"], run.z[:, 1])
-    assert "z.integral" in run.save(tmp_path / "run.csv").read_text().splitlines()[0].split(",")
-    assert tmp_path / "states.png" in draw(run, tmp_path)
-
-
 # -- constraints -------------------------------------------------------------------------------------------------------
 
 

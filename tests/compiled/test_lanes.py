@@ -110,19 +110,6 @@ def test_batches_of_any_size_and_of_broadcast_operands_have_the_same_bits(
         assert in_lanes(model, name)
 
 
-def test_leading_axes_and_steps_in_memory_are_as_without_lanes(
-    model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
-) -> None:
-    q, v, a = rng.normal(size=(5, 1, 1)), rng.normal(size=(1, 14, 1))[:, ::2], rng.normal(size=(1, 1, 7)).T
-    monkeypatch.setenv("EOMGEN_LANES", "off")
-    expected = model.inverse_dynamics(q, v, a.reshape(1, 7, 1), 0.5, np.array([0.3]))
-    monkeypatch.setenv("EOMGEN_LANES", "now")
-    found = model.inverse_dynamics(q, v, a.reshape(1, 7, 1), 0.5, np.array([0.3]))
-    assert found.shape == (5, 7, 1)
-    same((expected,), (found,))
-    assert in_lanes(model, "inverse_dynamics")
-
-
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 1e300])
 def test_a_sample_that_is_no_number_leaves_the_others_alone(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, wrong: float

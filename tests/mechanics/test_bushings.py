@@ -104,33 +104,6 @@ def test_at_rest_only_the_preload_acts_and_partials_are_finite() -> None:
     np.testing.assert_allclose(found["K"][3:, 3:], R.T @ np.diag([10, 20, 30]) @ R, atol=1e-13)
 
 
-def test_one_bushing_does_what_joint_springs_do(rng: np.random.Generator) -> None:
-    """A rotation about one axis is answered in proportion to its angle up to half a turn, like a spring in the
-    joint."""
-    systems = []
-    for in_joint in (True, False):
-        builder = SceneBuilder("arm").body("link", 1.0, center_of_mass=[0.3, 0, 0], inertia=[0.01, 0.02, 0.02])
-        springs: dict[str, Any] = {"stiffness": 7.0, "damping": 0.3, "rest": 0.4} if in_joint else {}
-        builder.joint("hinge", "revolute", "base", "link", axis=[0, 0, 1], **springs)
-        if not in_joint:
-            builder.bushing(
-                "hinge",
-                {"body": "base"},
-                {"body": "link"},
-                rest_rotation=[([0, 0, 1], 0.4)],
-                rotational_stiffness=[3, 5, 7.0],
-                rotational_damping=[1, 1, 0.3],
-                stiffness=[9, 9, 9],
-            )
-        systems.append(derive(builder.build(), ["force", "energy"]))
-    state = {"q": rng.uniform(-2.7, 3.5, (50, 1)), "v": rng.normal(size=(50, 1))}
-    joint, bushing = (tape_evaluator(system) for system in systems)
-    np.testing.assert_allclose(bushing("force", state)["Q"], joint("force", state)["Q"], rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(
-        bushing("energy", state)["energy"], joint("energy", state)["energy"], rtol=1e-12, atol=1e-12
-    )
-
-
 def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> None:
     """A free body in joint coordinates has the same q and v as in absolute ones, with its frame at its centre of
     mass."""

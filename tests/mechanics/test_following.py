@@ -15,9 +15,8 @@ from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.constrained import constraint
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.formulas import number, value_of, vector
+from tests.oracles.formulas import number, value_of
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
-from tests.oracles.robots import body_of_masses
 from tests.oracles.states import derivative, jacobian, on_base, random_states
 
 STATES = 4
@@ -93,39 +92,6 @@ def test_a_random_tree_against_its_projection(seed: int, rng) -> None:
     scene = with_mimics(with_loads(random_scene(seed, 6), seed), seed)
     assert sum(joint.mimic is not None for joint in scene.joints) >= 2
     check_reduced(with_base(scene, seed) if seed % 2 else scene, rng)
-
-
-def gripper(multiplier: float, offset: float = 0.0) -> Scene:
-    """Return an arm with two fingers on branches of their own, the second following the first."""
-    rng = np.random.default_rng(7)
-    names = ("arm", "left", "right")
-    bodies = tuple(body_of_masses(name, rng.uniform(0.2, 0.6, 6), rng.uniform(-0.2, 0.3, (6, 3))) for name in names)
-    still = {"initial_position": (0.0,), "initial_velocity": (0.0,)}
-    joints = (
-        Joint("shoulder", "revolute", "base", "arm", (0.0, 1.0, 0.0), **still),
-        Joint(
-            "first", "revolute", "arm", "left", (0.6, 0.0, 0.8), vector((0.1, 0.2, 0.3)), damping=number(0.3), **still
-        ),
-        Joint(
-            "second",
-            "prismatic",
-            "arm",
-            "right",
-            (0.0, 1.0, 0.0),
-            stiffness=number(4.0),
-            rest=number(0.1),
-            rotor_inertia=number(0.3),
-            mimic=Mimic("first", number(multiplier), number(offset)),
-        ),
-    )
-    return Scene("gripper", bodies, joints)
-
-
-@pytest.mark.parametrize("multiplier", [1.5, -0.4, 0.0])
-def test_fingers_of_a_gripper(multiplier: float, rng) -> None:
-    reduced, _ = check_reduced(gripper(multiplier, 0.2), rng)
-    assert [factor.name for factor in reduced.factors] == ["shoulder", "first"]
-    assert reduced.dof_parent == (-1, 0)
 
 
 @pytest.mark.slow

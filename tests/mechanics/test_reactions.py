@@ -330,7 +330,7 @@ def test_a_force_cannot_depend_on_a_reaction() -> None:
         ('{ joint = "pin", constraint = "pin" }', "a reaction needs one of joint and constraint, not both"),
         ('{ joint = "pn" }', "there is no joint 'pn'; try: pin"),
         ('{ constraint = "pin" }', "there is no constraint 'pin'; try: a [constraints] section"),
-        ('{ joint = "pin", point = "tip" }', "there is no point 'tip'; try: a [points] section"),
+        ('{ joint = "pin", point = "tip" }', "there is no point 'tip'; try: one of end"),
         ('{ joint = "pin", axes = "bop" }', "there is no body 'bop'; try: bob"),
     ],
 )

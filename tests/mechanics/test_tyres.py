@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
-import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from tests.models.cache import shared_cache
@@ -145,35 +143,3 @@ def test_a_tyre_on_a_body_that_is_fixed_to_the_base_does_nothing() -> None:
 
 
 # -- motions -----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_a_locked_wheel_brakes_with_friction_times_load_and_a_free_one_rolls_on() -> None:
-    slip = {"stiffness": [2000, 0], "friction": 0.7, "velocity": 0.01}
-    loaded = 0.3 - 12 * 9.81 / 1e5
-    builder = SceneBuilder("brake").parameter("locked", 0.0, tunable=True).body("slider", 0.0)
-    builder.body("wheel", 10.0, inertia=[0.2, 0.4, 0.2])
-    builder.joint("ahead", "prismatic", "base", "slider", axis=[1, 0, 0], initial={"velocity": 6.0})
-    builder.body("hub", 2.0).joint("up", "prismatic", "slider", "hub", axis=[0, 0, 1], position=[0, 0, loaded])
-    builder.joint(
-        "spin", "revolute", "hub", "wheel", axis=[0, 1, 0], damping="locked", initial={"velocity": 6.0 / loaded}
-    )
-    builder.point("center", "wheel").tyre("tyre", "center", radius=0.3, stiffness=1e5, slip=slip)
-    model = eomgen.build(builder.build(), profile="quick")
-    free = model.simulate(1.0, 1e-3)
-    assert free.success and np.ptp(free.v[:, 0]) < 1e-9
-    locked = model.simulate(0.5, 1e-3, parameters={"locked": 1e7}, initial={"spin": {"velocity": 0.0}})
-    assert locked.success
-    np.testing.assert_allclose(locked.v[:, 0], 6.0 - 0.7 * 9.81 * locked.t, rtol=0.0, atol=2e-3)
-
-
-def test_a_ball_on_a_tyre_bounces_to_the_height_that_energy_allows() -> None:
-    """Without damping a drop from a height returns to it, after any number of flights."""
-    builder = SceneBuilder("ball").body("ball", 1.0).point("hub", "ball")
-    builder.joint("up", "prismatic", "base", "ball", axis=[0, 0, 1], initial={"position": 1.3})
-    builder.tyre("tyre", "hub", radius=0.3, stiffness=2e4, onset=0.01).output("load", formula="load.tyre")
-    run = eomgen.build(builder.build(), profile="quick").simulate(5.0, 1e-4, rho_inf=1.0)
-    height, load = run.q[:, 0], run.outputs["load"].reshape(-1)
-    tops = height[1:-1][(height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])]
-    assert len(tops) == 5 and np.all(np.abs(tops - 1.3) < 1e-4)
-    assert np.all((load > 0.0) == (height < 0.3))

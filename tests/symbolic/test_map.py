@@ -9,7 +9,7 @@ from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.calculus.partials import forward_partials, gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, add_map, splice, unroll
-from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from tests.oracles.fifty_digits import evaluate_mpmath
 from tests.symbolic.loops import LINKS, MODELS, chain, chain_point, harmonics, random_loop, springs
@@ -26,14 +26,6 @@ def test_a_loop_whose_constants_do_not_fold_has_the_bits_of_its_unrolled_form(mo
     assert np.array_equal(evaluate(tape, looped, point()), evaluate(tape, unrolled, point()))
     values = [float(value) for value in evaluate_mpmath(tape, looped, point())]
     assert values == pytest.approx(evaluate(tape, unrolled, point()), rel=1e-13)
-
-
-def test_results_are_numbered_sums_then_carries_then_rows_by_element():
-    tape = Tape()
-    results = add_map(tape, chain(tape))
-    assert [tape.b[ref] for ref in results.flat] == list(range(2 + 6 + 2 * LINKS))
-    assert {tape.op[ref] for ref in results.flat} == {Op.MAP}
-    assert [tape.b[ref] for ref in results.rows[3]] == [2 + 6 + 3 * 2, 2 + 6 + 3 * 2 + 1]
 
 
 @pytest.mark.parametrize("model", MODELS)
