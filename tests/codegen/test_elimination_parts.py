@@ -36,7 +36,7 @@ def test_a_row_that_is_too_long_is_a_function_of_its_own() -> None:
     assert in_parts(rows) == [rows[:1], rows[1:2], rows[2:]]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_parts_give_the_bits_of_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def run(cache: str) -> tuple[eomgen.Solution, str]:
         monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / cache))

@@ -142,7 +142,7 @@ def cart_on_spring() -> eomgen.Scene:
     return builder.effort("spring", "rail", "-q.rail - 2 * q.rail**3").build()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> None:
     families = {type(method_named(name)): name for name in reversed(method_names()) if "index3" not in name}
     assert len(families) > 10

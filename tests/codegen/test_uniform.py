@@ -69,7 +69,6 @@ def given_to(model: eomgen.Model, manifest: dict[str, Any]) -> dict[str, Array]:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("active_vehicle-True")
 @pytest.mark.parametrize(
     ("name", "held"), [("double_pendulum_on_shaking_base", False), ("four_bar", False), ("active_vehicle", True)]
 )

@@ -50,7 +50,7 @@ def test_a_strip_rolls_up_as_a_planar_model_does() -> None:
 # -- flying spaghetti --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_steps_of_the_flying_spaghetti_are_those_of_the_published_scheme() -> None:
     """So is the way of its centre of mass, which on SE(3) is met to order 2 only: steps turn nodes and move them at
     once, along screws. Linear momentum is exact in both."""
@@ -70,7 +70,7 @@ def test_steps_of_the_flying_spaghetti_are_those_of_the_published_scheme() -> No
     np.testing.assert_allclose(own, gaps, atol=1e-8)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_centre_of_mass_flies_straight_where_nodes_travel_and_turn_apart() -> None:
     data = spaghetti.scene(4)
     data["beams"]["noodle"]["group"] = "R3xSO3"

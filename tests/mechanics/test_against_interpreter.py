@@ -15,8 +15,8 @@ from tests.oracles.interpreter.generator import scene
 KINDS = ("tree", "loop", "absolute", "beam", "hull", "exact_beam")
 
 
-@pytest.mark.long
-@pytest.mark.slow_cases("beam", "loop")
+@pytest.mark.slow
+@pytest.mark.long_cases("beam")
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
@@ -24,16 +24,13 @@ def test_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_pat
 
 
 @pytest.mark.long
-@pytest.mark.slow
-@pytest.mark.long_cases("beam", "hull")
 @pytest.mark.parametrize("kind", KINDS)
 def test_more_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
-    found = {seed: disagreements(scene(seed, kind), seed, kind) for seed in range(2, 12)}
+    found = {seed: disagreements(scene(seed, kind), seed, kind) for seed in range(2, 5)}
     assert {seed: wrong for seed, wrong in found.items() if wrong} == {}
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("key, factor", [("mass", 1 + 1e-9), ("center_of_mass", 1 + 1e-9), ("inertia", 1 + 1e-9)])
 def test_the_comparison_sees_a_change_of_a_billionth(
