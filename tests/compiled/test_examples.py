@@ -22,7 +22,9 @@ from tests.oracles.evaluation import Array
 from tests.oracles.states import random_states
 
 ROOT = Path(__file__).parents[2]
-EVERY = sorted(str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml"))
+#: Its C takes half a minute of the compiler and has nothing that the C of other beams lacks.
+COSTLY = "spin_up_beam/exact.toml"
+EVERY = sorted({str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml")} - {COSTLY})
 SCENES = covering(EVERY)
 #: Their functions are of the kinds of smaller scenes, and take a minute of the compiler in four types.
 LARGE = {
