@@ -7,7 +7,7 @@ import os
 # One process of tests for each core: threads of BLAS between them wait for one another, and take half of the time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Most models of tests live for a second: to optimise them takes five times as long as to compile them. Tests that need
-# what users get by default say so: each example is built as users build it in compiled/test_examples.py.
+# what users get by default say so: compiled/test_examples.py builds examples with every feature as users build them.
 os.environ.setdefault("EOMGEN_PROFILE", "quick")
 
 import gc
