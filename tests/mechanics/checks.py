@@ -44,7 +44,7 @@ def check_powers(system: System, state: dict[str, Array], tolerance: float = 1e-
 
 
 def output_values(system: System, names: Sequence[str] = (), seed: int = 3) -> dict[str, Array]:
-    """Return outputs of functions (all without names) at a state near the start, matrices whole in place of nonzeros."""
+    """Return outputs of functions (all without names) at a state near the start, matrices whole."""
     random, q = np.random.default_rng(seed), np.array(system.initial_q)
     for factor in system.factors:
         part = q[factor.q]

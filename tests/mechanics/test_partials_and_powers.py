@@ -51,7 +51,7 @@ TOLERANCES = {"bushings": 1e-10, "tyre,": 1e-11, "stops": 1e-11, "motion": 1e-11
 @pytest.mark.slow_except("tree 11", "bushings 4", "beams 1", "tyre, flat 0")
 @pytest.mark.parametrize("name", SCENES)
 def test_partials_are_complex_steps_and_the_energy_changes_by_the_powers(name: str, rng: np.random.Generator) -> None:
-    scene, kind = SCENES[name](), name.split()[0]
+    scene, kind = SCENES[name](), name.split(maxsplit=1)[0]
     system = derive(scene, TERMS)
     state = states_of(system, rng, count=40 if kind in ("tyre,", "stops") else 5)
     if kind.startswith("beams"):
