@@ -11,7 +11,7 @@ import unicodedata
 from pathlib import Path
 
 from tests.failures.catalogue import CHAPTERS
-from tests.failures.failure import SCENE, Failure
+from tests.failures.failure import SCENE, SHOWN_FOLDER, Failure
 
 ROOT = Path(__file__).parents[2]
 _LONGEST = 160
@@ -45,11 +45,11 @@ def page(folder: Path) -> str:
     return "\n".join(parts)
 
 
-def shown_entry(entry: Failure) -> str:
-    """Return the bad input of an entry, its command and the answer as text."""
+def shown_entry(entry: Failure, answer: str = "") -> str:
+    """Return the bad input of an entry, its command and its answer, or another one, as text."""
     shown = [_visible(line) for line in entry.shown().splitlines()]
-    answer = entry.message.replace("{any}", "...").replace("{folder}", "/an/empty/folder").splitlines()
-    lines = [*shown, *([""] if shown else []), f"$ eomgen {entry.command}", *answer]
+    told = (answer or entry.answer).replace("{any}", "...").replace("{folder}", SHOWN_FOLDER)
+    lines = [*shown, *([""] if shown else []), f"$ eomgen {entry.command}", told]
     return "\n".join(lines)
 
 

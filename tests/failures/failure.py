@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import io
+import re
 import shlex
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from eomgen.cli import commands
+import pytest
+
+from eomgen.base.message_codes import EXAMPLES
+from eomgen.cli import commands, main
+
+#: The folder of a command in texts that are shown.
+SHOWN_FOLDER = "/an/empty/folder"
 
 #: The scene that most entries change in one place.
 SCENE = """\
@@ -55,7 +66,7 @@ class Failure:
     ----------
     title : what the user did, a few words
     code : exit code
-    message : all of stderr, without the last line's end
+    message : all of stderr, without the last line's end; empty where it stands in the examples of codes
     command : the words behind ``eomgen``
     old, new : what of SCENE is changed, and to what; both empty where it stays
     more : lines appended to SCENE
@@ -67,7 +78,7 @@ class Failure:
 
     title: str
     code: int
-    message: str
+    message: str = ""
     command: str = "info scene.toml"
     old: str = ""
     new: str = ""
@@ -76,6 +87,25 @@ class Failure:
     environment: Mapping[str, str | None] = field(default_factory=dict)
     prepare: Callable[[Path], object] | None = None
     preparation: str = ""
+
+    @property
+    def answer(self) -> str:
+        """The message, or the answer under this title in the examples of codes."""
+        return self.message or _answers()[self.title]
+
+    def told(self, folder: Path) -> tuple[int, str, str]:
+        """Return exit code, stdout and stderr of the command in a folder, as on a machine without ``ziglang``."""
+        streams = io.StringIO(), io.StringIO()
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(streams[0]), redirect_stderr(streams[1]):
+            patch.chdir(folder)
+            patch.setitem(sys.modules, "ziglang", None)
+            for name, value in self.environment.items():
+                if value is None:
+                    patch.delenv(name, raising=False)
+                else:
+                    patch.setenv(name, value.replace("{folder}", str(folder)))
+            code = main(shlex.split(self.command))
+        return code, streams[0].getvalue(), streams[1].getvalue()
 
     def lay_out(self, folder: Path) -> None:
         """Write the files of the entry."""
@@ -103,11 +133,19 @@ class Failure:
             (
                 f"unset {name}"
                 if value is None
-                else f"export {name}={shlex.quote(value.replace('{folder}', '/an/empty/folder'))}"
+                else f"export {name}={shlex.quote(value.replace('{folder}', SHOWN_FOLDER))}"
             )
             for name, value in self.environment.items()
         ]
         return "\n\n".join(part.rstrip() for part in [*parts, self.preparation, "\n".join(settings)] if part.rstrip())
+
+
+@cache
+def _answers() -> Mapping[str, str]:
+    """Return the answers in the examples of codes, by the titles of their entries."""
+    entries = EXAMPLES.read_text(encoding="utf-8").rstrip("\n").replace(SHOWN_FOLDER, "{folder}").split("\n= ")[1:]
+    found = (re.fullmatch(r"\S+ (.*)\n(?s:.*?)^\$ eomgen .*\n((?s:.*?))\n?", entry, re.MULTILINE) for entry in entries)
+    return {match[1]: match[2] for match in found if match}
 
 
 def invoked(*words: str) -> object:

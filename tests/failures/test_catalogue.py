@@ -4,18 +4,15 @@ catalogue."""
 from __future__ import annotations
 
 import re
-import shlex
-import sys
 import unicodedata
 from pathlib import Path
 
 import pytest
 
 import eomgen
-from eomgen.cli import main
 from tests.failures import errors_page
 from tests.failures.catalogue import CHAPTERS
-from tests.failures.failure import Failure
+from tests.failures.failure import SHOWN_FOLDER, Failure
 
 ENTRIES = [(title, entry) for title, _, entries in CHAPTERS for entry in entries]
 #: Exit codes of commands that did what they could: a run that stopped keeps what it has, a warning stops nothing.
@@ -49,24 +46,13 @@ def check_codes(complaint: str, entry: Failure) -> None:
 @pytest.mark.parametrize(
     "entry", [entry for _, entry in ENTRIES], ids=[f"{title}-{entry.title}" for title, entry in ENTRIES]
 )
-def test_the_answer(
-    entry: Failure, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_answer(entry: Failure, tmp_path: Path) -> None:
     entry.lay_out(tmp_path)
     before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(sys.modules, "ziglang", None)  # as on a machine without the extra
-    for name, value in entry.environment.items():
-        if value is None:
-            monkeypatch.delenv(name, raising=False)
-        else:
-            monkeypatch.setenv(name, value.replace("{folder}", str(tmp_path)))
-    code = main(shlex.split(entry.command))
-    printed, complaint = capsys.readouterr()
+    code, printed, complaint = entry.told(tmp_path)
     check_codes(complaint, entry)
-    assert (code, complaint) == (entry.code, complaint)
-    expected = entry.message.replace("{folder}", str(tmp_path)) + "\n"
-    assert matches(complaint, expected), f"{complaint!r}\nis not\n{expected!r}"
+    expected = entry.answer.replace("{folder}", str(tmp_path)) + "\n"
+    assert code == entry.code and matches(complaint, expected), f"{code}, {complaint!r}\nis not\n{expected!r}"
     assert not printed or code in GOES_ON
     assert "Traceback" not in complaint
     assert not [c for c in complaint if c != "\n" and unicodedata.category(c)[0] == "C"]
@@ -83,7 +69,7 @@ def test_the_catalogue_is_as_wide_as_it_says() -> None:
     codes = {entry.code for _, entry in ENTRIES}
     assert codes >= {error.exit_code for error in eomgen.EomgenError.__subclasses__()}
     for chapter, entry in ENTRIES:
-        names_its_kind = re.search(r"^[a-z/]+ error: ", entry.message, re.MULTILINE)
+        names_its_kind = re.search(r"^[a-z/]+ error: ", entry.answer, re.MULTILINE)
         assert entry.code in GOES_ON or names_its_kind, f"{chapter}: {entry.title}"
 
 
@@ -98,7 +84,7 @@ def test_a_page_is_written_with_every_entry_in_its_chapter(tmp_path: Path) -> No
     (other,) = set(re.findall(r"\(([^#)][^)]*\.md)#", text))
     assert (tmp_path / "new" / other).resolve() == errors_page.ROOT / "docs" / "command_line.md"
     for title, entry in ENTRIES:
-        answer = entry.message.replace("{any}", "...").replace("{folder}", "/an/empty/folder")
+        answer = entry.answer.replace("{any}", "...").replace("{folder}", SHOWN_FOLDER)
         assert f"**{entry.title}**: exit code {entry.code}\n\n```text\n" in chapters[title]
         assert f"$ eomgen {entry.command}\n{answer}\n```" in chapters[title], f"{title}: {entry.title}"
     assert not [c for c in text if c != "\n" and unicodedata.category(c)[0] == "C"]

@@ -1,5 +1,7 @@
 """Upkeep of messages: ``python -m tests.messages`` numbers new messages, and renews the examples of codes.
 
+The answers of the examples are the answers of today: read the differences before they are committed.
+
 A literal that ends with ``[E]`` or ``[W]`` gets the number behind the last one, also if the message of the last number
 is gone, so no code is used twice.
 """
@@ -8,33 +10,54 @@ from __future__ import annotations
 
 import json
 import re
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from eomgen.base.message_codes import EXAMPLES, PACKAGE, rows, sources
 from tests.failures.catalogue import CHAPTERS
 from tests.failures.errors_page import shown_entry
+from tests.failures.failure import Failure
 
 COMMAND = "python -m tests.messages"
 LAST = Path(__file__).with_name("last_codes.json")
 #: Characters of an example at most.
 _LONGEST_EXAMPLE = 420
 _NEW = re.compile(r" \[([EW])\](?=[\"']|; )")
+_LAST_OF_LINE = re.compile(r" \[([EW]\d{4})\]$", re.MULTILINE)
 _USED = re.compile(r"\[([EW])(\d{4})\]")
 
 
-def examples() -> str:
-    """Return the examples of codes: entries of the catalogue of bad inputs with their answers, one for each code."""
+def examples(answer: Callable[[Failure], str] = lambda entry: entry.answer) -> str:
+    """Return the examples of codes: entries of the catalogue of bad inputs with their answers, one for each code.
+
+    Raises
+    ------
+    ValueError
+        If an entry without a message is no example, since it has no new code or is too long.
+    """
     made: list[str] = []
     known: set[str] = set()
-    for _, _, entries in CHAPTERS:
-        for entry in entries:
-            codes = re.findall(r" \[([EW]\d{4})\]$", entry.message, re.MULTILINE)
-            fresh = [code for code in dict.fromkeys(codes) if code not in known]
-            text = shown_entry(entry)
-            if fresh and len(text) <= _LONGEST_EXAMPLE:
-                known.update(fresh)
-                made.append(f"= {','.join(fresh)} {entry.title}\n{text}\n")
+    for entry in (entry for _, _, entries in CHAPTERS for entry in entries):
+        told = answer(entry)
+        fresh = [code for code in dict.fromkeys(_LAST_OF_LINE.findall(told)) if code not in known]
+        text = shown_entry(entry, told)
+        if fresh and len(text) <= _LONGEST_EXAMPLE:
+            known.update(fresh)
+            made.append(f"= {','.join(fresh)} {entry.title}\n{text}\n")
+        elif not entry.message:
+            raise ValueError(f"{entry.title} is no example, write its message into the entry: {told}")
     return "\n" + "\n".join(made)
+
+
+def answer_of_today(entry: Failure) -> str:
+    """Return the message of an entry, or else the answer of its command."""
+    if entry.message:
+        return entry.message
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name).resolve()
+        entry.lay_out(folder)
+        return entry.told(folder)[2].removesuffix("\n").replace(str(folder), "{folder}")
 
 
 def number_new(package: Path = PACKAGE) -> dict[str, int]:
@@ -59,5 +82,5 @@ def main() -> int:
     LAST.write_text(json.dumps(number_new()) + "\n", encoding="utf-8")
     sources.cache_clear()
     rows.cache_clear()
-    EXAMPLES.write_text(examples(), encoding="utf-8")
+    EXAMPLES.write_text(examples(answer_of_today), encoding="utf-8")
     return 0

@@ -1,8 +1,8 @@
 """The failure catalogue: bad inputs by chapter, each with its exit code and its exact message.
 
-A new entry needs no test of its own: put a ``Failure`` into its chapter with an empty message, run the tests of this
-folder, read the answer, and when it has place, fault, reason and remedy, put it into the entry. ``make errors`` writes
-all entries as one page.
+A new entry needs no test of its own: put a ``Failure`` into its chapter, run ``python -m tests.messages``, and read
+whether its answer in ``eomgen/base/message_examples.txt`` has place, fault, reason and remedy. An entry without a new
+code, or too long for an example, has its message in the entry. ``make errors`` writes all entries as one page.
 """
 
 from __future__ import annotations

@@ -13,55 +13,19 @@ def thesis(folder: Path) -> None:
 
 
 FAILURES = [
-    Failure(
-        "A verb that there is not",
-        2,
-        "usage error: eomgen: there is no verb 'simulat'; try: simulate [E0147]",
-        command="simulat scene.toml",
-    ),
-    Failure(
-        "A missing option",
-        2,
-        "usage error: eomgen simulate: missing option '--out'; try: --out results; eomgen simulate --help lists"
-        " all [E0009]",
-        command="simulate scene.toml",
-    ),
-    Failure(
-        "An option that there is not",
-        2,
-        "usage error: eomgen info: no such option '--fast'; try: eomgen info --help [E0008]",
-        command="info scene.toml --fast",
-    ),
-    Failure(
-        "A word for a number",
-        2,
-        "usage error: --step: 'fast' is not a time; try: 2, or \"2 s\" [E0190]",
-        command="simulate scene.toml --out out --step fast",
-    ),
-    Failure(
-        "A negative step",
-        2,
-        "usage error: step: the step must be positive, not -1; try: 1e-3 [E2072]",
-        command="simulate scene.toml --out out --step -1",
-    ),
+    Failure("A verb that there is not", 2, command="simulat scene.toml"),
+    Failure("A missing option", 2, command="simulate scene.toml"),
+    Failure("An option that there is not", 2, command="info scene.toml --fast"),
+    Failure("A word for a number", 2, command="simulate scene.toml --out out --step fast"),
+    Failure("A negative step", 2, command="simulate scene.toml --out out --step -1"),
     Failure(
         "A step of 0",
         2,
         "usage error: step: the step must be positive, not 0; try: 1e-3 [E2072]",
         command="simulate scene.toml --out out --step 0",
     ),
-    Failure(
-        "An end before the start",
-        2,
-        "usage error: t_end: the end -1 s lies before the start 0 s; try: a later t_end [E0274]",
-        command="simulate scene.toml --out out --t-end -1",
-    ),
-    Failure(
-        "A run of too many steps",
-        2,
-        "usage error: step: 1e+300 s in steps of 1e-09 s are inf steps; try: a larger step [E2078]",
-        command="simulate scene.toml --out out --t-end 1e300 --step 1e-9",
-    ),
+    Failure("An end before the start", 2, command="simulate scene.toml --out out --t-end -1"),
+    Failure("A run of too many steps", 2, command="simulate scene.toml --out out --t-end 1e300 --step 1e-9"),
     Failure(
         "A run that fills the memory",
         2,
@@ -69,12 +33,7 @@ FAILURES = [
         " {any}; try: record_every = {any} or more [E2076]",
         command="simulate scene.toml --out out --t-end 1e9 --step 1e-3",
     ),
-    Failure(
-        "A damping out of its range",
-        2,
-        "usage error: rho_inf: rho_inf must lie between 0 and 1, not 1.5; try: 0.8 [E2073]",
-        command="simulate scene.toml --out out --rho-inf 1.5",
-    ),
+    Failure("A damping out of its range", 2, command="simulate scene.toml --out out --rho-inf 1.5"),
     Failure(
         "A parameter that there is not",
         2,
@@ -95,42 +54,19 @@ FAILURES = [
         " number of kg [E1709]",
         command="simulate scene.toml --out out --set load=-1.5",
     ),
-    Failure(
-        "A parameter without a value",
-        2,
-        "usage error: --set load: a name and a number are needed; try: --set length=0.5 [E0193]",
-        command="simulate scene.toml --out out --set load",
-    ),
-    Failure(
-        "A parameter that is not a number",
-        2,
-        "usage error: --set load=heavy: 'heavy' is not a number; try: --set load=0.5 [E0123]",
-        command="simulate scene.toml --out out --set load=heavy",
-    ),
-    Failure(
-        "A parameter that is not finite",
-        2,
-        "usage error: parameters: parameter load is nan, not a finite number; try: a finite number [E0237]",
-        command="simulate scene.toml --out out --set load=nan",
-    ),
+    Failure("A parameter without a value", 2, command="simulate scene.toml --out out --set load"),
+    Failure("A parameter that is not a number", 2, command="simulate scene.toml --out out --set load=heavy"),
+    Failure("A parameter that is not finite", 2, command="simulate scene.toml --out out --set load=nan"),
     Failure(
         "An input that there is not",
         2,
         "usage error: there is no input 'moter'; try: motor [E0100]",
         command="simulate scene.toml --out out --input moter=1",
     ),
-    Failure(
-        "A term that there is not",
-        2,
-        "usage error: no term is called 'forces'; try: force [E0497]",
-        command="info scene.toml --terms mass,forces",
-    ),
+    Failure("A term that there is not", 2, command="info scene.toml --terms mass,forces"),
     Failure(
         "A method that cannot bear constraints",
         4,
-        "model error: rk4 cannot run on this scene: it needs a system without constraints: it steps ordinary "
-        "differential equations and would ignore the constraint equations; try: rk4_partitioned, which eliminates "
-        "constraints, generalized_alpha, which keeps them, or a tree of joints [E0860]",
         command="simulate scene.toml --out out --method rk4 --coordinates absolute",
     ),
     Failure(
@@ -150,19 +86,10 @@ FAILURES = [
         old='effort = "motor"',
         new='effort = "motor - abs(v.shoulder) * v.shoulder"',
     ),
-    Failure(
-        "A tolerance that is none",
-        2,
-        "usage error: tolerance: the tolerance must lie in 0..0.1, not -1e-06; try: 1e-10, or 0 for steps of the time"
-        " grid [E0353]",
-        command="simulate scene.toml --out out --method taylor --tolerance -1e-6",
-    ),
+    Failure("A tolerance that is none", 2, command="simulate scene.toml --out out --method taylor --tolerance -1e-6"),
     Failure(
         "A tolerance that no number can show",
         2,
-        "usage error: tolerance: the tolerance 1e-30 is far below the resolution of double precision; try: 1e-16 or"
-        " more,"
-        " or 0 for steps of the time grid [E0354]",
         command="simulate scene.toml --out out --method taylor --tolerance 1e-30",
     ),
     Failure(
@@ -176,58 +103,26 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Fixed Taylor steps without an order",
-        2,
-        "usage error: order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from"
-        " which the order follows [E0355]",
-        command="simulate scene.toml --out out --method taylor --tolerance 0",
+        "Fixed Taylor steps without an order", 2, command="simulate scene.toml --out out --method taylor --tolerance 0"
     ),
-    Failure(
-        "An order that is too high",
-        2,
-        "usage error: order: the order must be a whole number, 2 to 40, not 50; try: 20 [E0356]",
-        command="simulate scene.toml --out out --method taylor --order 50",
-    ),
-    Failure(
-        "A folder without a name",
-        2,
-        "usage error: --out: the name of the folder is empty; try: --out . for this folder [E0195]",
-        command="generate scene.toml --out ''",
-    ),
+    Failure("An order that is too high", 2, command="simulate scene.toml --out out --method taylor --order 50"),
+    Failure("A folder without a name", 2, command="generate scene.toml --out ''"),
     Failure(
         "A folder that holds other things",
         7,
-        "input/output error: mine is not empty and was not written by eomgen (it has no manifest.json of eomgen's); "
-        "nothing was overwritten; try: a new or empty folder [E0213]",
         command="generate scene.toml --out mine",
         prepare=thesis,
         preparation="mine/ holds thesis.txt",
     ),
-    Failure(
-        "A file in the place of the folder",
-        7,
-        "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder [E0130]",
-        command="simulate scene.toml --out scene.toml",
-    ),
-    Failure(
-        "A check at no state",
-        2,
-        "usage error: states: a whole number from 1 on is needed, not 0; try: 1 [E0246]",
-        command="check scene.toml --states 0",
-    ),
+    Failure("A file in the place of the folder", 7, command="simulate scene.toml --out scene.toml"),
+    Failure("A check at no state", 2, command="check scene.toml --states 0"),
     Failure(
         "A check with a negative seed",
         2,
         "usage error: seed: a whole number from 0 on is needed, not -1; try: 0 [E0246]",
         command="check scene.toml --seed -1",
     ),
-    Failure(
-        "A closed form that there is not",
-        2,
-        "usage error: only: no closed form of this scene is called 'partial.K'; try: partials.K or partials.M or"
-        " partials.C [E1132]",
-        command="check scene.toml --only partial.K",
-    ),
+    Failure("A closed form that there is not", 2, command="check scene.toml --only partial.K"),
     Failure(
         "A check where no formula has a value",
         6,
@@ -245,12 +140,7 @@ FAILURES = [
         "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder [E0130]",
         command="check scene.toml --only partials.K --states 1 --out scene.toml",
     ),
-    Failure(
-        "An animation of a kind that there is not",
-        2,
-        "usage error: arm.gif: an animation cannot be saved as .gif; try: arm.html [E1260]",
-        command="animate scene.toml --out arm.gif",
-    ),
+    Failure("An animation of a kind that there is not", 2, command="animate scene.toml --out arm.gif"),
     Failure(
         "A solution that is not there",
         7,
@@ -258,18 +148,11 @@ FAILURES = [
         command="animate solution.npz --out arm.html",
     ),
     Failure(
-        "A solution that is none",
-        7,
-        "input/output error: solution.npz: this is not a solution written by eomgen: it is not an .npz archive, or not"
-        " all of one; try: a .npz file of Solution.save [E0134]",
-        command="animate solution.npz --out arm.html",
-        files={"solution.npz": "PK no zip"},
+        "A solution that is none", 7, command="animate solution.npz --out arm.html", files={"solution.npz": "PK no zip"}
     ),
     Failure(
         "Options of a run for a stored one",
         2,
-        "usage error: solution.npz: --t-end would change a run, and this one is stored; try: the scene in place of its "
-        "solution, or no such option [E0149]",
         command="animate solution.npz --out arm.html --t-end 2",
         files={"solution.npz": "PK no zip"},
     ),

@@ -5,40 +5,18 @@ from __future__ import annotations
 from tests.failures.failure import Failure
 
 FAILURES = [
-    Failure(
-        "An event of a joint that is not there",
-        3,
-        "description error: scene.toml:34 (events.stop.when): q.sholder: there is no joint 'sholder' "
-        "(column 1); try: shoulder [E1568]",
-        more='[events.stop]\nwhen = "q.sholder"\n',
-    ),
-    Failure(
-        "An event that never passes zero",
-        3,
-        "description error: scene.toml:34 (events.stop.when): a number has no roots in time; try: a "
-        'formula such as "q.ball" or "t - 2" [E1481]',
-        more="[events.stop]\nwhen = 3\n",
-    ),
-    Failure(
-        "An event of a comparison",
-        3,
-        "description error: scene.toml:34 (events.stop.when): a comparison is 1 or 0 and does not pass zero; "
-        'try: the difference of its sides, "q.ball - 0.5", and a direction [E1482]',
-        more='[events.stop]\nwhen = "q.shoulder < 0.5 and t > 1"\n',
-    ),
+    Failure("An event of a joint that is not there", 3, more='[events.stop]\nwhen = "q.sholder"\n'),
+    Failure("An event that never passes zero", 3, more="[events.stop]\nwhen = 3\n"),
+    Failure("An event of a comparison", 3, more='[events.stop]\nwhen = "q.shoulder < 0.5 and t > 1"\n'),
     Failure(
         "An event of a formula that nothing changes",
         4,
-        "model error: scene.toml:34 (events.stop.when): the formula does not change along a run: nothing of the motion "
-        'and no time is left in it; try: a formula such as "q.ball" or "t - 2" [E0512]',
         command="info scene.toml",
         more='[events.stop]\nwhen = "0 * q.shoulder + 1"\n',
     ),
     Failure(
         "An impact by time alone",
         4,
-        "model error: scene.toml:34 (events.stop.when): the impact needs a formula of positions, for its impulse is "
-        'along their gradient, and this has none; try: a distance, such as "q.ball", or action = "reset" [E0513]',
         command="info scene.toml",
         more='[events.stop]\nwhen = "t - 1"\naction = "impact"\nrestitution = 0.5\n',
     ),
@@ -64,11 +42,7 @@ FAILURES = [
         more='[events.stop]\nwhen = "q.shoulder"\nrestitution = 0.5\n',
     ),
     Failure(
-        "A negative restitution",
-        3,
-        "description error: scene.toml:36 (events.stop.restitution): the restitution is -1; try: a number from 0 to"
-        " 1 [E1770]",
-        more='[events.stop]\nwhen = "q.shoulder"\naction = "impact"\nrestitution = -1\n',
+        "A negative restitution", 3, more='[events.stop]\nwhen = "q.shoulder"\naction = "impact"\nrestitution = -1\n'
     ),
     Failure(
         "An event that switches no mode",
@@ -79,8 +53,6 @@ FAILURES = [
     Failure(
         "An impact by velocities",
         4,
-        "model error: scene.toml:34 (events.stop.when): the impact needs a formula of positions and "
-        'time, and this one depends on velocities; try: a distance, such as "q.ball" [E0511]',
         command="info scene.toml",
         more='[events.stop]\nwhen = "v.shoulder - 1"\naction = "impact"\nrestitution = 0.5\n',
     ),

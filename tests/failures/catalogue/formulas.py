@@ -5,71 +5,14 @@ from __future__ import annotations
 from tests.failures.failure import Failure
 
 FAILURES = [
-    Failure(
-        "A name that there is not",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): unknown name 'motr' (column 1); try: motor [E1553]",
-        old='effort = "motor"',
-        new='effort = "motr + 1"',
-    ),
-    Failure(
-        "A joint in the place of its coordinate",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): 'shoulder' is a joint, not a number (column 6); try: "
-        "q.shoulder or v.shoulder [E1552]",
-        old='effort = "motor"',
-        new='effort = "-5 * shoulder"',
-    ),
-    Failure(
-        "A component that there is not",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): q.shoulder has no component 1 (column 1); try: "
-        "q.shoulder [E1544]",
-        old='effort = "motor"',
-        new='effort = "q.shoulder[1]"',
-    ),
-    Failure(
-        "A vector in the place of a number",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): position.tip has 3 components (column 1); try: "
-        "position.tip[0] [E1543]",
-        old='effort = "motor"',
-        new='effort = "position.tip"',
-    ),
-    Failure(
-        "An acceleration in a force",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): a.shoulder cannot be used here (column 8); try: time,"
-        " parameters, inputs, states, positions, velocities, tensions and inverse dynamics (not"
-        " accelerations) only [E1556]",
-        old='effort = "motor"',
-        new='effort = "-0.1 * a.shoulder"',
-    ),
-    Failure(
-        "A function that there is not",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): unknown function 'sine' (column 1); try: sin or sinh "
-        "or sign [E1534]",
-        old='effort = "motor"',
-        new='effort = "sine(t)"',
-    ),
-    Failure(
-        "A number as NumPy writes it",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): only functions can be called, not 'np.float64'"
-        ' (column 1); try: the number alone: NumPy writes its own as np.float64(...) into a text; f"{float(x)}"'
-        " writes a plain one [E1536]",
-        old='effort = "motor"',
-        new='effort = "np.float64(0.3) * motor"',
-    ),
-    Failure(
-        "A base that jumps",
-        3,
-        "description error: scene.toml:34 (base.position[2]): the position of the base jumps from 0 to 0.1 m at t = 2"
-        " s, and no motion can follow that; try: a law that is smooth there, such as a curve with interpolation ="
-        ' "quintic", or a force or an effort instead [E0299]',
-        more='[base]\nposition = [0, 0, "0.1 if t > 2 else 0"]\n',
-    ),
+    Failure("A name that there is not", 3, old='effort = "motor"', new='effort = "motr + 1"'),
+    Failure("A joint in the place of its coordinate", 3, old='effort = "motor"', new='effort = "-5 * shoulder"'),
+    Failure("A component that there is not", 3, old='effort = "motor"', new='effort = "q.shoulder[1]"'),
+    Failure("A vector in the place of a number", 3, old='effort = "motor"', new='effort = "position.tip"'),
+    Failure("An acceleration in a force", 3, old='effort = "motor"', new='effort = "-0.1 * a.shoulder"'),
+    Failure("A function that there is not", 3, old='effort = "motor"', new='effort = "sine(t)"'),
+    Failure("A number as NumPy writes it", 3, old='effort = "motor"', new='effort = "np.float64(0.3) * motor"'),
+    Failure("A base that jumps", 3, more='[base]\nposition = [0, 0, "0.1 if t > 2 else 0"]\n'),
     Failure(
         "A base that is pulled away at once",
         3,
@@ -87,84 +30,23 @@ FAILURES = [
         new='effort = "track(t)"',
         more="[curves.profile]\npoints = [[0, 0], [1, 2]]",
     ),
-    Failure(
-        "A function with too many arguments",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): sin() takes 1 argument, not 2 (column 1) [E1532]",
-        old='effort = "motor"',
-        new='effort = "sin(t, 2)"',
-    ),
-    Failure(
-        "A formula cut short",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): the formula is not well formed at '(motor +' (column "
-        "5); try: operators between terms and matching brackets [E1521]",
-        old='effort = "motor"',
-        new='effort = "2 * (motor + "',
-    ),
-    Failure(
-        "A caret for a power",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): the operator '^' is not part of formulas (column 7); "
-        "try: ** for powers [E1583]",
-        old='effort = "motor"',
-        new='effort = "motor ^ 2"',
-    ),
-    Failure(
-        "An implied product",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): 'motor' is not a unit; try: a * before motor [E0310]",
-        old='effort = "motor"',
-        new='effort = "2 motor"',
-    ),
-    Failure(
-        "A huge constant power",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): the exponent 100 is beyond 64 (column 10); try: exp()"
-        " or a smaller exponent [E1526]",
-        old='effort = "motor"',
-        new='effort = "motor ** 100"',
-    ),
+    Failure("A function with too many arguments", 3, old='effort = "motor"', new='effort = "sin(t, 2)"'),
+    Failure("A formula cut short", 3, old='effort = "motor"', new='effort = "2 * (motor + "'),
+    Failure("A caret for a power", 3, old='effort = "motor"', new='effort = "motor ^ 2"'),
+    Failure("An implied product", 3, old='effort = "motor"', new='effort = "2 motor"'),
+    Failure("A huge constant power", 3, old='effort = "motor"', new='effort = "motor ** 100"'),
     Failure(
         "A formula of too many levels",
         3,
-        "description error: scene.toml:28 (efforts.motor.effort): the formula is nested more than 50 deep (column 51); "
-        "try: a shorter formula [E1522]",
         old='effort = "motor"',
         new='effort = "' + 60 * "(" + "motor" + 60 * ")" + '"',
     ),
     Failure(
-        "A formula of too many characters",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): the formula has 3205 characters, more than 2000 "
-        "(column 2001); try: [definitions] for its parts [E1577]",
-        old='effort = "motor"',
-        new='effort = "motor' + 400 * " + motor" + '"',
+        "A formula of too many characters", 3, old='effort = "motor"', new='effort = "motor' + 400 * " + motor" + '"'
     ),
-    Failure(
-        "An import",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): a text in quotes is not part of formulas (column 12);"
-        " try: names without quotes [E1584]",
-        old='effort = "motor"',
-        new="effort = \"__import__('os').system('rm -rf ~')\"",
-    ),
-    Failure(
-        "An attribute of Python",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): unknown quantity 'motor' (column 1); try: one of q,"
-        " v, a, position, velocity, acceleration, rotation, angular_velocity and 14 more [E1563]",
-        old='effort = "motor"',
-        new='effort = "motor.__class__"',
-    ),
-    Failure(
-        "A lambda",
-        3,
-        "description error: scene.toml:28 (efforts.motor.effort): the character ':' is not part of formulas (column 8);"
-        " try: ASCII letters, digits and + - * / ** ( ) [ ] , . < > [E1585]",
-        old='effort = "motor"',
-        new='effort = "(lambda: 1)()"',
-    ),
+    Failure("An import", 3, old='effort = "motor"', new="effort = \"__import__('os').system('rm -rf ~')\""),
+    Failure("An attribute of Python", 3, old='effort = "motor"', new='effort = "motor.__class__"'),
+    Failure("A lambda", 3, old='effort = "motor"', new='effort = "(lambda: 1)()"'),
     Failure(
         "A comprehension",
         3,
@@ -192,8 +74,6 @@ FAILURES = [
     Failure(
         "A division by a zero that never changes",
         4,
-        "model error: div(..., 0) in a formula has no finite value for any state; try: other values of the fixed "
-        "parameters there, or tunable = true for them [E0301]",
         old='effort = "motor"',
         new='effort = "motor / (q.shoulder - q.shoulder)"',
     ),

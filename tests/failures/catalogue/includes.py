@@ -5,20 +5,8 @@ from __future__ import annotations
 from tests.failures.failure import Failure
 
 FAILURES = [
-    Failure(
-        "An included file that is not there",
-        3,
-        "description error: scene.toml:34 (include.hand.file): 'hand.toml' cannot be read: No such file or directory; "
-        "try: a path from the folder of scene.toml [E1594]",
-        more='[include.hand]\nfile = "hand.toml"',
-    ),
-    Failure(
-        "A file that includes itself",
-        3,
-        "description error: scene.toml:34 (include.hand.file): files include one another in a circle: scene.toml, "
-        "scene.toml; try: one of them without the include [E1590]",
-        more='[include.hand]\nfile = "scene.toml"',
-    ),
+    Failure("An included file that is not there", 3, more='[include.hand]\nfile = "hand.toml"'),
+    Failure("A file that includes itself", 3, more='[include.hand]\nfile = "scene.toml"'),
     Failure(
         "A mistake in an included file",
         3,
@@ -45,8 +33,6 @@ FAILURES = [
     Failure(
         "A parameter that the included file has not",
         3,
-        "description error: scene.toml:35 (include.hand.parameters.sise): 'hand.toml' has no parameter 'sise'; try:"
-        " size [E1586]",
         more='[include.hand]\nfile = "hand.toml"\nparameters = { sise = 0.2 }',
         files={
             "hand.toml": (

@@ -16,24 +16,11 @@ child = "stone"
 """
 
 FAILURES = [
-    Failure(
-        "A state that there is not",
-        2,
-        "usage error: --at rest: this is neither a state nor a time; try: --at equilibrium, --at steady, --at "
-        "initial, or --at 2.5 [E0179]",
-        command="linearize scene.toml --at rest",
-    ),
-    Failure(
-        "A run that leads nowhere",
-        2,
-        "usage error: --at -1: a run that leads there needs a positive time; try: --at initial, or --at 2.5 [E0180]",
-        command="linearize scene.toml --at -1",
-    ),
+    Failure("A state that there is not", 2, command="linearize scene.toml --at rest"),
+    Failure("A run that leads nowhere", 2, command="linearize scene.toml --at -1"),
     Failure(
         "No equilibrium to linearise about",
         6,
-        "numerical error: equilibrium: nothing holds v.flight[5]: it accelerates with -9.81 m/s^2, and no "
-        "stiffness opposes it; try: a spring, a stop, a constraint, or a fixed joint [E0055]",
         command="linearize falling.toml --at equilibrium",
         files={"falling.toml": FALLING},
     ),
@@ -47,23 +34,11 @@ FAILURES = [
         "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors) [E0094]",
         command="linearize scene.toml --at steady --velocity shoulder=2 --input motor=0",
     ),
-    Failure(
-        "A velocity without a steady motion",
-        2,
-        "usage error: --velocity: it belongs to a steady motion; try: --at steady [E0176]",
-        command="linearize scene.toml --velocity shoulder=2",
-    ),
-    Failure(
-        "A response without a folder",
-        2,
-        "usage error: eomgen linearize: there is no folder to draw roots or responses to; try: --out DIR [E0175]",
-        command="linearize scene.toml --response motor:tip[0]",
-    ),
+    Failure("A velocity without a steady motion", 2, command="linearize scene.toml --velocity shoulder=2"),
+    Failure("A response without a folder", 2, command="linearize scene.toml --response motor:tip[0]"),
     Failure(
         "A response without a folder, of an output that there is not",
         2,
-        "usage error: frequency response: there is no output or state 'top'; try: one of tip[0], tip[1], tip[2], "
-        "shoulder, v.shoulder [E0433]",
         command="linearize scene.toml --response motor:top",
     ),
     Failure(
@@ -86,20 +61,8 @@ FAILURES = [
         "usage error: frequency response: there is no input or disturbance 'wind'; try: one of motor [E0433]",
         command="linearize scene.toml --out out --response wind:tip[0]",
     ),
-    Failure(
-        "A response that is not one",
-        2,
-        "usage error: --response motor: an input and an output are needed; try: --response"
-        " road:body_acceleration [E0186]",
-        command="linearize scene.toml --out out --response motor",
-    ),
-    Failure(
-        "A band without an end",
-        2,
-        "usage error: --band 10: two positive frequencies in Hz are needed, the lower first; try: --band"
-        " 0.1:50 [E0187]",
-        command="linearize scene.toml --out out --response motor:tip[0] --band 10",
-    ),
+    Failure("A response that is not one", 2, command="linearize scene.toml --out out --response motor"),
+    Failure("A band without an end", 2, command="linearize scene.toml --out out --response motor:tip[0] --band 10"),
     Failure(
         "A Campbell diagram below 0 Hz",
         2,
@@ -107,32 +70,12 @@ FAILURES = [
         " 0:5 [E0187]",
         command="linearize scene.toml --out out --campbell load=0.1:2:3 --band=-1:5",
     ),
-    Failure(
-        "Roots over no values",
-        2,
-        "usage error: --root-locus load=1:2: a parameter, two values and their number are needed; try: "
-        "--root-locus damping=10:1000:40, or damping=10:1000:40:log [E0181]",
-        command="linearize scene.toml --out out --root-locus load=1:2",
-    ),
-    Failure(
-        "Roots over one value",
-        2,
-        "usage error: --root-locus load=1:2:1: finite values, and 2 to 10000 of them, are needed; try: "
-        "--root-locus damping=10:1000:40, or damping=10:1000:40:log [E0183]",
-        command="linearize scene.toml --out out --root-locus load=1:2:1",
-    ),
-    Failure(
-        "Equal ratios through zero",
-        2,
-        "usage error: --root-locus load=0:2:10:log: values in equal ratios must be positive; try: values without"
-        " :log [E0184]",
-        command="linearize scene.toml --out out --root-locus load=0:2:10:log",
-    ),
+    Failure("Roots over no values", 2, command="linearize scene.toml --out out --root-locus load=1:2"),
+    Failure("Roots over one value", 2, command="linearize scene.toml --out out --root-locus load=1:2:1"),
+    Failure("Equal ratios through zero", 2, command="linearize scene.toml --out out --root-locus load=0:2:10:log"),
     Failure(
         "Roots over a parameter that is fixed",
         2,
-        "usage error: at length = 0.4: the parameter length exists, but its value is fixed in the code; try: "
-        "length = { value = ..., tunable = true } in the scene's [parameters] [E0239]",
         command="linearize scene.toml --out out --root-locus length=0.4:0.6:5",
     ),
     Failure(
@@ -142,14 +85,7 @@ FAILURES = [
         " positive number of kg [E1709]",
         command="linearize scene.toml --at equilibrium --out out --root-locus load=1:-2:4",
     ),
-    Failure(
-        "A ride without a road",
-        2,
-        "usage error: road_excitation: no input of the scene is a random road, nor a measured one: a curve at a speed "
-        "times t less an offset; try: [inputs] front = { road = "
-        '{ class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand [E0083]',
-        command="linearize scene.toml --ride tip[0]",
-    ),
+    Failure("A ride without a road", 2, command="linearize scene.toml --ride tip[0]"),
     Failure(
         "A ride of an output that there is not",
         2,
@@ -162,42 +98,15 @@ FAILURES = [
     Failure(
         "A ride on the road of a machine without damping",
         4,
-        "model error: random response: mode 1 at 0.895309 Hz has no damping, so the rms has no bound; try: a damper, "
-        "or a band without it [E0451]",
         command="linearize scene.toml --ride tip[0]",
         old='motor = { formula = "2 * sin(t)", unit = "N m" }',
         new='motor = { road = { class = "C", speed = 20 } }',
     ),
-    Failure(
-        "A weighting that there is not",
-        2,
-        "usage error: --ride tip[0]:Wz: there is no weighting 'Wz'; try: tip[0]:Wk or tip[0]:Wd [E0173]",
-        command="linearize scene.toml --ride tip[0]:Wz",
-    ),
-    Failure(
-        "A road class that there is not",
-        2,
-        "usage error: --classes A,J: there is no road class 'J'; try: some of A,B,C,D,E,F,G,H [E0172]",
-        command="linearize scene.toml --ride tip[0] --classes A,J",
-    ),
-    Failure(
-        "A speed backwards",
-        2,
-        "usage error: --speeds 10,-20: positive speeds in m/s are needed; try: --speeds 10,20,30 [E0174]",
-        command="linearize scene.toml --ride tip[0] --speeds 10,-20",
-    ),
-    Failure(
-        "Speeds of no ride",
-        2,
-        "usage error: --speeds: it belongs to a ride; try: --ride body_acceleration [E0171]",
-        command="linearize scene.toml --speeds 10,20",
-    ),
-    Failure(
-        "A diagram over a speed that there is not",
-        2,
-        "usage error: campbell: there is no tunable parameter or velocity 'spin'; try: one of load, shoulder [E0044]",
-        command="linearize scene.toml --campbell spin=0:100:5",
-    ),
+    Failure("A weighting that there is not", 2, command="linearize scene.toml --ride tip[0]:Wz"),
+    Failure("A road class that there is not", 2, command="linearize scene.toml --ride tip[0] --classes A,J"),
+    Failure("A speed backwards", 2, command="linearize scene.toml --ride tip[0] --speeds 10,-20"),
+    Failure("Speeds of no ride", 2, command="linearize scene.toml --speeds 10,20"),
+    Failure("A diagram over a speed that there is not", 2, command="linearize scene.toml --campbell spin=0:100:5"),
     Failure(
         "A diagram over nothing",
         2,
@@ -205,29 +114,8 @@ FAILURES = [
         "damping=10:1000:40, or damping=10:1000:40:log [E0181]",
         command="linearize scene.toml --campbell load=1",
     ),
-    Failure(
-        "Orders of no diagram",
-        2,
-        "usage error: --orders: it belongs to a Campbell diagram; try: --campbell spin=0:300:31 [E0166]",
-        command="linearize scene.toml --orders 1,2",
-    ),
-    Failure(
-        "An order backwards",
-        2,
-        "usage error: --orders 1,-2: positive numbers are needed; try: --orders 1,2 [E0169]",
-        command="linearize scene.toml --campbell load=1:2:3 --orders 1,-2",
-    ),
-    Failure(
-        "A Campbell diagram from the largest speed down",
-        2,
-        "usage error: --campbell load: the values go from 3 to 1, and have to increase; try: --campbell"
-        " load=1:3:3 [E0185]",
-        command="linearize scene.toml --campbell load=3:1:3",
-    ),
-    Failure(
-        "A whirl of one deflection",
-        2,
-        "usage error: --whirl tip[0]: two deflections are needed; try: --whirl x:y [E0167]",
-        command="linearize scene.toml --campbell load=1:2:3 --whirl tip[0]",
-    ),
+    Failure("Orders of no diagram", 2, command="linearize scene.toml --orders 1,2"),
+    Failure("An order backwards", 2, command="linearize scene.toml --campbell load=1:2:3 --orders 1,-2"),
+    Failure("A Campbell diagram from the largest speed down", 2, command="linearize scene.toml --campbell load=3:1:3"),
+    Failure("A whirl of one deflection", 2, command="linearize scene.toml --campbell load=1:2:3 --whirl tip[0]"),
 ]

@@ -44,30 +44,19 @@ FAILURES = [
     Failure(
         "XML that is not well formed",
         3,
-        "description error: r.urdf:1: this is not XML: mismatched tag (column 34); try: an end for each element: "
-        "<link .../>, or <link ...> and </link> [E1846]",
         command="info r.urdf",
         files={"r.urdf": "<robot name='r'><link name='a'></robot>"},
     ),
-    Failure(
-        "Another XML",
-        3,
-        "description error: r.urdf:1: the outermost element is 'html', not 'robot'; try: a URDF file [E1697]",
-        command="info r.urdf",
-        files={"r.urdf": "<html><body/></html>"},
-    ),
+    Failure("Another XML", 3, command="info r.urdf", files={"r.urdf": "<html><body/></html>"}),
     Failure(
         "A document type, as entity bombs have",
         3,
-        "description error: r.urdf:1: document types and entities are refused; try: the file without"
-        " <!DOCTYPE> [E1845]",
         command="info r.urdf",
         files={"r.urdf": '<!DOCTYPE robot [<!ENTITY a "b">]>\n<robot name="r"/>'},
     ),
     Failure(
         "A xacro that was not run",
         3,
-        "description error: r.urdf:1: the file holds xacro macros; try: xacro first, to make a URDF of it [E1698]",
         command="info r.urdf",
         files={
             "r.urdf": (
@@ -80,7 +69,6 @@ FAILURES = [
     Failure(
         "A link that there is not",
         3,
-        "description error: r.urdf:5 (joints.lift): there is no link 'rdo'; try: rod [E1718]",
         command="info r.urdf",
         files={"r.urdf": robot(('<child link="rod"/>', '<child link="rdo"/>'))},
     ),
@@ -100,20 +88,8 @@ FAILURES = [
         command="info r.urdf",
         files={"r.urdf": robot(('<joint name="lift" type="revolute">', '<joint name="lift" type="hinge">'))},
     ),
-    Failure(
-        "A robot without links",
-        3,
-        "description error: r.urdf:1: the robot has no link; try: xacro first, if the file was meant for it [E1691]",
-        command="info r.urdf",
-        files={"r.urdf": '<robot name="r"/>'},
-    ),
-    Failure(
-        "A joint to lock that there is not",
-        2,
-        "usage error: r.urdf has no joint 'lfit' to lock; try: lift [E1938]",
-        command="info r.urdf --lock lfit",
-        files={"r.urdf": ROBOT},
-    ),
+    Failure("A robot without links", 3, command="info r.urdf", files={"r.urdf": '<robot name="r"/>'}),
+    Failure("A joint to lock that there is not", 2, command="info r.urdf --lock lfit", files={"r.urdf": ROBOT}),
     Failure(
         "A joint that mimics one that there is not",
         3,
@@ -124,7 +100,6 @@ FAILURES = [
     Failure(
         "A mass that is not a number",
         3,
-        "description error: r.urdf:3 (links.rod): value: a number is needed here, not 'heavy' [E1704]",
         command="info r.urdf",
         files={"r.urdf": robot(('<mass value="1"/>', '<mass value="heavy"/>'))},
     ),

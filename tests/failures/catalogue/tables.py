@@ -5,42 +5,28 @@ from __future__ import annotations
 from tests.failures.failure import Failure
 
 FAILURES = [
-    Failure(
-        "A table that is not there",
-        3,
-        "description error: road.csv (inputs.road.table): 'road.csv' cannot be read: No such file or directory; try: a "
-        "path from the scene file's folder [E0902]",
-        more='[inputs.road]\ntable = { file = "road.csv" }',
-    ),
+    Failure("A table that is not there", 3, more='[inputs.road]\ntable = { file = "road.csv" }'),
     Failure(
         "A cell that is not a number",
         3,
-        "description error: road.csv:3 (inputs.road.table): column 'height': 'high' is not a number; try: a number such"
-        " as 0.25 [E1905]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n1,high\n2,0\n"},
     ),
     Failure(
         "An empty cell",
         3,
-        "description error: road.csv:3 (inputs.road.table): column 'height' is empty; try: a number, or the row"
-        " left out [E1902]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n1,\n2,0\n"},
     ),
     Failure(
         "Rows out of order",
         3,
-        "description error: road.csv:4 (inputs.road.table): the points are not in order: 1 comes after 2; try: rows "
-        "sorted by the first of the two columns [E0912]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n2,0.1\n1,0\n"},
     ),
     Failure(
         "A column that there is not",
         3,
-        "description error: road.csv:1 (inputs.road.table): there is no column 'hight'; there are time, height; try: "
-        "height [E1898]",
         more='[inputs.road]\ntable = { file = "road.csv", value = "hight" }',
         files={"road.csv": "time,height\n0,0\n1,0.1\n2,0\n"},
     ),
@@ -55,19 +41,10 @@ FAILURES = [
     Failure(
         "A table of one row",
         3,
-        "description error: road.csv:2 (inputs.road.table): a curve needs two points or more, not 1; try: more"
-        " points [E0910]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n"},
     ),
-    Failure(
-        "An empty table",
-        3,
-        "description error: road.csv (inputs.road.table): the table is empty; try: a row of titles, and rows of"
-        " numbers [E1884]",
-        more='[inputs.road]\ntable = { file = "road.csv" }',
-        files={"road.csv": ""},
-    ),
+    Failure("An empty table", 3, more='[inputs.road]\ntable = { file = "road.csv" }', files={"road.csv": ""}),
     Failure(
         "A table that is no text",
         3,
@@ -87,8 +64,6 @@ FAILURES = [
     Failure(
         "A periodic table that does not close",
         3,
-        "description error: road.csv:3 (inputs.road.table): the last value 0.3 is not the first one 0, so the curve "
-        "cannot be periodic; try: a last point that repeats the first value, one period later [E0914]",
         more='[inputs.road]\ntable = { file = "road.csv" }\noutside = "periodic"',
         files={"road.csv": "0,0\n1,0.1\n2,0.3\n"},
     ),
@@ -100,11 +75,7 @@ FAILURES = [
         more="[curves.pulse]\npoints = [[0, 0], [2, 1], [1, 0]]",
     ),
     Failure(
-        "A curve of two kinds",
-        3,
-        "description error: scene.toml:33 (curves.pulse): a curve needs one of table, points, wave, bump, road, not "
-        "points and bump; try: points = [[0, 0], [1, 0.5]] [E1857]",
-        more="[curves.pulse]\npoints = [[0, 0], [1, 1]]\nbump = { height = 1, length = 1 }",
+        "A curve of two kinds", 3, more="[curves.pulse]\npoints = [[0, 0], [1, 1]]\nbump = { height = 1, length = 1 }"
     ),
     Failure(
         "A table in a unit that there is not",
@@ -116,9 +87,6 @@ FAILURES = [
     Failure(
         "A run that begins before the points of a curve",
         2,
-        "note: the input motor changes nothing: no formula mentions it [W0101]\n"
-        'usage error: t_start: the points of pulse begin at t = 0.5 s, the run begins at t = 0 s; try: outside = "hold"'
-        ' or "periodic", points from t = 0 s on, or in Python t_start = 0.5 [E2063]',
         command="simulate scene.toml --out out --t-end 1",
         old='effort = "motor"',
         new='effort = "pulse(t)"',
@@ -137,8 +105,6 @@ FAILURES = [
     Failure(
         "A curve without its argument",
         3,
-        "description error: scene.toml:37 (outputs.shape.formula[0]): 'pulse' is a curve, which needs an argument "
-        "(column 1); try: pulse(t) [E1551]",
         more='[curves.pulse]\npoints = [[0, 0], [1, 1]]\n\n[outputs.shape]\nformula = "pulse"',
     ),
     Failure(
