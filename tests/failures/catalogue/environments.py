@@ -42,18 +42,6 @@ FAILURES = [
         environment={"CC": "cc; touch stolen"},
     ),
     Failure(
-        "A run that leaves the numbers",
-        6,
-        "note: the input motor changes nothing: no formula mentions it [W0101]\n"
-        "stopped at t = 0.5 s, after 500 of 1000 steps: a value became infinite or not a number; the first block that"
-        " is not finite is Q (the generalized force), component v.shoulder at t = 0.501 s, where in a formula"
-        " sqrt(-0.001) has no value at t = 0.501; try: another start, or a formula that has a value there, such as"
-        " max(x, 1e-3) in place of x\nwritten to out: solution.npz, solution.csv, summary.json",
-        command="simulate scene.toml --out out --t-end 1 --no-plots",
-        old='effort = "motor"',
-        new='effort = "sqrt(0.5 - t)"',
-    ),
-    Failure(
         "A force that breaks at once",
         6,
         "note: the input motor changes nothing: no formula mentions it [W0101]\n"

@@ -21,34 +21,7 @@ FAILURES = [
         more='[events.stop]\nwhen = "t - 1"\naction = "impact"\nrestitution = 0.5\n',
     ),
     Failure(
-        "A reset without values",
-        3,
-        "description error: scene.toml:33 (events.stop): the action reset needs the key reset; try: "
-        'reset = {"v.joint"=0} [E1418]',
-        more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\n',
-    ),
-    Failure(
-        "A reset of an acceleration",
-        3,
-        "description error: scene.toml:36 (events.stop.reset.'a.shoulder'): a.shoulder cannot be used "
-        'here (column 1); try: coordinates, velocities and internal states: "q.joint", "v.joint" only [E1556]',
-        more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\nreset = { "a.shoulder" = 0 }\n',
-    ),
-    Failure(
-        "A restitution of an event without impact",
-        3,
-        "description error: scene.toml:35 (events.stop.restitution): restitution has no meaning for record; "
-        "try: action = impact [E1417]",
-        more='[events.stop]\nwhen = "q.shoulder"\nrestitution = 0.5\n',
-    ),
-    Failure(
         "A negative restitution", 3, more='[events.stop]\nwhen = "q.shoulder"\naction = "impact"\nrestitution = -1\n'
-    ),
-    Failure(
-        "An event that switches no mode",
-        3,
-        "description error: scene.toml:36 (events.stop.mode): there is no mode 'gear'; try: a [modes] section [E0100]",
-        more='[events.stop]\nwhen = "t - 1"\naction = "switch"\nmode = "gear"\nto = 2\n',
     ),
     Failure(
         "An impact by velocities",

@@ -73,14 +73,6 @@ FAILURES = [
         files={"r.urdf": robot(('<child link="rod"/>', '<child link="rdo"/>'))},
     ),
     Failure(
-        "An axis without a direction",
-        3,
-        "description error: r.urdf:4 (joints.lift.axis): the axis has no direction; try: an axis such as [0, 0,"
-        " 1] [E1838]",
-        command="info r.urdf",
-        files={"r.urdf": robot(('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>'))},
-    ),
-    Failure(
         "A kind of joint that there is not",
         3,
         "description error: r.urdf:4 (joints.lift): the joint type 'hinge' is not known; try: one of revolute, "

@@ -17,47 +17,11 @@ int servo(double t, const double *signals, double *values, double *memory)
 FAILURES = [
     Failure("A state without its rate", 3, more="[states]\nlag = { initial = 1.0 }"),
     Failure(
-        "A state in a mass",
-        3,
-        "description error: scene.toml:12 (bodies.upper.mass): the state 'lag' cannot be used here (column 5); try: "
-        "parameters only [E1556]",
-        old='mass = "1 + load"',
-        new='mass = "1 + lag"',
-        more='[states]\nlag = { rate = "-lag" }',
-    ),
-    Failure(
-        "A state called like a parameter",
-        3,
-        "description error: scene.toml:34 (states.load): the name load is both a parameter and a state; try: another "
-        "name for one of them [E1461]",
-        more='[states]\nload = { rate = "-load" }',
-    ),
-    Failure(
-        "A rate with a name that there is not",
-        3,
-        "description error: scene.toml:34 (states.lag.rate): unknown name 'motr' (column 1); try: motor [E1553]",
-        more='[states]\nlag = { rate = "motr - lag" }',
-    ),
-    Failure(
-        "A controller of a kind that there is not",
-        3,
-        "description error: scene.toml:34 (controllers.servo.type): 'pdi' is not known here; try: one of pi, pid, "
-        "low_pass, lead_lag, state_feedback, skyhook or sampled [E0263]",
-        more='[controllers.servo]\ntype = "pdi"\nsignal = "q.shoulder"\nproportional = 2',
-    ),
-    Failure(
         "A controller without a signal",
         3,
         "description error: scene.toml:33 (controllers.servo): the type pi needs the key signal; try: signal ="
         ' "1-q.hinge" [E1418]',
         more='[controllers.servo]\ntype = "pi"\nproportional = 2',
-    ),
-    Failure(
-        "A filter without its time",
-        3,
-        "description error: scene.toml:33 (controllers.servo): the type low_pass needs the key time_constant; try: "
-        "time_constant = 0.01 [E1418]",
-        more='[controllers.servo]\ntype = "low_pass"\nsignal = "q.shoulder"',
     ),
     Failure(
         "A limit below the other",
@@ -91,13 +55,6 @@ FAILURES = [
             'signal = "first"\n'
             "proportional = 1"
         ),
-    ),
-    Failure(
-        "A controller of an acceleration",
-        3,
-        "description error: scene.toml:35 (controllers.servo.signal): a.shoulder cannot be used here (column 1); try: "
-        "time, parameters, inputs, states, positions, velocities and tensions (not accelerations) only [E1556]",
-        more='[controllers.servo]\ntype = "pi"\nsignal = "a.shoulder"\nproportional = 2',
     ),
     Failure(
         "A sampled controller without its function",
