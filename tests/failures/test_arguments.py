@@ -33,13 +33,7 @@ def test_parameters_that_do_not_broadcast_are_named(model: eomgen.Model) -> None
     [
         ({"settings": [1.0]}, 'settings: a mapping is needed, not list; try: settings={"rtol": 1e-9}'),
         ({"settings": {"rtol": "x"}}, "settings.rtol: a number is needed, not str"),
-        ({"rho_inf": "x"}, "rho_inf: a number is needed, not str"),
         ({"rho_inf": 10**400}, "rho_inf: rho_inf is inf, not a finite number"),
-        ({"t_end": 10**400}, "t_end: t_end is inf, not a finite number"),
-        (
-            {"settings": {"max_iterations": 0}},
-            "settings.max_iterations: max_iterations must be a whole number from 1 to 2147483647, not 0; try: 16",
-        ),
         ({"settings": {"rtol": 0, "atol": 0}}, "rtol = 0, atol = 0"),
     ],
 )

@@ -10,7 +10,6 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from tests.messages.answers import plain
 from tests.models.scenes import PENDULUM_TOML
 
 ROOT = Path(eomgen.__file__).parents[1]
@@ -21,19 +20,6 @@ def scene(tmp_path: Path) -> Path:
     file = tmp_path / "shaken.toml"
     file.write_text(PENDULUM_TOML)
     return file
-
-
-@pytest.mark.parametrize("verb", ["simulate", "generate"])
-def test_an_empty_folder_name_is_refused(scene: Path, capsys: pytest.CaptureFixture[str], verb: str) -> None:
-    assert main([verb, str(scene), "--out", ""]) == 2
-    message = "usage error: --out: the name of the folder is empty; try: --out . for this folder\n"
-    assert plain(capsys.readouterr().err) == message
-
-
-def test_a_folder_that_cannot_be_written_is_named(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["generate", str(scene), "--out", str(scene / "c")]) == 7
-    fault = f"input/output error: {scene}: this is a file, and a folder is needed; try: another folder"
-    assert plain(capsys.readouterr().err) == f"{fault}\n"
 
 
 @pytest.mark.slow

@@ -36,17 +36,6 @@ def odd(folder: Path, tail: str = "", mass: str = "1.0") -> Path:
     return file
 
 
-def test_a_spring_between_points_that_never_part_is_named(tmp_path: Path) -> None:
-    tail = '[springs.coil]\nfirst = "mark"\nsecond = "anchor"\nstiffness = 10\nlength = 0.2\n'
-    with pytest.raises(eomgen.ModelError) as caught:
-        eomgen.derive(odd(tmp_path, tail))
-    assert (
-        str(caught.value)
-        == "model error: spring coil: the points mark and anchor coincide for all coordinates, so it has no"
-        " direction; try: points that can separate, or a torsion spring"
-    )
-
-
 @pytest.mark.parametrize(
     ("formula", "operation"),
     [

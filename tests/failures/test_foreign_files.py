@@ -18,7 +18,6 @@ from eomgen.base.csv_tables import read_cells
 from eomgen.base.files import read_arrays, write_arrays, write_text
 from eomgen.errors import DescriptionError, EomgenError, FileError
 from eomgen.results.solution import Solution
-from eomgen.scene import include
 from eomgen.scene.document import units
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.signals import curves
@@ -66,19 +65,6 @@ def test_points_beyond_the_limit_of_tables_are_refused(monkeypatch: pytest.Monke
     with pytest.raises(DescriptionError) as error:
         load_toml(f'format = 1\nname = "s"\n[curves.c]\npoints = [{points}]\n')
     assert "(curves.c.points): there are 101 points, more than 100; try: every tenth point" in str(error.value)
-
-
-def test_includes_that_double_are_refused_by_one_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(include, "_MOST_FILES", 100)
-    twice = "".join(f'[include.{name}]\nfile = "{{}}"\n' for name in "ab")
-    for level in range(18):
-        text = f'format = 1\nname = "level"\n{twice}'.replace("{}", f"{level + 1}.toml")
-        (tmp_path / f"{level}.toml").write_text(text)
-    (tmp_path / "18.toml").write_text('format = 1\nname = "last"\n[bodies.b]\nmass = 1\n')
-    with pytest.raises(DescriptionError) as error:
-        load(tmp_path / "0.toml")
-    assert len(error.value.problems) == 1
-    assert "more than 100 files, or more than 20 within one another, are included; try: fewer" in str(error.value)
 
 
 # -- archives ----------------------------------------------------------------------------------------------------------

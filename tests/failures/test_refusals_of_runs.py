@@ -146,16 +146,11 @@ def scene_by_hand() -> None:
     eomgen.build(dataclasses.replace(from_data(slider()), content=b""))
 
 
-@pytest.mark.slow_cases("<lambda>-text12")
-@pytest.mark.slow_cases("state_of_another_compilation-text6")
+@pytest.mark.slow_cases("<lambda>-text11")
+@pytest.mark.slow_cases("state_of_another_compilation-text5")
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (
-            lambda: driven().simulate(0.1, 0.01, inputs={"push": [1.0, 2.0, 3.0]}),
-            "usage error: input push: the shape is (3,), (11,) is needed: one value at every point of the step grid;"
-            " try: a number, a function of t, or a table of that length",
-        ),
         (
             strange,
             "usage error: attach: the solution does not say of which run it is (fingerprint is missing): by hand, or an"

@@ -56,19 +56,13 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
         setting(lambda: slider().scene, "gravity"),
         "a Scene does not change, so 'gravity' is not assigned to; try: gra",
     ),
-    (lambda: slider().calibrate(), "calibrate: the scene has no state_feedback, so there are no gains to be found"),
     (lambda: slider().pose([0.0], "m"), "the name of a body or frame comes first, not list; try: the name, and then q"),
-    (lambda: slider().point([0.0], "m", [0, 0, 0]), "the name of a body or frame comes first, not list"),
-    (lambda: slider().jacobian([0.0], "m"), "the name of a body or frame comes first, not list"),
     (
         lambda: slider().jacobian("m", [0.0], "LOCAL"),  # type: ignore[arg-type]
         "t: 'LOCAL' is not a time: a reference goes by its name; try: reference=\"body\"",
     ),
     (driven(lambda _: [1.0, 2.0]), "input f: the function gives 2 numbers at t = 0 s, and one real number is needed"),
-    (driven(lambda _: 1j), "the function gives complex at t = 0 s, and one real number is needed; try: float(...)"),
     (lambda: linear().modes().frequencies, "a Modes has no 'frequencies'; try: frequency, Hz, or angular_frequency"),
-    (lambda: linear().A, "a Linearization has no 'A'; try: state_space().A"),
-    (lambda: linear().eigenvalues, "try: modes(), which has eigenvalues, frequency and damping_ratio"),
     (lambda: linear().state_space().poles, "a StateSpace has no 'poles'; try: eigenvalues"),
     (
         lambda: eomgen.control.place(linear(), [-1.0, -2.0]).K,  # type: ignore[attr-defined]
@@ -84,15 +78,9 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: slider().simulate(0.01, 1e-3).metadata["metod"], "there is no entry 'metod'; try: method"),
     (lambda: slider().simulate(0.01, 1e-3).error.outputs_at["plac"], "there is no output 'plac'; try: place"),
     (lambda: load_urdf(ROBOT, actuated=["lift"]), "actuated: True or False is needed, not list; try: actuated=True"),
-    (lambda: load_urdf(ROBOT, friction=0.3), "friction: True or False is needed, not float"),
-    (lambda: load_urdf(ROBOT, limits="soft"), "limits: True or False is needed, not str"),
     (
         lambda: load_urdf(ROBOT.replace('lower="-1"', 'lower="2"'), limits=True),
         "robot.urdf:5 (joints.lift.limit): the lower limit, 2, is above the upper one, 1 rad; try: the smaller",
-    ),
-    (
-        lambda: load_urdf(ROBOT.replace('value="1.5"', 'value="-1.5"')),
-        "(links.rod): the mass -1.5 is negative; try: a positive number of kg",
     ),
 ]
 

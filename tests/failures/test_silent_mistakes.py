@@ -99,10 +99,6 @@ def test_parameters_whose_unit_fits_or_is_unknown_are_left_alone() -> None:
         ),
         (joint("stiffness = 5\nrest = 90"), "the spring of the joint shoulder rests at 90 rad, 14.3 turns"),
         (
-            changed(more="[base]\nrotation = [{ axis = [0, 1, 0], angle = 30 }]\n"),
-            'the base is turned by 30 rad, 4.77 turns: angles without a unit are radians, "30 deg" is in degrees',
-        ),
-        (
             changed(more='[torsion_springs.t]\nfirst = "shoulder"\nstiffness = 1\nrest = 45\n'),
             "the torsion spring t rests at 45 rad, 7.16 turns",
         ),
@@ -125,7 +121,6 @@ def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> Non
     ("text", "note"),
     [
         (SCENE + CORD + "stiffness = -80\n", "springs.cord.stiffness: the stiffness -80 is negative, and pushes away"),
-        (joint("stiffness = -5"), "joints.shoulder.stiffness: the stiffness -5 is negative, and pushes away"),
         (
             SCENE + CORD.replace('"base"', '"upper"') + "stiffness = 80\n",
             "springs.cord: both its points are fixed in upper, so the spring moves nothing",
@@ -133,10 +128,6 @@ def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> Non
         (
             changed(more="[curves.push]\npoints = [[0, 0], [1, 5]]\n"),
             "the curve push changes nothing: no formula mentions it",
-        ),
-        (
-            SCENE + CORD + "stiffness = 80\nlength = 300\n",
-            "springs.cord.length: the length is 300 m, and the scene is no larger than 0.5 m",
         ),
         (
             changed(("[0.03, 0.03, 0.002]", "[30000, 30000, 2000]")),
@@ -199,10 +190,6 @@ def test_damping_in_percent_of_critical_is_noted() -> None:
             "a table is needed for each; try: rotation = [{ axis = [0, 1, 0], angle = 1.57 }]",
         ),
         (changed((SHOULDER, "axis = 0, 1, 0\n")), "try: a list stands in [ ]: axis = [0, 1, 0]"),
-        (
-            changed(('mass = "1 + load"', 'mass = "1 + load"\nmass = 2')),
-            "the key mass is given twice; try: one of them",
-        ),
         (changed(('effort = "motor"', 'effort = "tip[2]"')), "try: position.tip[2]"),
     ],
 )
@@ -260,12 +247,6 @@ def test_one_elastic_coordinate_starts_where_it_is_told() -> None:
 
 def told(model: eomgen.Model, *span: float, **options: Any) -> list[str]:
     return list(model.simulate(*span, error_estimate=False, **options).metadata["notes"])
-
-
-def test_a_step_longer_than_the_run_is_noted() -> None:
-    note = "the step, 0.5 s, is longer than the run, 0.3 s, which is one shorter step"
-    assert note in told(arm(), 0.3, 0.5)
-    assert not told(arm(), 0.3, 0.3)
 
 
 def test_an_input_that_nobody_gives_is_noted() -> None:

@@ -127,16 +127,6 @@ def test_a_speed_in_place_of_an_initial_angle_gets_no_law_of_time() -> None:
     assert "* t" not in refused(disc(initial={"position": "3000 rpm"}))
 
 
-@pytest.mark.parametrize(
-    "builder",
-    [slider(drive="t", smooth="10 Hz"), slider().state("f", sample="500 Hz", formula="q.x")],
-    ids=["smooth", "sample"],
-)
-def test_a_frequency_for_a_time_is_one_problem(builder: eomgen.SceneBuilder) -> None:
-    text = refused(builder)
-    assert "a time in s is expected" in text and "nan" not in text
-
-
 def test_a_number_for_a_table_gets_an_example() -> None:
     text = refused(slider(friction=0.3))
     assert "a table is needed here, not 0.3; try: friction = { coulomb = 0.3, velocity = 0.01 }" in text
