@@ -44,6 +44,14 @@ FAILURES = [
         4,
         command="simulate scene.toml --out out --method rk4 --coordinates absolute",
     ),
+    Failure(
+        "A Taylor series of constrained motion",
+        4,
+        "model error: taylor cannot run on this scene: it needs a system without constraints: it expands ordinary "
+        "differential equations and would ignore the constraint equations; try: generalized_alpha, which keeps "
+        "constraints, rk4_partitioned, which eliminates them, or a tree of joints [E0860]",
+        command="simulate scene.toml --out out --method taylor --coordinates absolute",
+    ),
     Failure("A tolerance that is none", 2, command="simulate scene.toml --out out --method taylor --tolerance -1e-6"),
     Failure(
         "A tolerance that no number can show",
