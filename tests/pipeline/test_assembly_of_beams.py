@@ -146,7 +146,7 @@ def test_a_prestrained_string_that_fits_stays_as_it_is() -> None:
     assert [note for note in system.notes if "corrected" in note or "strained" in note] == []
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_nodes_follow_joints_and_parameters_of_a_run() -> None:
     coupler, rocker = closed(START)
     scene = four_bar(START, coupler, rocker, elements=2)
@@ -168,7 +168,7 @@ def test_nodes_follow_joints_and_parameters_of_a_run() -> None:
         assert np.max(np.abs(loads.strain[1])) < 1e-6
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
     scene = beam_scene(2, {"force": [0.0, 0.0, 0.0]}, type="revolute", axis=[0.0, 1.0, 0.0])
     model = eomgen.build(scene, profile="quick")
@@ -180,7 +180,7 @@ def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
     assert np.max(np.abs(solution.section_loads["rope"].strain[0])) < 1e-13
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_run_from_a_strained_start_names_it() -> None:
     model = eomgen.build(held([8.0, 0.0, 0.0], "cosserat", elements=4), profile="quick")
     message = model.simulate(1e-6, 1e-7, error_estimate=False).message

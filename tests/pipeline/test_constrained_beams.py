@@ -55,7 +55,6 @@ def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held
     )
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "what", "hint"),
@@ -77,7 +76,7 @@ def test_ends_that_a_beam_cannot_reach_or_not_straight_are_told(place: float, wh
     assert told[2] == hint
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_bent_beam_takes_its_end_where_a_straight_one_cannot() -> None:
     system = closed("inextensible", 6, {"body": "base", "position": [9.0, 1.0, 0.0]}, curvature=[0.0, 0.0, 0.1])
     assert len(system.multipliers) == 6 * 3 + 6

@@ -90,12 +90,12 @@ def files(program: Program) -> dict[str, str]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("count", "heavy"), [(49, ()), (60, (91,))], ids=["equal rows", "another knot in the middle"])
-def test_the_program_of_a_net_is_the_one_that_is_derived(count: int, heavy: tuple[int, ...]) -> None:
-    scene = with_heavy(net(count), *heavy)
+def test_the_program_of_a_net_is_the_one_that_is_derived() -> None:
+    """Another knot in the middle."""
+    scene = with_heavy(net(60), 91)
     rows = equal_rows.equal_rows(scene)
     assert rows is not None
-    assert (rows.first, rows.last) == (1, count)
+    assert (rows.first, rows.last) == (1, 60)
     made, derived = programs(scene)
     assert_alike(made, derived)
     assert files(made) == files(derived)
@@ -259,10 +259,10 @@ def test_the_start_of_free_bodies_is_the_start_of_the_equations() -> None:
 @pytest.mark.long
 def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = net(48)
-    run = eomgen.build(scene).simulate(0.02)
+    run = eomgen.build(scene).simulate(0.005)
     monkeypatch.setattr(equal_parts, "_WORK", 1e9)
     changed = dataclasses.replace(scene, name="other")
-    other = eomgen.build(changed).simulate(0.02)
+    other = eomgen.build(changed).simulate(0.005)
     assert run.success
     assert np.array_equal(run.q, other.q)
 
@@ -285,12 +285,11 @@ def test_chains_that_are_short_or_have_other_axes_are_derived_whole() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["hinge", pytest.param("ball", marks=pytest.mark.long)])
-def test_a_continued_chain_moves_like_one_in_joint_coordinates(kind: str) -> None:
-    model = eomgen.build(chains.scene("absolute", kind, 52), method="generalized_alpha")
+def test_a_continued_chain_moves_like_one_in_joint_coordinates() -> None:
+    model = eomgen.build(chains.scene("absolute", "ball", 52), method="generalized_alpha")
     assert model.library.layout["sizes"]["q"] == 7 * 52
-    run = model.simulate(0.05, error_estimate=False)
-    other = eomgen.build(chains.scene("joint", kind, 52)).simulate(0.05, error_estimate=False)
+    run = model.simulate(0.02, error_estimate=False)
+    other = eomgen.build(chains.scene("joint", "ball", 52)).simulate(0.02, error_estimate=False)
     assert run.success
     np.testing.assert_allclose(run.poses["rod51"][-1], other.poses["rod51"][-1], atol=1e-6)
 
@@ -345,8 +344,8 @@ def hinges(count: int, **joint: Any) -> Scene:
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("joint", "heavy"),
-    [({}, ()), (SPRINGS, ()), (STOPS, ()), ({}, (100,)), ({}, range(1, 200, 2))],
-    ids=["plain", "springs", "stops", "another rod in the middle", "two kinds in turn"],
+    [(STOPS, ()), (SPRINGS, (100,)), ({}, range(1, 200, 2))],
+    ids=["stops", "springs and another rod in the middle", "two kinds in turn"],
 )
 def test_the_program_of_a_chain_in_joint_coordinates_is_the_one_that_is_derived(
     monkeypatch: pytest.MonkeyPatch, joint: dict[str, Any], heavy: Any
@@ -360,16 +359,13 @@ def test_the_program_of_a_chain_in_joint_coordinates_is_the_one_that_is_derived(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["hinge", pytest.param("ball", marks=pytest.mark.long)])
-def test_a_continued_chain_in_joint_coordinates_moves_like_a_derived_one(
-    monkeypatch: pytest.MonkeyPatch, kind: str
-) -> None:
-    scene = chains.scene("joint", kind, 200)
+def test_a_continued_chain_in_joint_coordinates_moves_like_a_derived_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = chains.scene("joint", "ball", 200)
     continued = recorded_programs(monkeypatch)
-    run = eomgen.build(scene).simulate(0.05, error_estimate=False)
+    run = eomgen.build(scene).simulate(0.01, error_estimate=False)
     assert [one is None for one in continued] == [False]
     monkeypatch.setattr(equal_parts, "_WORK", 1e9)
-    other = eomgen.build(dataclasses.replace(scene, name="other")).simulate(0.05, error_estimate=False)
+    other = eomgen.build(dataclasses.replace(scene, name="other")).simulate(0.01, error_estimate=False)
     assert run.success
     np.testing.assert_allclose(run.q, other.q, rtol=0, atol=1e-12)
 

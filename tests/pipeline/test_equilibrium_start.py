@@ -81,7 +81,7 @@ def test_the_program_of_a_spring_stands_still_at_m_g_over_k_also_with_an_interna
     assert moved[-1, 1] < rows[0, 1] - 1e-3
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_program_of_a_loop_starts_as_simulate_does(tmp_path: Path) -> None:
     scene = four_bar("equilibrium")
     files = eomgen.generate(scene, tmp_path / "c")
@@ -99,7 +99,7 @@ def test_other_scenes_keep_their_bytes_but_for_the_start(tmp_path: Path) -> None
         assert "equilibrium" not in file.read_text(encoding="utf-8")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -116,7 +116,7 @@ def test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so(
     assert rows_of(compiled(tmp_path / "c"), "0.1", "1e-2")[0, 1] == 0.3
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_without_a_compiler_the_folder_is_written_with_the_reason(tmp_path: Path) -> None:
     script = f"import eomgen; eomgen.generate({str(tmp_path / 's.toml')!r}, {str(tmp_path / 'c')!r})"
     (tmp_path / "s.toml").write_text(SERVO, encoding="utf-8")
@@ -163,7 +163,7 @@ def test_a_vehicle_that_pitches_as_it_settles_starts_along_the_road() -> None:
     np.testing.assert_allclose(R @ run.v[0][:3], [0.0, 0.0, 0.2], atol=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_wheel_that_rolls_starts_settled_by_its_initial_velocity_or_as_a_steady_motion() -> None:
     settled = -10.0 * 9.81 / 4e4
     run = rolling("10").simulate(0.1, 1e-3, error_estimate=False)

@@ -97,7 +97,6 @@ def test_guesses_of_a_loop_are_no_lost_values() -> None:
     assert "hold" not in message
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_lost_velocities_of_bodies_in_absolute_coordinates_are_in_the_message() -> None:
     message = built(coordinates='coordinates = "absolute"').simulate(0.01, 1e-3).message

@@ -52,7 +52,6 @@ def release(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Release:
     return released
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_compiled_library_takes_over_between_two_runs(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
@@ -77,7 +76,6 @@ def test_the_compiled_library_takes_over_between_two_runs(release: Release) -> N
     assert eomgen.build(SCENE, profile="instant").library.profile == "quick"  # from the cache
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_compiled_library_takes_over_between_two_calls(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
@@ -88,7 +86,7 @@ def test_the_compiled_library_takes_over_between_two_calls(release: Release) -> 
     assert model.library.profile == "quick"
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_steppers_of_other_methods_are_instant_and_taken_over_too(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
     first = model.simulate(0.05, method="rk4")
@@ -124,7 +122,6 @@ def test_a_failure_of_the_compiler_is_told_when_it_would_take_over(
         assert model.simulate(0.01).success
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_checkpoint_of_the_tape_engine_is_resumed_by_it(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -144,7 +141,6 @@ def test_a_checkpoint_of_the_tape_engine_is_resumed_by_it(
         other.resume(tmp_path / "run.ckpt", 0.1)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_ensembles_wait_for_the_compiler(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
@@ -182,7 +178,6 @@ def test_a_compiler_in_the_background_keeps_no_process_from_its_end(tmp_path: Pa
         assert process.stderr.read() == ""
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_models_with_other_numbers_share_one_compilation(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -222,7 +217,6 @@ def _simulated(words: list[str], folder: Path, capsys: pytest.CaptureFixture[str
     return json.loads(out)["profile"], err
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_line_steps_short_first_runs_on_the_tape_engine(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -75,7 +75,7 @@ def _sources(library: Library) -> set[str]:
     return {file.name for file in library.folder.glob("*.c")}
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_runs_do_not_wait_for_functions_that_they_do_not_call(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,7 +100,7 @@ def test_runs_do_not_wait_for_functions_that_they_do_not_call(
     assert energy == whole.energy(model.initial_q, model.initial_v)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_another_process_finds_the_library_of_runs_and_compiles_the_rest_when_it_is_called(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -126,7 +126,6 @@ def test_another_process_finds_the_library_of_runs_and_compiles_the_rest_when_it
     assert np.array_equal(model.coupling(*batch)[2], coupling)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_checkpoint_of_the_library_of_runs_is_resumed_by_the_whole_one(
     build: Build, release: threading.Event, tmp_path: Path
@@ -141,7 +140,6 @@ def test_a_checkpoint_of_the_library_of_runs_is_resumed_by_the_whole_one(
     assert resumed.q[-1].tobytes() == other.simulate(0.04).q[-1].tobytes()
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_faults_of_the_rest_are_raised_by_the_call_of_a_function_that_is_missing(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
@@ -168,7 +166,6 @@ def test_profiles_for_few_compilers_are_whole(build: Build) -> None:
     assert not build(profile="quick").library.lacking
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_another_mass_has_all_functions_of_the_library_in_two_at_once(
     build: Build, release: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -226,7 +226,6 @@ print(json.dumps(sorted(opened)))
 """
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_record_names_each_file_that_was_opened(arm: Path) -> None:
     """Python's own list of opened files is the oracle."""

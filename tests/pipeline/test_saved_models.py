@@ -86,7 +86,6 @@ def changed(saved: Path, folder: Path, change: Callable[[dict[str, Any]], object
     return folder / "changed.eomgen"
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_model_from_a_file_has_the_same_bits_without_a_compiler(saved: Path, tmp_path: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
@@ -119,7 +118,6 @@ def test_a_loaded_model_is_a_model(saved: Path, elsewhere: Path) -> None:
     assert eomgen.load_model(elsewhere / "again.eomgen").nq == 1
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_another_python_opens_the_library_without_its_module(
     saved: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch

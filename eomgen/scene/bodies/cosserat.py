@@ -125,7 +125,7 @@ class Cosserat:
         """Which of ``STRAINS`` the beam does not have."""
         return tuple(number for number, strain in enumerate(STRAINS) if strain in CONSTRAINED[self.model])
 
-    @property
+    @cached_property
     def nodes(self) -> tuple[str, ...]:
         """Names of the nodes; contain a dot, unlike all other names of a scene."""
         return (self.name, *(f"{self.name}.{number}" for number in range(1, self.elements + 1)))
