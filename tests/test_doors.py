@@ -50,229 +50,88 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     },
 }
 
-#: For each room: the other rooms that it may import, or the one module of a room. Every room is here; a product is a
-#: room of its own.
-DOORS: dict[str, set[str]] = {
+#: For each room: the other rooms that it may import, or the one module of a room, between blanks. Every room is here; a
+#: product is a room of its own.
+TABLE_OF_DOORS: dict[str, str] = {
     # for every room
-    "base": {"errors"},
-    "errors": {"base.data"},
+    "base": "errors",
+    "errors": "base.data",
     # arrays and C alone
-    "toolchain": {"base", "errors"},
-    "solvers": {"base", "errors", "lie"},
+    "toolchain": "base errors",
+    "solvers": "base errors lie",
     # from a description to C
-    "symbolic": {"base.data"},
-    "lie": {"base.data", "symbolic"},
-    "formula": {"base", "errors", "symbolic"},
-    "system": {"base", "errors", "formula", "lie", "symbolic"},
-    "scene": {"base", "errors", "formula", "lie", "system"},
-    "mechanics": {"base", "errors", "formula", "lie", "scene", "symbolic", "system"},
-    "integrators": {"base", "errors", "lie", "symbolic", "system"},
-    "codegen": {"base", "errors", "integrators", "symbolic", "system"},
+    "symbolic": "base.data",
+    "lie": "base.data symbolic",
+    "formula": "base errors symbolic",
+    "system": "base errors formula lie symbolic",
+    "scene": "base errors formula lie system",
+    "mechanics": "base errors formula lie scene symbolic system",
+    "integrators": "base errors lie symbolic system",
+    "codegen": "base errors integrators symbolic system",
     # a compiled model, and its results
-    "compiled": {"base", "errors", "formula", "lie", "solvers", "system", "toolchain"},
-    "results": {"base", "compiled", "errors", "lie", "system"},
-    "simulation": {
-        "base",
-        "compiled",
-        "errors",
-        "formula",
-        "integrators",
-        "lie",
-        "results",
-        "solvers.regular_inertia",
-        "solvers.sparse_rows",
-        "system",
-        "toolchain",
-    },
+    "compiled": "base errors formula lie solvers system toolchain",
+    "results": "base compiled errors lie system",
+    "simulation": (
+        "base compiled errors formula integrators lie results solvers.regular_inertia solvers.sparse_rows system "
+        "toolchain"
+    ),
     # verbs
-    "pipeline": {
-        "simulation",
-        "base",
-        "codegen",
-        "compiled",
-        "errors",
-        "formula",
-        "integrators",
-        "lie",
-        "mechanics",
-        "scene",
-        "solvers",
-        "symbolic",
-        "system",
-        "toolchain",
-    },
-    "cli": {
-        "compiled.rest",
-        "base",
-        "errors",
-        "formula",
-        "mechanics",
-        "pipeline",
-        "results",
-        "scene",
-        "simulation",
-        "system",
-        "toolchain",
-    },
-    "__main__": {"cli"},
+    "pipeline": (
+        "base codegen compiled errors formula integrators lie mechanics scene simulation solvers symbolic system "
+        "toolchain"
+    ),
+    "cli": "base compiled.rest errors formula mechanics pipeline results scene simulation system toolchain",
+    "__main__": "cli",
     # products
-    "products.derivatives": {
-        "base",
-        "compiled",
-        "errors",
-        "formula",
-        "integrators",
-        "lie",
-        "simulation",
-        "solvers.regular_inertia",
-        "system",
-        "toolchain",
-    },
-    "products.ensembles": {
-        "base",
-        "cli",
-        "codegen",
-        "compiled",
-        "errors",
-        "formula",
-        "integrators",
-        "pipeline",
-        "results",
-        "simulation",
-        "system",
-        "toolchain",
-    },
-    "products.reliability": {
-        "base",
-        "cli",
-        "compiled",
-        "errors",
-        "formula",
-        "pipeline",
-        "products.derivatives",
-        "products.ensembles",
-        "results",
-        "scene",
-        "simulation",
-        "solvers.quadrature",
-        "system",
-    },
-    "products.waves": {
-        "base",
-        "cli",
-        "codegen",
-        "errors",
-        "formula",
-        "integrators.compositions",
-        "mechanics",
-        "scene",
-        "symbolic",
-        "system",
-        "toolchain",
-    },
-    "products.fmu": {
-        "base",
-        "cli",
-        "codegen",
-        "errors",
-        "formula",
-        "integrators",
-        "pipeline",
-        "scene",
-        "system",
-        "toolchain",
-    },
-    "products.fields": {
-        "base",
-        "cli",
-        "codegen",
-        "errors",
-        "formula",
-        "integrators",
-        "lie",
-        "pipeline",
-        "scene",
-        "symbolic",
-        "system",
-        "toolchain",
-    },
-    "products.studies": {
-        "base",
-        "cli",
-        "compiled",
-        "errors",
-        "formula",
-        "integrators",
-        "lie",
-        "pipeline",
-        "products.derivatives",
-        "results",
-        "scene",
-        "simulation",
-        "solvers.quadrature",
-        "solvers.regular_inertia",
-        "symbolic",
-        "system",
-        "toolchain",
-    },
-    "products.optimisers": {
-        *("base", "codegen", "compiled", "errors", "integrators", "lie", "pipeline", "symbolic", "system"),
-        *("products.derivatives", "toolchain"),
-    },
-    "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
-    "products.linear": {
-        *("base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "products.statics", "results"),
-        *("scene", "simulation", "solvers", "system"),
-    },
-    "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
-    "products.robots": {"base", "errors", "formula", "lie", "scene", "system"},
-    "products.pictures": {
-        *("base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
-    },
-    "products.doubts": {
-        *("base", "cli", "compiled", "errors", "formula", "integrators", "lie", "results", "scene"),
-        *("simulation", "system"),
-    },
-    "products.statics": {"base", "cli", "compiled", "errors", "lie", "pipeline", "solvers", "system"},
-    "products.pages": {
-        *("base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
-        *("products.pictures", "products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
-    },
-    "products.comparison": {
-        *("base", "cli", "errors", "formula", "lie", "pipeline", "scene", "symbolic", "system"),
-    },
-    "products.sympy_mechanics": {"base", "errors", "formula", "lie", "pipeline", "symbolic", "system"},
-    "products.testing": {
-        "base",
-        "compiled",
-        "errors",
-        "integrators",
-        "lie",
-        "mechanics",
-        "pipeline",
-        "products.pictures",
-        "scene",
-        "symbolic",
-        "system",
-    },
-    "products.offered": set(),
-    "products.model_methods": {
-        *("compiled", "products.derivatives", "products.ensembles", "products.linear", "products.pages"),
-        *("products.statics", "simulation"),
-    },
-    "products.solution_methods": {"products.linear", "products.pictures"},
-    "products.exported": {
-        "products.comparison",
-        "products.fields",
-        "products.fmu",
-        "products.linear",
-        "products.optimisers",
-        "products.reliability",
-        "products.studies",
-        "products.sympy_mechanics",
-        "products.testing",
-        "products.waves",
-    },
+    "products.derivatives": (
+        "base compiled errors formula integrators lie simulation solvers.regular_inertia system toolchain"
+    ),
+    "products.ensembles": (
+        "base cli codegen compiled errors formula integrators pipeline results simulation system toolchain"
+    ),
+    "products.reliability": (
+        "base cli compiled errors formula pipeline results scene simulation solvers.quadrature system "
+        "products.derivatives products.ensembles"
+    ),
+    "products.waves": (
+        "base cli codegen errors formula integrators.compositions mechanics scene symbolic system toolchain"
+    ),
+    "products.fmu": "base cli codegen errors formula integrators pipeline scene system toolchain",
+    "products.fields": "base cli codegen errors formula integrators lie pipeline scene symbolic system toolchain",
+    "products.studies": (
+        "base cli compiled errors formula integrators lie pipeline results scene simulation solvers.quadrature "
+        "solvers.regular_inertia symbolic system toolchain products.derivatives"
+    ),
+    "products.optimisers": (
+        "base codegen compiled errors integrators lie pipeline symbolic system toolchain products.derivatives"
+    ),
+    "products.laws": "base cli errors formula scene symbolic system toolchain",
+    "products.linear": (
+        "base cli compiled errors formula lie pipeline results scene simulation solvers system products.statics"
+    ),
+    "products.maps": "base errors formula scene symbolic",
+    "products.robots": "base errors formula lie scene system",
+    "products.pictures": "base cli compiled errors formula lie pipeline results scene system",
+    "products.doubts": "base cli compiled errors formula integrators lie results scene simulation system",
+    "products.statics": "base cli compiled errors lie pipeline solvers system",
+    "products.pages": (
+        "base cli codegen compiled errors formula integrators pipeline results scene simulation symbolic system "
+        "toolchain products.pictures products.studies"
+    ),
+    "products.comparison": "base cli errors formula lie pipeline scene symbolic system",
+    "products.sympy_mechanics": "base errors formula lie pipeline symbolic system",
+    "products.testing": (
+        "base compiled errors integrators lie mechanics pipeline scene symbolic system products.pictures"
+    ),
+    "products.offered": "",
+    "products.model_methods": (
+        "compiled simulation products.derivatives products.ensembles products.linear products.pages products.statics"
+    ),
+    "products.solution_methods": "products.linear products.pictures",
+    "products.exported": (
+        "products.comparison products.fields products.fmu products.linear products.optimisers "
+        "products.reliability products.studies products.sympy_mechanics products.testing products.waves"
+    ),
 }
 
 #: Imports of products by the core that are left, by importing module: none may be added.
@@ -612,7 +471,7 @@ def _is_present(room: str) -> bool:
 
 # a product is removed by its files alone (``tests.product_parts``): rows of absent products are left out
 PRODUCT_WORDS = {room: words for room, words in PRODUCT_WORDS.items() if _is_present(room)}
-DOORS = {room: {*filter(_is_present, doors)} for room, doors in DOORS.items() if _is_present(room)}
+DOORS = {room: {*filter(_is_present, doors.split())} for room, doors in TABLE_OF_DOORS.items() if _is_present(room)}
 ORDER = {room: parts for room, parts in ORDER.items() if _is_present(room)}
 LATE = {
     user: {name: reason for name, reason in reasons.items() if _is_present(name)}
