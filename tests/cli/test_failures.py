@@ -12,53 +12,15 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import SimpleNamespace
-from typing import cast
 
 import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.cli.options import check_assigned
 from tests.messages.answers import plain
-from tests.models.scenes import PENDULUM_TOML, SHAKE
+from tests.models.scenes import PENDULUM_TOML
 
 ROOT = Path(eomgen.__file__).parents[1]
-
-
-def refused(*, changes: tuple[str, ...] = (), signals: tuple[str, ...] = (), robot: bool = False) -> str:
-    """Return the refusal of values for names of a scene with one of everything, empty if there is none."""
-    named = {
-        "inputs": ("torque", "both"),
-        "parameters": ("load", "both"),
-        "joints": ("hinge", "both"),
-        "bodies": ("arm", "arm_long", "load_arm"),
-        "states": ("angle", "both"),
-    }
-    entries = {key: [SimpleNamespace(name=name, tunable=True) for name in names] for key, names in named.items()}
-    entries["parameters"].append(SimpleNamespace(name="fixed", tunable=False))
-    try:
-        values = [dict.fromkeys(names, 2.5) for names in (changes, signals)]
-        check_assigned(cast(eomgen.Scene, SimpleNamespace(**entries)), *values, robot=robot)
-    except eomgen.UsageError as error:
-        return str(error)
-    return ""
-
-
-def test_values_under_the_option_of_another_kind_of_name_are_refused() -> None:
-    assert refused(changes=("torque",)) == "usage error: --set torque: torque is an input; try: --input torque=2.5"
-    assert refused(signals=("load",)) == "usage error: --input load: load is a parameter; try: --set load=2.5"
-    assert refused(changes=("angle",)) == (
-        "usage error: --set angle: angle is a state, not a parameter; try: [states.angle] initial = 2.5 in the scene"
-    )
-    for changes, signals in ((("load", "both"), ("torque", "both")), (("fixed", "hinge", "arm"), ("hinge", "arm"))):
-        assert refused(changes=changes, signals=signals) == ""
-    assert "the inertia of arm_long are fixed in the code; try: --tunable arm_long" in refused(
-        changes=("arm_long_mass",), robot=True
-    )
-    assert "the inertia of arm are fixed" in refused(changes=("arm",), robot=True)
-    assert "--input hinge: hinge is a joint, which no input drives" in refused(signals=("hinge",), robot=True)
-    assert refused(changes=("army", "both", "load"), signals=("both", "torque"), robot=True) == ""
 
 
 BREAKING = """
@@ -96,91 +58,11 @@ def _run(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str
 
 
 @pytest.mark.slow
-def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out, fixed = ["--out", str(tmp_path / "out")], tmp_path / "fixed.toml"
-    fixed.write_text(PENDULUM_TOML.replace(f'{SHAKE}, unit = "m", tunable = true', str(SHAKE)), encoding="utf-8")
-    for words, text in (
-        (["simulat"], "usage error: eomgen: there is no verb 'simulat'; try: simulate"),
-        (
-            ["simulate", str(scene_file)],
-            "usage error: eomgen simulate: missing option '--out'; try: --out results; eomgen simulate --help",
-        ),
-        (
-            ["simulate", str(scene_file), *out, "--step", "fast"],
-            "--step: 'fast' is not a time; try: 2, or",
-        ),
-        (
-            ["simulate", str(scene_file), *out, "--set", "length"],
-            "usage error: --set length: a name and a number are needed",
-        ),
-        (
-            ["simulate", str(scene_file), *out, "--set", "length=3 foo"],
-            "usage error: --set length=3 foo: there is no unit 'foo'; try: foot",
-        ),
-        (
-            ["simulate", str(scene_file), *out, "--set", "length=long"],
-            "usage error: --set length=long: 'long' is not a number",
-        ),
-        (
-            ["simulate", str(scene_file), *out, "--set", "lenght=1"],
-            "usage error: there is no parameter 'lenght'; try: length",
-        ),
-        (
-            ["simulate", str(fixed), *out, "--set", "shake=1"],
-            "usage error: the parameter shake exists, but its value is fixed",
-        ),
-        (
-            ["simulate", str(scene_file), *out, "--set", "length=nan"],
-            "usage error: parameters: parameter length is nan",
-        ),
-        (
-            ["simulate", str(scene_file), *out, "--method", "rk5"],
-            "usage error: method: there is no method 'rk5'; try: rk4",
-        ),
-        (["simulate", str(scene_file), *out, "--step", "-1"], "usage error: step: the step must be positive, not -1"),
-        (["info", str(tmp_path / "scene.json5")], "is not a kind of file that can be read"),
-    ):
-        code, printed, message = _run(words, capsys)
-        assert (code, printed) == (2, ""), message
-        assert text in message
-
-
-def test_description(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene_file.write_text(PENDULUM_TOML.replace("mass = ", "mas = "), encoding="utf-8")
-    code, printed, message = _run(["info", str(scene_file)], capsys)
-    assert (code, printed) == (3, "")
-    assert message.startswith("description error: ") and "bodies.link.mas" in message and "scene.toml:" in message
-
-
-@pytest.mark.slow
 def test_a_backend_that_matplotlib_does_not_have_is_one_message() -> None:
     script = "import eomgen.base.figures as f; f.new_figure((1, 1))"
     environment = {**os.environ, "MPLBACKEND": "nonsense"}
     done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False)
     assert "usage error: MPLBACKEND: matplotlib has no backend 'nonsense'; try: MPLBACKEND=agg, or" in done.stderr
-
-
-def test_terms_that_there_are_not(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed, message = _run(["info", str(scene_file), "--terms", "mass,forces,mas"], capsys)
-    assert (code, printed) == (2, "")
-    assert plain(message) == "usage error: no term is called 'forces', 'mas'; try: force and mass\n"
-
-
-@pytest.mark.slow
-def test_model(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["--coordinates", "absolute", "--method", "rk4", "--out", str(tmp_path / "out")]
-    code, printed, message = _run(["simulate", str(scene_file), *words], capsys)
-    assert (code, printed) == (4, "")
-    assert message.startswith("model error: rk4 cannot run on this scene: ")
-
-
-def test_toolchain(
-    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("CC", "no-such-compiler")
-    code, _, message = _run(["simulate", str(scene_file), "--out", str(tmp_path / "out")], capsys)
-    assert code == 5
-    assert message.startswith("toolchain error: ") and "no-such-compiler" in message
 
 
 @pytest.mark.slow
@@ -266,18 +148,6 @@ def test_a_curve_that_is_left_stops_the_run(law: str, tmp_path: Path, capsys: py
     )
     found = re.search(said + "and is asked at (.*);", message)
     assert found and 0.1 < float(found[1]) < 0.11
-
-
-def test_input_and_output(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, message = _run(["info", str(tmp_path / "nowhere.toml")], capsys)
-    assert code == 7 and message.startswith("input/output error: ") and "nowhere.toml" in message
-    code, _, message = _run(["simulate", str(scene_file), "--out", str(scene_file / "out")], capsys)
-    assert code == 7 and "scene.toml: this is a file, and a folder is needed" in message
-    occupied = tmp_path / "occupied"
-    occupied.mkdir()
-    (occupied / "thesis.txt").write_text("mine")
-    code, _, message = _run(["generate", str(scene_file), "--out", str(occupied)], capsys)
-    assert code == 7 and "nothing was overwritten" in message and (occupied / "thesis.txt").read_text() == "mine"
 
 
 def test_interrupted(

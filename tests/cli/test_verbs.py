@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -228,13 +225,6 @@ action = "stop"
     assert summary["error"]["unresolved"] in shown.err and summary["error"]["largest_output"]["name"] == "output pull"
 
 
-def test_a_folder_to_write_to_that_is_a_file_is_called_one(
-    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["simulate", str(scene_file), "--out", str(scene_file), "--no-plots"]) == 7
-    assert f"{scene_file}: this is a file, and a folder is needed; try: another folder" in capsys.readouterr().err
-
-
 @pytest.mark.slow
 def test_timing_repeats_the_run_step_by_step(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -270,13 +260,6 @@ def test_generate_prints_the_files(scene_file: Path, tmp_path: Path, capsys: pyt
     assert "shaken_step.c" in {Path(line).name for line in lines}
 
 
-@pytest.mark.slow
-def test_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["schema"]) == 0
-    schema = json.loads(capsys.readouterr().out)
-    assert {"bodies", "joints", "simulation"} <= set(schema["properties"])
-
-
 def test_doctor_reports_the_compiler(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["doctor", "--json"]) == 0
     checks = {check["name"]: check for check in json.loads(capsys.readouterr().out)}
@@ -287,17 +270,6 @@ def test_doctor_reports_the_compiler(capsys: pytest.CaptureFixture[str], monkeyp
     assert main(["doctor"]) == 5
     captured = capsys.readouterr()
     assert "BROKEN" in captured.out and "models cannot be built: compiler" in captured.err
-
-
-@pytest.mark.long
-def test_a_reader_that_goes_away_is_no_error(scene_file: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(Path(eomgen.__file__).parents[1])}
-    words = [sys.executable, "-m", "eomgen", "info", str(scene_file)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as process:
-        assert process.stdout is not None and process.stderr is not None
-        process.stdout.close()
-        assert process.stderr.read() == ""
-    assert process.returncode == 0
 
 
 def test_info_says_which_parameters_are_calibrated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

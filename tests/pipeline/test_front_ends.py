@@ -97,11 +97,6 @@ def test_its_c_stands_alone(tmp_path: Path) -> None:
     assert {"fput.h", "fput.c", "fput_step.c", "README.md"} <= names
 
 
-def test_documents_of_nobody_are_refused() -> None:
-    with pytest.raises(eomgen.UsageError, match="a scene, a path or a mapping like a scene file is needed, not int"):
-        eomgen.build(3)  # type: ignore[arg-type]
-
-
 @pytest.mark.slow
 def test_a_document_that_is_no_scene_is_not_saved(tmp_path: Path) -> None:
     model = eomgen.build(lattice("fput"), profile="quick")

@@ -35,13 +35,6 @@ def test_what_is_no_scene_is_refused(given: object) -> None:
         eomgen.build(given)  # type: ignore[arg-type]
 
 
-def test_terms_are_checked_before_anything_is_derived() -> None:
-    with pytest.raises(eomgen.UsageError, match="terms are a list of names, not the text 'mass'; try: terms="):
-        eomgen.build(PENDULUM_TOML, terms="mass")
-    with pytest.raises(eomgen.UsageError, match="no term is called 'copling'; try: coupling"):
-        eomgen.build(tomllib.loads(PENDULUM_TOML), terms=["mass", "copling"])
-
-
 def test_coordinates_can_be_chosen(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(PENDULUM_TOML, encoding="utf-8")

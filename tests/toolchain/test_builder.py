@@ -170,16 +170,12 @@ def test_a_cached_library_loads_without_cffi_sympy_and_jinja(tmp_path: Path) -> 
     )
 
 
-@pytest.mark.parametrize("damage", ["truncate", "garbage", "layout"])
-def test_a_broken_library_is_built_again(damage: str, tmp_path: Path) -> None:
-    library = build(tmp_path, "abi")
-    file = next(library.folder.glob("model.*[!c]")) if damage != "layout" else library.folder / "layout.json"
-    copy = file.read_bytes()
+def test_a_library_with_a_broken_layout_is_built_again(tmp_path: Path) -> None:
+    file = build(tmp_path, "abi").folder / "layout.json"
     file.unlink()
-    file.write_bytes(copy[: len(copy) // 2] if damage == "truncate" else b"garbage")
-    again = build(tmp_path, "abi")
+    file.write_bytes(b"garbage")
     y = np.zeros(1)
-    again.call("f", [np.ones(1), np.ones(2)], [y])
+    build(tmp_path, "abi").call("f", [np.ones(1), np.ones(2)], [y])
     assert y[0] == 11.0
     assert len(list((tmp_path / "quarantine").iterdir())) == 1
 
@@ -208,23 +204,6 @@ def test_without_python_headers_the_abi_mode_serves(tmp_path: Path, monkeypatch:
     assert build(tmp_path).mode == "abi"
     with pytest.raises(ToolchainError, match=r"Python\.h is missing.*try: apt install python3-dev, or mode abi"):
         Builder("quick", mode="api", cache=Cache(tmp_path))
-
-
-@pytest.mark.long
-def test_four_processes_build_the_same_model_at_once(tmp_path: Path) -> None:
-    script = (
-        "import pathlib, sys, numpy\nfrom tests.toolchain.test_builder import build\n"
-        "y = numpy.zeros(1)\nbuild(pathlib.Path(sys.argv[1])).call('f', [numpy.ones(1), numpy.ones(2)], [y])\n"
-        "print(y[0])\n"
-    )
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        for _ in range(4)
-    ]
-    assert [process.communicate() for process in processes] == [("11.0\n", "")] * 4
-    assert not list(tmp_path.glob("tmp-*"))
 
 
 def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:

@@ -95,7 +95,6 @@ def test_kills_at_any_moment_leave_nothing_in_the_way(tmp_path: Path) -> None:
     assert left_in(cache) == NOTHING_LEFT
 
 
-@pytest.mark.long
 def test_who_waits_for_a_process_that_is_killed_builds_himself(tmp_path: Path) -> None:
     scene, cache = scene_in(tmp_path), tmp_path / "cache"
     dawdle, started = tmp_path / "dawdle", tmp_path / "started"
@@ -169,11 +168,10 @@ def test_interrupted_builds_leave_nothing(tmp_path: Path) -> None:
 # -- disks -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.long_cases("30000", "90000")
-@pytest.mark.parametrize("size", [30_000, 90_000])
-def test_a_run_on_a_full_disk_ends_with_a_note_and_leaves_the_disk_as_it_was(size: int, tmp_path: Path) -> None:
-    """In memory where that can be mounted; else a limit on the size of files, also of temporary ones, comes nearest.
-    The smaller one hits the sources."""
+@pytest.mark.long
+def test_a_run_on_a_full_disk_ends_with_a_note_and_leaves_the_disk_as_it_was(tmp_path: Path) -> None:
+    """In memory where that can be mounted; else a limit on the size of files, also of temporary ones, comes nearest."""
+    size = 90_000
     scene, cache = scene_in(tmp_path), tmp_path / "small"
     words = ["simulate", str(scene), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
     with mounted(cache, f"size={size}") as full:

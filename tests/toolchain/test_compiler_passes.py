@@ -111,16 +111,9 @@ def _bits(model: Model) -> tuple[dict[str, bytes], Array]:
     return bits, np.hstack([solution.q, solution.v])
 
 
-@pytest.mark.long_cases("four_bar-fast", "four_bar-reproducible", "elastic_slider_crank-fast")
-@pytest.mark.slow_cases("quarter_car-fast")
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("example", "profile"),
-    [
-        ("quarter_car", "fast"),
-        pytest.param("four_bar", "fast", marks=pytest.mark.slow),
-        pytest.param("four_bar", "reproducible", marks=pytest.mark.slow),
-        pytest.param("elastic_slider_crank", "fast", marks=pytest.mark.slow),
-    ],
+    ("example", "profile"), [("quarter_car", "fast"), ("four_bar", "reproducible"), ("elastic_slider_crank", "fast")]
 )
 def test_the_bits_are_as_of_all_passes(
     example: str, profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
