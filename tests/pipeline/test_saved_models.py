@@ -18,29 +18,17 @@ import eomgen
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.compiled import saving
 from eomgen.pipeline import saved_models
+from tests.models.library import scene_text
 
 ROOT = Path(__file__).parents[2]
-SCENE = """
-format = 1
-name = "saved_pendulum"
-[parameters]
-length = { value = 0.7, unit = "m", tunable = true }
-[bodies.rod]
-mass = 1.5
-center_of_mass = [0, 0, "-length"]
-[joints.hinge]
-type = "revolute"
-parent = "base"
-child = "rod"
-axis = [0, 1, 0]
-initial = { position = 0.5 }
-[outputs]
-height = { formula = "cos(q.hinge)" }
-[simulation]
-duration = 0.2
-step = 1e-3
-method = "rk4"
-"""
+SCENE = scene_text(
+    "pendulum",
+    name="saved_pendulum",
+    parameters={"length": {"value": 0.7, "tunable": True}},
+    bodies__rod__center_of_mass=[0, 0, "-length"],
+    outputs={"height": {"formula": "cos(q.hinge)"}},
+    simulation={"duration": 0.2, "step": 1e-3, "method": "rk4"},
+)
 RUN = """
 import json, sys
 sys.modules["ziglang"] = None

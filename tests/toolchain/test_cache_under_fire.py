@@ -8,7 +8,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -236,96 +236,56 @@ def the_library(entry: Path) -> Path:
     return found
 
 
+def the_manifest(entry: Path) -> Path:
+    return entry / "entry.json"
+
+
 def rewritten(file: Path, content: bytes) -> None:
     file.unlink()  # a library that is loaded is not to change under its users
     file.write_bytes(content)
 
 
-def truncated(entry: Path) -> None:
-    content = the_library(entry).read_bytes()
-    rewritten(the_library(entry), content[: len(content) // 3])
+def in_the_place(file: Path, place: Callable[[Path], object]) -> None:
+    """Put something else in the place of a file or folder."""
+    shutil.rmtree(file) if file.is_dir() else file.unlink()
+    place(file)
 
 
-def flipped(entry: Path) -> None:
-    content = bytearray(the_library(entry).read_bytes())
-    content[len(content) // 2] ^= 0x10
-    rewritten(the_library(entry), bytes(content))
+def flipped(content: bytes) -> bytes:
+    half = len(content) // 2
+    return content[:half] + bytes([content[half] ^ 0x10]) + content[half + 1 :]
 
 
-def emptied(entry: Path) -> None:
-    rewritten(the_library(entry), b"")
+#: Content of the library, or of the manifest, by the content before.
+CONTENTS: Mapping[str, tuple[Callable[[Path], Path], Callable[[bytes], bytes]]] = {
+    "truncated": (the_library, lambda content: content[: len(content) // 3]),
+    "flipped": (the_library, flipped),
+    "emptied": (the_library, lambda content: b""),
+    "an empty manifest": (the_manifest, lambda content: b""),
+    "a manifest of zeros": (the_manifest, lambda content: bytes(200)),
+}
+#: What is in the place of the library, of the manifest, or of the whole entry.
+PLACES: Mapping[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
+    "no manifest": (the_manifest, lambda place: None),
+    "a folder for a library": (the_library, Path.mkdir),
+    "a folder for a manifest": (the_manifest, Path.mkdir),
+    "a link to nowhere for a library": (the_library, lambda place: place.symlink_to(place.parent / "nowhere")),
+    "a link to nowhere": (Path, lambda place: place.symlink_to(place.parent / "nowhere")),
+    "a link to itself": (Path, lambda place: place.symlink_to(place)),
+    "a file": (Path, lambda place: place.write_bytes(b"no folder")),
+    "an empty folder": (Path, Path.mkdir),
+}
 
 
-def without_manifest(entry: Path) -> None:
-    (entry / "entry.json").unlink()
-
-
-def with_an_empty_manifest(entry: Path) -> None:
-    rewritten(entry / "entry.json", b"")
-
-
-def with_a_manifest_of_zeros(entry: Path) -> None:
-    rewritten(entry / "entry.json", bytes(200))
-
-
-def a_folder_in_the_place_of_the_library(entry: Path) -> None:
-    library = the_library(entry)
-    library.unlink()
-    library.mkdir()
-
-
-def a_folder_in_the_place_of_the_manifest(entry: Path) -> None:
-    (entry / "entry.json").unlink()
-    (entry / "entry.json").mkdir()
-
-
-def a_link_to_nowhere_in_the_place_of_the_library(entry: Path) -> None:
-    library = the_library(entry)
-    library.unlink()
-    library.symlink_to(entry / "nowhere")
-
-
-def a_link_to_nowhere(entry: Path) -> None:
-    shutil.rmtree(entry)
-    entry.symlink_to(entry.parent / "nowhere")
-
-
-def a_link_to_itself(entry: Path) -> None:
-    shutil.rmtree(entry)
-    entry.symlink_to(entry)
-
-
-def a_file(entry: Path) -> None:
-    shutil.rmtree(entry)
-    entry.write_bytes(b"no folder")
-
-
-def an_empty_folder(entry: Path) -> None:
-    shutil.rmtree(entry)
-    entry.mkdir()
-
-
-DAMAGES = [
-    truncated,
-    flipped,
-    emptied,
-    without_manifest,
-    with_an_empty_manifest,
-    with_a_manifest_of_zeros,
-    a_folder_in_the_place_of_the_library,
-    a_folder_in_the_place_of_the_manifest,
-    a_link_to_nowhere_in_the_place_of_the_library,
-    a_link_to_nowhere,
-    a_link_to_itself,
-    a_file,
-    an_empty_folder,
-]
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_a_broken_entry_is_put_aside_and_built_again(damage: Callable[[Path], None], tmp_path: Path) -> None:
+@pytest.mark.parametrize("damage", [*CONTENTS, *PLACES])
+def test_a_broken_entry_is_put_aside_and_built_again(damage: str, tmp_path: Path) -> None:
     entry = build(tmp_path).folder
-    damage(entry)
+    if damage in CONTENTS:
+        file_of, change = CONTENTS[damage]
+        rewritten(file_of(entry), change(file_of(entry).read_bytes()))
+    else:
+        part_of, place = PLACES[damage]
+        in_the_place(part_of(entry), place)
     assert value(build(tmp_path)) == 11.0
     assert len(left_in(tmp_path)["quarantine"]) == 1
     entry = Builder("quick", cache=Cache(tmp_path)).find(b"content").folder
@@ -334,7 +294,7 @@ def test_a_broken_entry_is_put_aside_and_built_again(damage: Callable[[Path], No
 
 def test_an_entry_that_cannot_even_be_put_aside_is_removed(tmp_path: Path) -> None:
     entry = build(tmp_path).folder
-    flipped(entry)
+    rewritten(the_library(entry), b"")
     (tmp_path / "quarantine").write_bytes(b"in the way")
     assert value(build(tmp_path)) == 11.0
 

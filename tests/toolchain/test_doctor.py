@@ -51,24 +51,51 @@ def test_this_machine_is_sound() -> None:
     assert find_compiler().version in {check.name: check for check in checks}["compiler"].found
 
 
-@pytest.mark.long_cases("no-such-cc-no C compiler 'no-such-cc' on the path")
+#: Item of the doctor, changes of the environment (None takes a variable away), what is found, and the remedy.
+ILLS: list[tuple[str, dict[str, str | None], str, str]] = [
+    ("compiler", {"CC": "gcc 'x"}, "cannot be read: No closing quotation", "unset CC"),
+    ("compiles", {"CC": "{folder}/broken"}, "no luck", "unset CC"),
+    (
+        "cache",
+        {"EOMGEN_CACHE": "{folder}/the cache"},
+        "the cache cannot be written: Not a directory",
+        "mv '{folder}/the cache' '{folder}/the cache'.old",
+    ),
+    (
+        "cache",
+        {"EOMGEN_CACHE": "{folder}/open"},
+        "{folder}/open can be written by everyone, and its libraries are run",
+        "chmod go-w {folder}/open",
+    ),
+    (
+        "cache",
+        {"EOMGEN_CACHE": None, "XDG_CACHE_HOME": "/proc/nowhere", "HOME": "{folder}"},
+        "cannot be written",
+        'export EOMGEN_CACHE="$HOME/eomgen-cache"',
+    ),
+    ("cache", {"EOMGEN_CACHE": "~no_such_user"}, "'~no_such_user' cannot be found", "unset EOMGEN_CACHE"),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("chosen", "what"),
-    [("no-such-cc", "no C compiler 'no-such-cc' on the path"), ("gcc 'x", "cannot be read: No closing quotation")],
-)
-def test_a_compiler_that_is_not_there(chosen: str, what: str, tmp_path: Path) -> None:
-    assert_mended("compiler", environment(tmp_path, CC=chosen), what, "unset CC")
+@pytest.mark.parametrize(("name", "variables", "what", "remedy"), ILLS)
+def test_what_is_ill_is_mended_by_what_is_prescribed(
+    name: str, variables: dict[str, str | None], what: str, remedy: str, tmp_path: Path
+) -> None:
+    script(tmp_path / "broken", "echo no luck >&2; exit 1")
+    (tmp_path / "the cache").write_text("mine", encoding="utf-8")
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    where: dict[str, str] = environment(tmp_path / "cache")
+    for variable, value in variables.items():
+        where.pop(variable, None)
+        if value is not None:
+            where[variable] = value.replace("{folder}", str(tmp_path))
+    assert_mended(name, where, what.replace("{folder}", str(tmp_path)), remedy.replace("{folder}", str(tmp_path)))
+    assert any(file.is_file() and file.read_text(encoding="utf-8") == "mine" for file in tmp_path.glob("the cache*"))
 
 
-@pytest.mark.long
 @pytest.mark.slow
-def test_a_compiler_that_compiles_nothing(tmp_path: Path) -> None:
-    broken = script(tmp_path / "broken", "echo no luck >&2; exit 1")
-    assert_mended("compiles", environment(tmp_path / "cache", CC=str(broken)), "no luck", "unset CC")
-
-
-@pytest.mark.long
 def test_no_compiler_at_all(tmp_path: Path) -> None:
     """On a path that holds the package manager only. Its command is run as a rehearsal: tests do not change
     machines."""
@@ -89,17 +116,6 @@ def test_no_compiler_at_all(tmp_path: Path) -> None:
         assert rehearsal.returncode == 0, rehearsal.stderr
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_a_cache_in_the_place_of_which_there_is_a_file(tmp_path: Path) -> None:
-    file = tmp_path / "the cache"
-    file.write_text("mine", encoding="utf-8")
-    where = environment(file)
-    assert_mended("cache", where, "the cache cannot be written: Not a directory", f"mv '{file}' '{file}'.old")
-    assert (tmp_path / "the cache.old").read_text(encoding="utf-8") == "mine"
-
-
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_cache_on_a_disk_that_cannot_be_written(tmp_path: Path) -> None:
     with mounted(tmp_path / "disk", "ro") as read_only:
@@ -120,30 +136,6 @@ def test_a_cache_that_its_owner_has_locked(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-def test_a_cache_that_everyone_can_write(tmp_path: Path) -> None:
-    folder = tmp_path / "cache"
-    folder.mkdir()
-    folder.chmod(0o777)
-    words = f"{folder} can be written by everyone, and its libraries are run"
-    assert_mended("cache", environment(folder), words, f"chmod go-w {folder}")
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_a_default_cache_that_cannot_be_written(tmp_path: Path) -> None:
-    where = {name: text for name, text in environment(tmp_path).items() if name != "EOMGEN_CACHE"}
-    where |= {"XDG_CACHE_HOME": "/proc/nowhere", "HOME": str(tmp_path)}
-    assert_mended("cache", where, "cannot be written", 'export EOMGEN_CACHE="$HOME/eomgen-cache"')
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_a_cache_of_a_user_that_there_is_not() -> None:
-    assert_mended("cache", environment(Path("~no_such_user")), "'~no_such_user' cannot be found", "unset EOMGEN_CACHE")
-
-
-@pytest.mark.long
-@pytest.mark.slow
 def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with mounted(tmp_path / "disk", "size=1m") as small:
         if small:
@@ -153,7 +145,6 @@ def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert doctor._room().found.endswith(f"MB free for the cache in {tmp_path}")
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_no_place_for_temporary_files(tmp_path: Path) -> None:
     blocked = (
@@ -166,7 +157,7 @@ def test_no_place_for_temporary_files(tmp_path: Path) -> None:
     assert_mended("temporary files", where, "No usable temporary directory", "unset TMPDIR")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_package_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its command is run as it stands: pip finds that nothing is missing on this machine."""
 

@@ -12,27 +12,16 @@ from pathlib import Path
 import pytest
 
 import eomgen
+from tests.models.library import scene_text
 
 ROOT = Path(__file__).parents[2]
-SCENE = """
-format = 1
-name = "pendulum"
-[parameters]
-length = { value = 0.7, unit = "m", tunable = true }
-[bodies.rod]
-mass = 1.5
-center_of_mass = [0, 0, "-length"]
-[joints.hinge]
-type = "revolute"
-parent = "base"
-child = "rod"
-axis = [0, 1, 0]
-initial = { position = 0.5 }
-[simulation]
-duration = 0.5
-step = 1e-3
-method = "rk4"
-"""
+SCENE = scene_text(
+    "pendulum",
+    parameters={"length": {"value": 0.7, "tunable": True}},
+    bodies__rod__mass=1.5,
+    bodies__rod__center_of_mass=[0, 0, "-length"],
+    simulation={"duration": 0.5, "step": 1e-3, "method": "rk4"},
+)
 RUN = """
 import json, sys
 sys.modules["ziglang"] = None
@@ -72,7 +61,7 @@ def ran(folder: Path, before: str = "", **options: object) -> dict[str, object]:
     return found
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_compiled_model_runs_to_the_same_bits_without_sympy(shipped: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("EOMGEN_CACHE", str(shipped / "cache"))
@@ -81,7 +70,7 @@ def test_a_compiled_model_runs_to_the_same_bits_without_sympy(shipped: Path) -> 
     assert found == {"q": expected.q[-1].tolist(), "success": True, "message": expected.message, "slow": []}
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_copy_that_cannot_be_written_does_as_well(shipped: Path, tmp_path: Path) -> None:
     elsewhere = tmp_path / "elsewhere"
     shutil.copytree(shipped, elsewhere)
@@ -95,14 +84,13 @@ def test_a_copy_that_cannot_be_written_does_as_well(shipped: Path, tmp_path: Pat
             file.chmod(0o755 if file.is_dir() else 0o644)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_pythons_headers_are_not_needed_either(shipped: Path) -> None:
     missing = "import eomgen.toolchain.builder as builder; builder.python_headers = lambda: None"
     assert ran(shipped, missing)["success"] is True
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("method", "scene")
 @pytest.mark.parametrize("change", ["method", "scene", "damage"])
 def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: Path) -> None:
     folder = tmp_path / "other"
