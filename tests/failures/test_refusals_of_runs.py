@@ -146,6 +146,42 @@ def scene_by_hand() -> None:
     eomgen.build(dataclasses.replace(from_data(slider()), content=b""))
 
 
+def by_hand(model: eomgen.Model) -> eomgen.Model:
+    """Return a model that does not know how it was made."""
+    return eomgen.Model(model.description, model.library, model.stepper)
+
+
+def without_stepper(call: Callable[[], object]) -> None:
+    """Call a function while no stepper begins."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Stepper, "initialize", lambda *given: 3)
+        call()
+
+
+def timed_run() -> None:
+    repeated = RepeatedRun(free(), free().simulate(0.1, 0.01, method="rk4"), method_named("rk4"))
+    without_stepper(repeated.seconds)
+
+
+def between_rows() -> None:
+    solution = free().simulate(0.1, 0.01, method="taylor")
+    without_stepper(lambda: solution.at(0.005))
+
+
+def more_rows_than_velocities() -> None:
+    system: Any = SimpleNamespace(factors=[Factor("R", "x", 0, 1, 0, 1)], multipliers=("one", "two"))
+    partition_data(system)
+
+
+def curve_asked_at(argument: str) -> None:
+    curve = {"points": [[0, 0], [1, 1], [2, 4], [3, 9]], "outside": "error"}
+    scene = slider(efforts={"e": {"joint": "x", "effort": f"c({argument})"}}, parameters={"far": 5.0})
+    eomgen.build(scene | {"curves": {"c": curve}}, profile="quick")
+
+
+BEHIND = "model error: the curve c has no value at 5; try: an argument within its points"
+
+
 @pytest.mark.slow_cases("<lambda>-text11")
 @pytest.mark.slow_cases("state_of_another_compilation-text5")
 @pytest.mark.parametrize(
@@ -218,35 +254,38 @@ def scene_by_hand() -> None:
             " derivative there, of the forces perhaps log(level); try: another initial state, or a formula of finite"
             " slope there, x / sqrt(x + width) for sqrt(x)",
         ),
+        (
+            lambda: pickle.dumps(by_hand(free())),
+            "usage error: pickle: this model was made by hand and cannot be sent to another process; try:"
+            " eomgen.build(scene), whose models can",
+        ),
+        (
+            lambda: by_hand(free()).in_complex(["mass"]),
+            "usage error: in_complex: this model was made by hand and has no functions in complex numbers; try:"
+            " eomgen.build(scene), whose models can",
+        ),
+        (
+            timed_run,
+            "numerical error: timing: the run cannot be repeated: a value became infinite or not a number; try: a run"
+            " that reaches its end",
+        ),
+        (
+            between_rows,
+            "numerical error: no state at t = 0.005 s: a value became infinite or not a number; try: times of rows",
+        ),
+        (
+            more_rows_than_velocities,
+            "model error: method: there are 2 constraint rows for 1 velocity components: some repeat others; try: leave"
+            " out the rows that follow from others",
+        ),
+        (lambda: curve_asked_at("5.0"), BEHIND),
+        (lambda: curve_asked_at("far"), BEHIND),
     ],
 )
 def test_what_is_refused(call: Callable[[], object], text: str) -> None:
     with pytest.raises(eomgen.EomgenError) as caught:
         call()
     assert str(caught.value) == text
-
-
-def by_hand(model: eomgen.Model) -> eomgen.Model:
-    """Return a model that does not know how it was made."""
-    return eomgen.Model(model.description, model.library, model.stepper)
-
-
-def test_models_made_by_hand_stay_where_they_are() -> None:
-    with pytest.raises(eomgen.UsageError) as caught:
-        pickle.dumps(by_hand(free()))
-    assert str(caught.value) == (
-        "usage error: pickle: this model was made by hand and cannot be sent to another process; try:"
-        " eomgen.build(scene), whose models can"
-    )
-
-
-def test_models_made_by_hand_have_no_complex_functions() -> None:
-    with pytest.raises(eomgen.UsageError) as caught:
-        by_hand(free()).in_complex(["mass"])
-    assert str(caught.value) == (
-        "usage error: in_complex: this model was made by hand and has no functions in complex numbers; try:"
-        " eomgen.build(scene), whose models can"
-    )
 
 
 def test_models_made_by_hand_compile_no_terms_for_constraints() -> None:
@@ -292,7 +331,6 @@ def stopping() -> eomgen.Model:
     return eomgen.build(slider(joint={"initial": {"velocity": 1.0}}, events=events), profile="quick")
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("made", "method", "number", "text"),
@@ -316,48 +354,3 @@ def test_what_steppers_say_of_what_few_scenes_come_to(
     library = made().stepper(method)
     settings = default_settings(library.layout["method"])
     assert Stepper(library, settings, made().parameter_array({})).status_text(number) == text
-
-
-def broken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let no stepper begin."""
-    monkeypatch.setattr(Stepper, "initialize", lambda *given: 3)
-
-
-def test_a_run_that_cannot_be_repeated_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
-    repeated = RepeatedRun(free(), free().simulate(0.1, 0.01, method="rk4"), method_named("rk4"))
-    broken(monkeypatch)
-    with pytest.raises(eomgen.NumericalError) as caught:
-        repeated.seconds()
-    assert str(caught.value) == (
-        "numerical error: timing: the run cannot be repeated: a value became infinite or not a number; try: a run that"
-        " reaches its end"
-    )
-
-
-def test_a_step_of_a_series_that_fails_between_rows_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    solution = free().simulate(0.1, 0.01, method="taylor")
-    broken(monkeypatch)
-    with pytest.raises(eomgen.NumericalError) as caught:
-        solution.at(0.005)
-    assert str(caught.value) == (
-        "numerical error: no state at t = 0.005 s: a value became infinite or not a number; try: times of rows"
-    )
-
-
-def test_more_rows_than_velocities_are_not_partitioned() -> None:
-    system: Any = SimpleNamespace(factors=[Factor("R", "x", 0, 1, 0, 1)], multipliers=("one", "two"))
-    with pytest.raises(eomgen.ModelError) as caught:
-        partition_data(system)
-    assert str(caught.value) == (
-        "model error: method: there are 2 constraint rows for 1 velocity components: some repeat others; try: leave out"
-        " the rows that follow from others"
-    )
-
-
-@pytest.mark.parametrize("argument", ["5.0", "far"])
-def test_a_curve_at_a_fixed_place_behind_its_points_is_refused(argument: str) -> None:
-    curve = {"points": [[0, 0], [1, 1], [2, 4], [3, 9]], "outside": "error"}
-    scene = slider(efforts={"e": {"joint": "x", "effort": f"c({argument})"}}, parameters={"far": 5.0})
-    with pytest.raises(eomgen.ModelError) as caught:
-        eomgen.build(scene | {"curves": {"c": curve}}, profile="quick")
-    assert str(caught.value) == "model error: the curve c has no value at 5; try: an argument within its points"
