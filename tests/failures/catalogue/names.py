@@ -6,6 +6,13 @@ from tests.failures.failure import Failure
 
 FAILURES = [
     Failure("C that ends a comment", 3, old='name = "arm"', new='name = "arm */ int main(void) { abort(); } /*"'),
+    Failure(
+        "A name of 65 letters",
+        3,
+        "description error: scene.toml:2 (name): the name 'aaa{any}...' is not legal; try: {any} [E0715]",
+        old='name = "arm"',
+        new=f'name = "{65 * "a"}"',
+    ),
     Failure("A body called base", 3, more="[bodies.base]\nmass = 1.0"),
     Failure("A parameter called like the time", 3, old="length = { value = 0.5", new="t = 1.0\nlength = { value = 0.5"),
     Failure(
