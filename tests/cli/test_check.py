@@ -19,7 +19,6 @@ def scene_file(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_check_prints_a_table_and_writes_files(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -183,7 +183,7 @@ sys.exit(0 if run.success else 130)
 """
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_ctrl_c_from_outside_leaves_a_partial_result(scene_file: Path, tmp_path: Path) -> None:
     saved = tmp_path / "partial.npz"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -204,7 +204,7 @@ def test_ctrl_c_from_outside_leaves_a_partial_result(scene_file: Path, tmp_path:
     assert partial.interrupted and partial.message.startswith("interrupted at t = ") and partial.t[-1] > 0.0
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(scene_file: Path) -> None:
     scene_file.write_text("format = 1\nname = \n", encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

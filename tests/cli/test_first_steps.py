@@ -61,7 +61,6 @@ def test_new_makes_a_scene_of_this_name(
     assert json.loads(capsys.readouterr().out) == {"folder": "second", "files": ["scene.toml"]}
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_said_command_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -157,7 +156,6 @@ def test_bash_takes_the_script(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert done.returncode == 0 and "_eomgen_completion" in done.stdout, done.stderr
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["README", "new"])
 def test_first_commands_have_no_notes(

@@ -20,7 +20,6 @@ VERBS = {
 }
 
 
-@pytest.mark.long_cases("simulate")
 @pytest.mark.slow_cases("simulate", "equilibrium", "linearize")
 @pytest.mark.parametrize("verb", VERBS)
 def test_numbers_of_tables_stay_whole(
@@ -57,7 +56,6 @@ def test_names_stay_in_tables_wider_than_the_screen(
     assert "output.first" in lines[3] and "output.secon" in lines[4]
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_an_ensemble_fits_80_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     monkeypatch.setattr(printing, "_PLAIN_WIDTH", 80)

@@ -15,7 +15,6 @@ _UNUSED = "\n[parameters.unused]\nvalue = 1.0\n"
 _RUN = ("--t-end", "0.01", "--step", "1e-3")
 
 
-@pytest.mark.long_cases("ensemble")
 @pytest.mark.slow_cases("ensemble")
 @pytest.mark.parametrize(
     "arguments",

@@ -184,7 +184,6 @@ def test_simulate_writes_everything_and_says_where(
             assert (out / file).read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_table_has_steps_of_its_own_apart_from_rows_and_errors_of_outputs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -56,9 +56,7 @@ def test_a_guess_of_the_configuration_alone_is_at_rest() -> None:
     assert repr(model).endswith(f"; {len(model.notes)} notes>")
 
 
-@pytest.mark.long_cases("SceneBuilder", "build")
-@pytest.mark.slow_cases("load", "build")
-@pytest.mark.slow_cases("SceneBuilder")
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["load", "build", "SceneBuilder"])
 def test_scripts_print_the_notes_of_the_scenes_that_they_read(way: str, tmp_path: Path) -> None:
     """Once, by the standard means of Python, which a program can silence."""

@@ -40,9 +40,6 @@ def check_codes(complaint: str, entry: Failure) -> None:
 
 
 @pytest.mark.slow_except("Feedback-Modal control of forces that lag")
-@pytest.mark.long_cases(
-    "Linear models-No equilibrium to linearise about", "Feedback-More modes to place than actuators"
-)
 @pytest.mark.parametrize(
     "entry", [entry for _, entry in ENTRIES], ids=[f"{title}-{entry.title}" for title, entry in ENTRIES]
 )

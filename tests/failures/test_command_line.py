@@ -23,7 +23,6 @@ def scene(tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("words0")
 @pytest.mark.parametrize("words", [["schema"], ["info", "SCENE", "--json"], ["info", "SCENE"]])
 def test_a_full_disk_behind_stdout_is_an_error_of_output(scene: Path, words: list[str]) -> None:
     command = [sys.executable, "-m", "eomgen", *(str(scene) if word == "SCENE" else word for word in words)]

@@ -309,7 +309,7 @@ def test_a_motion_that_goes_to_infinity_at_once_ends_where_its_steps_do(method: 
     assert not run.success and 0.8 < run.t[-1] < 1.05 and text in run.message
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_row_that_takes_too_many_steps_ends_the_run() -> None:
     stiff = eomgen.build(slider(joint={"stiffness": 1e14, "initial": {"position": 1.0}}), profile="quick")
     run = stiff.simulate(10.0, 10.0, method="rk45", tolerance=1e-9)

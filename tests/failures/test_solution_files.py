@@ -61,14 +61,14 @@ def test_other_archives_are_no_solution(file: Path, arrays: dict[str, object], t
     assert refusal(file) == text
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_no_flipped_byte_raises_anything_else(tmp_path: Path, file: Path) -> None:
     scene = tmp_path / "shaken.toml"
     scene.write_text(PENDULUM_TOML)
     eomgen.build(scene, profile="quick").simulate(0.02, 0.01).save(file)
     whole = file.read_bytes()
     refused = 0
-    for position in range(0, len(whole), 7):
+    for position in range(0, len(whole), 31):
         broken = bytearray(whole)
         broken[position] ^= 0xFF
         file.write_bytes(broken)
@@ -76,4 +76,4 @@ def test_no_flipped_byte_raises_anything_else(tmp_path: Path, file: Path) -> Non
             eomgen.Solution.load(file)
         except eomgen.FileError:
             refused += 1
-    assert refused > len(whole) // 14
+    assert refused > len(whole) // 62

@@ -107,7 +107,6 @@ def _interrupted(process: subprocess.Popen[str]) -> str:
     raise AssertionError(f"four interrupts were not heard: {process.communicate(timeout=10)[1]}")
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_an_interrupt_does_not_wait_for_the_compiler(tmp_path: Path) -> None:
     started = tmp_path / "started"

@@ -428,6 +428,12 @@ def test_options_of_robots_have_their_counterparts_in_scenes(tmp_path: Path) -> 
     assert "for URDF only; try: [inputs] and [efforts] in the scene file" in text
 
 
+def test_transmissions_that_are_missing_are_noted() -> None:
+    none = "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint"
+    assert none in load_urdf(ROBOT, transmissions=True).notes
+    assert none not in load_urdf(ROBOT).notes
+
+
 def test_velocities_are_called_v() -> None:
     assert "a Model has no 'qd'; try: initial_v or v_names; velocities are called v" in refused(lambda: arm().qd)
     assert "try: v" in refused(lambda: arm().simulate(0.01, 1e-3).qdot)

@@ -173,7 +173,6 @@ def _below(top: Path, pattern: str) -> list[str]:
     return [path.relative_to(top).as_posix() for path in files if "__pycache__" not in path.parts]
 
 
-@pytest.mark.long
 def test_wheel_carries_templates_and_examples_and_no_tests(wheel: Path) -> None:
     names = names_in(wheel)
     start = "eomgen/_templates/"
@@ -251,13 +250,11 @@ def numbers(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> Mappin
     return result
 
 
-@pytest.mark.long
 def test_an_installed_wheel_runs_a_scene_and_its_generated_c(numbers: Mapping[str, Any]) -> None:
     assert abs(numbers["scene"] - swing(9.81)) < 1e-9
     assert numbers["c"] == [1.0, numbers["scene"]]  # without contraction of products and sums both have the same bits
 
 
-@pytest.mark.long
 def test_an_installed_wheel_runs_a_robot(numbers: Mapping[str, Any]) -> None:
     assert abs(numbers["robot"] - swing(1.5 * 9.81)) < 1e-9  # a thin rod of 1 m about its end: m g l / 2 over m l^2 / 3
 
