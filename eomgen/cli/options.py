@@ -393,9 +393,6 @@ def names_of(context: click.Context, parameter: click.Parameter, value: str | No
     return None if value is None else [name.strip() for name in value.split(",") if name.strip()]
 
 
-_PARTS = {"q": "position", "v": "velocity"}
-
-
 def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping[str, object], *, robot: bool) -> None:
     """Raise UsageError for a name that belongs to another option: states and inputs in ``--set``, parameters in
     ``--input``.
@@ -440,21 +437,3 @@ def _check_changes(
 
 def _text(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def starts_of(starts: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
-    """Return the argument ``initial`` of a run from values of ``--initial`` by name. ``q.JOINT`` and ``v.JOINT`` become
-    position and velocity of a joint, ``q.BEAM[2]`` an elastic coordinate; other names stay."""
-    joints = {joint.name for joint in scene.joints} | {body.name for body in scene.bodies if body.beam is not None}
-    parts = {name: name.partition(".") for name in starts}
-    of_joints = {
-        name: joint
-        for name, (letter, _, joint) in parts.items()
-        if letter in _PARTS and joint.partition("[")[0] in joints
-    }
-    result = {name: value for name, value in starts.items() if name not in of_joints}
-    for name, joint in of_joints.items():
-        whole = result.get(joint, {})
-        known = whole if isinstance(whole, dict) else {"position": whole}
-        result[joint] = {**known, _PARTS[parts[name][0]]: starts[name]}
-    return result

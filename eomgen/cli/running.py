@@ -13,7 +13,7 @@ from click.core import ParameterSource
 from eomgen.base.limits import doubt_settings
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
-from eomgen.cli.options import assignments, check_assigned, in_units, starts_of
+from eomgen.cli.options import assignments, check_assigned, in_units
 from eomgen.cli.printing import building, say_note
 from eomgen.errors import Message, NumericalError, Problem, UsageError
 from eomgen.scene.sources.register import all_options, takes
@@ -41,7 +41,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     options : dict
         Of ``scene_options`` and ``run_options``; the scene's options are removed from the dict. The texts of
         ``parameters`` and ``inputs`` become numbers by name in the scene's units; ``initial`` becomes the argument of
-        runs by ``starts_of``, in which texts with a unit stay texts, or None.
+        runs, in which texts with a unit stay texts, or None.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     check_assigned(scene, changes, signals, robot=takes(Path(path), "tunable"))
     options["parameters"] = in_units("--set", changes, scene.parameters)
     options["inputs"] = in_units("--input", signals, scene.inputs)
-    options["initial"] = starts_of(starts, scene) or None
+    options["initial"] = starts or None
     return scene
 
 

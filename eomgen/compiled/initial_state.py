@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.messages import distinct, shown
+from eomgen.base.messages import distinct
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, numbers, read_quantities
 from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Message, Problem, UsageError
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from eomgen.solvers.consistency import Assembly, KeptComponents
 
 _BLOCKS = ("q", "v", "z")
+_PARTS = {"q": "position", "v": "velocity"}
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,8 @@ def initial_state(
     ----------
     initial : mapping
         ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": "30 deg", "velocity":
-        1.0}}``, or one coordinate of several, ``{"blade[2]": 0.1}``; or internal states: ``{"filtered": 0.2}``,
-        ``{"z": {"filtered": 0.2}}``.
+        1.0}}``, ``{"v.hinge": 1.0}``, or one coordinate of several, ``{"blade[2]": 0.1}``; or internal states:
+        ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
         Of the run; the scene's own state in absolute coordinates may depend on these parameters.
     asked : bool
@@ -62,8 +63,7 @@ def initial_state(
         Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
     """
     state = _scene_start(model, parameters, asked=asked)
-    values = {} if initial is None else initial
-    check_initial(values)
+    values = by_joints(model, initial)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
     blocks = {name: value for name, value in values.items() if _is_block(model, name, value)}
     for name, value in blocks.items():
@@ -118,6 +118,23 @@ def check_initial(initial: object) -> None:
         raise UsageError(Problem("initial", fault, hint))
 
 
+def by_joints(model: CompiledModel, initial: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return initial values by joint: ``q.hinge`` and ``v.hinge`` become position and velocity of a joint, and
+    ``q.blade[2]`` one of several coordinates; other names stay. Raises UsageError unless given a mapping or None."""
+    check_initial(initial)
+    joints, values = {factor.name for factor in model.factors}, initial or {}
+    of_joints = {
+        name: (joint, _PARTS[block])
+        for name, (block, _, joint) in ((name, str(name).partition(".")) for name in values)
+        if block in _PARTS and joint.partition("[")[0] in joints
+    }
+    result = {name: value for name, value in values.items() if name not in of_joints}
+    for name, (joint, part) in of_joints.items():
+        before = result.get(joint, {})
+        result[joint] = {**(before if isinstance(before, Mapping) else {"position": before}), part: values[name]}
+    return result
+
+
 def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | None) -> list[str]:
     """Return a note on each joint that a caller starts at more than a turn, as a plain number: rad, not degrees.
 
@@ -126,7 +143,7 @@ def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | N
     """
     if not initial:
         return []
-    values, notes = initial, []
+    values, notes = by_joints(model, initial), []
     whole = None if "q" not in initial else _written_by_hand(values.get("q"), model.nq)
     for factor in model.factors:
         value = values.get(factor.name, None if whole is None else whole[factor.q_start])
@@ -159,11 +176,6 @@ def _joints(model: CompiledModel, values: Mapping[str, Any], state: InitialState
             index = model.states.index(name)
             _put(state.z, slice(index, index + 1), f"initial {name}", value, model.z_units)
             continue
-        block, _, of = str(name).partition(".")
-        if block in ("q", "v") and of in factors:
-            meant = f'"{of}": {{"{"velocity" if block == "v" else "position"}": ...}}'
-            fault = f"{shown(str(name))} is a component, and initial states are given by joints [E0262]"
-            raise UsageError(Problem("initial", fault, f"initial={{{meant}}}, or all of {block} as an array"))
         component = _component(factors, str(name))
         if component is None:
             check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
@@ -287,7 +299,7 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:
     """Return the joints whose positions or velocities were written, or held, for a run's initial state. Joints that the
     caller names in ``initial`` replace the scene's; the result is empty if the caller gives whole arrays."""
-    values = initial or {}
+    values = by_joints(model, initial)
     if "q" in values or "v" in values:
         return ()
     starts = {start.joint: start for start in model.description.starts}

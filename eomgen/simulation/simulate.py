@@ -120,8 +120,8 @@ def simulate(
         grid is one step, of the order that is given.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
-        1.0}}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered":
-        0.2}``.
+        1.0}}``, ``{"v.hinge": 1.0}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name:
+        ``{"filtered": 0.2}``.
     parameters : mapping or array_like, optional
         Tunable parameters by name or (np,), SI units or texts with a unit; defaults of the scene if not given.
     inputs : mapping

@@ -148,18 +148,6 @@ def test_values_of_their_own_option_are_taken() -> None:
     options.check_assigned(scene_of(), {"arm": 1.0}, {"hinge": 1.0}, robot=False)
 
 
-def test_starts_of_joints_are_joined_by_joint() -> None:
-    starts = {"q.hinge": 1.0, "v.hinge": 2.0, "slide": 3.0, "v.slide": 4.0, "q.other": 5.0, "a.hinge": 6.0, "z": 7.0}
-    assert options.starts_of(starts, scene_of()) == {
-        "hinge": {"position": 1.0, "velocity": 2.0}, "slide": {"position": 3.0, "velocity": 4.0},
-        "q.other": 5.0, "a.hinge": 6.0, "z": 7.0,
-    }  # fmt: skip
-    bent = scene_of()
-    bent.bodies.append(SimpleNamespace(name="blade", beam=object()))
-    assert options.starts_of({"q.blade[2]": 1.0, "blade[1]": 2.0, "q.arm[0]": 3.0}, bent) == {
-        "blade[2]": {"position": 1.0}, "blade[1]": 2.0, "q.arm[0]": 3.0,
-    }  # fmt: skip
-    whole = options.starts_of({"hinge": {"velocity": 1.0}, "q.hinge": 2.0}, scene_of())
-    assert whole == {"hinge": {"velocity": 1.0, "position": 2.0}}
+def test_names_are_separated_by_commas() -> None:
     assert options.names_of(None, None, " a, b,,c ") == ["a", "b", "c"]  # type: ignore[arg-type]  # are not read
     assert options.names_of(None, None, None) is None  # type: ignore[arg-type]  # are not read

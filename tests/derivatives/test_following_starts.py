@@ -303,8 +303,9 @@ def test_absolute_bodies_start_where_the_joints_have_them() -> None:
     place = next(k for k, factor in enumerate(model.factors) if factor.name == "two")
     factor = model.factors[place]
     kept = {"two": {"position": model.initial_q[factor.q].tolist()}}
-    slopes_kept = model.sensitivities(STEPS * STEP, STEP, by=by, initial=kept, **options)._run.asked
-    assert not np.any(slopes_kept.dq[factor.v]) and np.any(slopes_kept.dv[factor.v])
+    for same in (kept, {"q.two": kept["two"]["position"]}):
+        slopes_kept = model.sensitivities(STEPS * STEP, STEP, by=by, initial=same, **options)._run.asked
+        assert not np.any(slopes_kept.dq[factor.v]) and np.any(slopes_kept.dv[factor.v])
     assert np.any(found._run.asked.dq[factor.v])
 
 

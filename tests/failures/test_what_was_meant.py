@@ -172,6 +172,12 @@ def test_where_joints_start_is_said_by_their_coordinates_too(
     assert eomgen.Solution.load(tmp_path / "o" / "solution.npz").q[0] == 0.25
 
 
+def test_starts_in_python_are_given_by_coordinates_too() -> None:
+    run = arm().simulate(0.01, 1e-3, initial={"v.shoulder": "90 deg/s", "q.shoulder": 0.25})
+    assert run.q[0, 0] == 0.25 and np.isclose(run.v[0, 0], np.pi / 2, rtol=1e-15)
+    assert "shoulder starts at 30 rad, 4.77 turns" in arm().simulate(0.01, 1e-3, initial={"q.shoulder": 30}).message
+
+
 def entry(section: str, text: str) -> Callable[[], Any]:
     return changed("", "", f"\n[{section}]\n{text}\n")
 
@@ -395,11 +401,8 @@ def test_the_size_of_a_step_is_no_input() -> None:
     [
         (lambda: arm().jacobian("tip", [0.1]), ("no body or frame 'tip'", "point_jacobian(body, r, q), or [frames]")),
         (
-            lambda: arm().simulate(0.01, 1e-3, initial={"v.shoulder": 1}),
-            (
-                "'v.shoulder' is a component, and initial states are given by joints",
-                'initial={"shoulder": {"velocity": ...}}',
-            ),
+            lambda: arm().simulate(0.01, 1e-3, initial={"v.shuolder": 1}),
+            ("there is no joint 'v.shuolder'; try: shoulder",),
         ),
         (
             lambda: arm().simulate(0.01, 1e-3, inputs={"motor": lambda t, q: 0.0}),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.compiled.consistent_states import consistent_samples
-from eomgen.compiled.initial_state import starts_of
+from eomgen.compiled.initial_state import by_joints, starts_of
 from eomgen.system.description import LOST
 
 FOUR_BAR = """
@@ -122,11 +123,27 @@ def test_values_that_cannot_be_held_are_refused() -> None:
         built(hold=", hold = true", coordinates='coordinates = "absolute"')
 
 
+def test_starts_of_joints_are_given_by_their_coordinates_too() -> None:
+    model: Any = SimpleNamespace(factors=[SimpleNamespace(name=name) for name in ("hinge", "slide", "blade")])
+    given = {"v.hinge": 2.0, "q.hinge": 1.0, "v.slide": 4.0, "slide": 3.0, "q.other": 5.0, "a.hinge": 6.0, "z": 7.0}
+    assert by_joints(model, given) == {
+        "hinge": {"position": 1.0, "velocity": 2.0}, "slide": {"position": 3.0, "velocity": 4.0},
+        "q.other": 5.0, "a.hinge": 6.0, "z": 7.0,
+    }  # fmt: skip
+    given = {"hinge": {"velocity": 1.0}, "q.hinge": 2.0, "q.blade[2]": 1.0, "blade[1]": 2.0}
+    assert by_joints(model, given) == {
+        "hinge": {"velocity": 1.0, "position": 2.0}, "blade[2]": {"position": 1.0}, "blade[1]": 2.0,
+    }  # fmt: skip
+    assert by_joints(model, None) == {}
+
+
 def test_starts_of_runs_are_kept_and_held() -> None:
     model = built(rocker="initial = { position = -1.6 }")
     run = model.simulate(0.01, 1e-3, initial={"crank": {"position": -1.0, "velocity": 3.0, "hold": True}})
     assert (run.q[0][0], run.v[0][0]) == pytest.approx((-1.0, 3.0), abs=1e-12)
     assert follows(run.q[0], run.v[0]) < 1e-9
+    named = model.simulate(0.01, 1e-3, initial={"crank": {"hold": True}, "q.crank": -1.0, "v.crank": 3.0})
+    assert np.array_equal(named.q, run.q) and np.array_equal(named.v, run.v)
     both = {"crank": {"position": -1.0, "hold": True}, "rocker": {"position": -1.65, "hold": True}}
     with pytest.raises(eomgen.ModelError, match="no hold of the initial state of crank, rocker"):
         model.simulate(0.01, 1e-3, initial=both)

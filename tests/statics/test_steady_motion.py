@@ -79,8 +79,12 @@ def test_what_is_left_open_is_named(model: eomgen.Model) -> None:
 
 
 REFUSED: dict[str, Callable[[eomgen.Model], Any]] = {
-    "no steady motion was found in": lambda m: m.steady_motion({"spin": 20.0}, {"nutation": 0.6}),
-    "or velocities of coordinates on which nothing depends: v.precession, v.spin": (
+    "no steady motion was found in": lambda m: m.steady_motion({"spin": 10.0}, {"nutation": 0.6}),
+    # a velocity that is given is not proposed
+    "nearer to it, or velocities of coordinates on which nothing depends: v.precession": (
+        lambda m: m.steady_motion({"spin": 20.0}, {"nutation": 0.6})
+    ),
+    "nearer to it, or v.nutation left out, for a force acts along it": (
         lambda m: m.steady_motion({"nutation": 2.0}, {"nutation": 0.6, "precession": 0.0})
     ),
     "there is no component 'spinn'; try: spin": lambda m: m.steady_motion({"spinn": 2.0}),
@@ -102,6 +106,20 @@ def test_what_is_no_steady_motion_is_named(model: eomgen.Model, text: str) -> No
     with pytest.raises((NumericalError, UsageError, ModelError)) as caught:
         REFUSED[text](model)
     assert text in str(caught.value)
+
+
+@pytest.mark.slow
+def test_an_engine_that_holds_the_speed_determines_it() -> None:
+    """A cart with the forces of an engine and of the air: a given speed is named as the one along which forces act."""
+    cart = eomgen.SceneBuilder("cart").body("cart", 100.0, inertia=[10.0, 10.0, 10.0])
+    cart.joint("road", "planar", "base", "cart", axis=[0, 0, 1], x_axis=[1, 0, 0], initial={"velocity": [0, 20, 0]})
+    cart.force("engine", "cart", force=["500 * (20 - v.road[1]) - 2 * v.road[1]", "-3 * v.road[2]", 0])
+    model = eomgen.build(cart.build(), profile="quick")
+    np.testing.assert_allclose(model.steady_motion().v, [0.0, 500 * 20 / 502, 0.0], rtol=1e-12, atol=1e-12)
+    with pytest.raises(NumericalError) as caught:
+        model.steady_motion({"road[1]": 20.0})
+    assert "v.road[1] still accelerates with -0.4 m/s^2" in str(caught.value)
+    assert str(caught.value).endswith("nearer to it, or v.road[1] left out, for a force acts along it")
 
 
 @pytest.mark.slow

@@ -196,7 +196,7 @@ def test_what_is_not_met_is_named() -> None:
         model_of("axes").steady_motion({"spin": 8.0, "x": 2.0, "y": 0.0, "yaw": 0.0}, upright)
     said = str(caught.value)
     assert "no steady motion was found" in said and "the rate of ground: no slip along x is off by" in said
-    assert "velocities of coordinates on which nothing depends: v.x, v.y" in said
+    assert said.endswith("an initial state nearer to it, or fewer given values")
     start = {"disc": {"velocity": [0, 5, 0, 1, 0, 0]}}
     with pytest.raises(NumericalError) as caught:
         model_of("free").steady_motion({"disc[1]": 5.0, "disc[3]": 0.8}, initial=start)

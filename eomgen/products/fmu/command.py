@@ -20,7 +20,6 @@ from eomgen.cli.options import (
     json_option,
     scene_options,
     set_option,
-    starts_of,
 )
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import say_notes, stand_in
@@ -110,8 +109,7 @@ def fmu(
     check_assigned(described, values, {}, robot=takes(Path(scene), "tunable"))
     values = in_units("--set", values, described.parameters)
     with building(described.name):
-        start = starts_of(starts, described) or None
-        make = partial(export.fmu_files, described, parameters=values or None, initial=start, **export_options)
+        make = partial(export.fmu_files, described, parameters=values or None, initial=starts or None, **export_options)
         path, files = export.written(file, make)
     if as_json:
         print_json(_facts(path, files))

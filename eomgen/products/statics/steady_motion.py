@@ -280,8 +280,8 @@ def motion_along(
         names = [able.v_names[k] for k in np.flatnonzero(targets.alone)]
         result = search(conditions, known_symmetries.near(conditions, q, start.z), targets, q, start.v, start.z)
         if not result.balanced:
-            raise _failure(able, conditions, result, targets, _hint(names, result.fields))
-        _check_lasting(able, conditions, result, measures, names)
+            raise _failure(conditions, result, targets)
+        _check_lasting(conditions, result, measures, targets)
     except np.linalg.LinAlgError:
         raise _not_positive_definite(able, q, p) from None
     state = result.state
@@ -338,12 +338,12 @@ def _undetermined(conditions: Conditions, search: SteadySearch, targets: Prescri
 
 
 def _check_lasting(
-    model: CompiledModel, conditions: Conditions, search: SteadySearch, measures: SceneMeasures, names: Sequence[str]
+    conditions: Conditions, search: SteadySearch, measures: SceneMeasures, targets: PrescribedComponents
 ) -> None:
     """Raise NumericalError if the motion found is not steady: accelerations appear later along it. Permitted are
     rounding errors and, in every component, twice the largest acceleration left at the start, whose direction may turn
-    with the motion. ``names`` are cyclic components, for the hint."""
-    state, extents = search.state, conditions.extents
+    with the motion."""
+    model, state, extents = conditions.model, search.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
     turn = 2.0 * np.pi / fastest if fastest > _ROUNDING * conditions.pace else 1.0 / conditions.pace
     at, worst = conditions.at(*state.motion), np.zeros(model.nv)
@@ -359,25 +359,24 @@ def _check_lasting(
             "forces balance at this instant only, for they change along the motion or with time: later"
             f" {model.v_names[k]} accelerates with {worst[k]:.3g} {_per_second(model, k)} [E0094]"
         )
-        hint = off_axis_hint(model, measures, state.q, state.v) or _hint(names, search.fields)
+        hint = off_axis_hint(model, measures, state.q, state.v) or _hint(model, targets, search.fields)
         raise NumericalError(Problem("steady motion", fault, hint))
 
 
-def _failure(
-    model: CompiledModel, conditions: Conditions, search: SteadySearch, targets: PrescribedComponents, hint: str
-) -> NumericalError:
+def _failure(conditions: Conditions, search: SteadySearch, targets: PrescribedComponents) -> NumericalError:
     """Return the error of a search that failed: accelerating components, constraint equations and given velocities that
-    are not met, with the hint."""
-    state = search.state
+    are not met, with a hint."""
+    model, state = conditions.model, search.state
     unbalanced = conditions.accelerations(*state.motion)
     if not np.all(np.isfinite(unbalanced)):
         fault = "forces are not finite numbers at the start of the search [E0096]"
         return NumericalError(Problem("steady motion", fault, "another initial state"))
     linear = linear_conditions(conditions, search.fields, targets, state)
-    parts = []
+    parts, hint = [], _hint(model, targets, search.fields)
     k = int(np.argmax(np.abs(unbalanced) / conditions.extents))
     if abs(linear.values[k]) > _STEADY or not len(linear.at.velocity):
         parts.append(f"{model.v_names[k]} still accelerates with {-unbalanced[k]:.4g} {_per_second(model, k)}")
+        hint = f"{model.v_names[k]} left out, for a force acts along it" if targets.held_v[k] else hint
     parts += _rows_not_met(model, linear)
     missed = targets.held_v & (np.abs(state.v - targets.v) > _STEADY * conditions.pace * conditions.extents)
     for component in np.flatnonzero(missed):
@@ -421,9 +420,10 @@ def _per_second(model: CompiledModel, k: int) -> str:
     return model.v_units[k].replace("/s", "/s^2")
 
 
-def _hint(ignorable: Sequence[str], fields: Fields) -> str:
-    if ignorable:
-        return f"velocities of coordinates on which nothing depends: {', '.join(ignorable[:8])}"
+def _hint(model: CompiledModel, targets: PrescribedComponents, fields: Fields) -> str:
+    if np.any(targets.alone):
+        several = ", ".join([model.v_names[k] for k in np.flatnonzero(targets.alone & ~targets.held_v)][:8])
+        return f"velocities of coordinates on which nothing depends: {several}" if several else "fewer given values"
     if fields.symmetric and len(fields):
         many = "a symmetry" if len(fields) == 1 else f"{len(fields)} symmetries"
         return f"velocities that go together as {many} of the scene let{'s' * (len(fields) == 1)} them"
