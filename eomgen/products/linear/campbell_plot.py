@@ -36,6 +36,8 @@ _AROUND = (
 )  # fmt: skip  # nearest first
 #: Points upwards from which a candidate is far from its dot, and points of lines within its box that it has to save.
 _FAR, _SAVED = 12.0, 12
+#: Points from the axes to the labels at the right, and inches after the labels.
+_GAP, _MARGIN = 8.0, 0.1
 #: Half the side of a dot, points.
 _DOT = 3.5
 
@@ -156,6 +158,7 @@ def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: Campbell
     """
     view.check(diagram)
     figure = new_figure(_SIZE)
+    figure.get_layout_engine().set(w_pad=_MARGIN)
     _Drawing(figure.subplots(), diagram, view).draw()
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
     figure.text(0.99, 0.01, f"modes: {numbering(diagram)}", ha="right", va="bottom", fontsize=7.5, color="#444444")
@@ -173,6 +176,8 @@ def plot_campbell(diagram: DrawnCampbell, axes: object = None, view: CampbellVie
     have."""
     view.check(diagram)
     drawn = axes_of_caller("plot", axes, [f"frequencies over {diagram.parameter}"], _SIZE)
+    if axes is None:
+        drawn[0].figure.get_layout_engine().set(w_pad=_MARGIN)
     _Drawing(drawn[0], diagram, view).draw()
     return drawn
 
@@ -215,7 +220,7 @@ class _Drawing:
         self.size = np.array([box.width, box.height]) * 72.0 / axis.figure.dpi
 
     def draw(self) -> None:
-        """Draw the curves, rays of orders, labels, crossings, axis labels and the legend of the senses of whirl. A note
+        """Draw the curves, rays of orders, labels, crossings, axis labels and the legend of senses and dots. A note
         counts the modes above the figure, unless the caller chose the limits."""
         axis = self.axis
         axis.set_xlim(*(self.ends * self.scale))
@@ -224,12 +229,12 @@ class _Drawing:
         self._rays()
         self._labels_at_the_right()
         self._labels_at_the_top()
-        self._crossings()
+        crosses = self._crossings()
         axis.set_xlabel(axis_label(self.diagram.parameter, self.unit))
         axis.set_ylabel("damped frequency, Hz")
         draw_grid(axis)
-        if senses:
-            axis.legend(fontsize=9, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.03), ncols=3, borderpad=0.0)
+        if senses or crosses:
+            axis.legend(fontsize=9, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.03), ncols=4, borderpad=0.0)
         lowest = np.nanmin(self.frequencies, axis=0, initial=np.inf)
         above = int(np.sum(lowest > self.top))
         if above and not self.fixed:
@@ -295,7 +300,7 @@ class _Drawing:
         labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
         for label, height in zip(labels, _spread([item.place for item in labels], gap), strict=True):
             self.axis.annotate(
-                label.text, (1.0, label.place), (1.0 + 14.0 / self.size[0], height), "axes fraction",
+                label.text, (1.0, label.place), (1.0 + _GAP / self.size[0], height), "axes fraction",
                 va="center", fontsize=_POINTS, color=label.colour,
                 arrowprops={"arrowstyle": "-", "color": "#bbbbbb", "linewidth": 0.7, "shrinkA": 1.0, "shrinkB": 0.0},
             )  # fmt: skip  # place, text, looks
@@ -319,9 +324,10 @@ class _Drawing:
                 ha="center", va="bottom", fontsize=_POINTS, color=_RAY,
             )  # fmt: skip  # place, text, looks
 
-    def _crossings(self) -> None:
+    def _crossings(self) -> bool:
         """Draw a dot for each crossing, with its speed as text if there is a free place next to the dot. Left out are
-        crossings outside the limits, of modes or orders that are not drawn, or almost on another dot."""
+        crossings outside the limits, of modes or orders that are not drawn, or almost on another dot. Returns whether
+        there is any dot."""
         single: list[tuple[Array, float, float]] = []
         for item in self.diagram.crossings:
             frequency, drawn = item.frequency / (2.0 * np.pi), item.mode in self.modes and item.order in self.orders
@@ -333,6 +339,7 @@ class _Drawing:
             [speed * self.scale for _, speed, _ in single],
             [frequency for _, _, frequency in single],
             "o", color=_CROSSING, markeredgecolor="white", markeredgewidth=0.8, markersize=6.5, zorder=3, clip_on=False,
+            label=axis_label("crossing", self.unit) if single else None,
         )  # fmt: skip  # place, looks
         lines = self._points_of_lines()
         taken = [_Box(float(point[0]), float(point[1]), _DOT, _DOT) for point, _, _ in single]
@@ -348,6 +355,7 @@ class _Drawing:
                 va="center", fontsize=_POINTS - 1.0, color=_CROSSING, zorder=4,
                 bbox={"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75},
             )  # fmt: skip  # place, text, looks
+        return bool(single)
 
     def _points(self, speed: float, frequency: float) -> Array:
         across = (speed - self.ends[0]) / (self.ends[1] - self.ends[0])

@@ -188,11 +188,11 @@ def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]
 
 
 #: Part of a turn after which a linear model about a motion is computed again, and limit of the difference.
-_LATER, _SAME = 0.11, 1e-6
+_LATER, SAME = 0.11, 1e-6
 #: Words of the warning of a linear model that is frozen at an instant.
 AT_ONE_INSTANT = "the linear model changes with the turn"
 #: Parts of a turn after which models in multiblade coordinates are compared: no rotor of few blades is alike there.
-_AZIMUTHS = (0.11, 0.37, 0.71)
+AZIMUTHS = (0.11, 0.37, 0.71)
 #: Part of the largest coefficient of signals below which a coefficient is rounding.
 _ROUNDING = 1e-12
 #: Largest acceleration of a state that counts as rest, m/s^2 or rad/s^2.
@@ -440,7 +440,7 @@ def _warn_of_change(model: CompiledModel, state: OperatingState, linear: Lineari
     if not before.size or before.shape != after.shape:
         return
     change = float(np.max(np.abs(after - before), initial=0.0))
-    if change > _SAME * float(np.max(np.abs(before))):
+    if change > SAME * float(np.max(np.abs(before))):
         sentence = (
             f"linear about the {state.kind}: {AT_ONE_INSTANT} of {drives(model, state.v)}, so it holds at this"
             " instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
@@ -490,10 +490,10 @@ def _in_multiblade_coordinates(
     speeds = [abs(rotor.speed) for rotor in rotors if rotor.speed]
     if not speeds or result.multiblade is None:
         return result
-    times = [share * 2.0 * np.pi / min(speeds) for share in _AZIMUTHS]
+    times = [share * 2.0 * np.pi / min(speeds) for share in AZIMUTHS]
     models = [(seconds, _later(model, state, first, seconds)) for seconds in times]
     variation, row = _variation(result, models, rotors)
-    if not variation <= _SAME:
+    if not variation <= SAME:
         raise _changing(first, models, rotors, (variation, result.state_space().states[row]))
     _warn_of_one_azimuth(result, _at_azimuths(models, rotors), rotors)
     return replace(result, multiblade=replace(result.multiblade, variation=variation))
@@ -504,13 +504,13 @@ def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization],
     signals belong to single blades. `result` and `others` are linear models in multiblade coordinates at different
     azimuths, `rotors` give the names in the warning."""
     spaces = [model.state_space() for model in (result, *others)]
-    sizes = _sizes(result)
+    sizes = sizes_of_states(result)
     rows = {"output": [space.C / sizes for space in spaces], "input": [space.B.T * sizes for space in spaces]}
     told = []
     for kind, (first, *later) in rows.items():
         largest = np.max(np.abs(first), axis=1, initial=0.0)
         change = np.max([np.max(np.abs(matrix - first), axis=1, initial=0.0) for matrix in later], axis=0)
-        changing = change > np.maximum(_SAME * largest, _ROUNDING * np.max(largest, initial=0.0))
+        changing = change > np.maximum(SAME * largest, _ROUNDING * np.max(largest, initial=0.0))
         names = [name for name, true in zip(getattr(spaces[0], f"{kind}s"), changing, strict=True) if true]
         if names:
             told.append(f"the {kind}{'s' if len(names) > 1 else ''} {listed(names)}")
@@ -540,7 +540,7 @@ def _changing(
     moving = [rotor for rotor in rotors if rotor.speed]
     turns = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in moving)
     reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
-    if _variation(_to_multiblade(first, reverse), models, reverse)[0] <= _SAME:
+    if _variation(_to_multiblade(first, reverse), models, reverse)[0] <= SAME:
         fault = f"the blades are named against the order of their azimuths about the axis of {turns} [E0066]"
         return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
     variation, state = largest
@@ -560,7 +560,7 @@ def _variation(
     `models` are pairs of seconds and the linear model after this time, in coordinates of single blades."""
     matrices = [model.state_space().A for model in _at_azimuths(models, rotors)]
     A = result.state_space().A
-    return largest_change(A, matrices, _sizes(result), max(rotor.speed**2 for rotor in rotors))
+    return largest_change(A, matrices, sizes_of_states(result), max(rotor.speed**2 for rotor in rotors))
 
 
 def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]) -> list[Linearization]:
@@ -573,7 +573,7 @@ def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence
     return turned
 
 
-def _sizes(linear: Linearization) -> Array:
+def sizes_of_states(linear: Linearization) -> Array:
     """Return the scales (ns,) of states by which entries of A are compared. Scales are roots of the diagonal of M0 for
     coordinates and for velocities, and 1 for internal states; 1 for all states if constraints are not holonomic."""
     sizes = np.ones(len(linear.state_space().A))

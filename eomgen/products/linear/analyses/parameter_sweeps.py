@@ -24,6 +24,7 @@ from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie.numeric import rotated
 from eomgen.products.linear.analyses.linearize import AT_ONE_INSTANT, linearize
 from eomgen.products.linear.analyses.operating_point import EquilibriumState
+from eomgen.products.linear.analyses.standing_axes import StandingAxes
 from eomgen.products.linear.campbell_search import campbell as diagram
 from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.products.linear.eigenvalue_loci import root_locus as followed_roots
@@ -137,6 +138,9 @@ def campbell(
 ) -> Campbell:
     """Return the frequencies and whirl of oscillations over the speed of a rotor, and the critical speeds.
 
+    Frequencies are an observer's, also of a shaft that is carried by the spin joint, if the rotor is the same all
+    round; a warning says if it is not. Frequencies of blades, without ``multiblade``, are in axes that turn.
+
     Parameters
     ----------
     speed : str
@@ -197,15 +201,18 @@ def campbell(
         _check_whirl(model, speed, whirl, initial, parameters)
     held = coordinates or {}
     found_once = KnownSymmetries()
+    standing = StandingAxes(model, () if is_parameter else (speed, *(velocities or {})), t)
+
+    def at_value(value: float) -> dict[str, float]:
+        return {**(parameters or {}), **({speed: value} if is_parameter else {})}
 
     def linearize_at(value: float, before: Linearization | None) -> Linearization:
         """Return the linear model at a value of the speed, from the state of the neighbouring model."""
         near = None if before is None or at == "initial" else state_of(before)
         if is_parameter:
-            changed = {**(parameters or {}), speed: value}
             start = near or initial
             about: dict[str, Any] = {"at": at, "initial": start, "any_kind": any_kind, "multiblade": multiblade}
-            return linearize(model, t=t, u=u, parameters=changed, **about)
+            return linearize(model, t=t, u=u, parameters=at_value(value), **about)
         moving = {**(velocities or {}), speed: value}
         first = near is None and found_once.fields is None
         try:
@@ -222,7 +229,7 @@ def campbell(
             warnings.filterwarnings("ignore", f".*{AT_ONE_AZIMUTH}")  # of signals, on which oscillations do not depend
             warnings.filterwarnings("error", f".*{AT_ONE_INSTANT}")  # frozen eigenvalues are not frequencies
             try:
-                return linearize_at(value, before)
+                linear = linearize_at(value, before)
             except RuntimeWarning:
                 fault = (
                     f"the linear model changes with the turn of {speed}, so modes at one instant are not of the"
@@ -230,14 +237,18 @@ def campbell(
                 )
                 hint = "bending by joints in front of the spin, multiblade for equal blades, or model.floquet"
                 raise NumericalError(Problem("campbell", fault, hint)) from None
+        return standing.seen(linear, at_value(value), value)
 
     numbered = None
     if reference is not None:
         of_model = dict(zip(model.parameters, model.parameter_array(parameters or {}).tolist(), strict=True))
         at_speed = of_model[speed] if is_parameter else reference.reference.v[of_motion.index(speed)]
-        numbered = float(at_speed), reference
+        numbered = float(at_speed), standing.seen(reference, at_value(float(at_speed)), float(at_speed))
     with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
-        return diagram(speed, unit, array.tolist(), linearize_oscillations, orders, whirl, report, numbered)
+        result = diagram(speed, unit, array.tolist(), linearize_oscillations, orders, whirl, report, numbered)
+    if text := standing.warning():
+        warnings.warn(text, RuntimeWarning, stacklevel=3)
+    return result
 
 
 def _increasing(values: ArrayLike) -> Array:
