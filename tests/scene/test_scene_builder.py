@@ -89,7 +89,7 @@ PENDULUM = scene(
     definitions={"swing": {"formula": "q.hinge - 0.1", "unit": "rad"}},
     states={"lag": {"rate": "swing - lag", "initial": 2}},
     maps={"m": {"x": [0, 1], "y": [0, 1], "values": [[0, 1], [1, 2]], "interpolation": "linear", "outside": "hold"}},
-    efforts={"motor": {"joint": "hinge", "effort": "ride - lag + map.m(q.hinge, t)"}},
+    efforts={"motor": {"joint": "hinge", "effort": "ride - lag"}},
     events={"stop": {"when": "q.hinge - 1", "action": "reset", "reset": {"lag": "0"}}},
     references={"servo": {"position": {"hinge": "sin(t)"}}},
     controllers={"ride": {"type": "state_feedback", "coordinates": ["hinge"], "position_gains": {"hinge": 100}}},
@@ -99,8 +99,10 @@ PENDULUM = scene(
 @pytest.mark.parametrize("data", [SCENE, PENDULUM], ids=lambda data: data["name"])
 def test_a_call_for_each_entry_makes_the_scene_of_the_data(data: dict[str, Any]) -> None:
     builder = SceneBuilder(data["name"], gravity=data.get("gravity", (0, 0, -9.81)))
+    fields = fields_of(DOCUMENT)
+    data = {section: entries for section, entries in data.items() if section in fields}  # a product may be absent
     for section, entries in data.items():
-        found = fields_of(DOCUMENT)[section][1]
+        found = fields[section][1]
         if found is None:
             continue
         names = {field.alias or name: name for name, field in found.model.model_fields.items()}
