@@ -63,7 +63,7 @@ def initial_state(
         Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
     """
     state = _scene_start(model, parameters, asked=asked)
-    values = by_joints(model, initial)
+    values = {} if initial is None else by_joints(model, initial)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
     blocks = {name: value for name, value in values.items() if _is_block(model, name, value)}
     for name, value in blocks.items():
@@ -122,16 +122,13 @@ def by_joints(model: CompiledModel, initial: Mapping[str, Any] | None) -> dict[s
     """Return initial values by joint: ``q.hinge`` and ``v.hinge`` become position and velocity of a joint, and
     ``q.blade[2]`` one of several coordinates; other names stay. Raises UsageError unless given a mapping or None."""
     check_initial(initial)
-    joints, values = {factor.name for factor in model.factors}, initial or {}
-    of_joints = {
-        name: (joint, _PARTS[block])
-        for name, (block, _, joint) in ((name, str(name).partition(".")) for name in values)
-        if block in _PARTS and joint.partition("[")[0] in joints
-    }
-    result = {name: value for name, value in values.items() if name not in of_joints}
-    for name, (joint, part) in of_joints.items():
-        before = result.get(joint, {})
-        result[joint] = {**(before if isinstance(before, Mapping) else {"position": before}), part: values[name]}
+    result = dict(initial or {})
+    for name, value in (initial or {}).items():
+        block, _, joint = str(name).partition(".")
+        if block in _PARTS and joint.partition("[")[0] in {factor.name for factor in model.factors}:
+            before = result.get(joint, {})
+            result[joint] = {**(before if isinstance(before, Mapping) else {"position": before}), _PARTS[block]: value}
+            del result[name]
     return result
 
 
@@ -299,7 +296,7 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:
     """Return the joints whose positions or velocities were written, or held, for a run's initial state. Joints that the
     caller names in ``initial`` replace the scene's; the result is empty if the caller gives whole arrays."""
-    values = by_joints(model, initial)
+    values = by_joints(model, initial) if initial else {}
     if "q" in values or "v" in values:
         return ()
     starts = {start.joint: start for start in model.description.starts}

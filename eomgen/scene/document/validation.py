@@ -80,7 +80,7 @@ def example(location: Location, value: object) -> str:
         return "[parameters] and a line for each: NAME = 1.0"
     of_parameter = section == "parameters" and len(location) > 1 and last in ("value", str(location[1]))
     if of_parameter and isinstance(value, str):
-        return f"a number; the formula {quote(value)} stands where {location[1]} is used"
+        return f"a number; the formula {quote(value)} stands where {shown(str(location[1]))[1:-1]} is used"
     if len(location) == 1 and section in _ENTRIES and not isinstance(value, dict):
         return f"[{section}.NAME] and its keys, a table for each"
     if last in ("table", "file") and is_file(value):

@@ -203,7 +203,7 @@ def read_signals(
         Anything but a mapping; unknown names; arrays that do not fit the step grid; values that are not finite.
     """
     read: dict[str, CheckedSignal] = {}
-    for name, signal in signals_by_name(inputs, names).items():
+    for name, signal in ({} if inputs is None else signals_by_name(inputs, names)).items():
         if type(signal) is float and math.isfinite(signal) and name in names:  # optimisations give numbers
             read[name] = signal
             continue
