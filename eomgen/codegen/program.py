@@ -122,7 +122,7 @@ class Addition:
 
 @dataclass(frozen=True)
 class ProgramLoop:
-    """A loop over identical elements; see ``symbolic.map`` for the meaning.
+    """A loop over elements with the same operations; see ``symbolic.map`` for the meaning.
 
     Attributes
     ----------

@@ -3,7 +3,7 @@
 Three scenes are derived that differ from the given one in the numbers of equal parts alone, and
 ``codegen.continuation`` checks that their Programs grow evenly. So the work of a derivation is the same for a beam of
 200 elements and of 10 000. Runs before and after a different part become shorter together, by the same number of
-parts; the rest of a longer run is continued from scenes that are continued themselves.
+groups of parts; the rest of a longer run is continued from scenes that are continued themselves.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Shortening(NamedTuple):
 
     Attributes
     ----------
-    least : parts in the shortest run that grows, in the shortest scene
-    more : parts in a step, of each run that grows
+    least : groups of parts in the shortest run that grows, in the shortest scene
+    more : groups of parts in a step, of each run that grows
     number : steps
     grows : whether a run grows, for each run
     """
@@ -101,7 +101,7 @@ class EqualParts(ABC):
 
     @abstractmethod
     def fewer(self, removed: Sequence[int]) -> Scene | None:
-        """Return the scene without so many parts of each run, None if the rest would be another scene."""
+        """Return the scene without so many groups of each run, None if the rest would be another scene."""
 
     @abstractmethod
     def start(self, shortest: Scene, program: Program) -> Start:
@@ -113,7 +113,8 @@ class EqualParts(ABC):
 
     @abstractmethod
     def sample(self, parts: int, missing: int, orders: dict[object, Any]) -> Sample:
-        """Return the sample of a scene; ``orders`` of pivots may be shared by the samples."""
+        """Return the sample of a scene with so many groups in the shortest run that grows; ``orders`` of pivots may be
+        shared by the samples."""
 
     def find(self, scene: Scene) -> EqualParts | None:
         """Return the runs of a shorter scene."""

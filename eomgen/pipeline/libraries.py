@@ -43,6 +43,8 @@ _OF_RUNS = b"\0of runs"
 def compile_library(request: LibraryRequest, write: WriteProgram, steps: float | None = None) -> Library:
     """Return a library that the cache does not have, made as the row of the profile says; a slower one may come first.
 
+    It is compiled, or a copy of a library of equal structure with the numbers of this model (``structures``).
+
     Parameters
     ----------
     write : returns the Program of the request and the reason for a missing stepper
@@ -168,7 +170,8 @@ class LibraryJob:
     # -- whole libraries -----------------------------------------------------------------------------------------------
 
     def library(self, builder: Builder, running: RunningCompilers | None = None) -> Library:
-        """Return the library with all functions from the cache of a builder, else derived and compiled.
+        """Return the library with all functions: from the cache of a builder, else derived, and compiled or copied
+        from a library of equal structure.
 
         Parameters
         ----------
@@ -187,8 +190,8 @@ class LibraryJob:
                 return compile_whole(program, builder, running)
 
     def _compile(self, program: Program, builder: Builder, running: RunningCompilers | None) -> Library:
-        """Return the compiled library of the Program, or a copy of one that differs in numbers alone, with these
-        numbers. ``running`` is as of ``Builder.build``. A new library is kept by structure."""
+        """Return the compiled library of the Program, or a copy of one with equal structure that has this model's
+        numbers. ``running`` is as of ``Builder.build``. A compiled library is kept by structure."""
         from eomgen.pipeline.structures import keep_structure, known_library  # noqa: PLC0415
 
         apart = builder.real == "double"  # others convert literals while compiling, tables at each use
@@ -245,7 +248,7 @@ class LibraryJob:
 
     def _compile_first(self) -> Library:
         """Return the library with the functions that runs call, and begin its successor; the library with all functions
-        if the others do not take long."""
+        if the others do not take long, or if it is a copy of one of equal structure."""
         program, _ = self.program
         with without_garbage_collection():
             if not program.later:

@@ -100,6 +100,8 @@ def build(
 ) -> Model:
     """Return the compiled model of a scene, from the cache if the scene has not changed.
 
+    If numbers alone have changed, the machine code of the earlier model is taken from the cache, as a rule.
+
     Parameters
     ----------
     scene : Scene, path, or mapping
@@ -179,7 +181,8 @@ def build_model(request: ModelRequest, steps: float | None = None) -> Model:
 
 
 def make_library(request: LibraryRequest, steps: float | None = None) -> Library:
-    """Return a library from the cache, else compiled; ``steps``: as of ``build_for_run``."""
+    """Return a library from the cache, else compiled, or copied from one of equal structure with other numbers.
+    ``steps``: as of ``build_for_run``."""
     library = request.find()
     if library is None:
         from eomgen.pipeline.libraries import compile_library  # noqa: PLC0415  # a library of the cache is not compiled

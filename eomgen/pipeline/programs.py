@@ -79,6 +79,7 @@ def write_program(
         from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415  # SciPy
 
         prepared = with_parameters(prepared, described, parameters)
+    # without ``begin``: texts of short scenes are not in the library of a continued Program, which has no structure
     return front_end.program(prepared, writer.program) or writer.program(prepared, begin=begin)
 
 

@@ -3,6 +3,9 @@
 The texts of a library follow from the operations of the functions, the data of the stepper and the names, whose digest
 is the *structure* of a model; the loader of the library hands the numbers of the functions over. The cache has by
 structure the library that was made first, and the constant of the tape for each number of that library.
+
+Numbers that may stay in the text (``stays_in_text``) are in the digest, and two numbers that become equal are one
+constant of the tape. Models with such changes miss the structure; they may still find all of their objects.
 """
 
 from __future__ import annotations
@@ -54,8 +57,8 @@ class Structure:
 def structure_of(system: System, functions: Sequence[str], program: Program, family: str) -> Structure | None:
     """Return the structure of a System for the given functions.
 
-    None for a System whose texts have further numbers, as of loops, curves, series or C of the scene, or equal
-    constants.
+    None for a System whose texts have further numbers, as of loops, curves, series or C of the scene; for a short scene
+    in place of a longer one; and for equal constants, as generic ones of ``mechanics/tree/alike`` may be.
 
     Parameters
     ----------
@@ -92,7 +95,8 @@ def structure_of(system: System, functions: Sequence[str], program: Program, fam
     digest = hashlib.sha256(b"structure\0" + json.dumps(recorded, default=_plain).encode())
     for column in (op, *operands):
         digest.update(column.tobytes())
-    return Structure(digest.digest(), [*constants, 1.0], initial)  # signs in tables of shared stretches
+    # constant number n + 1 of n is 1.0, for signs in tables of shared stretches
+    return Structure(digest.digest(), [*constants, 1.0], initial)
 
 
 def _write(folder: Path, record: str) -> None:

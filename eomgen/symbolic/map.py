@@ -1,4 +1,6 @@
-"""Map: a loop over identical elements that stays a loop, on the tape, in its derivatives and in C.
+"""Map: a loop over elements with the same operations that stays a loop, on the tape, in its derivatives and in C.
+
+Numbers of the elements may differ: they are columns.
 
 A Map computes, for i = 0 .. count-1 in this order, with e, s, g, c the four input blocks of its kernel:
 
@@ -51,7 +53,7 @@ class MapResults(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """A loop over ``count`` identical elements; see the module for the exact meaning.
+    """A loop over ``count`` elements with the same operations; see the module for the exact meaning.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ class Tape:
         Whether x/y is recorded as x (1/y), so that divisions by one number are one: derivatives of powers of distances
         divide by each three times. Overflow in 1/y then gives inf or nan.
     maps : list of Map and Call
-        Loops over identical elements (see ``map.py``), and calls of external functions (``external.py``).
+        Loops over elements with the same operations (``map.py``), and calls of external functions (``external.py``).
     curves : list of (curve, derivative)
         Functions of one number given by tables, and the order of the derivative.
     instances : dict

@@ -235,8 +235,9 @@ class Sample(NamedTuple):
 
     Attributes
     ----------
-    parts : equal parts of this scene; 0 for a scene that stands for itself
-    missing : further equal parts of the longer scene
+    parts : equal groups in the shortest run that grows, of which ratios alone are used; 0 for a scene that stands for
+        itself
+    missing : further groups of this run in the longer scene
     orders : orders of pivots of equal stages, which scenes derived in place of one longer scene share: values by which
         pivots are chosen differ from scene to scene
     """
@@ -247,7 +248,7 @@ class Sample(NamedTuple):
 
     @property
     def growth(self) -> float:
-        """Ratio of the numbers of parts, longer scene to this one."""
+        """Ratio of the numbers of groups, longer scene to this one."""
         return (self.parts + self.missing) / self.parts if self.parts else 1.0
 
     def orders_of(self, kind: object) -> dict[Any, Any]:

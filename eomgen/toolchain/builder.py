@@ -322,7 +322,7 @@ class Builder:
         if cached is not None:
             return cached
 
-        lines, fresh = 0, 0
+        lines, fresh, total = 0, 0, 0
         taken: list[tuple[str, str]] = []
         rest: Iterator[tuple[str, str]] = iter(_headers_first(files) if isinstance(files, Mapping) else files)
 
@@ -335,7 +335,7 @@ class Builder:
 
         def compile_sources(folder: Path) -> list[str]:
             """Write, compile and link the sources in a folder, and return the commands of the compilers."""
-            nonlocal lines, fresh
+            nonlocal lines, fresh, total
             texts: dict[str, str] = {}
             sources: list[Path] = []
             title = f"compiling {layout.get('prefix', 'a model')}"
@@ -354,16 +354,18 @@ class Builder:
                         continue
                     source = folder / name
                     sources.append(source)
+                    total = len(sources)
                     if name in (written or {}):  # may include files that are unknown here
                         compilation.add(source)
+                        fresh += 1
                         continue
                     flags = self._flags_for(name, text, straight, loops=bool(layout.get("loop_operations")))
                     key = self._object_key(name, texts, flags)
-                    known = self.cache.get(key)
+                    known, begun = self.cache.get(key), self._begun.pop(key, None)
+                    fresh += known is None or begun is not None
                     if known is None:
                         kept = partial(self.cache.put, key, partial(_copy_object, source.with_suffix(".o")))
-                        compilation.add(source, flags, self._begun.pop(key, None), kept)
-                        fresh += 1
+                        compilation.add(source, flags, begun, kept)
                     else:
                         shutil.copyfile(known.file(_OBJECT), source.with_suffix(".o"))
                         compilation.take(source, flags)
@@ -394,14 +396,10 @@ class Builder:
                 raise ToolchainError(faults) from None
             raise self._with_kept_sources(error, key) from error
         seconds = time.perf_counter() - began
-        _LOG.info(
-            "compiled %d lines of C, %d files anew, in %.2f s by %s, %s",
-            lines,
-            fresh,
-            seconds,
-            self.compiler.version,
-            self.profile.name,
-        )
+        kept = f"linked {total} kept objects" if total else "copied a linked library"
+        done = f"compiled {fresh} of {total} files" if fresh else kept
+        by = f"{self.compiler.version}, {self.profile.name}"
+        _LOG.info("%s, %d lines of C, in %.2f s by %s", done, lines, seconds, by)
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
 

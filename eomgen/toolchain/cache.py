@@ -1,4 +1,8 @@
-"""A content-addressed cache of libraries: atomic renames into place, checksums on reading, bounded size.
+"""A cache of libraries and their parts, each a folder: atomic renames into place, checksums on reading, bounded size.
+
+Entries are keyed by digests of their content: libraries (``model*.so``), objects of sources (``object.o``) and of the
+extension module (``wrapper.o``), structures (``structure.json``), lanes and routines. Two folders hold other things:
+``readings``, records of scenes keyed by path and options, and ``templates``, bytecode.
 
 Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at
 all. In addition to the entries there are ``claims`` (builds under way), ``failed`` (sources of failed builds),

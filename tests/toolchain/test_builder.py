@@ -131,6 +131,15 @@ def test_the_second_time_nothing_is_compiled(tmp_path: Path, monkeypatch: pytest
     assert Builder("reproducible", cache=Cache(tmp_path)).find(b"content") is None
 
 
+def test_the_log_tells_compiled_files_from_kept_objects(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level("INFO", "eomgen"):
+        build(tmp_path)
+        build(tmp_path, content=b"other content")
+    first, second = (message for message in caplog.messages if "lines of C" in message)
+    assert first.startswith("compiled 1 of 1 files, ")
+    assert second.startswith("linked 1 kept objects, ")
+
+
 def test_a_source_is_compiled_while_the_next_one_is_written(tmp_path: Path) -> None:
     def written() -> Iterator[tuple[str, str]]:
         yield "other.h", "int answer(void);\n"

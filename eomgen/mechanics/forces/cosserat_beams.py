@@ -380,7 +380,9 @@ def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) 
 
 @dataclass(frozen=True)
 class Chain:
-    """The elements of a beam in a tree: alike elements are recorded as one loop, other elements one by one.
+    """The elements of a beam in a tree, recorded as one loop: their operations are the same, their numbers may differ.
+
+    Elements with a node on a link that carries it, or a single element, are recorded one by one.
 
     Attributes
     ----------

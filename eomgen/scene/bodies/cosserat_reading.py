@@ -141,7 +141,7 @@ def read_cosserat(name: str, entry: written.BeamEntry, values: Values, stations:
 def _beyond_numbers(beam: Cosserat, values: Values) -> str:
     """Return words for an element's length, mass or stiffness that is out of the range 1e-150 to 1e150, for a message;
     empty if all are in range."""
-    for part in {id(part): part for part in beam.parts}.values():  # equal elements are one object
+    for part in {id(part): part for part in beam.parts}.values():  # equal neighbours are one object
         length, mass = float(part.length), values.value(part.section.mass_per_length)
         stiffness = max((abs(values.value(entry)) for row in part.section.stiffness for entry in row), default=0.0)
         numbers = {
