@@ -191,7 +191,7 @@ def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block:
     """Runs of a few evaluations, of some 1000, and of some 10 000 of the 50 000 that are worth a block."""
     done: list[int] = []
     cart.simulate_many(1.0, step, vary=VARY, samples=64, progress=lambda number, _: done.append(number))
-    assert done == [*range(block, 64, block), 64]
+    assert done[-1] == 64 and max(np.diff([0, *done])) == block  # a busy machine ends blocks earlier
 
 
 def test_blocks_of_short_runs_keep_to_some_memory(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
