@@ -182,17 +182,8 @@ def campbell(
     """
     array = _increasing(values)
     of_motion = [name.removeprefix("v.") for name in model.v_names]
-    turning = {name for name, unit in zip(of_motion, model.v_units, strict=True) if unit == _SPEED}
     is_parameter = speed in model.parameters
-    if not is_parameter and speed not in of_motion:
-        known = [*model.parameters, *of_motion]
-        fault = f"there is no tunable parameter or velocity {shown(speed)} [E0044]"
-        raise UsageError(Problem("campbell", fault, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
-    if is_parameter and (velocities or coordinates):
-        fault = f"{speed} is a parameter, and velocities and coordinates belong to a steady motion [E0045]"
-        raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
-    units = {item.name: item.unit for item in model.description.parameters}
-    unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
+    unit = _unit_of_speed(model, speed, of_motion, steady=bool(velocities or coordinates))
     if orders is None:
         orders = ORDERS if unit == _SPEED else ()
     _check_orders(orders, speed, unit)
@@ -249,6 +240,27 @@ def campbell(
     if text := standing.warning():
         warnings.warn(text, RuntimeWarning, stacklevel=3)
     return result
+
+
+def _unit_of_speed(model: CompiledModel, speed: str, of_motion: Sequence[str], *, steady: bool) -> str:
+    """Return the unit of the varied quantity.
+
+    Raises
+    ------
+    UsageError
+        A name that is neither a parameter nor a velocity, or a parameter with values of a ``steady`` motion.
+    """
+    if speed in model.parameters:
+        if steady:
+            fault = f"{speed} is a parameter, and velocities and coordinates belong to a steady motion [E0045]"
+            raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
+        return next((item.unit for item in model.description.parameters if item.name == speed), "")
+    units = dict(zip(of_motion, model.v_units, strict=True))
+    if speed not in units:
+        known = [*model.parameters, *of_motion]
+        fault = f"there is no tunable parameter or velocity {shown(speed)} [E0044]"
+        raise UsageError(Problem("campbell", fault, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
+    return _SPEED if units[speed] == _SPEED else "m/s"
 
 
 def _increasing(values: ArrayLike) -> Array:
