@@ -94,7 +94,11 @@ def test_runs_of_order_12_take_seconds(name: str) -> None:
             "method: there is no recursion of leapfrogs of order 14 with 1 on either side; try: an even order",
         ),
         ("suzuki5", "recursion of leapfrogs of order 5 with 2 on either side; try: an even order of 2 to 12"),
-        ("creutz_gocksch12_9", "has 2476099 of them; try: at most 4 on either side at this order, or a lower order"),
+        (
+            "creutz_gocksch12_9",
+            "a step of order 12 with 9 leapfrogs on either side has 2476099 of them; try: at most 4 on either side at"
+            " this order, or a lower order",
+        ),
         ("creutz_gocksch12", "there is no method 'creutz_gocksch12' of Hamiltonian systems; try: creutz_gocksch4_"),
         ("yoshda8", "there is no method 'yoshda8' of Hamiltonian systems; try: yoshida8"),
     ],
