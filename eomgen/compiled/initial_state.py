@@ -63,7 +63,7 @@ def initial_state(
         Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
     """
     state = _scene_start(model, parameters, asked=asked)
-    values = {} if initial is None else by_joints(model, initial)
+    values = {} if initial is None else values_by_joint(model, initial)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
     blocks = {name: value for name, value in values.items() if _is_block(model, name, value)}
     for name, value in blocks.items():
@@ -118,7 +118,7 @@ def check_initial(initial: object) -> None:
         raise UsageError(Problem("initial", fault, hint))
 
 
-def by_joints(model: CompiledModel, initial: Mapping[str, Any] | None) -> dict[str, Any]:
+def values_by_joint(model: CompiledModel, initial: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return initial values by joint: ``q.hinge`` and ``v.hinge`` become position and velocity of a joint, and
     ``q.blade[2]`` one of several coordinates; other names stay. Raises UsageError unless given a mapping or None."""
     check_initial(initial)
@@ -140,7 +140,7 @@ def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | N
     """
     if not initial:
         return []
-    values, notes = by_joints(model, initial), []
+    values, notes = values_by_joint(model, initial), []
     whole = None if "q" not in initial else _written_by_hand(values.get("q"), model.nq)
     for factor in model.factors:
         value = values.get(factor.name, None if whole is None else whole[factor.q_start])
@@ -296,7 +296,7 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:
     """Return the joints whose positions or velocities were written, or held, for a run's initial state. Joints that the
     caller names in ``initial`` replace the scene's; the result is empty if the caller gives whole arrays."""
-    values = by_joints(model, initial) if initial else {}
+    values = values_by_joint(model, initial) if initial else {}
     if "q" in values or "v" in values:
         return ()
     starts = {start.joint: start for start in model.description.starts}

@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.compiled.consistent_states import consistent_samples
-from eomgen.compiled.initial_state import by_joints, starts_of
+from eomgen.compiled.initial_state import starts_of, values_by_joint
 from eomgen.system.description import LOST
 
 FOUR_BAR = """
@@ -126,15 +126,15 @@ def test_values_that_cannot_be_held_are_refused() -> None:
 def test_starts_of_joints_are_given_by_their_coordinates_too() -> None:
     model: Any = SimpleNamespace(factors=[SimpleNamespace(name=name) for name in ("hinge", "slide", "blade")])
     given = {"v.hinge": 2.0, "q.hinge": 1.0, "v.slide": 4.0, "slide": 3.0, "q.other": 5.0, "a.hinge": 6.0, "z": 7.0}
-    assert by_joints(model, given) == {
+    assert values_by_joint(model, given) == {
         "hinge": {"position": 1.0, "velocity": 2.0}, "slide": {"position": 3.0, "velocity": 4.0},
         "q.other": 5.0, "a.hinge": 6.0, "z": 7.0,
     }  # fmt: skip
     given = {"hinge": {"velocity": 1.0}, "q.hinge": 2.0, "q.blade[2]": 1.0, "blade[1]": 2.0}
-    assert by_joints(model, given) == {
+    assert values_by_joint(model, given) == {
         "hinge": {"velocity": 1.0, "position": 2.0}, "blade[2]": {"position": 1.0}, "blade[1]": 2.0,
     }  # fmt: skip
-    assert by_joints(model, None) == {}
+    assert values_by_joint(model, None) == {}
 
 
 def test_starts_of_runs_are_kept_and_held() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import checked_call, names_of
 from eomgen.compiled.arguments import check_name, number_of
-from eomgen.compiled.initial_state import InitialState, by_joints, check_initial, initial_state, starts_of
+from eomgen.compiled.initial_state import InitialState, check_initial, initial_state, starts_of, values_by_joint
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -185,7 +185,7 @@ def _start(
         raise UsageError(Problem("initial", fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
     if at_rest:
         return Start(asked, at_rest, slopes)
-    for name, value in by_joints(model, initial).items():
+    for name, value in values_by_joint(model, initial).items():
         factor = next((factor for factor in model.factors if factor.name == name), None)
         parts = set(value) if isinstance(value, Mapping) else {"position"}
         for block, part, slope in (("q", "position", slopes[0]), ("v", "velocity", slopes[1])):

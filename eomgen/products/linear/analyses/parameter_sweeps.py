@@ -228,13 +228,13 @@ def campbell(
                 )
                 hint = "bending by joints in front of the spin, multiblade for equal blades, or model.floquet"
                 raise NumericalError(Problem("campbell", fault, hint)) from None
-        return standing.seen(linear, at_value(value), value)
+        return standing.transform(linear, at_value(value), value)
 
     numbered = None
     if reference is not None:
         of_model = dict(zip(model.parameters, model.parameter_array(parameters or {}).tolist(), strict=True))
         at_speed = of_model[speed] if is_parameter else reference.reference.v[of_motion.index(speed)]
-        numbered = float(at_speed), standing.seen(reference, at_value(float(at_speed)), float(at_speed))
+        numbered = float(at_speed), standing.transform(reference, at_value(float(at_speed)), float(at_speed))
     with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
         result = diagram(speed, unit, array.tolist(), linearize_oscillations, orders, whirl, report, numbered)
     if text := standing.warning():

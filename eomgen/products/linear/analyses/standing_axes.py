@@ -56,7 +56,7 @@ class StandingAxes:
         #: Joint and bodies of the first rotor that is not the same all round; empty without one.
         self.uneven: tuple[str, list[str]] | None = None
 
-    def seen(self, linear: Linearization, parameters: Mapping[str, float], value: float) -> Linearization:
+    def transform(self, linear: Linearization, parameters: Mapping[str, float], value: float) -> Linearization:
         """Return the linear model in axes that stand still; the same model if no shaft turns, or if the rotor is not
         the same all round: then ``uneven`` is set. `parameters` belong to the model, `value` is the value of the
         varied quantity."""
@@ -70,7 +70,7 @@ class StandingAxes:
             turn = self._turn(hinge, linear, parameters)
             if turn is None or (value and not turn.speed):
                 continue
-            standing = None if turn.G is None or self.uneven else _transformed(linear, turn.G, turn.speed, value)
+            standing = None if turn.G is None or self.uneven else _in_standing_axes(linear, turn.G, turn.speed, value)
             if standing is not None:
                 linear = standing
             elif turn.speed:
@@ -162,17 +162,17 @@ def _stations(model: CompiledModel, body: str, turn: Array, twists: Array) -> li
     angles, shifts = twists[:, :3], twists[:, 3:]
     if beam is None:
         return [rotated(turn, angles), rotated(turn, shifts)]
-    own = next(factor.v for factor in model.factors if factor.name == body)
+    components = next(factor.v for factor in model.factors if factor.name == body)
     result = []
     for x, deflection, rotation in zip(beam["x"], beam["deflections"], beam["rotations"], strict=True):
         there, shifted = angles.copy(), shifts + np.cross(angles, [x, 0.0, 0.0])
-        there[own] += np.array(rotation).T
-        shifted[own] += np.array(deflection).T
+        there[components] += np.array(rotation).T
+        shifted[components] += np.array(deflection).T
         result += [rotated(turn, there), rotated(turn, shifted)]
     return result
 
 
-def _transformed(linear: Linearization, G: Array, speed: float, value: float) -> Linearization | None:
+def _in_standing_axes(linear: Linearization, G: Array, speed: float, value: float) -> Linearization | None:
     """Return a linear model in axes that stand still; None if its coefficients change with the turn of these axes.
     The sense of whirl is the sense of the turn at a positive or negative `value` of the varied quantity."""
     names = linear.names
