@@ -18,6 +18,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.curves import Curve, Interpolation, Outside, Pieces
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, Application, EntryQuantity, Formula, Number, Operation, Symbol, distinct_nodes
@@ -167,7 +168,6 @@ def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterato
 
 #: Coefficients of w, lowest power first.
 _W = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
-_ROUNDING = 1e-9
 #: Operations that jump or bend at an argument of zero, or at two equal arguments.
 _SWITCHES = frozenset({"lt", "le", "sign", "abs", "min", "max"})
 
@@ -292,7 +292,7 @@ def _with_transitions(curve: Curve, rough: list[float], length: float, forward: 
     gaps = np.diff(np.append(places, places[0] + curve.period) if periodic else places)
     last = math.inf if held else (curve.end - places[-1] if forward else places[0] - curve.start)
     nearest = min(gaps.min(initial=math.inf), math.inf if periodic else last)
-    if length > nearest * (1.0 + _ROUNDING):
+    if length > nearest * (1.0 + COMPUTED):
         fault = (
             f"corners of {curve.name} have a distance of {nearest:.6g}, less than a transition, {length:.6g} [E0291]"
         )
@@ -306,7 +306,7 @@ def _with_transitions(curve: Curve, rough: list[float], length: float, forward: 
         low, high = (min(curve.start, begins[0]), max(curve.end, ends[-1])) if held else (curve.start, curve.end)
         inner = np.concatenate([curve.breaks, begins, ends])
     breaks = np.unique(np.concatenate([[low, high], inner[(inner > low) & (inner < high)]]))
-    narrow = _ROUNDING * length
+    narrow = COMPUTED * length
     kept = np.append(True, np.diff(breaks) > narrow)
     kept[-1] = True
     kept[:-1] &= np.append(True, breaks[-1] - breaks[1:-1] > narrow)

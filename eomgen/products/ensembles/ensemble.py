@@ -17,6 +17,7 @@ from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.compiled.arguments import number_of, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.discretisation import EnsembleJudgement
@@ -32,8 +33,6 @@ _COLOUR = "#0B62C4"
 _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
 #: Quantiles of the table over time and of the fan chart.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-#: Deviations below this fraction of a result count as rounding.
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,7 +330,7 @@ class Ensemble:
         shares = ranking(self.design, self.asked, self.values, result, values)
         spread = float(np.nanstd(values))
         error = self.error.columns.get(result.rpartition(".")[0], math.nan)
-        varies = spread > _ROUNDING * float(np.nanmax(np.abs(values)))
+        varies = spread > COMPUTED * float(np.nanmax(np.abs(values)))
         return replace(shares, error=error / spread if varies else math.nan)
 
     @cached_property

@@ -19,6 +19,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.nodes import Formula
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
@@ -213,8 +214,6 @@ def through_frames(poses: Array) -> HelixShape:
     return HelixShape(poses, np.array([np.linalg.norm(relative_twist(*pair)[3:]) for pair in pairwise(poses)]))
 
 
-#: How far from the beam's frame the first point or frame may be, by the size of the shape.
-_AT_ORIGIN = 1e-9
 #: Angle from x above which the second point has the smaller x.
 _BEHIND = 0.5 * math.pi
 #: Least distance of a bend between chords from a reversal by half a turn, rad; nearer bends have no defined side.
@@ -286,7 +285,7 @@ def _through_frames(key: str, frames: Sequence[written.ShapeFrame], values: Valu
     quaternions = [quaternion_of(rotation) for rotation in turned if rotation is not None]
     if len(quaternions) < len(frames):
         return None
-    if abs(abs(quaternions[0][0]) - 1.0) > _AT_ORIGIN:
+    if abs(abs(quaternions[0][0]) - 1.0) > COMPUTED:
         fault = "the first frame is turned relative to the beam's frame, which it has to equal [E1361]"
         values.report.add(f"{key}[0].rotation", fault, "no rotation here; the beam's joint has one")
         return None
@@ -294,7 +293,7 @@ def _through_frames(key: str, frames: Sequence[written.ShapeFrame], values: Valu
     for index, (before, after) in enumerate(pairwise(turned), 1):
         twist = relative_twist(poses[index - 1], poses[index])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
-        if turn > math.pi - _AT_ORIGIN:
+        if turn > math.pi - COMPUTED:
             fault = (
                 f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before, and the sense"
                 f" of rotation is unique below 180 only [E1362]"
@@ -325,7 +324,7 @@ def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[
     if not pairs or len(before) > 1 or len(after) > 1:
         return 0.0
     axis = pairs[-1][0] / np.linalg.norm(pairs[-1][0])
-    if any(np.linalg.norm(np.cross(axis, along)) > _AT_ORIGIN * np.linalg.norm(along) for along, _ in pairs):
+    if any(np.linalg.norm(np.cross(axis, along)) > COMPUTED * np.linalg.norm(along) for along, _ in pairs):
         return 0.0
     first, second = (
         sum(math.copysign(angle, angle * float(axis @ along)) for along, angle in rotation)
@@ -346,12 +345,12 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
         return False
     distances = np.linalg.norm(np.diff(places, axis=0), axis=1)
     size = float(np.max(distances))
-    if np.linalg.norm(places[0]) > _AT_ORIGIN * size:
+    if np.linalg.norm(places[0]) > COMPUTED * size:
         listed = ", ".join(f"{number:.6g}" for number in places[0])
         fault = f"the first of the {plural} is at [{listed}], and the origin of the beam's frame is there [E1366]"
         report.add(f"{key}[0]", fault, "[0, 0, 0]; the joint of the beam says its place")
         return False
-    if float(np.min(distances)) <= _AT_ORIGIN * size:
+    if float(np.min(distances)) <= COMPUTED * size:
         index = int(np.argmin(distances))
         report.add(f"{key}[{index + 1}]", f"two of the {plural} in succession are at one place [E1367]", "one of them")
         return False
@@ -395,7 +394,7 @@ def pretwist(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialSha
         return number if math.isfinite(number) else 0.0
 
     at_start = angle(0.0)
-    if abs(at_start) > _AT_ORIGIN:
+    if abs(at_start) > COMPUTED:
         fault = (
             f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame [E1368]"
         )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.nodes import ZERO, Formula, Symbol
 from eomgen.formula.units.parser import dimension_of
 from eomgen.scene.formula.scope import LOAD
@@ -19,8 +20,6 @@ from eomgen.system.signals import Sampling, State
 if TYPE_CHECKING:
     from eomgen.scene.signals.schema import StateEntry as WrittenState
 
-#: Deviation of a delay from a whole number of samples, as a part of a period, up to which the delay counts as whole.
-_WHOLE = 1e-9
 #: The shortest remainder of a delay, as a part of a period: shorter remainders are indistinguishable from the sample.
 _LEAST = 1e-4
 #: Samples that a delay may hold.
@@ -73,7 +72,7 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
         return None
     whole = round(delay / period)
     rest = 0.0
-    if abs(delay - whole * period) > _WHOLE * period:
+    if abs(delay - whole * period) > COMPUTED * period:
         whole = math.floor(delay / period)
         rest = delay - whole * period
         if rest < _LEAST * period:

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eomgen.base.messages import key_of, nearest, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
 from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
 from eomgen.scene.bodies.model import AT_END
@@ -115,10 +116,6 @@ def stations_of(beams: Sequence[str], reading: Reading) -> Mapping[str, Sequence
     return stations
 
 
-#: How far beyond an end a place may be by rounding, of the length.
-_ROUNDING = 1e-9
-
-
 def section_formulas(
     beams: Mapping[str, Cosserat], values: Values, key: str, kind: str, output: OutputEntry
 ) -> tuple[Formula, ...]:
@@ -150,11 +147,11 @@ def section_formulas(
     x = values.constant(f"{key}.at", output.at)
     if math.isnan(x):
         return ()
-    if not -_ROUNDING * beam.length <= x <= (1.0 + _ROUNDING) * beam.length:
+    if not -COMPUTED * beam.length <= x <= (1.0 + COMPUTED) * beam.length:
         fault = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m [E1988]"
         report.add(f"{key}.at", fault, "a place on the beam")
         return ()
-    element = min(bisect_right(beam.places, x + _ROUNDING * beam.length) - 1, beam.elements - 1)
+    element = min(bisect_right(beam.places, x + COMPUTED * beam.length) - 1, beam.elements - 1)
     start, end = beam.places[element : element + 2]
     share = min(max((x - start) / (end - start), 0.0), 1.0)
     first, second = (
