@@ -19,6 +19,7 @@ __all__ = [
     "products",
     "progress",
     "random_inputs",
+    "rounding",
     "threads",
     "verb_methods",
     "verbs",
