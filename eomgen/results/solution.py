@@ -14,6 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import shown
+from eomgen.base.rounding import WRITTEN
 from eomgen.base.verb_methods import attach_methods, attribute_of_others
 from eomgen.base.verbs import others
 from eomgen.compiled.arguments import number_of
@@ -58,10 +59,6 @@ _LATER = {
     "metadata": "entry",
     **dict.fromkeys(("findings", "message", "success", "error")),
 }
-
-
-#: Tolerated difference of states of two parts of a run at their common time, relative to the size of the states.
-_SAME = 1e-6
 
 
 #: Names that other tools give to arguments, and calls in their place.
@@ -550,7 +547,7 @@ class Solution(SolutionMethods):
         if self.events.counts or not len(near):  # an event may act at that time, or no row was recorded
             return
         for name, first, second in (("q", self.q, later.q), ("v", self.v, later.v), ("z", self.z, later.z)):
-            off = np.abs(first[near[-1]] - second[0]) > _SAME * (1.0 + np.abs(second[0]))
+            off = np.abs(first[near[-1]] - second[0]) > WRITTEN * (1.0 + np.abs(second[0]))
             if np.any(off):
                 names = later.metadata.get("names", {}).get(name) or component_names("", name, len(off))
                 k = int(np.argmax(off))
