@@ -176,7 +176,7 @@ STEPS = (
 
 NARROW = (
     "operations are 0.6 of the trace's; on a processor with AVX-512 the ratios of ANYmal and Talos were 0.41 and 0.42"
-    " (benchmarks/README.md)"
+    " (2026-11-20, 4951b2e)"
 )
 
 
