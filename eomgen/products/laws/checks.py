@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes
+import contextlib
 import faulthandler
 import os
 import select
 import signal
-import threading
 from collections.abc import Sequence
 from weakref import WeakSet
 
@@ -17,16 +16,16 @@ from eomgen.base.arrays import Array
 from eomgen.base.drawing_process import fork
 from eomgen.base.messages import counted, listed
 from eomgen.errors import ModelError, Problem
-from eomgen.products.laws.code import OfPoint, PythonCode
+from eomgen.products.laws.code import CompiledLaw, OfPoint, PythonCode
 from eomgen.products.laws.law import FileLaw
 from eomgen.symbolic.external import Call, add_call
 from eomgen.symbolic.scalar import Algebra, Scalar
 
-#: Points, and steps of differences relative to the scales, of which the second is the smaller one.
-_POINTS, _STEPS = 12, (1e-4, 2e-5)
-#: Relative differences at which two differences agree, from which on partials are wrong, and from which on partials
-#: are wrong at so many points: laws in float agree at a few points by chance.
-_AGREE, _WRONG, _DOUBTFUL, _OFTEN = 1e-4, 1e-2, 1e-3, 5
+#: Steps of differences relative to the scales, of which the second is the smaller one.
+_STEPS = (1e-4, 2e-5)
+#: Relative differences from which on partials are wrong, and from which on partials are wrong at five or more points:
+#: laws in float agree at a few points by chance.
+_WRONG, _DOUBTFUL = 1e-2, 1e-3
 #: Longest time of a call, s.
 _LONGEST = 10.0
 
@@ -53,17 +52,23 @@ def check(law: FileLaw) -> None:
     """
     if law in _CHECKED:
         return
-    value, slopes = law.functions.value, law.functions.slopes
+    made = zip(law.code.labels, (law.functions.value, law.functions.slopes), strict=True)
+    functions = [(name, function) for name, function in made if function is not None]
     points = _points(law)
+    _check_return(law, functions, points)
     if isinstance(law.code, PythonCode):
-        _check_python(law, value, slopes, points)
-        _CHECKED.add(law)
-        return
-    _check_return(law, [(law.function, value), *([] if slopes is None else [(law.slopes, slopes)])], points)
-    _check_memory(law, law.function, value, law.results, points)
-    if slopes is not None:
-        _check_memory(law, law.slopes, slopes, law.results * law.arguments, points)
-        _check_partials(law, value, slopes, points)
+        points = _sound_points(functions, points)
+    for name, function in functions:
+        first = [function(point) for point in points]
+        for point, values in zip(points, first, strict=True):
+            if not np.array_equal(values, function(point), equal_nan=True):
+                fault = f"{name} gives other values in a second call with the same arguments [E0879]"
+                raise _error(law, fault, "no static variables: models run in several threads, and steps are repeated")
+    if isinstance(law.functions, CompiledLaw):
+        for of_slopes, (name, _) in enumerate(functions):
+            _check_memory(law, law.functions, name, bool(of_slopes), points)
+    if law.functions.slopes is not None:
+        _check_partials(law, law.functions.value, law.functions.slopes, points)
     _CHECKED.add(law)
 
 
@@ -74,10 +79,9 @@ _CHECKED: WeakSet[FileLaw] = WeakSet()
 def _points(law: FileLaw) -> Array:
     """Return twelve points (points, arguments and parameters), random, of the size of the scales, half of them all
     positive."""
-    rng = np.random.default_rng(36)
-    scales = np.array(law.scales)
-    signs = np.where(np.arange(_POINTS)[:, np.newaxis] % 2, rng.choice([-1.0, 1.0], (_POINTS, len(scales))), 1.0)
-    return np.asarray(signs * rng.uniform(0.2, 1.0, (_POINTS, len(scales))) * scales)
+    rng, size = np.random.default_rng(36), (12, len(law.scales))
+    signs = np.where(np.arange(size[0])[:, np.newaxis] % 2, rng.choice([-1.0, 1.0], size), 1.0)
+    return np.asarray(signs * rng.uniform(0.2, 1.0, size) * np.array(law.scales))
 
 
 def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points: Array) -> None:
@@ -89,12 +93,13 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
     calls = [(name, function, point) for name, function in functions for point in points]
     reader, writer = os.pipe()
     child = fork()
-    if not child:  # which calls one function in C alone
+    if not child:
         try:
             faulthandler.disable()
             for _, function, point in calls:
                 os.write(writer, b".")
-                function(point)
+                with contextlib.suppress(ModelError):  # of a function in Python
+                    function(point)
             os.write(writer, b".")
         finally:
             os.kill(os.getpid(), signal.SIGKILL)  # without the work of Python's end
@@ -123,79 +128,36 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
     raise _error(law, f"{name} does not return within {_LONGEST:g} s at {arguments} [E0877]" if hangs else fault, hint)
 
 
-def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points: Array) -> None:
-    """Raise ModelError for a function that gives other values in a second call, reads or writes beyond its arrays, or
-    leaves one of ``size`` results unset, as values around the arrays show."""
-    n = law.arguments
-    first = [function(point) for point in points]
-    for point, values in zip(points, first, strict=True):
-        if not np.array_equal(values, function(point), equal_nan=True):
-            fault = f"{name} gives other values in a second call with the same arguments [E0879]"
-            raise _error(law, fault, "no static variables: models run in several threads, and steps are repeated")
-    for point, values in zip(points, first, strict=True):
-        if not np.all(np.isfinite(values)):
-            continue
-        for fill in (np.nan, 7.0):
-            guarded_values, beyond = law.functions.guarded(name == law.slopes, point, fill)
-            if not np.array_equal(guarded_values, values):
-                unset = [index for index in range(size) if not _same(guarded_values[index], values[index])]
-                read = f"{counted(n, 'argument')} and {counted(law.parameters, 'parameter')}"
-                fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of {size} unset [E0880]"
+def _check_memory(law: FileLaw, compiled: CompiledLaw, name: str, of_slopes: bool, points: Array) -> None:
+    """Raise ModelError for a function in C that reads or writes beyond its arrays or leaves a result unset, as values
+    around the arrays show."""
+    for point in points:
+        values, _ = compiled.guarded(of_slopes, point, 0.0)
+        for fill in (np.nan, 7.0) if np.all(np.isfinite(values)) else ():
+            guarded_values, beyond = compiled.guarded(of_slopes, point, fill)
+            if unset := np.flatnonzero(guarded_values != values).tolist():
+                read = f"{counted(law.arguments, 'argument')} and {counted(law.parameters, 'parameter')}"
+                fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of {len(values)} unset [E0880]"
                 raise _error(law, fault, _order(law, name))
             if beyond:
-                raise _error(
-                    law, f"{name} writes {'' if 'beyond' in beyond else 'to '}{beyond} [E0881]", _order(law, name)
-                )
+                fault = f"{name} writes {'' if 'beyond' in beyond else 'to '}{beyond} [E0881]"
+                raise _error(law, fault, _order(law, name))
 
 
-def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: Array) -> None:
-    """Raise ModelError for a law in Python whose calls at all points fail, whose repeated calls differ, or whose
-    partials are wrong."""
+def _sound_points(functions: Sequence[tuple[str, OfPoint]], points: Array) -> Array:
+    """Return the points at which functions in Python raise no error. Raises the error of the first point if there are
+    none."""
     sound, failures = [], []
     for point in points:
         try:
-            first, again = _returned(law, value, point), value(point)
-            _ = None if slopes is None else slopes(point)
+            for _, function in functions:
+                function(point)
+            sound.append(point)
         except ModelError as error:
             failures.append(error)
-            continue
-        if not np.array_equal(first, again, equal_nan=True):
-            fault = f"{law.code.labels[0]} gives other values in a second call with the same arguments [E0879]"
-            raise _error(law, fault, "results of the arguments alone: steps are repeated")
-        sound.append(point)
     if not sound:
         raise failures[0]
-    if slopes is not None:
-        _check_partials(law, value, slopes, np.array(sound))
-
-
-def _returned(law: FileLaw, value: OfPoint, point: Array) -> Array:
-    """Return the value of a function in Python at a point. Raises its error, and ModelError for a call that takes
-    longer than 10 s."""
-    ended: list[tuple[Array | None, BaseException | None]] = []
-
-    def call() -> None:
-        try:
-            ended.append((value(point), None))
-        except BaseException as error:  # goes to the caller
-            ended.append((None, error))
-
-    thread = threading.Thread(target=call, daemon=True)
-    thread.start()
-    thread.join(_LONGEST)
-    if not ended:
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit))
-        arguments = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
-        fault = f"{law.code.labels[0]} does not return within {_LONGEST:g} s at {arguments} [E0877]"
-        raise _error(law, fault, "loops that end")
-    result, error = ended[0]
-    if error is not None:
-        raise error
-    return np.asarray(result)
-
-
-def _same(first: float, second: float) -> bool:
-    return first == second or bool(np.isnan(first) and np.isnan(second))
+    return np.array(sound)
 
 
 def _order(law: FileLaw, name: str) -> str:
@@ -215,7 +177,7 @@ def _order(law: FileLaw, name: str) -> str:
 def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array) -> None:
     """Raise ModelError if partials disagree with central differences of the values, at points at which differences with
     two steps agree."""
-    n, scales = law.arguments, np.array(law.scales)
+    n, scales, centred = law.arguments, np.array(law.scales), np.eye(len(law.scales))
     compared = np.zeros((law.results, n), dtype=int)
     wrong = np.zeros((law.results, n), dtype=int)
     doubtful = np.zeros((law.results, n), dtype=int)
@@ -224,9 +186,10 @@ def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array
         exact = slopes(point).reshape(law.results, n)
         middle = value(point)
         for j in range(n):
-            large, small = (_difference(value, point, j, step * scales[j]) for step in _STEPS)
+            moved = [step * scales[j] * centred[j] for step in _STEPS]
+            large, small = ((value(point + by) - value(point - by)) / (2.0 * by[j]) for by in moved)
             size = np.abs(large) + np.abs(middle) / scales[j] * 1e-6
-            sound = np.isfinite(exact[:, j]) & (np.abs(large - small) <= _AGREE * size)
+            sound = np.isfinite(exact[:, j]) & (np.abs(large - small) <= _STEPS[0] * size)
             off = np.abs(exact[:, j] - small) / np.maximum(np.maximum(size, np.abs(exact[:, j])), np.finfo(float).tiny)
             compared[:, j] += sound
             wrong[:, j] += sound & (off > _WRONG)
@@ -235,7 +198,7 @@ def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array
                 where = ", ".join(f"{name} = {x:.6g}" for name, x in zip(law.inputs, point, strict=False))
                 shown.setdefault((i, j), f"{exact[i, j]:.6g} and not {small[i]:.6g} at {where}")
     for (i, j), text in shown.items():
-        often = doubtful[i, j] >= _OFTEN and 2 * doubtful[i, j] > compared[i, j]
+        often = doubtful[i, j] >= 5 and 2 * doubtful[i, j] > compared[i, j]
         if often or 2 * wrong[i, j] > compared[i, j]:
             result, argument = list(law.outputs)[i], list(law.inputs)[j]
             function, partials = law.code.labels
@@ -247,13 +210,6 @@ def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array
                     hint if law.code.python.partials else "no abs, comparison or rounding of arguments; or differences"
                 )
             raise _error(law, f"{partials}: {fault} [E0886]", hint)
-
-
-def _difference(value: OfPoint, point: Array, index: int, step: float) -> Array:
-    up, down = point.copy(), point.copy()
-    up[index] += step
-    down[index] -= step
-    return np.asarray((value(up) - value(down)) / (up[index] - down[index]))
 
 
 def _error(law: FileLaw, fault: str, hint: str) -> ModelError:

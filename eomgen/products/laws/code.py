@@ -14,6 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.files import template_folder
 from eomgen.base.messages import counted
 from eomgen.errors import Problem, ToolchainError
 from eomgen.system.signals import CSource, PythonFunction
@@ -45,6 +46,11 @@ def arguments_of(real: str, results: str) -> str:
     return f"const {real} *arguments, const {real} *parameters, {real} *{results}"
 
 
+def _prototypes(code: CCode | PythonCode) -> tuple[str, ...]:
+    names = {code.function: "results", code.slopes: "partials"}
+    return tuple(f"void {name}({arguments_of(code.real, output)});" for name, output in names.items() if name)
+
+
 class CompiledLaw:
     """The functions of a law in C, called from Python at one point.
 
@@ -54,9 +60,6 @@ class CompiledLaw:
     functions : the C functions of values and of slopes; None for no slopes
     sizes : numbers of arguments, parameters and results
     """
-
-    #: Entries of guards around arrays.
-    _GUARD = 4
 
     def __init__(
         self,
@@ -68,26 +71,18 @@ class CompiledLaw:
 
     def value(self, x: Array) -> Array:
         """Return the results at arguments and parameters."""
-        return self._called(False, x)
+        return self.guarded(False, x, 0.0)[0]
 
     @property
     def slopes(self) -> OfPoint | None:
         """The function of partials, row-major; None if there is none."""
-        return None if self._functions[1] is None else lambda x: self._called(True, x)
-
-    def _called(self, of_slopes: bool, x: Array) -> Array:
-        n, _, m = self._sizes
-        point, result = np.array(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)  # a law may write to both
-        first = self._ffi.from_buffer("double[]", point) if len(point) else self._ffi.NULL
-        function: Any = self._functions[of_slopes]
-        function(first, first + n, self._ffi.from_buffer("double[]", result, True))
-        return result
+        return None if self._functions[1] is None else lambda x: self.guarded(True, x, 0.0)[0]
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
         """Return values (or partials, ``of_slopes``) at a point, computed in arrays surrounded by the number ``fill``,
         and the first place outside the results to which the function wrote, in words; empty for none."""
         n, p, m = self._sizes
-        size, guard = m * n if of_slopes else m, self._GUARD
+        size, guard = m * n if of_slopes else m, 4
         arrays = []
         for numbers in (x[:n], x[n : n + p], np.full(size, fill)):
             arrays.append(np.full(len(numbers) + 2 * guard, fill))
@@ -131,9 +126,7 @@ class CCode:
     @property
     def prototypes(self) -> tuple[str, ...]:
         """Declarations of the functions."""
-        names = {self.function: "results", self.slopes: "partials"}
-        declared = [f"void {name}({arguments_of(self.real, output)});" for name, output in names.items() if name]
-        return (*([_NUMBER_TYPE] if self.real == NUMBER else []), *declared)
+        return (*([_NUMBER_TYPE] if self.real == NUMBER else []), *_prototypes(self))
 
     def compiled(self, sizes: tuple[int, int, int]) -> CompiledLaw:
         """Return the functions for Python. Raises ToolchainError."""
@@ -170,8 +163,7 @@ class PythonCode:
     @property
     def prototypes(self) -> tuple[str, ...]:
         """Declarations of the C functions."""
-        names = {self.function: "results", self.slopes: "partials"}
-        return tuple(f"void {name}({arguments_of('double', output)});" for name, output in names.items() if name)
+        return _prototypes(self)
 
     def compiled(self, _: tuple[int, int, int]) -> PythonFunctions:
         """Return the functions for Python. Raises ModelError."""
@@ -180,51 +172,15 @@ class PythonCode:
         return PythonFunctions(asdict(self.python))
 
 
-#: The C between a model and a law in Python. The pointers are the only variables of this kind in all files that eomgen
-#: writes: a variable outside of functions would let two models or two threads act on each other. The pointers are sound
-#: because the loader sets the pointers once, to the same functions each time, before anything is called,
-#: and because such a file never leaves the machine: `generate` refuses prototypes.
-_POINTERS = """\
-/* A prototype in Python, for runs from Python alone: this file is not exported. The two pointers are the only variables
- * outside of functions in code by eomgen; the loader sets the pointers once, before the first call. */
-#include <math.h>
-
-typedef void function_in_python(const double *arguments, const double *parameters, double *results);
-static function_in_python *values_in_python, *slopes_in_python;
-
-__attribute__((visibility("default"))) void {setter}(function_in_python *values, function_in_python *slopes);
-void {setter}(function_in_python *values, function_in_python *slopes)
-{{
-    values_in_python = values;
-    slopes_in_python = slopes;
-}}
-
-static void call(function_in_python *function, const double *arguments, const double *parameters, double *results,
-    int size)
-{{
-    int i;
-    for (i = 0; i < size; ++i)
-        results[i] = NAN; /* stays after an error in Python */
-    if (function)
-        function(arguments, parameters, results);
-}}
-
-void {setter}_values({arguments})
-{{
-    call(values_in_python, arguments, parameters, results, {values});
-}}
-
-void {setter}_slopes({arguments})
-{{
-    call(slopes_in_python, arguments, parameters, results, {slopes});
-}}
-"""
-
-
 def python_code(
     label: str, file: Path, text: str, functions: tuple[str, str], complex_step: bool, sizes: tuple[int, int, int]
 ) -> PythonCode:
     """Return the code of a law in Python, with the C through whose pointers a model calls it.
+
+    The pointers are the only variables of this kind in all files that eomgen writes: a variable outside of functions
+    would let two models or two threads act on each other. The pointers are sound because the loader sets the pointers
+    once, to the same functions each time, before anything is called, and because such a file never leaves the machine:
+    ``generate`` refuses prototypes.
 
     Parameters
     ----------
@@ -238,8 +194,9 @@ def python_code(
     content = repr((label, path, text, functions, complex_step, sizes))
     setter = f"python_law_{hashlib.sha256(content.encode()).hexdigest()[:12]}"
     python = PythonFunction(label, path, text, *functions, complex_step, sizes, setter)
+    template = (template_folder() / "laws/python_law.c").read_text(encoding="utf-8")
     arguments = arguments_of("double", "results")
-    written = _POINTERS.format(setter=setter, arguments=arguments, values=sizes[2], slopes=sizes[0] * sizes[2])
+    written = template.format(setter=setter, arguments=arguments, values=sizes[2], slopes=sizes[0] * sizes[2])
     return PythonCode(CSource(f"{file.stem}_{setter}.c", written, python), python)
 
 
@@ -250,13 +207,13 @@ def _routine(code: CCode) -> tuple[Any, Any]:
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415  # scenes are read without a compiler
     from eomgen.toolchain.compiler import faults_in  # noqa: PLC0415
 
-    text = code.source.text if code.source.text.endswith("\n") else f"{code.source.text}\n"
     calls = [("eomgen_law", code.function), *([("eomgen_law_slopes", code.slopes)] if code.slopes else [])]
     lines = [
         *code.prototypes,
         _STRICT,
         f'#line 1 "{code.source.name}"',
-        f"{text}",
+        code.source.text.removesuffix("\n"),
+        "",
         *(
             f"{_EXPORTED} void {name}({arguments_of('double', 'y')}) {{ {function}(arguments, parameters, y); }}"
             for name, function in calls

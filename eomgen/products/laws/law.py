@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,8 +22,8 @@ from eomgen.products.laws.code import CCode, CompiledLaw, PythonCode
 from eomgen.symbolic.external import Columns
 from eomgen.system.signals import CSource
 
-#: Precision of double numbers.
-_ROUNDING = float(np.finfo(float).eps)
+if TYPE_CHECKING:
+    from eomgen.toolchain.python_functions import PythonFunctions
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,17 +93,17 @@ class FileLaw:
         return self.code.prototypes
 
     @cached_property
-    def functions(self) -> LawFunctions:
-        """The functions of the file, checked. Raises ModelError or ToolchainError."""
-        return LawFunctions(self)
+    def functions(self) -> CompiledLaw | PythonFunctions:
+        """Values and slopes of the law at single points. Raises ModelError or ToolchainError."""
+        return self.code.compiled((self.arguments, self.parameters, self.results))
 
     def evaluate(self, columns: Columns, x: Array) -> Array:
         """Return results at arguments and parameters x (..., n), or their derivatives along ``columns`` of x, (...,
         size). Each of ``columns`` is a tuple of indices of x: none for values, one for first derivatives, two for
         second ones."""
         rows = x.reshape(-1, x.shape[-1])
-        relative = _ROUNDING ** (1.0 / (max(1, len(columns) - bool(self.slopes)) + 2.0))
-        values = [self.functions.derivative(columns, row, relative).ravel() for row in rows]
+        relative = float(np.finfo(float).eps) ** (1.0 / (max(1, len(columns) - bool(self.slopes)) + 2.0))
+        values = [self._derivative(columns, row, relative).ravel() for row in rows]
         return np.asarray(values).reshape((*x.shape[:-1], -1))
 
     def value(self, word: str, component: int, *arguments: ArrayLike) -> Array:
@@ -110,44 +111,23 @@ class FileLaw:
         x = np.stack(np.broadcast_arrays(*(np.asarray(item, dtype=float) for item in arguments)), axis=-1)
         return np.asarray(self.evaluate((), x)[..., component])
 
-
-class LawFunctions:
-    """Values and slopes of a law at single points.
-
-    Attributes
-    ----------
-    value, slopes : functions of a point; slopes None if there are only differences
-    """
-
-    def __init__(self, law: FileLaw) -> None:
-        self._law = law
-        self._compiled = law.code.compiled((law.arguments, law.parameters, law.results))
-        self.value, self.slopes = self._compiled.value, self._compiled.slopes
-
-    def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
-        """Return the values of a C function at x between guards of the number ``fill``, and the first place outside the
-        results that it wrote to; empty for none, and for Python."""
-        if isinstance(self._compiled, CompiledLaw):
-            return self._compiled.guarded(of_slopes, x, fill)
-        return self.value(x), ""
-
-    def derivative(self, columns: Columns, x: Array, relative: float) -> Array:
+    def _derivative(self, columns: Columns, x: Array, relative: float) -> Array:
         """Return the results at a point x (n,), or derivatives along the columns of each set in ``columns``, (results,
         columns, ...): exact partials if there are any, else central differences with steps ``relative`` to the size."""
         if not columns:
-            return self.value(x)
+            return self.functions.value(x)
         *before, last = columns
-        exact = None if before or self.slopes is None else self.slopes(x)
+        exact = None if before or self.functions.slopes is None else self.functions.slopes(x)
         parts = []
         for column in last:
-            if exact is not None and column < self._law.arguments:
-                parts.append(exact.reshape(self._law.results, -1)[:, column])
+            if exact is not None and column < self.arguments:
+                parts.append(exact.reshape(self.results, -1)[:, column])
                 continue
-            step = relative * max(abs(x[column]), self._law.scales[column])
+            step = relative * max(abs(x[column]), self.scales[column])
             up, down = x.copy(), x.copy()
             up[column] += step
             down[column] -= step
-            rise = self.derivative(tuple(before), up, relative) - self.derivative(tuple(before), down, relative)
+            rise = self._derivative(tuple(before), up, relative) - self._derivative(tuple(before), down, relative)
             parts.append(rise / (up[column] - down[column]))
         return np.stack(parts, axis=-1)
 

@@ -6,7 +6,6 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,6 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import counted, is_number, key_of, listed, shown
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import MapSurface
 from eomgen.scene.reading.key_metadata import Table, key, optional
@@ -29,8 +29,6 @@ from eomgen.scene.signals.tables import TableError, is_in_si, note_of_label, rea
 #: Largest number of nodes, and of nodes along the shorter axis: each line of the grid is a spline in the C.
 MOST_NODES, MOST_LINES = 100_000, 200
 _COLUMN = "title or number from 0"
-#: Distance of nodes, relative to the axis, below which a grid with holes has one node written in two ways.
-_SAME = 1e-6
 #: First bytes of a file of NetCDF 4.
 _HDF5 = b"\x89HDF"
 #: Columns of a map, and the keys of their units.
@@ -80,6 +78,10 @@ class MapEntry(Table):
     description: Description = key("text of one line for tables", "")
 
 
+class _GridError(Exception):
+    """A grid without a surface, with key, fault and remedy for the report."""
+
+
 class _Grid:
     """Reads the grid of one map from lists or a file; faults go to the report."""
 
@@ -91,44 +93,40 @@ class _Grid:
     def surface(self) -> MapSurface | None:
         """Return the surface through the grid; None for a reported fault: nodes that do not increase, values that are
         too large, too many nodes, or a periodic map with open ends."""
-        grid = self._listed() if self.entry.table is None else self._from_file(self.entry.table)
-        if grid is None:
-            return None
-        x, y, z = grid
-        for axis, nodes in (("x", x), ("y", y)):
-            sample = np.zeros(len(nodes))  # any values: the nodes are judged here
-            if wrong := fault(nodes, sample, self.entry.interpolation, self.entry.outside):
-                index, text, _ = wrong
-                text, hint = (
-                    f"node {index + 1} of {axis}: {text} [E0916]",
-                    f"increasing nodes of {axis}, values in the same order",
-                )
-                if len(nodes) < 2:
-                    text, hint = (
-                        f"a grid has two nodes or more of {axis}, not {len(nodes)} [E0917]",
-                        f"more nodes of {axis}",
-                    )
-                self.report.add(f"{self.key}.{axis}", text, hint)
+        try:
+            grid = self._listed() if self.entry.table is None else self._from_file(self.entry.table)
+            if grid is None:
                 return None
-        if np.max(np.abs(z)) > LARGEST:
-            i, j = (int(part[0]) for part in np.nonzero(np.abs(z) > LARGEST))
+            self._check(*grid)
+        except _GridError as error:
+            self.report.add(*error.args)
+            return None
+        return MapSurface(self.name, *grid, self.entry.interpolation, self.entry.outside, self._units())
+
+    def _check(self, x: Array, y: Array, z: Array) -> None:
+        """Raise _GridError for nodes and values without a surface."""
+        for axis, nodes in (("x", x), ("y", y)):
+            key, hint = f"{self.key}.{axis}", f"increasing nodes of {axis}, values in the same order"
+            if len(nodes) < 2:
+                text = f"a grid has two nodes or more of {axis}, not {len(nodes)} [E0917]"
+                raise _GridError(key, text, f"more nodes of {axis}")
+            # of values that are all equal: the nodes are judged here
+            if wrong := fault(nodes, np.zeros(len(nodes)), self.entry.interpolation, self.entry.outside):
+                raise _GridError(key, f"node {wrong[0] + 1} of {axis}: {wrong[1]} [E0916]", hint)
+        if len(large := np.argwhere(np.abs(z) > LARGEST)):
+            i, j = large[0]
             text = f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is beyond {LARGEST:.0e} [E0907]"
-            self.report.add(self.key, text, "other units")
-            return None
+            raise _GridError(self.key, text, "other units")
         if z.size > MOST_NODES or min(z.shape) > MOST_LINES:
-            text = (
-                f"the grid has {len(x)} x {len(y)} nodes, more than {MOST_NODES} or than {MOST_LINES} along both"
-                f" axes [E0908]"
-            )
-            self.report.add(self.key, text, "every second node, or the part that is needed")
-            return None
-        if self.entry.outside == "periodic" and (axes := _open_axes(z)):
-            text = (
-                f"the values of a periodic map differ between the first and the last node along {listed(axes)} [E0909]"
-            )
-            self.report.add(self.key, text, "the first values again at the end of each axis")
-            return None
-        return MapSurface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
+            text = f"the grid has {len(x)} x {len(y)} nodes, more than {MOST_NODES} or than {MOST_LINES} along both"
+            raise _GridError(self.key, f"{text} axes [E0908]", "every second node, or the part that is needed")
+        if self.entry.outside == "periodic":
+            ends = {"x": z[0] - z[-1], "y": z[:, 0] - z[:, -1]}
+            rounding = COMPUTED * float(np.max(np.abs(z)))
+            if axes := [axis for axis, change in ends.items() if np.max(np.abs(change)) > rounding]:
+                text = "the values of a periodic map differ between the first and the last node along"
+                hint = "the first values again at the end of each axis"
+                raise _GridError(self.key, f"{text} {listed(axes)} [E0909]", hint)
 
     def _units(self) -> tuple[str, str, str]:
         """Return the units in SI of x, y and the value; empty for a column without a unit. A label of the entry that
@@ -146,22 +144,20 @@ class _Grid:
         return x, y, value or self.entry.unit
 
     def _listed(self) -> tuple[Array, Array, Array] | None:
-        """Return x, y and values from lists in SI units; None for a fault, which is reported."""
+        """Return x, y and values from lists in SI units; None for a unit with a fault, which is reported. Raises
+        _GridError for other faults."""
         entry = self.entry
         missing = [name for name in ("x", "y", "values") if getattr(entry, name) is None]
         if missing:
-            self.report.add(self.key, f"a map needs {listed(missing)} [E0920]", "x, y and values, or a table")
-            return None
+            raise _GridError(self.key, f"a map needs {listed(missing)} [E0920]", "x, y and values, or a table")
         x, y, rows = np.array(entry.x), np.array(entry.y), entry.values or ()
         if len(rows) != len(x):
             text = f"{counted(len(rows), 'list')} of values for {counted(len(x), 'node')} of x [E0921]"
-            self.report.add(f"{self.key}.values", text, "one list for each node of x")
-            return None
+            raise _GridError(f"{self.key}.values", text, "one list for each node of x")
         for index, row in enumerate(rows):
             if len(row) != len(y):
                 text = f"{counted(len(row), 'value')} for {counted(len(y), 'node')} of y [E0922]"
-                self.report.add(f"{self.key}.values[{index}]", text, "one value for each node of y")
-                return None
+                raise _GridError(f"{self.key}.values[{index}]", text, "one value for each node of y")
         return self._in_si(self.key, (x, y, np.array(rows)))
 
     def _in_si(
@@ -187,17 +183,13 @@ class _Grid:
         ``value_unit`` of the table; a unit in a title or an attribute converts no numbers, and is noted if not SI."""
         names = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
         if names:
-            self.report.add(
-                f"{self.key}.table", f"table and {listed(names)} are both given [E0923]", "either the table or lists"
-            )
-            return None
+            text = f"table and {listed(names)} are both given [E0923]"
+            raise _GridError(f"{self.key}.table", text, "either the table or lists")
         for name in _UNITS:
             if unit := getattr(self.entry, name):
                 hint = f'table = {{ file = ..., {name} = "{unit}" }}'
-                self.report.add(
-                    f"{self.key}.{name}", f"{name} is the unit of a list, and a table has its own [E0924]", hint
-                )
-                return None
+                text = f"{name} is the unit of a list, and a table has its own [E0924]"
+                raise _GridError(f"{self.key}.{name}", text, hint)
         columns = (table.x, table.y, table.value)
         path = self.folder / table.file
         try:
@@ -231,34 +223,25 @@ class _Grid:
         count = np.zeros((len(x), len(y)), dtype=int)
         np.add.at(count, (rows, places), 1)
         if np.any(count > 1):
-            row = next(number for number in range(len(rows)) if count[rows[number], places[number]] > 1)
+            row = int(np.argmax(count[rows, places] > 1))
             text = f"the node x = {first.argument[row]:.9g}, y = {first.value[row]:.9g} has several values [E0926]"
             raise TableError(f"{path.name}:{int(first.lines[row])}", text, "one row for each node")
         if not np.all(count):
-            hole = next((i, j) for i, j in product(range(len(x)), range(len(y))) if not count[i, j])
-            text = (
-                f"the grid of {len(x)} x {len(y)} nodes has {counted(int(np.sum(count == 0)), 'hole')}, the first at"
-                f" x = {x[hole[0]]:.9g}, y = {y[hole[1]]:.9g} [E0927]"
-            )
+            holes = np.argwhere(count == 0)
+            text = f"the grid of {len(x)} x {len(y)} nodes has {counted(len(holes), 'hole')}, the first at"
+            text += f" x = {x[holes[0, 0]]:.9g}, y = {y[holes[0, 1]]:.9g} [E0927]"
             hint = "a row for each pair of the values of x and y that occur"
             if any(is_number(title) and math.isfinite(float(title)) for title in titles):
                 hint = "a row x, y, value for each node: a first row of numbers is of a matrix"
             for axis, nodes in (("x", x), ("y", y)):
                 near = int(np.argmin([*np.diff(nodes), np.inf]))
-                if len(nodes) > 2 and nodes[near + 1] - nodes[near] < _SAME * (nodes[-1] - nodes[0]):
+                if len(nodes) > 2 and nodes[near + 1] - nodes[near] < WRITTEN * (nodes[-1] - nodes[0]):
                     pair = " and ".join(f"{float(node)}" for node in nodes[near : near + 2])
                     hint = f"numbers of {axis} rounded alike: {pair} are two nodes"
             raise TableError(path.name, text, hint)
         z = np.zeros(count.shape)
         z[rows, places] = values
         return (x, y, z), titles
-
-
-def _open_axes(z: Array) -> list[str]:
-    """Return the axes along which first and last values differ by more than rounding of the largest value."""
-    rounding = 1e-9 * float(np.max(np.abs(z)))
-    ends = {"x": z[0] - z[-1], "y": z[:, 0] - z[:, -1]}
-    return [axis for axis, change in ends.items() if np.max(np.abs(change)) > rounding]
 
 
 def _opened(path: Path) -> Any:
@@ -285,9 +268,8 @@ def _netcdf(path: Path, columns: Sequence[str | int]) -> _TitledGrid:
             names = list(file.variables)
             for column in columns:
                 if column not in names:
-                    raise TableError(
-                        path.name, f"there is no variable {shown(str(column))} [E0929]", f"one of {listed(names)}"
-                    )
+                    text = f"there is no variable {shown(str(column))} [E0929]"
+                    raise TableError(path.name, text, f"one of {listed(names)}")
             variables = [file.variables[str(column)] for column in columns]
             x, y, z = (np.ma.filled(np.ma.asarray(item[:], np.float64), np.nan) for item in variables)
             turned = variables[2].dimensions == (*variables[1].dimensions, *variables[0].dimensions)
@@ -300,17 +282,11 @@ def _netcdf(path: Path, columns: Sequence[str | int]) -> _TitledGrid:
         text = f"the variables have the shapes {x.shape}, {y.shape} and {z.shape}, not (n,), (m,) and (n, m) [E0931]"
         raise TableError(path.name, text, "the arguments of a grid, and the values with x first")
     if not np.all(np.isfinite(np.concatenate([x, y]))):
-        raise TableError(
-            path.name, "a node of the arguments is not a number [E0932]", "arguments without missing values"
-        )
-    if not np.all(np.isfinite(z)):
-        i, j = (int(part[0]) for part in np.nonzero(~np.isfinite(z)))
-        raise TableError(
-            path.name,
-            f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is not a number, or the file's mark of a missing"
-            f" value [E0933]",
-            "a grid without holes",
-        )
+        text = "a node of the arguments is not a number [E0932]"
+        raise TableError(path.name, text, "arguments without missing values")
+    if len(holes := np.argwhere(~np.isfinite(z))):
+        text = f"the value at x = {x[holes[0, 0]]:.9g}, y = {y[holes[0, 1]]:.9g} is not a number, or the file's mark"
+        raise TableError(path.name, f"{text} of a missing value [E0933]", "a grid without holes")
     texts = (unit.decode("ascii", "replace") if isinstance(unit, bytes) else str(unit) for unit in units)
     named = [f"{column} [{unit}]" for column, unit in zip(columns, texts, strict=True)]
     return (x, y, z), (named[0], named[1], named[2])

@@ -23,9 +23,6 @@ from eomgen.formula.recording import curve_at
 from eomgen.formula.words import Signature, Word
 from eomgen.symbolic.scalar import Algebra, Scalar
 
-#: Lines of a grid whose splines are looked at for notes.
-_PROFILES = 50
-
 
 @dataclass(frozen=True, eq=False)
 class MapSurface:
@@ -66,43 +63,27 @@ class MapSurface:
         along, across, lines, of_lines, axes = self.x, self.y, self.z.T, 0, "xy"
         if len(self.x) < len(self.y):
             along, across, lines, of_lines, axes = self.y, self.x, self.z, 1, "yx"
-        units = np.eye(len(across))
         return tuple(
             (
-                (
-                    Curve(
-                        f"map.{self.name} along {axes[0]}, line {index}", along, line, self.interpolation, self.outside
-                    ),
-                    of_lines,
-                ),
-                (
-                    Curve(
-                        f"map.{self.name} along {axes[1]}, line {index}", across, unit, self.interpolation, self.outside
-                    ),
-                    1 - of_lines,
-                ),
+                (self._spline(f"along {axes[0]}, line {number}", along, line), of_lines),
+                (self._spline(f"along {axes[1]}, line {number}", across, unit), 1 - of_lines),
             )
-            for index, (line, unit) in enumerate(zip(lines, units, strict=True), 1)
+            for number, (line, unit) in enumerate(zip(lines, np.eye(len(across)), strict=True), 1)
         )
 
     @cached_property
     def profiles(self) -> tuple[Curve, ...]:
         """Splines through the values along lines of the grid, in both directions; of many lines only about 50 in
         each."""
+        directions = ("xy", self.x, self.y, self.z.T), ("yx", self.y, self.x, self.z)
         return tuple(
-            Curve(
-                f"map.{self.name} along {axis} at {second_axis} = {across[index]:.6g}",
-                along,
-                values[index],
-                self.interpolation,
-                self.outside,
-            )
-            for axis, second_axis, along, across, values in (
-                ("x", "y", self.x, self.y, self.z.T),
-                ("y", "x", self.y, self.x, self.z),
-            )
-            for index in range(0, len(across), 1 + len(across) // _PROFILES)
+            self._spline(f"along {axes[0]} at {axes[1]} = {across[index]:.6g}", along, values[index])
+            for axes, along, across, values in directions
+            for index in range(0, len(across), 1 + len(across) // 50)
         )
+
+    def _spline(self, line: str, nodes: Array, values: Array) -> Curve:
+        return Curve(f"map.{self.name} {line}", nodes, values, self.interpolation, self.outside)
 
     def curves(self, arguments: tuple[Formula, ...]) -> tuple[Application, ...]:
         """Return the splines of ``terms``, each applied to its argument, x or y."""

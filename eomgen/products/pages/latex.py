@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ import sympy
 from sympy.core.alphabets import greeks
 
 from eomgen.base.data import dataclass, replace
+from eomgen.base.files import template_folder
 from eomgen.compiled.coordinates import coordinate_units
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.pipeline import derive
@@ -38,6 +40,7 @@ TERMS: Mapping[str, tuple[str, str]] = {
     "constraint": (r"\Phi", r"Holonomic constraints, $\Phi = 0$"),
     "constraint_jacobian": ("B", r"Jacobian of the constraints: the derivative of the constraints along $w$ is $B w$"),
 }
+_MATRICES = ("mass", "constraint_jacobian")
 _AXES = ("x", "y", "z")
 _QUATERNION = ("w", "x", "y", "z")
 #: Letters of the fields of the base struct.
@@ -104,21 +107,18 @@ class SymbolicTerms:
     def as_json(self) -> dict[str, Any]:
         """Return the equations as JSON types; expressions are texts in SymPy's words."""
         return {
-            "definitions": {
-                title: [{name: getattr(item, name) for name in ("name", "meaning", "unit", "value")} for item in items]
-                for title, items in self.definitions.items()
-            },
+            "definitions": {title: [vars(item) for item in items] for title, items in self.definitions.items()},
             "shared": [[symbol.name, str(value)] for symbol, value in self.shared],
             "base": [[symbol.name, str(value)] for symbol, value in self.base],
             "terms": {
-                name: {"symbol": TERMS[name][0].strip("\\"), "shape": list(matrix.shape), "entries": _texts(matrix)}
+                name: {
+                    "symbol": TERMS[name][0].strip("\\"),
+                    "shape": list(matrix.shape),
+                    "entries": [list(map(str, row)) for row in matrix.tolist()],
+                }
                 for name, matrix in self.terms.items()
             },
         }
-
-
-def _texts(matrix: sympy.Matrix) -> list[list[str]]:
-    return [[str(matrix[row, column]) for column in range(matrix.shape[1])] for row in range(matrix.shape[0])]
 
 
 def with_symbols(scene: Scene, *, every: bool = False) -> tuple[System, Description]:
@@ -162,7 +162,7 @@ def equations(system: System, described: Description, *, width: int = 96) -> Sym
     """
     blocks = {name: system.functions[name].outputs[0] for name in TERMS if name in system.functions}
     refs = [ref for block in blocks.values() for ref in block.refs]
-    names = _names(system)
+    names = system.symbol_names | {InputSymbol("base", index): name for index, name in enumerate(_BASE)}
     moved = {symbol for symbol in system.tape.depends_on(refs) if symbol.block == "base"}
     laws = [ref for block in system.functions["base"].outputs for ref in block.refs] if moved else []
     places = sorted(symbol.index for symbol in moved)
@@ -194,12 +194,9 @@ def _named_entries(
         expression = value.xreplace(inlined)
         # a name for cos(q) or -q is longer than the expression
         inlined[symbol] = expression if sympy.count_ops(expression) <= 1 else naming.symbol(expression)
-    return naming.number([naming.fit(_shorter(entry.xreplace(inlined))) for entry in column])
-
-
-def _shorter(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression multiplied out if the result is shorter."""
-    return min(expression, sympy.expand(expression), key=sympy.count_ops)
+    entries = [entry.xreplace(inlined) for entry in column]
+    # multiplied out if that is shorter
+    return naming.number([naming.fit(min(item, sympy.expand(item), key=sympy.count_ops)) for item in entries])
 
 
 class _Naming:
@@ -251,11 +248,6 @@ def _length(expression: sympy.Expr) -> int:
 
 
 # -- symbols -----------------------------------------------------------------------------------------------------------
-
-
-def _names(system: System) -> dict[InputSymbol, str]:
-    """Return the names of symbols in the scene and in the fields of the base."""
-    return system.symbol_names | {InputSymbol("base", index): name for index, name in enumerate(_BASE)}
 
 
 def _definitions(
@@ -324,11 +316,8 @@ def typeset_symbols(names: Iterable[str]) -> dict[str, str]:
     Names that would look alike, ``theta2`` and ``theta_2``, are set letter by letter.
     """
     made = {name: _typeset(name) for name in names}
-    alike: dict[str, list[str]] = {}
-    for name, text in made.items():
-        alike.setdefault(text, []).append(name)
-    written = {name for same in alike.values() if len(same) > 1 for name in same}
-    return {name: rf"\mathtt{{{_text(name)}}}" if name in written else text for name, text in made.items()}
+    counts = Counter(made.values())
+    return {name: text if counts[text] == 1 else rf"\mathtt{{{_text(name)}}}" for name, text in made.items()}
 
 
 def _typeset(name: str) -> str:
@@ -337,18 +326,15 @@ def _typeset(name: str) -> str:
         return f"{_OF_BASE[field]}_{{B,{axis}}}"
     if match := re.fullmatch(r"lam_(\d+)", name):
         return rf"\lambda_{{{int(match[1]) + 1}}}"
-    head, *below = [_word(part) for part in re.findall(r"[^\W\d_]+|\d+", name)] or [_text(name)]
+    greek = {*greeks} - {"omicron"}
+    head, *below = [
+        part if len(part) == 1 or part.isdigit() else f"\\{part}" if part in greek else rf"\mathrm{{{part}}}"
+        for part in re.findall(r"[^\W\d_]+|\d+", name)
+    ] or [_text(name)]
     return f"{head}_{{{_SPACE.join(below)}}}" if below else head
 
 
 _SPACE = r"\,"
-
-
-def _word(part: str) -> str:
-    """Return a part of a name as LaTeX: a number, a letter or a Greek letter as such, a word upright."""
-    if len(part) == 1 or part.isdigit():
-        return part
-    return f"\\{part}" if part in greeks and part != "omicron" else rf"\mathrm{{{part}}}"
 
 
 def _text(text: str) -> str:
@@ -390,7 +376,8 @@ def document(system: System, parts: SymbolicTerms, *, width: int = 96) -> str:
         states=bool(system.states),
         inputs=bool(system.inputs),
     )
-    lines = [_HEAD.replace("TITLE", _text(system.name))]
+    head = (template_folder() / "pages/equations.tex").read_text(encoding="utf-8")
+    lines = [head.replace("TITLE", _text(system.name))]
     if system.description:
         lines.append(_text(system.description) + "\n")
     lines += [r"\section*{Equation of motion}", rf"\[ {motion} \]", *_remarks(system, parts)]
@@ -402,31 +389,11 @@ def document(system: System, parts: SymbolicTerms, *, width: int = 96) -> str:
         lines += _alignment(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))
     for name, matrix in parts.terms.items():
         symbol, title = TERMS[name]
-        lines += [rf"\section*{{{title}}}", *_term(symbol, matrix, latex, width, vector=_is_vector(name))]
+        lines += [rf"\section*{{{title}}}", *_term(symbol, matrix, latex, width, vector=name not in _MATRICES)]
     if parts.base:
         lines.append(r"\section*{Motion of the base}")
         lines += _alignment(row for symbol, law in parts.base for row in _rows(latex(symbol), law, latex, width))
     return "\n".join([*lines, r"\end{document}", ""])
-
-
-_HEAD = r"""\documentclass[a4paper]{article}
-\usepackage[T1]{fontenc}
-\usepackage[utf8]{inputenc}
-\usepackage{amsmath}
-\usepackage[margin=20mm]{geometry}
-\usepackage{longtable}
-\allowdisplaybreaks
-\setcounter{MaxMatrixCols}{99}
-\setlength{\parindent}{0pt}
-\title{Equations of motion: TITLE}
-\date{}
-\begin{document}
-\maketitle
-"""
-
-
-def _is_vector(name: str) -> bool:
-    return name not in ("mass", "constraint_jacobian")
 
 
 def _remarks(system: System, parts: SymbolicTerms) -> Iterator[str]:

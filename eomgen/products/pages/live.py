@@ -12,6 +12,7 @@ import numpy as np
 
 from eomgen.base.calls import checked_call
 from eomgen.base.files import check_writable, write_text
+from eomgen.base.rounding import COMPUTED
 from eomgen.compiled.functions import compiled_or_same
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
@@ -29,10 +30,8 @@ if TYPE_CHECKING:
     from eomgen.results.solution import Solution
     from eomgen.toolchain.library import Library
 
-#: Pictures of the run by which the first view is laid out; curves of one plot, and plots.
-_PICTURES, _CURVES, _PLOTS = 121, 6, 8
-#: Numbers of statuses with which an event ends the motion.
-_STOPS = (20,)
+#: Curves of one plot.
+_CURVES = 6
 _OF_LIVE = {
     "curves": "pages/curves.js",
     "growing_chart": "pages/growing_chart.js",
@@ -102,7 +101,7 @@ def live_page(model: CompiledModel, solution: Solution) -> str:
     check_supported(library.layout, model.name)
     module = web_module(library, left_to_stepper=jumps_known(library))
     seen = solution.poses_and_scenery
-    data = packed(solution, seen, _PICTURES)
+    data = packed(solution, seen, 121)  # pictures of the run by which the first view is laid out
     data["live"] = _live_data(model, solution, library, module, held, seen.scenery)
     data["success"] = True
     parts = {name: f"pictures/{file}" for name, file in SCRIPTS.items() if name != "page"}
@@ -113,10 +112,11 @@ def _library(model: CompiledModel, method: str) -> Library:
     """Return the library with the stepper of a method and the functions that a page evaluates, compiled from C. Waits
     for the compiler if necessary. Raises ModelError if the method cannot run on the scene."""
     layout = model.library.layout
-    wanted = [name for name in FUNCTIONS[2:] if _there_is(model, name)]
     facts = layout["facts"]
-    mass = not facts["ill_scaled"]
-    needed = terms_of(method, facts["constraints"], facts["internal_states"], mass)
+    absent = () if layout["outputs"] else ("outputs",)
+    absent += () if model.multipliers else ("constraint", "constraint_velocity", "constraint_jacobian", "mass")
+    wanted = [name for name in FUNCTIONS[2:] if name not in absent]
+    needed = terms_of(method, facts["constraints"], facts["internal_states"], not facts["ill_scaled"])
     terms = tuple(dict.fromkeys((*wanted, *needed)))
     library = compiled_or_same(model.stepper(method, Selection(terms)))
     if library.successor is not None:  # on the tape engine until the compiler is done
@@ -126,14 +126,6 @@ def _library(model: CompiledModel, method: str) -> Library:
         fault = f"{method} cannot run on this scene: {library.layout['stepper_refused']} [E0860]"
         raise ModelError(Problem(model.name, fault, "another method"))
     return library
-
-
-def _there_is(model: CompiledModel, term: str) -> bool:
-    """Return whether the scene has a term."""
-    layout = model.library.layout
-    if term == "outputs":
-        return bool(layout["outputs"])
-    return bool(model.multipliers) if term.startswith("constraint") or term == "mass" else True
 
 
 def _held(model: CompiledModel, solution: Solution) -> dict[str, float]:
@@ -162,7 +154,9 @@ def _live_data(
     metadata, layout = solution.metadata, library.layout
     names = [name for name, _ in module.blocks]
     p = np.array([metadata["parameters"][name] for name in model.parameters])
-    extent = _extent(solution)
+    places = np.array([pose[0, 4:] for pose in solution.poses.values()])  # the size of the machine, m; 1 for a point
+    size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
+    extent = size if np.isfinite(size) and size > COMPUTED else 1.0
     bodies = {name: number for number, name in enumerate(model.bodies)}
     axes = [
         {
@@ -177,7 +171,6 @@ def _live_data(
         for beam in scenery.get("beams", ())
     ]
     settings = metadata["settings"]
-    event_names = [row["name"] for row in layout["method"].get("events", {}).get("rows", ())]
     return {
         "module": base64.b64encode(gzip.compress(module.code, mtime=0)).decode("ascii"),
         "blocks": [list(block) for block in module.blocks],
@@ -186,8 +179,8 @@ def _live_data(
         "axes": axes,
         "beams": beams,
         "factors": [
-            {"group": f.group, "q_start": f.q_start, "q_size": f.q_size, "v_start": f.v_start, "v_size": f.v_size}
-            for f in model.factors
+            {name: getattr(factor, name) for name in ("group", "q_start", "q_size", "v_start", "v_size")}
+            for factor in model.factors
         ],
         "settings": [float(settings[item["name"]]) for item in layout["method"]["settings"]],
         "step": float(metadata["step"]),
@@ -201,19 +194,12 @@ def _live_data(
         "extent": extent,
         "sliders": sliders_of(model, solution, p, held, extent),
         "plots": _plots(model, solution, names),
-        "events": event_names,
-        "stops": list(_STOPS),
+        "events": [row["name"] for row in layout["method"].get("events", {}).get("rows", ())],
+        "stops": [20],  # statuses with which an event ends the motion
         "method": f"{metadata['method']}, steps of {metadata['step']:.6g} s",
         "error": _error(solution),
         "note": _note(model, solution),
     }
-
-
-def _extent(solution: Solution) -> float:
-    """Return the size of the machine: the diagonal of the box around all bodies at the start, m; 1 for a point."""
-    places = np.array([pose[0, 4:] for pose in solution.poses.values()])
-    size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
-    return size if np.isfinite(size) and size > 1e-9 else 1.0
 
 
 def _error(solution: Solution) -> str:
@@ -256,7 +242,8 @@ def _plots(model: CompiledModel, solution: Solution, blocks: Sequence[str]) -> l
     for unit, curves in by_unit.items():
         for first in range(0, len(curves), _CURVES):
             part = curves[first : first + _CURVES]
-            plots.append({"title": _title(part), "unit": unit, "curves": part})
+            names = {str(curve["name"]).partition(" ")[0] for curve in part}
+            plots.append({"title": names.pop() if len(names) == 1 else "outputs", "unit": unit, "curves": part})
     if "energy_energy" in blocks:
         energies = [("kinetic", [0]), ("potential", [1]), ("total", [0, 1])]
         potential = float(solution.energy["potential"][0]) if "potential" in solution.energy else 0.0
@@ -264,11 +251,5 @@ def _plots(model: CompiledModel, solution: Solution, blocks: Sequence[str]) -> l
             {"name": name, "block": "energy_energy", "place": places, "minus": 0.0 if name == "kinetic" else potential}
             for name, places in energies
         ]
-        plots = [*plots[: _PLOTS - 1], {"title": "energies", "unit": "J", "curves": curves}]
+        plots = [*plots[:7], {"title": "energies", "unit": "J", "curves": curves}]
     return plots
-
-
-def _title(curves: Sequence[Mapping[str, Any]]) -> str:
-    """Return the title of a plot of outputs."""
-    names = list(dict.fromkeys(str(curve["name"]).partition(" ")[0] for curve in curves))
-    return names[0] if len(names) == 1 else "outputs"

@@ -7,11 +7,11 @@ import base64
 import html
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
@@ -23,36 +23,21 @@ from eomgen.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
+    from eomgen.products.studies import CheckReport
     from eomgen.results.solution import Solution
 
-#: Rows of a curve, curves of a chart, and charts of a run at most.
-_ROWS, _CURVES, _CHARTS = 3000, 6, 24
+#: Curves of a chart, and charts of a run at most.
+_CURVES, _CHARTS = 6, 24
 #: Heads of names of columns that the title of a chart says already.
 _HEAD = re.compile(r"^(output|input|energy)\.")
-#: Rows of a table of values and of functions; the largest animation that a report holds, bytes; rows of modes.
-_LISTED, _ANIMATION, _MODES = 60, 6_000_000, 24
-#: Letters of a text that is broken into lines.
-_LONG = 24
-_KINDS = {"q": "coordinates", "v": "velocities", "z": "internal states"}
+#: Rows of a table of values and of functions.
+_LISTED = 60
+#: Kinds of curves, in order, by the first word of the names of their columns.
+_KINDS = {
+    "output": "outputs", "q": "coordinates", "v": "velocities", "z": "internal states", "input": "inputs",
+    "energy": "energy",
+}  # fmt: skip  # a table
 _PARTS = {"style": "pages/report.css", "curves": "pages/curves.js", "report": "pages/report.js"}
-
-
-class CheckedForm(Protocol):
-    """A closed form with a verdict."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def verdict(self) -> str: ...
-
-
-class ChecksOfForms(Protocol):
-    """Checks of closed forms: a ``CheckReport``."""
-
-    @property
-    def summary(self) -> str: ...
-    @property
-    def forms(self) -> Sequence[CheckedForm]: ...
 
 
 @dataclass(frozen=True)
@@ -69,7 +54,7 @@ def report(
     path: str | Path,
     solutions: Solution | Sequence[Solution] | None = None,
     *,
-    checks: ChecksOfForms | None = None,
+    checks: CheckReport | None = None,
 ) -> Path:
     """Write a report on a model and runs: one HTML file for a browser, which can be printed.
 
@@ -101,20 +86,14 @@ def report(
     'four_bar_report.html'
     """
     target = check_name(Path(path))
-    results: list[Solution] = []
-    if solutions is None:
-        results.append(simulate(model))
-    elif isinstance(solutions, Sequence):
-        results += solutions
-    else:
-        results.append(solutions)
-    runs = [ReportedRun(_name(number, len(results)), solution) for number, solution in enumerate(results, 1)]
+    solutions = simulate(model) if solutions is None else solutions
+    results = solutions if isinstance(solutions, Sequence) else [solutions]
+    runs = [
+        ReportedRun("run" if len(results) == 1 else f"run {number}", solution)
+        for number, solution in enumerate(results, 1)
+    ]
     write_text(target, report_page(runs, model, checks=checks))
     return target
-
-
-def _name(number: int, count: int) -> str:
-    return "run" if count == 1 else f"run {number}"
 
 
 def report_page(
@@ -122,7 +101,7 @@ def report_page(
     model: CompiledModel | None,
     *,
     text: str = "",
-    checks: ChecksOfForms | None = None,
+    checks: CheckReport | None = None,
     animation: bool = True,
 ) -> str:
     """Return the text of a report.
@@ -138,18 +117,16 @@ def report_page(
     charts = _Charts()
     first = runs[0].solution
     title = str(first.metadata.get("scene", "scene"))
-    parts = [_head(title, model)]
-    if model is not None:
-        parts += [_scene(model, text), _counts(model)]
-    parts += [_runs(runs)]
-    if len(runs) > 1:
-        parts.append(_comparison(runs, charts))
-    for run in runs:
-        parts.append(_plots(run, charts, single=len(runs) == 1))
-    if model is not None:
-        parts.append(_modes(model))
+    described = "" if model is None else model.description.description
+    parts = [f'<h1>{_text(title)}</h1>\n<p class="soft">{_text(described)}</p>']
+    parts += [] if model is None else [_scene(model, text), _counts(model)]
+    parts.append(_runs(runs))
+    parts += [_comparison(runs, charts)] if len(runs) > 1 else []
+    parts += [_plots(run, charts, single=len(runs) == 1) for run in runs]
+    parts += [] if model is None else [_modes(model)]
     if checks is not None:
-        parts.append(_checks(checks))
+        verdicts = _table(("closed form", "verdict"), [(form.name, form.verdict) for form in checks.forms])
+        parts.append(_section("Checks", f"<p>{_text(checks.summary)}</p>", verdicts))
     parts += [_animation(runs)] if animation else []
     data = {"name": f"{title}: report", "charts": charts.data}
     version = str(first.metadata.get("version", ""))
@@ -164,20 +141,15 @@ class _Charts:
 
     def add(self, title: str, unit: str, across: str, curves: Iterable[tuple[str, Array, Array]]) -> str:
         """Add a chart of curves, each name, abscissa (n,) and values (n,), and return the HTML of the canvas.
-        ``across`` is the label of the abscissa; at most ``_ROWS`` rows are kept."""
+        ``across`` is the label of the abscissa; at most 3000 rows are kept."""
         number = f"chart{len(self.data) + 1}"
-        packed = [
-            {"name": name, "x": _packed(x[rows]), "y": _packed(y[rows])} for name, x, y in curves for rows in [_rows(x)]
-        ]
+        packed = []
+        for name, x, y in curves:
+            rows = np.unique(np.linspace(0, len(x) - 1, min(len(x), 3000)).round().astype(int))
+            packed.append({"name": name, "x": _packed(x[rows]), "y": _packed(y[rows])})
         self.data.append({"id": number, "title": title, "unit": unit, "across": across, "curves": packed})
         label = html.escape(f"{title} over {across}")
         return f'<canvas id="{number}" role="img" aria-label="{label}"></canvas>'
-
-
-def _rows(x: Array) -> NDArray[np.intp]:
-    if len(x) <= _ROWS:
-        return np.arange(len(x))
-    return np.unique(np.linspace(0, len(x) - 1, _ROWS).round().astype(int))
 
 
 def _packed(values: Array) -> str:
@@ -207,12 +179,7 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 def _cell(content: object) -> str:
     """Return a cell of a table; long texts keep a width on narrow pages, whose tables scroll."""
     text = _text(content)
-    return f'<td class="text">{text}</td>' if len(text) > _LONG else f"<td>{text}</td>"
-
-
-def _head(title: str, model: CompiledModel | None) -> str:
-    described = "" if model is None else model.description.description
-    return f'<h1>{_text(title)}</h1>\n<p class="soft">{_text(described)}</p>'
+    return f'<td class="text">{text}</td>' if len(text) > 24 else f"<td>{text}</td>"
 
 
 def _scene(model: CompiledModel, text: str) -> str:
@@ -296,7 +263,7 @@ def _columns_of(solution: Solution) -> Columns:
     coordinates, velocities, internal states, inputs, outputs and energies. Time, accelerations, multipliers and empty
     columns are left out.
     """
-    units = solution.units()
+    units = {name: "" if unit == "1" else unit for name, unit in solution.units().items()}
     left_out = {"t", *solution.metadata.get("names", {}).get("multipliers", ())}
     return {
         name: (values, units.get(name, ""))
@@ -306,11 +273,8 @@ def _columns_of(solution: Solution) -> Columns:
 
 
 def _kind(name: str, solution: Solution) -> str:
-    stem = name.partition("[")[0]
-    if stem in solution.outputs:
-        return "outputs"
-    head = name.partition(".")[0]
-    return {"input": "inputs", "energy": "energy", **_KINDS}.get(head, "outputs")
+    head = "output" if name.partition("[")[0] in solution.outputs else name.partition(".")[0]
+    return _KINDS.get(head, "outputs")
 
 
 def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
@@ -320,17 +284,17 @@ def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
     groups: dict[tuple[str, str], list[tuple[str, Array, Array]]] = {}
     for name, (values, unit) in _columns_of(solution).items():
         groups.setdefault((_kind(name, solution), unit), []).append((name, solution.t, values))
-    order = ["outputs", "coordinates", "velocities", "internal states", "inputs", "energy"]
-    canvases: list[str] = []
-    left = 0
-    for (kind, unit), curves in sorted(groups.items(), key=lambda group: order.index(group[0][0])):
-        for first in range(0, len(curves), _CURVES):
-            if len(canvases) < _CHARTS:
-                title = "power" if (kind, unit) == ("energy", "W") else kind
-                shown = [(_HEAD.sub("", name), t, values) for name, t, values in curves[first : first + _CURVES]]
-                canvases.append(charts.add(title, "" if unit == "1" else unit, "t, s", shown))
-            else:
-                left += len(curves[first : first + _CURVES])
+    order = list(_KINDS.values())
+    parts = [
+        (kind, unit, curves[first : first + _CURVES])
+        for (kind, unit), curves in sorted(groups.items(), key=lambda group: order.index(group[0][0]))
+        for first in range(0, len(curves), _CURVES)
+    ]
+    canvases = []
+    for kind, unit, curves in parts[:_CHARTS]:
+        title = "power" if (kind, unit) == ("energy", "W") else kind
+        canvases.append(charts.add(title, unit, "t, s", [(_HEAD.sub("", name), t, x) for name, t, x in curves]))
+    left = sum(len(curves) for _, _, curves in parts[_CHARTS:])
     more = f'<p class="soft">{left} further columns are not drawn: solution.csv has all columns.</p>' if left else ""
     hint = '<p class="soft screen">Drag over a part of a plot to enlarge the part, double-click to see all again.</p>'
     heading = "Plots" if single else f"Plots of {run.name}"
@@ -349,38 +313,25 @@ def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
     columns = [_columns_of(run.solution) for run in runs]
     shared = [name for name in columns[0] if all(name in by_name for by_name in columns)]
     first = runs[0].solution
+    canvases, rows = [], []
     outputs = [name for name in shared if _kind(name, first) in ("outputs", "energy")] or shared
-    canvases = [
-        charts.add(
-            name,
-            "" if columns[0][name][1] == "1" else columns[0][name][1],
-            "t, s",
-            [(run.name, run.solution.t, by_name[name][0]) for run, by_name in zip(runs, columns, strict=True)],
-        )
-        for name in outputs[:_CHARTS]
-    ]
+    for name in outputs[:_CHARTS]:
+        curves = [(run.name, run.solution.t, by_name[name][0]) for run, by_name in zip(runs, columns, strict=True)]
+        canvases.append(charts.add(name, columns[0][name][1], "t, s", curves))
+    for name in shared:
+        values, unit = columns[0][name]
+        others = zip(runs[1:], columns[1:], strict=True)
+        differences = [_difference(first.t, values, run.solution.t, by_name[name][0]) for run, by_name in others]
+        rows.append([name, unit, *chain(*differences)])
+    headings = [(f"largest difference, {run.name}", "at t, s", f"at the end, {run.name}") for run in runs[1:]]
     return _section(
         "Comparison",
         "<h3>Settings that differ</h3>",
         _table(("", *(run.name for run in runs)), differing) or "<p>none</p>",
         f"<h3>Differences from {_text(runs[0].name)}</h3>",
-        _differences(runs, columns, shared),
+        _table(["column", "unit", *chain(*headings)], rows),
         f'<div class="charts">{"".join(canvases)}</div>',
     )
-
-
-def _differences(runs: Sequence[ReportedRun], columns: Sequence[Columns], shared: Sequence[str]) -> str:
-    """Return the HTML table of differences from the first run, with a row for each column in ``shared``."""
-    headings = ["column", "unit"]
-    for run in runs[1:]:
-        headings += [f"largest difference, {run.name}", "at t, s", f"at the end, {run.name}"]
-    rows = []
-    for name in shared:
-        row: list[object] = [name, columns[0][name][1]]
-        for run, run_columns in zip(runs[1:], columns[1:], strict=True):
-            row += _difference(runs[0].solution.t, columns[0][name][0], run.solution.t, run_columns[name][0])
-        rows.append(row)
-    return _table(headings, rows)
 
 
 def _settings(solution: Solution) -> dict[str, str]:
@@ -413,7 +364,7 @@ def _modes(model: Any) -> str:
     except EomgenError as error:
         return _section("Modes", f"<p>There is no linear model: {_text(error)}</p>")
     rows = []
-    for number in range(min(len(modes), _MODES)):
+    for number in range(min(len(modes), 24)):
         shape = np.abs(modes.shapes[:, number])
         most = [modes.coordinates[k] for k in np.argsort(-shape)[:3] if shape[k] > 0.05]
         value = modes.eigenvalues[number]
@@ -431,12 +382,6 @@ def _modes(model: Any) -> str:
     return _section("Modes", f"<p>{_text(about)}</p>", _table(headings, rows))
 
 
-def _checks(checks: ChecksOfForms) -> str:
-    """Return the outcome of the checks of all closed forms."""
-    rows = [(form.name, form.verdict) for form in checks.forms]
-    return _section("Checks", f"<p>{_text(checks.summary)}</p>", _table(("closed form", "verdict"), rows))
-
-
 def _animation(runs: Sequence[ReportedRun]) -> str:
     """Return the HTML section with the animations of the runs, or a sentence on failed or too large ones."""
     parts = []
@@ -448,7 +393,7 @@ def _animation(runs: Sequence[ReportedRun]) -> str:
             parts.append(f"<p>{_text(run.name)}: {_text(error)}</p>")
             continue
         size += len(page.encode())
-        if size > _ANIMATION:
+        if size > 6_000_000:
             parts.append(
                 f"<p>{_text(run.name)}: left out, as the report would be too large; eomgen animate writes a page.</p>"
             )

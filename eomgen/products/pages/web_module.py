@@ -29,20 +29,9 @@ FUNCTIONS = (
     "mass",
 )
 #: The digits of the profile ``reproducible``: no fused products, and no reordering of sums.
-_FLAGS = (
-    "-target",
-    "wasm32-wasi",
-    "-mexec-model=reactor",
-    "-std=c99",
-    "-O2",
-    "-ffp-contract=off",
-    "-fno-sanitize=all",
-    "-Wl,--strip-all",
-)
+_FLAGS = "-target wasm32-wasi -mexec-model=reactor -std=c99 -O2 -ffp-contract=off -fno-sanitize=all -Wl,--strip-all"
 _REALS = {"double": (), "float": ("-DEOMGEN_REAL_FLOAT",)}
 _MODULE, _SOURCE = "page.wasm", "page.c"
-#: Bytes of stack beyond the estimate for the model's functions.
-_STACK = 1_000_000
 #: Events of one call that a page keeps.
 _EVENTS = 128
 
@@ -73,9 +62,13 @@ def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
     """
     source, blocks = page_source(library.layout, left_to_stepper=left_to_stepper)
     texts = {**texts_with_numbers(library), _SOURCE: source}
-    stack = int(library.layout.get("stack", 0)) + _STACK
-    flags = (*_FLAGS, f"-Wl,-z,stack-size={stack - stack % 16}", *_REALS[library.real])
-    compiler = _zig()
+    stack = int(library.layout.get("stack", 0)) + 1_000_000  # beyond the estimate for the model's functions
+    flags = (*_FLAGS.split(), f"-Wl,-z,stack-size={stack - stack % 16}", *_REALS[library.real])
+    program = zig_program()
+    if program is None:
+        fault = "a page needs WebAssembly, which the compiler zig makes, and the package ziglang is not"
+        raise ToolchainError(Problem("live", f"{fault} installed [E0961]", PIP_INSTALL))
+    compiler = Compiler((str(program), "cc"), program)
     digest = hashlib.sha256("\0".join(("web", compiler.identity, *flags)).encode())
     for name, text in texts.items():
         digest.update(f"\0{name}\0{text}".encode())
@@ -104,16 +97,6 @@ def texts_with_numbers(library: Library) -> dict[str, str]:
     return texts
 
 
-def _zig() -> Compiler:
-    """Return the compiler zig. Raises ToolchainError if the package ziglang is missing."""
-    program = zig_program()
-    if program is None:
-        fault = "a page needs WebAssembly, which the compiler zig makes, and the package ziglang is not"
-        fault += " installed [E0961]"
-        raise ToolchainError(Problem("live", fault, PIP_INSTALL))
-    return Compiler((str(program), "cc"), program)
-
-
 def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[str, tuple[tuple[str, int], ...]]:
     """Return the C of the page's motion, and names and sizes of the blocks of doubles; arguments as in ``web_module``.
 
@@ -126,52 +109,36 @@ def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[st
     places, row = state_layout(method), row_layout(method)
     nu, rows = sizes["u"], max(part.stop for part in row.values())
     events = "events" in method
-    blocks: list[tuple[str, int, str]] = [
-        ("parameters", sizes["p"], "Tunable parameters."),
-        (
-            "settings",
-            len(method["settings"]),
-            "Settings of the stepper; a place for the address of a caller's function.",
-        ),
-        ("state", max(part.stop for part in places.values()), "State of the stepper."),
-        ("present", sizes["p"], "Tunable parameters, with the present values of modes."),
-        ("held", nu, "Inputs that are held; not a number for the scene's formula, or zero without one."),
-        ("u", nu, "Inputs at the time of the row."),
-        ("start_q", sizes["q"], "Configuration of the next start."),
-        ("start_v", sizes["v"], "Velocities of the next start."),
-        ("start_z", sizes["z"], "Internal states of the next start."),
-        ("row_of_motion", rows, "Present state: " + ", ".join(row) + "."),
-        (
-            "happened",
-            1 + 2 * _EVENTS if events else 0,
-            "Events of the last call: how many, then number and time of each.",
-        ),
-        ("base", sizes["base"], "State of the base."),
-        ("inputs_u", nu, "Inputs by the scene's formulas."),
-    ]
-    called, results = _called(layout, row)
-    blocks += results
-    modes = (
-        [(places["mode"].start + k, mode["parameter"]) for k, mode in enumerate(method["events"]["modes"])]
-        if events
-        else []
-    )
+    functions, results = _called(layout, row)
+    blocks = {
+        "parameters": sizes["p"],
+        "settings": len(method["settings"]),
+        "state": max(part.stop for part in places.values()),
+        "present": sizes["p"],
+        "held": nu,
+        "u": nu,
+        **{f"start_{name}": sizes[name] for name in "qvz"},
+        "row_of_motion": rows,
+        "happened": 1 + 2 * _EVENTS if events else 0,
+        "base": sizes["base"],
+        "inputs_u": nu,
+        **{name: output["size"] for name, output in results.items()},
+    }
+    modes = method["events"]["modes"] if events else ()
     text = (
         environment()
         .get_template("pages/page.c.jinja")
         .render(
             prefix=layout["prefix"],
             version=__version__,
-            blocks=[{"name": name, "size": size, "meaning": meaning} for name, size, meaning in blocks],
-            functions=called,
-            names=[item["name"] for item in called],
+            blocks=blocks,
+            results={name: output["description"] for name, output in results.items()},
+            row=list(row),
+            functions=functions,
             rows=method["rows_per_step"],
             within=method.get("input_times", [0.0, 1.0]),
-            nu=nu,
-            nq=sizes["q"],
-            nv=sizes["v"],
-            nz=sizes["z"],
-            modes=modes,
+            **{f"n{name}": sizes[name] for name in "uqvz"},
+            modes=[(places["mode"].start + k, mode["parameter"]) for k, mode in enumerate(modes)],
             known=places["event_known"].start if events else 0,
             events=events,
             most_events=_EVENTS,
@@ -180,7 +147,7 @@ def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[st
             z=places["z"].start if "z" in places else 0,
         )
     )
-    return text, tuple((name, size) for name, size, _ in blocks)
+    return text, tuple(blocks.items())
 
 
 def check_supported(layout: Mapping[str, Any], name: str) -> None:
@@ -197,36 +164,20 @@ def check_supported(layout: Mapping[str, Any], name: str) -> None:
 
 def _called(
     layout: Mapping[str, Any], row: Mapping[str, slice]
-) -> tuple[list[dict[str, Any]], list[tuple[str, int, str]]]:
-    """Return the model functions that a page calls, with the C texts of all arguments, and (name, size, meaning) of
-    results. ``row`` has the places of the quantities in the row of the motion."""
-    arguments = {"p": "present", "t": "row_of_motion", "u": "u", "base": "base"}
+) -> tuple[list[dict[str, Any]], dict[str, Mapping[str, Any]]]:
+    """Return the model functions that a page calls, with the C texts of all arguments, and the results of the functions
+    by block. ``row`` has the places of the quantities in the row of the motion."""
+    arguments = {"p": "present", "t": "row_of_motion", "u": "u", "base": "base", "lam": "row_of_motion"}
+    arguments |= {"z": "row_of_motion", "a": f"row_of_motion + {row['vdot'].start}"}
     arguments |= {name: f"row_of_motion + {row[name].start}" for name in ("q", "v", "lam", "z") if name in row}
-    arguments["a"] = f"row_of_motion + {row['vdot'].start}"
-    for absent in ("lam", "z"):
-        arguments.setdefault(absent, "row_of_motion")
+    fixed = {"base": ["base"], "inputs": ["inputs_u"]}
     called: list[dict[str, Any]] = []
-    results: list[tuple[str, int, str]] = []
+    results: dict[str, Mapping[str, Any]] = {}
     for number, item in enumerate(layout["functions"]):
-        name = item["name"]
-        if name not in FUNCTIONS:
-            continue
-        names = ["base"] if name == "base" else [f"{name}_{output['name']}" for output in item["outputs"]]
-        if name not in ("base", "inputs"):
-            results += [
-                (block, output["size"], f"{output['description']}.")
-                for block, output in zip(names, item["outputs"], strict=True)
-            ]
-        if name == "inputs":
-            names = ["inputs_u"]
-        described = f"{item['description'][:1].upper()}{item['description'][1:]}."
-        called.append(
-            {
-                "name": name,
-                "number": number,
-                "description": described,
-                "arguments": [arguments[block] for block in item["inputs"]],
-                "outputs": names,
-            }
-        )
+        if (name := item["name"]) in FUNCTIONS:
+            outputs = {f"{name}_{output['name']}": output for output in item["outputs"]}
+            results |= {} if name in fixed else outputs
+            blocks = [arguments[block] for block in item["inputs"]]
+            made = {"arguments": blocks, "outputs": fixed.get(name, list(outputs))}
+            called.append({"name": name, "number": number, "description": item["description"], **made})
     return called, results
