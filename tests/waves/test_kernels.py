@@ -17,6 +17,7 @@ from eomgen.products.waves.second_order.pairs import COLUMNS, Case, PairTape
 from eomgen.products.waves.second_order.routines import routines
 from eomgen.waves import Components, Sea
 from tests.waves import oracle
+from tests.waves.residuals import second_order_residuals
 
 Vector = tuple[float, float]
 
@@ -147,4 +148,4 @@ def test_stored_kernels_are_those_that_the_equations_give() -> None:
 def test_the_hierarchy_is_solved_by_the_velocity_that_kernels_are_made_of() -> None:
     """With xi and u gradients of harmonic functions, eta_t = (xi . grad) u + grad Phi holds continuity and vorticity of
     second order, and p2 = -|u|^2/2 - xi . u_t - Phi_t - g eta_z momentum: shown with waves of general profiles."""
-    assert derivation.second_order_residuals() == {"momentum": 0, "continuity": 0, "vorticity": 0}
+    assert second_order_residuals() == {"momentum": 0, "continuity": 0, "vorticity": 0}

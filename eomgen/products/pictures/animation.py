@@ -152,14 +152,11 @@ def page_of(
     folder = template_folder()
     texts = {name: (folder / file).read_text(encoding="utf-8").rstrip() for name, file in parts.items()}
     texts |= {"title": html.escape(data["name"]), "version": html.escape(version), "content": content}
-    texts["data"] = _harmless(json.dumps(data, sort_keys=True, allow_nan=False))
+    # no bracket can end the surrounding block of the page or begin another
+    marks = str.maketrans({mark: f"\\u{ord(mark):04x}" for mark in "&<>"})
+    texts["data"] = json.dumps(data, sort_keys=True, allow_nan=False).translate(marks)
     page = (folder / template).read_text(encoding="utf-8")
     return re.sub(r"@(\w+)@", lambda mark: texts[mark[1]], page)
-
-
-def _harmless(text: str) -> str:
-    """Return JSON in which no bracket can end the surrounding block of the page or begin another."""
-    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
 def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None = None) -> dict[str, Any]:

@@ -22,19 +22,16 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Frames along a beam at least; each element has at most MOST pieces.
-_FRAMES, _MOST = 48, 8
-#: Moments of a section that differ by less than this part count as a circle's.
-_ROUND = 1e-3
+#: Principal moments that differ by less than this part of the largest are drawn as equal.
+EQUAL = 1e-3
 #: Half heights of sections in pictures, as parts of the beam's length.
 _THINNEST, _THICKEST = 1.0 / 400.0, 1.0 / 30.0
-#: Corners of a round section.
-_CORNERS = 16
 
 
 def pieces_of(elements: int) -> int:
-    """Return the number of pieces in which each element of a beam is drawn, given the number of elements."""
-    return min(max(-(-_FRAMES // elements), 1), _MOST)
+    """Return the number of pieces in which each element of a beam is drawn, given the number of elements: up to 8, for
+    48 frames along the beam."""
+    return min(max(-(-48 // elements), 1), 8)
 
 
 def frames_along(poses: Mapping[str, Array], nodes: Sequence[str]) -> Array:
@@ -67,9 +64,9 @@ def outline(mass: float, inertia: Sequence[float], length: float) -> list[list[f
     def shown(half: float) -> float:
         return min(max(half, _THINNEST * length), _THICKEST * length)
 
-    if abs(about_y - about_z) <= _ROUND * largest:
+    if abs(about_y - about_z) <= EQUAL * largest:
         radius = shown(2.0 * math.sqrt(largest))
-        angles = [2.0 * math.pi * corner / _CORNERS for corner in range(_CORNERS)]
+        angles = [math.pi * corner / 8 for corner in range(16)]
         return [[radius * math.cos(angle), radius * math.sin(angle)] for angle in angles]
     # the larger side as drawn, the smaller side in proportion
     y, z = math.sqrt(3.0 * about_z), math.sqrt(3.0 * about_y)

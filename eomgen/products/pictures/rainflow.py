@@ -22,13 +22,6 @@ from eomgen.errors import Problem, UsageError
 from eomgen.results.plots import only_curve, rows_from
 from eomgen.results.recorded import RecordedSolution
 
-#: Rows between which there may be a cycle.
-_FEWEST = 3
-#: Part of the largest range from which changes between reversals count as large, and the fewest of them that show rows
-#: that are too coarse.
-_LARGE = 0.2
-_SEVERAL = 8
-
 
 @checked_calls()
 @dataclass(frozen=True, repr=False, eq=False)
@@ -262,9 +255,8 @@ def _check_positive(**values: float) -> None:
 
 def _check_slope(slope: float) -> None:
     if slope < 1.0:
-        inverse = f"{1.0 / slope:.3g} is its inverse" if 1.0 / slope <= 20.0 else "3 to 5 are common for welded steel"
-        fault = f"{shown(slope)} is below 1, and exponents of Woehler curves are 3 to 15: {inverse} [E1280]"
-        raise UsageError(Problem("slope", fault, f"slope={1.0 / slope if 1.0 / slope <= 20.0 else 5.0:.3g}"))
+        fault = f"{shown(slope)} is below 1, and exponents of Woehler curves are 3 to 15 [E1280]"
+        raise UsageError(Problem("slope", fault, f"slope={1.0 / slope:.3g}, the inverse, or 3 to 5 for welded steel"))
 
 
 def _warn_of_coarse_rows(name: str, t: Array, x: Array) -> None:
@@ -273,8 +265,8 @@ def _warn_of_coarse_rows(name: str, t: Array, x: Array) -> None:
     changed = np.flatnonzero(np.diff(x))
     up = np.diff(x)[changed] > 0.0
     reversals = changed[1:][up[1:] != up[:-1]]
-    rows = np.diff(reversals)[np.abs(np.diff(x[reversals])) >= _LARGE * np.ptp(x)]
-    if len(rows) < _SEVERAL or np.mean(rows) > 2.0:
+    rows = np.diff(reversals)[np.abs(np.diff(x[reversals])) >= 0.2 * np.ptp(x)]
+    if len(rows) < 8 or np.mean(rows) > 2.0:
         return
     text = f"rainflow of {name}: rows every {np.median(np.diff(t)):.4g} s, {np.mean(rows):.2g} between two reversals:"
     text += " extreme values lie between the rows, so that ranges are too small and cycles may be missing"
@@ -315,22 +307,18 @@ def rainflow(solution: RecordedSolution, name: str, *, start: float | None = Non
     curve = only_curve(solution, name, "rainflow")
     used = rows_from(solution.t, start, "rainflow")
     t, x = solution.t[used], curve.values[used]
-    if len(t) < _FEWEST:
+    if len(t) < 3:
         since = f" from {start:.6g} s on" if start is not None else ""
-        fault = f"the run has {len(t)} rows{since}, and a cycle needs {_FEWEST} [E1281]"
+        fault = f"the run has {len(t)} rows{since}, and a cycle needs 3 [E1281]"
         raise UsageError(Problem("rainflow", fault, "a longer run, or one with more rows"))
     if not np.all(np.isfinite(x)):
         fault = f"{curve.name} is not finite at t = {t[np.argmin(np.isfinite(x))]:.6g} s [E1282]"
         raise UsageError(Problem("rainflow", fault, "the part of the run before it"))
     _warn_of_coarse_rows(curve.name, t, x)
-    cycles = [cycle for cycle in _counter().extract_cycles(x.tolist()) if cycle[0] > 0.0]
-    cycles.sort(key=lambda cycle: -cycle[0])
-    numbers = np.array(cycles, dtype=float).reshape(-1, 5)
+    fault = "cycles are counted by the package rainflow, which is not installed [E1283]"
+    package: Any = optional_package("rainflow", Problem("rainflow", fault, "pip install 'eomgen[fatigue]'"))
+    cycles = [cycle for cycle in package.extract_cycles(x.tolist()) if cycle[0] > 0.0]
+    numbers = np.array(sorted(cycles, key=lambda cycle: -cycle[0]), dtype=float).reshape(-1, 5)
     ranges, means, counts, first, last = numbers.T
     starts, ends = t[first.astype(int)], t[last.astype(int)]
     return Rainflow(curve.name, curve.unit, float(t[-1] - t[0]), ranges, means, counts, starts, ends)
-
-
-def _counter() -> Any:
-    fault = "cycles are counted by the package rainflow, which is not installed [E1283]"
-    return optional_package("rainflow", Problem("rainflow", fault, "pip install 'eomgen[fatigue]'"))

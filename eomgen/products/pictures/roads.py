@@ -15,10 +15,8 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie.numeric import rotated
 from eomgen.system.description import Drawing, Wheel
 
-#: Half of the width of a road, its length beyond the path of the wheel, and the distance of its places, by the radius.
-_HALF_WIDTH, _BEYOND, _APART = 0.45, 4.0, 0.125
-#: Largest numbers of places along a road, and of times of a moving road.
-_PLACES, _TIMES = 1500, 600
+#: Length of a road beyond the path of its wheel by the radius, and of a surface beyond the path of a body by its size.
+_BEYOND = 4.0
 #: Places of a moving road around the centre of the wheel along x, by the radius.
 _AROUND = np.linspace(-2.5, 2.5, 21)
 _DIGITS = 6
@@ -58,13 +56,11 @@ def roads_of(
         moving = bool(kinds & {"time", "input"})
         road = _moving(wheel, center, t, radius, numbers) if moving else _at_rest(wheel, center, radius, numbers)
         if all(np.isfinite(heights_of(road))):
-            shared = {"name": wheel.name, "center": wheel.center, "width": 2.0 * _HALF_WIDTH * radius}
+            shared = {"name": wheel.name, "center": wheel.center, "width": 0.9 * radius}
             result.append({**shared, **road})
     return result
 
 
-#: Beyond the path of a body on a surface, by its size, and the largest number of cells along the longer side.
-_BEYOND_PATH, _CELLS = 4.0, 48
 _GROUND = "#c2bcae"
 
 
@@ -85,9 +81,9 @@ def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[st
         if (carrier := poses.get(surface.body)) is not None:
             centers = rotated(carrier[:, :4] * [1.0, -1.0, -1.0, -1.0], centers - carrier[:, 4:])
         path = (centers - origin) @ axes
-        beyond = _BEYOND_PATH * numbers.of(surface.size)
+        beyond = _BEYOND * numbers.of(surface.size)
         low, high = path[:, :2].min(axis=0) - beyond, path[:, :2].max(axis=0) + beyond
-        cell = float(np.max(high - low)) / _CELLS
+        cell = float(np.max(high - low)) / 48  # along the longer side
         x, y = (np.linspace(low[k], high[k], int(np.ceil((high[k] - low[k]) / cell)) + 1) for k in range(2))
         grid = np.meshgrid(x, y, indexing="ij")
 
@@ -157,7 +153,7 @@ def _at_rest(wheel: Wheel, center: Array, radius: float, numbers: _Numbers) -> d
     path = center[:, :2]
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     length, beyond = float(np.sum(steps)), _BEYOND * radius
-    apart = max(_APART * radius, (length + 2.0 * beyond) / _PLACES)
+    apart = max(0.125 * radius, (length + 2.0 * beyond) / 1500)
     kept = [0]
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     for row in range(1, len(path)):
@@ -178,7 +174,7 @@ def _at_rest(wheel: Wheel, center: Array, radius: float, numbers: _Numbers) -> d
 def _moving(wheel: Wheel, center: Array, t: Array, radius: float, numbers: _Numbers) -> dict[str, Any]:
     """Return ``times``, ``along`` and ``heights`` of a road around the centre of a wheel (nt, 3), at up to 600 of the
     times t (nt,)."""
-    rows = np.unique(np.linspace(0, len(t) - 1, min(len(t), _TIMES)).round().astype(int))
+    rows = np.unique(np.linspace(0, len(t) - 1, min(len(t), 600)).round().astype(int))
     along = radius * _AROUND
     x = center[rows, 0, np.newaxis] + along
     y = np.broadcast_to(center[rows, 1, np.newaxis], x.shape)

@@ -14,7 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.products.pictures.beam_curves import axes_of, drawn_beams
+from eomgen.products.pictures.beam_curves import EQUAL, axes_of, drawn_beams
 from eomgen.products.pictures.roads import heights_of, roads_of, surfaces_of
 from eomgen.products.pictures.solids import drawn_shape
 from eomgen.system.description import BASE, WORLD, Description, Drawing, Line
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Principal moments that differ by less than this part of the largest are drawn as equal.
-EQUAL = 1e-3
 #: Thinnest solid that is drawn, as part of the longest side.
 THINNEST = 0.02
 
@@ -36,36 +34,30 @@ def equivalent_solid(mass: float, center: Array, inertia: Array) -> dict[str, An
     all principal moments are equal, two of the moments, or none; ``point`` for a mass without inertia; ``none`` without
     mass. The rows of ``axes`` are the solid's axes in the body.
     """
-    shape: dict[str, Any] = {"kind": "none", "size": [], "center": center.tolist(), "axes": np.eye(3).tolist()}
+
+    def solid(kind: str, size: Sequence[float] = (), columns: Array | None = None) -> dict[str, Any]:
+        axes = np.eye(3) if columns is None else columns.T.copy()
+        if np.linalg.det(axes) < 0.0:  # left-handed
+            axes[1] = -axes[1]
+        return {"kind": kind, "size": list(map(float, size)), "center": center.tolist(), "axes": axes.tolist()}
+
     if not mass > 0.0:
-        return shape
+        return solid("none")
     moments, vectors = np.linalg.eigh(inertia)
     largest = moments[-1]
     if not largest > 0.0:
-        return {**shape, "kind": "point"}
+        return solid("point")
     low, high = moments[1] - moments[0] <= EQUAL * largest, moments[2] - moments[1] <= EQUAL * largest
     if low and high:
-        return {**shape, "kind": "sphere", "size": [float(np.sqrt(2.5 * largest / mass))]}
+        return solid("sphere", [np.sqrt(2.5 * largest / mass)])
     if low or high:
         along, across = (0, 2) if high else (2, 0)
         radius = np.sqrt(max(2.0 * moments[along] / mass, 0.0))
         height = np.sqrt(max(12.0 * moments[across] / mass - 3.0 * radius**2, 0.0))
-        thickness = THINNEST * max(radius, height)
-        size = [float(max(radius, thickness)), float(max(height, thickness))]
-        axes = _right_handed(vectors[:, [(along + 1) % 3, (along + 2) % 3, along]])
-        return {**shape, "kind": "cylinder", "size": size, "axes": axes}
+        size = np.maximum([radius, height], THINNEST * max(radius, height))
+        return solid("cylinder", size, vectors[:, [(along + 1) % 3, (along + 2) % 3, along]])
     sides = np.sqrt(np.maximum(6.0 * (moments.sum() - 2.0 * moments) / mass, 0.0))
-    sides = np.maximum(sides, THINNEST * sides.max())
-    return {**shape, "kind": "box", "size": sides.tolist(), "axes": _right_handed(vectors)}
-
-
-def _right_handed(columns: Array) -> list[list[float]]:
-    """Return the columns as rows, the second turned if the columns are left-handed."""
-    axes = columns.T.copy()
-    if np.linalg.det(axes) < 0.0:
-        axes[1] = -axes[1]
-    rows: list[list[float]] = axes.tolist()
-    return rows
+    return solid("box", np.maximum(sides, THINNEST * sides.max()), vectors)
 
 
 def scenery_at_poses(
@@ -88,13 +80,13 @@ def scenery_at_poses(
     seen = scenery(model.description, parameters)
     values = model.description.values(parameters)
     if roads := roads_of(model.description.drawing, poses, t, values, lambda: inputs(t) if inputs else {}):
-        lowest = min(height for road in roads for height in heights_of(road))
-        seen["roads"], seen["ground"] = roads, seen.get("ground", [0.0, 0.0, lowest])
+        seen["roads"] = roads
+        seen.setdefault("ground", [0.0, 0.0, min(height for road in roads for height in heights_of(road))])
     for surface in surfaces_of(model.description.drawing, poses, values):
         seen["shapes"] = [*seen.get("shapes", ()), surface]
         if surface["body"] not in poses and surface["faces"]:
             lowest = min(surface["vertices"][corner][2] for face in surface["faces"] for corner in face)
-            seen["ground"] = seen.get("ground", [0.0, 0.0, lowest])
+            seen.setdefault("ground", [0.0, 0.0, lowest])
     axes = axes_of(model)
     return {**seen, "axes": axes} if axes else seen
 
@@ -113,17 +105,11 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     """
     values, drawing = description.values(parameters), description.drawing
 
-    def number(where: str, formula: Formula) -> float:
-        def value_of(symbol: Symbol) -> float:
-            return values[symbol.name]
-
+    def vector(where: str, formulas: Sequence[Formula]) -> list[float]:
         try:
-            return evaluate(formula, value_of)
+            return [evaluate(formula, lambda symbol: values[symbol.name]) for formula in formulas]
         except ArithmeticError as error:
             raise NumericalError(Problem(where, f"cannot be drawn: {error} [E1285]", "other parameters")) from None
-
-    def vector(where: str, formulas: Sequence[Formula]) -> list[float]:
-        return [number(where, formula) for formula in formulas]
 
     points: dict[str, dict[str, Any]] = {
         item.name: {"body": item.body, "position": vector(f"points.{item.name}", item.position)}
@@ -135,17 +121,8 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     joints = []
     for hinge in drawing.hinges:
         position = vector(f"joints.{hinge.name}.position", hinge.position)
-        entry = {
-            "name": hinge.name,
-            "type": hinge.type,
-            "parent": hinge.parent,
-            "child": hinge.child,
-            "position": position,
-            "axis": list(hinge.axis),
-            "turns": hinge.turns,
-            "slides": hinge.slides,
-        }
-        joints.append(entry)
+        told = {key: getattr(hinge, key) for key in ("name", "type", "parent", "child", "turns", "slides")}
+        joints.append({**told, "position": position, "axis": list(hinge.axis)})
         if hinge.tied:
             links[hinge.parent].append(position)
     rods = []
@@ -159,16 +136,20 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         if link.visible:
             rods.append({"name": link.name, "ends": ends})
     tyres = [
-        {"name": item.name, "center": item.center, "radius": number(f"tyres.{item.name}.radius", item.radius)}
+        {"name": item.name, "center": item.center, "radius": vector(f"tyres.{item.name}.radius", [item.radius])[0]}
         for item in drawing.wheels
     ]
     shown = _shown(description)
     for name in dict.fromkeys([*shown, *(end for item in drawing.lines for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
     bodies, nodes = _bodies_and_nodes(description, vector, links)
-    joints = _marked(joints, description, bodies)
+    if _has_shapes(description):  # joints of massless bodies without a shape are unmarked
+        massless = {body["name"] for body in bodies if body["solid"]["kind"] == "none"}
+        bare = massless - {shape.body for shape in drawing.shapes}
+        joints = [item | ({"unmarked": True} if {item["parent"], item["child"]} & bare else {}) for item in joints]
     shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
     ground = vector("ground", drawing.ground)
+    lengths = [sum(beam.lengths) for beam in description.element_stiffness]  # of exact beams at rest, m
     return {
         "description": description.description,
         "gravity": vector("gravity", description.gravity),
@@ -180,7 +161,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         "tyres": tyres,
         **({"shapes": shapes} if shapes else {}),
         **({"ground": ground} if ground else {}),
-        **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
+        **({"beams": drawn_beams(description.exact_beams, nodes, lengths)} if nodes else {}),
     }
 
 
@@ -211,16 +192,6 @@ def _bodies_and_nodes(
     return bodies, nodes
 
 
-def _marked(
-    joints: Sequence[dict[str, Any]], description: Description, bodies: Sequence[Mapping[str, Any]]
-) -> list[dict[str, Any]]:
-    """Return the joints, with ``unmarked`` set for joints of massless bodies that have no shape, in a scene with
-    shapes."""
-    massless = {body["name"] for body in bodies if body["solid"]["kind"] == "none"}
-    bare = massless - {shape.body for shape in description.drawing.shapes} if _has_shapes(description) else set[str]()
-    return [{**joint, "unmarked": True} if {joint["parent"], joint["child"]} & bare else joint for joint in joints]
-
-
 def _has_shapes(description: Description) -> bool:
     """Return whether the scene has shapes of its own: next to these, lines for a massless body, as for an include's
     base, would look like parts of the machine."""
@@ -229,9 +200,6 @@ def _has_shapes(description: Description) -> bool:
 
 #: From a place for messages and formulas of parameters to values.
 Evaluated = Callable[[str, Sequence[Formula]], list[float]]
-#: Largest distance between a wheel that a tyre implies and the centre of mass, by the radius, at which the wheel is
-#: drawn in place of its body; an ellipsoid is if it holds the centre of mass.
-_CENTRAL = 0.05
 
 
 def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[float]]) -> list[dict[str, Any]]:
@@ -251,7 +219,9 @@ def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[
             fault = f"cannot be drawn: a size is {min(sizes):.6g} [E1286]"
             raise NumericalError(Problem(where, fault, "other parameters"))
         away = float(np.linalg.norm(np.subtract(position, centers.get(shape.body, position))))
-        near = max(sizes) if shape.kind == "ellipsoid" else _CENTRAL * sizes[0]
+        # a wheel that a tyre implies is drawn in place of its body if the centre of mass is near its own, and an
+        # ellipsoid if it holds the centre of mass
+        near = max(sizes) if shape.kind == "ellipsoid" else 0.05 * sizes[0]
         whole = not shape.implied or away <= near
         result += [{**part, "whole": whole} for part in drawn_shape(shape, sizes, position)]
     return result
@@ -263,14 +233,10 @@ def _line(line: Line, vector: Evaluated) -> dict[str, Any]:
     where = f"tendons.{line.name}"
     obstacles = [
         {
-            "after": item.after,
-            "cylinder": item.cylinder,
-            "inside": item.inside,
-            "body": item.body,
+            **{key: getattr(item, key) for key in ("after", "cylinder", "inside", "body", "side")},
             "position": vector(where, item.position),
             "axes": [list(row) for row in item.axes],
             "radius": vector(where, [item.radius])[0],
-            "side": item.side,
         }
         for item in line.obstacles
     ]
@@ -278,17 +244,7 @@ def _line(line: Line, vector: Evaluated) -> dict[str, Any]:
     return straight | ({"path": list(line.path), "obstacles": obstacles} if line.path else {})
 
 
-def _lengths(description: Description) -> list[float]:
-    """Return the length of each geometrically exact beam at rest, m."""
-    return [sum(beam.lengths) for beam in description.element_stiffness]
-
-
 def _shown(description: Description) -> list[str]:
     """Return the points whose positions are outputs, in the order of the outputs: a picture traces these points."""
-    names = [
-        formula.name
-        for output in description.outputs
-        for formula in output.values
-        if isinstance(formula, Symbol) and formula.kind == "position"
-    ]
-    return list(dict.fromkeys(names))
+    values = chain.from_iterable(output.values for output in description.outputs)
+    return list(dict.fromkeys(f.name for f in values if isinstance(f, Symbol) and f.kind == "position"))

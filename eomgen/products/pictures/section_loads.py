@@ -4,7 +4,7 @@ time, the largest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -17,6 +17,7 @@ from eomgen.base.data import fields, replace
 from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, save_figure
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.compiled.initial_state import initial_state
@@ -38,13 +39,6 @@ _QUANTITIES: Mapping[str, tuple[tuple[str, str, str], str]] = {
     "strain": (("stretch", "shear along y", "shear along z"), "1"),
 }
 _LOADS = ("moment", "force")
-_COLOURS = ("#0B62C4", "#F08C00", "#1A9850")
-#: Rows of a map over time, and instants of a figure that a run draws into a file.
-_ROWS, _INSTANTS = 400, 6
-#: Inches of a figure in a file: left of the panels, for numbers and a label; below them; above them.
-_BESIDE, _BELOW, _ABOVE = 0.95, 0.55, 0.5
-#: Components of less than this part of the largest component of the same quantity are rounding errors, and have no map.
-_NONE = 1e-9
 
 
 class ModelWithSections(Protocol):
@@ -95,10 +89,13 @@ def plot_sections(
         A name that is none of a beam or of a quantity; times outside the solution; another number of axes than of
         panels.
     """
-    chosen = _chosen(quantities)
-    rows = _rows_at(solution, at) if at is not None else _thinned(solution.t, _ROWS)
+    for quantity in quantities:
+        if quantity not in _QUANTITIES:
+            fault = f"sections have no {shown(quantity)} [E1287]"
+            raise UsageError(Problem("plot_sections", fault, nearest(str(quantity), _QUANTITIES)))
+    rows = _rows_at(solution, at) if at is not None else _thinned(solution.t)
     name, loads = _loads(solution, beam, rows)
-    panels = [(quantity, index) for quantity in chosen for index in _present(loads, quantity)]
+    panels = [(quantity, index) for quantity in quantities or _LOADS for index in _present(loads, quantity)]
     if axes is None:
         figure = pyplot_figure((9.0, 0.6 + 2.6 * len(panels)))
         figure.suptitle(f"{solution.metadata.get('scene', '')}: {name}", fontsize=11)
@@ -116,7 +113,7 @@ def plot_sections(
 
 def drawn_loads(solution: LoadedSolution) -> Mapping[str, SectionLoads]:
     """Return by beam the loads that ``draw_sections`` draws: at some rows, without strains."""
-    loads = _by_beam(solution, _thinned(solution.t, _ROWS))
+    loads = _by_beam(solution, _thinned(solution.t))
     return {
         beam: replace(load, strain=load.strain[:, :0], curvature=load.curvature[:, :0]) for beam, load in loads.items()
     }
@@ -148,22 +145,21 @@ def draw_sections(solution: RecordedSolution, drawn: Mapping[str, SectionLoads],
     FileError
         A figure cannot be written.
     """
-    files, rows = [], _thinned(solution.t, _ROWS)
+    files, rows = [], _thinned(solution.t)
     for name, loads in drawn.items():
         panels = [(quantity, index) for quantity in _LOADS for index in _present(loads, quantity)]
         width, height = 15.0, 0.6 + 2.6 * len(panels)
         figure = new_figure((width, height), placed=True)  # panels of one size need no measured texts
-        figure.suptitle(
-            f"{solution.metadata.get('scene', '')}: sections of the beam {name}", fontsize=11, y=1 - 0.1 / height
-        )
+        title = f"{solution.metadata.get('scene', '')}: sections of the beam {name}"
+        figure.suptitle(title, fontsize=11, y=1 - 0.1 / height)
         axes = figure.subplots(len(panels), 2, sharex="col", squeeze=False)
-        edges = {"left": _BESIDE / width, "right": 1.0 - 0.3 * _BESIDE / width, "bottom": _BELOW / height}
-        figure.subplots_adjust(**edges, top=1.0 - _ABOVE / height, wspace=0.14, hspace=0.13)
-        instants = np.unique(np.linspace(0, len(rows) - 1, _INSTANTS).astype(int))
+        # inches for numbers and a label at the left, below and above
+        edges = {"left": 0.95 / width, "right": 1.0 - 0.285 / width, "bottom": 0.55 / height}
+        figure.subplots_adjust(**edges, top=1.0 - 0.5 / height, wspace=0.14, hspace=0.13)
+        instants = np.unique(np.linspace(0, len(rows) - 1, 6).astype(int))
+        at_instants = _loads_at_rows(loads, instants)
         for number, ((left, right), (quantity, index)) in enumerate(zip(axes, panels, strict=True)):
-            _along(
-                left, _loads_at_rows(loads, instants), quantity, index, solution.t[rows][instants], legend=number == 0
-            )
+            _along(left, at_instants, quantity, index, solution.t[rows][instants], legend=number == 0)
             _over_time(right, loads, quantity, index, solution.t[rows])
         axes[-1][0].set_xlabel("x at rest, m")
         axes[-1][1].set_xlabel("time, s")
@@ -178,32 +174,24 @@ def section_drawing(solution: LoadedSolution, folder: Path, stored: str | None =
     return partial(draw_sections, solution, loads, folder)
 
 
-def _chosen(quantities: Sequence[str]) -> Sequence[str]:
-    for quantity in quantities:
-        if quantity not in _QUANTITIES:
-            fault = f"sections have no {shown(quantity)} [E1287]"
-            raise UsageError(Problem("plot_sections", fault, nearest(str(quantity), _QUANTITIES)))
-    return quantities or _LOADS
-
-
 def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
     """Return the indices of the rows nearest to the times ``at``, s. Raises UsageError for no times, or times outside
     the solution."""
-    times = np.atleast_1d(np.asarray(at, dtype=float))
-    t = solution.t
+    times, t = np.atleast_1d(np.asarray(at, dtype=float)), solution.t
     if not len(times):
         hint = "times in s, or no at for a map over time"
         raise UsageError(Problem("plot_sections: at", "there are no times [E1288]", hint))
-    slack = 1e-9 * (t[-1] - t[0])
+    slack = COMPUTED * (t[-1] - t[0])
     outside = times[~((times >= t[0] - slack) & (times <= t[-1] + slack))]
     if len(outside):
         fault = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s [E1289]"
         raise UsageError(Problem("plot_sections: at", fault, "times within it"))
-    return np.array([int(np.argmin(np.abs(t - time))) for time in times])
+    return np.abs(t[:, np.newaxis] - times).argmin(axis=0)
 
 
-def _thinned(t: Array, count: int) -> Array:
-    return np.unique(np.linspace(0, len(t) - 1, min(len(t), count)).astype(int))
+def _thinned(t: Array) -> Array:
+    """Return the indices of the rows of a map over time."""
+    return np.unique(np.linspace(0, len(t) - 1, min(len(t), 400)).astype(int))
 
 
 def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, SectionLoads]:
@@ -237,12 +225,7 @@ def _loads_at_rows(loads: SectionLoads, rows: Array) -> SectionLoads:
 def _present(loads: SectionLoads, quantity: str) -> list[int]:
     """Return the components that differ from zero; the first component if none differs."""
     size = np.max(np.abs(getattr(loads, quantity)), axis=(0, 1))
-    return np.flatnonzero(size > _NONE * np.max(size)).tolist() or [0]
-
-
-def _label(quantity: str, index: int) -> str:
-    names, unit = _QUANTITIES[quantity]
-    return axis_label(names[index], unit)
+    return np.flatnonzero(size > COMPUTED * np.max(size)).tolist() or [0]
 
 
 def _along(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array, *, legend: bool) -> None:
@@ -259,7 +242,8 @@ def _along(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array, 
         else:
             values = np.repeat(getattr(loads, quantity)[row, :, index], 2)
         axis.plot(x, values, color=colour, linewidth=1.3, label=f"t = {time:.4g} s")
-    axis.set_ylabel(_label(quantity, index))
+    names, unit = _QUANTITIES[quantity]
+    axis.set_ylabel(axis_label(names[index], unit))
     axis.grid(True, color="#dddddd", linewidth=0.6)
     axis.margins(x=0.0)
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
@@ -274,11 +258,8 @@ def _over_time(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Arr
     borders = np.concatenate([t[:1], 0.5 * (t[1:] + t[:-1]), t[-1:]])
     drawn = axis.pcolormesh(borders, loads.nodes, values.T, cmap="RdBu_r", vmin=-size, vmax=size, rasterized=True)
     axis.set_ylabel("x at rest, m")
-    axis.figure.colorbar(drawn, ax=axis, label=_label(quantity, index), pad=0.01)
-
-
-#: Numbers that are held at once.
-_NUMBERS = 4_000_000
+    names, unit = _QUANTITIES[quantity]
+    axis.figure.colorbar(drawn, ax=axis, label=axis_label(names[index], unit), pad=0.01)
 
 
 def largest_section_loads(solution: LoadedSolution) -> dict[str, dict[str, dict[str, float]]]:
@@ -288,19 +269,24 @@ def largest_section_loads(solution: LoadedSolution) -> dict[str, dict[str, dict[
     if model is None:
         return {}
     result: dict[str, dict[str, dict[str, float]]] = {}
-    rows = max(1, _NUMBERS // (2 * max(1, solution.q.shape[1])))
+    rows = max(1, 2_000_000 // max(1, solution.q.shape[1]))  # that are held at once
     for start in range(0, len(solution.t), rows):
         part = slice(start, start + rows)
         t = solution.t[part]
         for beam, loads in model.section_loads(rows_of(solution, part), solution.multipliers[part]).items():
-            nodes = loads.nodes
-            for name, ends in (("moment", loads.moment_at_ends), ("force", loads.force_at_ends)):
-                sizes = np.nan_to_num(np.linalg.norm(ends, axis=-1), nan=-1.0, posinf=-1.0)
-                row, element, end = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
-                size = float(sizes[row, element, end])
-                if size > result.setdefault(beam, {}).get(name, {"size": -1.0})["size"]:
-                    result[beam][name] = {"size": size, "x": float(nodes[element + end]), "t": float(t[row])}
+            for name in _LOADS:
+                row, largest = _largest(loads.nodes, getattr(loads, f"{name}_at_ends"))
+                if largest["size"] > result.setdefault(beam, {}).get(name, {"size": -1.0})["size"]:
+                    result[beam][name] = {**largest, "t": float(t[row])}
     return result
+
+
+def _largest(nodes: Array, ends: Array) -> tuple[int, dict[str, float]]:
+    """Return the row of the largest moment or force at the ends of elements, (..., n, 2, 3), with its ``size`` and
+    place ``x``, m."""
+    sizes = np.nan_to_num(np.linalg.norm(ends, axis=-1), nan=-1.0, posinf=-1.0)
+    place = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
+    return int(place[0]), {"size": float(sizes[place]), "x": float(nodes[place[-2] + place[-1]])}
 
 
 def beams_at_rest(
@@ -335,7 +321,9 @@ def beams_at_rest(
         of_beam = loads[nodes[0]]
         poses, x = np.stack([seen.poses[node] for node in nodes], axis=1), of_beam.nodes
         moved = poses[1, :, 4:] - poses[0, :, 4:]
-        turned = _turns(poses[0, :, :4], poses[1, :, :4])
+        relative = numeric.compose(SO3, poses[1, :, :4], numeric.inverse(SO3, poses[0, :, :4]))
+        relative[relative[:, 0] < 0.0] *= -1.0
+        turned = numeric.log(SO3, relative)
         sizes = np.linalg.norm(moved, axis=1)
         most = int(np.argmax(sizes))
         entry: dict[str, Any] = {
@@ -349,17 +337,8 @@ def beams_at_rest(
         }
         for quantity, ends in (("moment", of_beam.moment_at_ends), ("force", of_beam.force_at_ends)):
             entry[quantity] = ends.tolist()
-            element, end = np.unravel_index(int(np.argmax(np.linalg.norm(ends, axis=-1))), ends.shape[:-1])
-            size = float(np.linalg.norm(ends[element, end]))
-            entry[f"largest_{quantity}"] = {"x": float(x[element + end]), "size": size}
+            entry[f"largest_{quantity}"] = _largest(x, ends)[1]
             entry["first_section"][quantity] = ends[0, 0].tolist()
             entry["last_section"][quantity] = ends[-1, 1].tolist()
         result[nodes[0]] = entry
     return result
-
-
-def _turns(before: Array, after: Array) -> Array:
-    """Return rotation vectors, rad, in world axes, of turns between quaternions (nodes, 4)."""
-    relative = numeric.compose(SO3, after, numeric.inverse(SO3, before))
-    relative[relative[:, 0] < 0.0] *= -1.0
-    return numeric.log(SO3, relative)

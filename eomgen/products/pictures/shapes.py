@@ -25,17 +25,14 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
     from eomgen.scene.forces.forces import Force
 
-#: Largest displacement in a figure, relative to the size of the figure, and displacement above which shapes are not
-#: enlarged.
-_SHOWN, _VISIBLE = 0.1, 0.03
+#: Largest displacement in a figure, relative to the size of the figure.
+_SHOWN = 0.1
 #: Colours of the initial shape, of the shape at rest, and of forces.
 _THIN, _THICK, _LOAD = "#999999", "#0B62C4", "#C8102E"
 #: Colour of roads under tyres.
 _ROAD = "#6b7280"
 #: Colour of shapes without a colour of their own.
 _BODY = "#8fb4de"
-#: Modes of a figure.
-_MODES = 6
 _AXES = "xyz"
 
 
@@ -121,7 +118,7 @@ def draw_modes(
     FileError
         The figure cannot be written.
     """
-    count = min(len(titles), _MODES)
+    count = min(len(titles), 6)
     moved = [update(model.factors, q, sign * shapes[:, k]) for k in range(count) for sign in (1e-4, 0.0)]
     small = _MachineLines(model, t, p, np.stack(moved))
     configurations, angular = [q], [unit == "rad/s" for unit in model.v_units]
@@ -140,7 +137,8 @@ def draw_modes(
         axis.remove()
     for k, axis in enumerate(axes[:count]):
         move = np.abs(lines.places[2 * k + 1] - lines.places[0])
-        plane = max(combinations(range(3), 2), key=lambda pair: float(np.sum(move[:, pair])) + _extent(lines, pair))
+        shown = np.sum(move, axis=0) + np.ptp(lines.places[0], axis=0)
+        plane = max(combinations(range(3), 2), key=lambda pair: float(np.sum(shown[list(pair)])))
         _draw(axis, lines, 0, plane, color=_THIN, linewidth=1.0)
         _draw(axis, lines, 2 * k + 2, plane, color=_THICK, linewidth=1.0, alpha=0.35)
         _draw(axis, lines, 2 * k + 1, plane, color=_THICK, linewidth=2.2)
@@ -222,15 +220,11 @@ def _enlargement(lines: _MachineLines) -> float:
     """Return the magnification of displacements from the first to the second configuration: 1 if they are visible or
     zero, else 1, 2 or 5 times a power of ten."""
     moved = float(np.max(np.linalg.norm(lines.places[1] - lines.places[0], axis=1), initial=0.0))
-    if not 0.0 < moved < _VISIBLE * lines.size:
+    if not 0.0 < moved < 0.03 * lines.size:
         return 1.0
     wanted = _SHOWN * lines.size / moved
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted))
-
-
-def _extent(lines: _MachineLines, plane: Sequence[int]) -> float:
-    return float(np.sum(np.ptp(lines.places[0], axis=0)[list(plane)]))
 
 
 def _planes(lines: _MachineLines) -> list[tuple[int, int]]:

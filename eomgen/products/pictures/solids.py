@@ -21,8 +21,6 @@ _AROUND, _ALONG, _PIECES = 30, 7, 6
 #: Profile of a wheel: axial place by half of the width, and radius by the radius; both ends are at the rim.
 _TYRE = ((-0.85, 0.66), (-1.0, 0.8), (-0.9, 0.93), (-0.55, 1.0), (0.55, 1.0), (0.9, 0.93), (1.0, 0.8), (0.85, 0.66))
 _RUBBER, _RIM = "#33383f", "#c3cad3"
-#: Sectors of a rim, and sectors of them that are spokes.
-_SECTOR, _SPOKE = 6, 2
 
 Faces = list[list[int]]
 
@@ -110,7 +108,7 @@ def _wheel(radius: float, width: float) -> Iterator[SolidPart]:
         [(-inner, 0.0), (-0.5 * width * edge, radius * rim), (0.5 * width * edge, radius * rim), (inner, 0.0)]
     )
     sides = [face for face in faces if len(face) == 3]
-    spokes = [face for number, face in enumerate(sides) if number % _SECTOR < _SPOKE]
+    spokes = [face for number, face in enumerate(sides) if number % 6 < 2]
     yield SolidPart(vertices, spokes)
     yield SolidPart(vertices, [face for face in sides if face not in spokes], _RIM)
 

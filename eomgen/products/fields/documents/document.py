@@ -22,8 +22,12 @@ OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate 
 NO_START = "another start, or other parameters: two bodies in one place, a mass of 0, the root of a negative number"
 #: Least and largest tolerance of the adaptive steps of rk45.
 TOLERANCES = (1e-14, 0.1)
+#: Least and largest length of a box: volumes, and squares of wave numbers, have to be numbers.
+LENGTHS = (1e-100, 1e100)
 #: Largest number of steps of a run or trajectory: above it, times of rows are not distinct doubles.
 _MOST_STEPS = 1e15
+#: Seeds are words of 64 bits with a sign.
+MOST_SEED = 2**63 - 1
 #: Dependence of a term of H: on momenta alone, on coordinates alone, or on both.
 Dependence = Literal["kinetic", "potential", "coupled"]
 DEPENDENCES: tuple[Dependence, ...] = get_args(Dependence)
@@ -324,9 +328,7 @@ class FieldSystem:
     @property
     def parameter_values(self) -> dict[str, float]:
         """Values of parameters by name, including ``volume``, the volume of a cell."""
-        volume = 1.0
-        for count, length in zip(self.cells, self.lengths, strict=True):
-            volume *= length / count
+        volume = math.prod(length / count for count, length in zip(self.cells, self.lengths, strict=True))
         return {VOLUME: volume, **{item.name: item.value for item in self.parameters}}
 
     def place(self, key: str) -> str:

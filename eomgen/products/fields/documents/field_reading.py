@@ -10,7 +10,7 @@ from typing import Any
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.errors import DescriptionError, Message
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported
+from eomgen.formula.nodes import ZERO, Formula, Number  # ZERO: in place of refused values, which are reported
 from eomgen.formula.words import RESERVED
 from eomgen.products.fields.documents.document import (
     DATA_KINDS,
@@ -32,7 +32,6 @@ from eomgen.products.fields.documents.entries import FieldEntries, cell_formula,
 from eomgen.products.fields.documents.schema import (
     DATA_FILES,
     KIND,
-    DataTable,
     FieldFile,
     OperatorTable,
     PowerTable,
@@ -130,7 +129,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         operators = self.operators([item.name for item in numbers if item.kind not in DRAWN])
         truth = self.truth(numbers)
         energy, where = _text(file.cell.energy), {name: _text(text) for name, text in file.cell.where.items()}
-        fields = _last(operators)
+        before = {item.of for item in operators}
+        fields = tuple(item.name for item in operators if item.name not in before)
         columns: tuple[str, ...] = ()
         if not (report.concerns("operators") or report.concerns("data")):  # else names are unknown because of faults
             numbers = self.read_random_data(numbers, operators)
@@ -227,27 +227,27 @@ class _FieldReader(FieldEntries[FieldFile]):
         if kind is None:
             return None
         where, value = self.auxiliary_formulas(f"{key}.where", entry.where, self.waves), getattr(entry, kind)
-        if kind == "white":
-            return Operator(name, "white", of=of)
+        formula: Formula | None = None
+        more: dict[str, Any] = {}
         if kind == "smoothing":
             radius, _ = self.number(f"{key}.smoothing", value, self.known)
             if radius < 0.0:
                 self.report.add(f"{key}.smoothing", f"the radius is {radius:.6g} [E0734]", "a radius from 0 on")
-            return Operator(name, "smoothing", self.formula(key, radius, SceneNames(), _WAVES) or ZERO, of=of)
-        if kind == "difference":
+            formula = Number(radius)
+        elif kind == "difference":
             if value not in self.axes:
                 fault = f"there is no axis {shown(value)} [E0735]"
                 self.report.add(f"{key}.difference", fault, f"one of {listed(self.axes)}")
                 return None
-            return Operator(name, "difference", axis=self.axes.index(value), of=of)
-        if kind == "mask":
-            names = self.names(self.axes, data)
-            return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES) or ZERO, of=of)
-        if isinstance(value, PowerTable):
-            return Operator(name, kind, table=ColumnFile(**dict(value)), of=of)
-        names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
-        made = self.formula(f"{key}.{kind}", value, names, _WAVES, inner)
-        return Operator(name, kind, made or ZERO, where, of=of)
+            more = {"axis": self.axes.index(value)}
+        elif kind == "mask":
+            formula = self.formula(f"{key}.mask", value, self.names(self.axes, data), _PLACES)
+        elif isinstance(value, PowerTable):
+            more = {"table": ColumnFile(**dict(value))}
+        elif kind != "white":
+            names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
+            formula, more = self.formula(f"{key}.{kind}", value, names, _WAVES, inner), {"where": where}
+        return Operator(name, kind, formula or ZERO, of=of, **more)
 
     def kind_of(self, key: str, entry: object, kinds: Sequence[str]) -> Any:
         """Return the only one of the keys ``kinds`` that an entry has; None, after a report, for none or several."""
@@ -289,7 +289,9 @@ class _FieldReader(FieldEntries[FieldFile]):
             kind: DataKind | None = self.kind_of(key, entry, DATA_KINDS)
             if kind is None:
                 continue
-            least = self.minimum(key, name, entry)
+            least = 0.0 if name in _NOT_NEGATIVE else None
+            if entry.minimum is not None:
+                least, _ = self.number(f"{key}.minimum", entry.minimum, self.known)
             inner = f"{key}.{kind}" if isinstance(self.data["data"][name], Mapping) else key
             read: Formula | None = ZERO
             if kind == "file" and not str(entry.file).lower().endswith(DATA_FILES):
@@ -307,11 +309,10 @@ class _FieldReader(FieldEntries[FieldFile]):
         made: list[Data] = []
         operator_names = _with_variances(item.name for item in operators)
         for item in data:
-            key = f"data.{item.name}"
+            key, entry = f"data.{item.name}", self.file.data[item.name]
             if item.kind not in DRAWN:
                 made.append(item)
                 continue
-            entry = self.file.data[item.name]
             names = self.names(self.axes, [*operator_names, *(datum.name for datum in made)])
             mean = self.formula(f"{key}.{item.kind}", getattr(entry, item.kind), names, _DRAWN)
             needed, spread = DRAWN[item.kind], None
@@ -321,11 +322,6 @@ class _FieldReader(FieldEntries[FieldFile]):
                 spread = self.formula(f"{key}.{needed}", getattr(entry, needed), names, _DRAWN)
             made.append(Data(item.name, item.kind, mean or ZERO, spread, minimum=item.minimum))
         return made
-
-    def minimum(self, key: str, name: str, entry: DataTable) -> float | None:
-        if entry.minimum is None:
-            return 0.0 if name in _NOT_NEGATIVE else None
-        return self.number(f"{key}.minimum", entry.minimum, self.known)[0]
 
     def truth(self, data: Sequence[Data]) -> int | None:
         """Return the seed of the truth, from which random data are drawn; None without one, which is reported if there
@@ -359,18 +355,16 @@ class _FieldReader(FieldEntries[FieldFile]):
             result |= self.named_in_cell(key, text, known, of_where)
             of_where.append(name)
         result |= self.named_in_cell("cell.energy", energy, known, of_where)
-        return tuple(name for name in operator_names if name in result), tuple(
-            name for name in columns if name in result
-        )
+        in_order = [tuple(name for name in every if name in result) for every in (operator_names, columns)]
+        return in_order[0], in_order[1]
 
     def named_in_cell(self, key: str, text: str, known: Sequence[str], of_where: Sequence[str]) -> set[str]:
         """Return the names in a formula of a cell; none for an empty one or a faulty one, which is reported. ``known``
         are allowed names, ``of_where`` further ones that definitions do not have."""
-        if not text:
-            return set()
         try:
-            formula = cell_formula(self.report.where(key), text, known, self.defined, of_where)
-            return {symbol.name for symbol in symbols(formula)}
+            if text:
+                formula = cell_formula(self.report.where(key), text, known, self.defined, of_where)
+                return {symbol.name for symbol in symbols(formula)}
         except DescriptionError as error:
             for problem in error.problems if not mentions_any(text, self.refused) else ():
                 self.report.add(key, problem.what, problem.hint)
@@ -397,12 +391,6 @@ def _with_variances(operators: Iterable[str]) -> list[str]:
     """Return the names of operators, and of their variances in formulas."""
     names = list(operators)
     return [*names, *(f"{name}{VARIANCE}" for name in names)]
-
-
-def _last(operators: Sequence[Operator]) -> tuple[str, ...]:
-    """Return the operators that no other follows."""
-    before = {item.of for item in operators}
-    return tuple(item.name for item in operators if item.name not in before)
 
 
 def _text(formula: float | str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import replace
@@ -32,8 +32,6 @@ OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
 SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
-#: Operations at which a sum of terms is split.
-_SUMS = ("add", "sub")
 
 
 def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
@@ -62,11 +60,8 @@ def hamiltonian_from_data(
     """
     report = Report(file, lines or {})
     if "mesh" in data:
-        report.add(
-            "mesh",
-            "this is a system of fields on a mesh, and this command or function is for coordinates [E0759]",
-            OF_FIELDS,
-        )
+        fault = "this is a system of fields on a mesh, and this command or function is for coordinates [E0759]"
+        report.add("mesh", fault, OF_FIELDS)
         report.raise_problems()
     if "repeat" in data:
         of_copies: dict[str, str] = {}
@@ -109,8 +104,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         if report.noted:
             return None
         self.check_start(terms, outputs, values)
-        used = {symbol.name for term in terms for symbol in symbols(term.formula)}
-        self.check_momenta(used, pairs)
+        resting = self.check_momenta({symbol.name for term in terms for symbol in symbols(term.formula)}, pairs)
         return Hamiltonian(
             file.name,
             coordinates,
@@ -122,7 +116,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             file.description,
             self.content_without("simulation"),
             definitions={name: item.text for name, item in self.defined.items()},
-            notes=tuple(map(Message, (*self.note_on_unused(), *_without_motion(used, pairs)))),
+            notes=tuple(map(Message, (*self.note_on_unused(), *resting))),
         )
 
     def hint(self, error: FormulaError) -> str:
@@ -140,15 +134,12 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         made = []
         for name, entry in self.file.coordinates.items():
             named = (name, entry.unit), (entry.momentum or f"p_{name}", entry.momentum_unit)
-            start = [
-                self.number(f"coordinates.{name}.initial[{index}]", value, parameters)
-                for index, value in enumerate(entry.initial)
-            ]
-            q, p = (
-                NamedNumber(name, value, unit, formula=formula)
-                for (name, unit), (value, formula) in zip(named, start, strict=True)
-            )
-            made.append((q, p))
+            pair = []
+            for index, (label, unit) in enumerate(named):
+                key = f"coordinates.{name}.initial[{index}]"
+                value, formula = self.number(key, entry.initial[index], parameters)
+                pair.append(NamedNumber(label, value, unit, formula=formula))
+            made.append((pair[0], pair[1]))
         return made
 
     def terms(self, names: SceneNames, momenta: set[str]) -> list[HamiltonianTerm]:
@@ -164,11 +155,8 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         made = []
         for name, text in table.items():
             formula = self.formula(f"hamiltonian.{name}" if name else "hamiltonian", text, names, _OF_STATES)
-            if formula is not None:
-                made += [
-                    HamiltonianTerm(name or "hamiltonian", part, _dependence(part, momenta))
-                    for part in summands(formula, momenta)
-                ]
+            for part in [] if formula is None else summands(formula, momenta):
+                made.append(HamiltonianTerm(name or "hamiltonian", part, _dependence(part, momenta)))
         return made
 
     def outputs(self, names: SceneNames) -> list[StateOutput]:
@@ -207,13 +195,18 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
                 fault = f"it has no finite real value at the start, where {at}: {error} [E0772]"
                 self.report.add(where, fault, NO_START)
 
-    def check_momenta(self, used: Collection[str], pairs: Sequence[tuple[NamedNumber, NamedNumber]]) -> None:
+    def check_momenta(self, used: Collection[str], pairs: Sequence[tuple[NamedNumber, NamedNumber]]) -> list[str]:
         """Report coordinates that stay at rest: neither the coordinate nor the momentum is among the names ``used`` by
-        H."""
+        H. Return a note on each coordinate with a force on whose momentum H does not depend: dH/dp is zero."""
+        notes = []
         for q, p in pairs:
-            if q.name not in used and p.name not in used:
+            if q.name in used and p.name not in used:
+                fault = f"hamiltonian: H does not depend on {p.name}, so {q.name} never moves"
+                notes.append(f"{fault}; try: a kinetic energy, {p.name}**2/(2*m), in H")
+            elif p.name not in used:
                 fault = f"neither {q.name} nor {p.name} is in H, so both stay as they are [E0773]"
                 self.report.add(f"coordinates.{q.name}", fault, "a term of H with them, or leave it out")
+        return notes
 
 
 def _states(formula: Formula) -> set[str]:
@@ -240,7 +233,7 @@ def summands(formula: Formula, momenta: set[str]) -> list[Formula]:
     arguments = formula.arguments
     if formula.name == "neg":
         return [-part for part in summands(arguments[0], momenta)]
-    if formula.name in _SUMS:
+    if formula.name in ("add", "sub"):
         second = summands(arguments[1], momenta)
         second = second if formula.name == "add" else [-part for part in second]
         return [*summands(arguments[0], momenta), *second]
@@ -249,11 +242,3 @@ def summands(formula: Formula, momenta: set[str]) -> list[Formula]:
     if formula.name == "mul" and not _states(arguments[0]):
         return [Operation("mul", (arguments[0], part)) for part in summands(arguments[1], momenta)]
     return [formula]
-
-
-def _without_motion(used: Collection[str], pairs: Sequence[tuple[NamedNumber, NamedNumber]]) -> Iterator[str]:
-    """Yield a note on each coordinate with a force on whose momentum H does not depend: dH/dp is zero."""
-    for q, p in pairs:
-        if q.name in used and p.name not in used:
-            fault = f"hamiltonian: H does not depend on {p.name}, so {q.name} never moves"
-            yield f"{fault}; try: a kinetic energy, {p.name}**2/(2*m), in H"

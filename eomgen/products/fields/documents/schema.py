@@ -21,7 +21,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from eomgen.base.messages import NAME_LENGTH
-from eomgen.products.fields.documents.document import TOLERANCES, Chains, RunDefaults
+from eomgen.products.fields.documents.document import LENGTHS, MOST_SEED, TOLERANCES, Chains, RunDefaults
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe, is_plain_number, list_of
 
@@ -31,7 +31,6 @@ KIND = "hamiltonian"
 DATA_FILES = (".npy", ".csv")
 #: Text like the path of a file with another ending: no formula of places has a name with a dot.
 _PATH = re.compile(r"[^\s()+*]*[A-Za-z_]\w*\.[A-Za-z]\w*")
-_MOST_SEED = 2**63 - 1
 _POWER = '{ power = "300*exp(-(4*k)**2)" }'
 _START = "{ initial = [0.1, 0.0] }"
 
@@ -50,7 +49,7 @@ def _sides(value: object) -> float | tuple[float, ...]:
     """Return the length of all sides, or a tuple of each; raise an error of pydantic for a length outside the range
     1e-100 to 1e100. So volumes and squared wave numbers are finite."""
     sides = value if isinstance(value, list | tuple) else [value]
-    lengths = [float(side) for side in sides if is_plain_number(side) and 1e-100 <= side <= 1e100]
+    lengths = [float(side) for side in sides if is_plain_number(side) and LENGTHS[0] <= side <= LENGTHS[1]]
     if not sides or len(lengths) < len(sides):
         text = f"the length of the box cannot be {value_text(value)} [E0727]"
         raise PydanticCustomError("length", "{text}", {"text": text})
@@ -284,7 +283,7 @@ class PriorTable(Table):
 class TruthTable(Table):
     """The field from which random data are made."""
 
-    seed: Annotated[int, Field(ge=0, le=_MOST_SEED)] = key("seed of the white field", example="seed = 1")
+    seed: Annotated[int, Field(ge=0, le=MOST_SEED)] = key("seed of the white field", example="seed = 1")
 
 
 class CellTable(Table):

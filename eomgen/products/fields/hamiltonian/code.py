@@ -18,7 +18,7 @@ from eomgen.codegen.targets.c.target import compile_command, generate_interface,
 from eomgen.formula.evaluate import symbols
 from eomgen.integrators.families.adaptive import AFTER_FAILURE, MOST_GROWTH, MOST_REDUCTION, MOST_STEPS, SAFETY
 from eomgen.lie.product import Factor
-from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian, NamedNumber
+from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian
 from eomgen.products.fields.documents.recording import record_at
 from eomgen.products.fields.hamiltonian.methods import Method, krylov
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
@@ -67,14 +67,13 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     along: dict[Ref | InputSymbol, Ref] = dict(zip(states, (item.ref for item in (*dq, *dv)), strict=True))
     products = jacobian_vector(tape, slopes, along)
     energies = tuple(part.ref for part in parts.values())
-    by_state = (
-        Block("dH_dq", (n,), tuple(slopes[:n]), "by coordinates"),
-        Block("dH_dp", (n,), tuple(slopes[n:]), "by momenta"),
-    )
-    along_state = (
-        Block("along_q", (n,), tuple(products[:n]), "change of dH/dq"),
-        Block("along_p", (n,), tuple(products[n:]), "change of dH/dp"),
-    )
+
+    def halves(refs: Sequence[Ref], *named: tuple[str, str]) -> tuple[Block, ...]:
+        parts = zip(named, (refs[:n], refs[n:]), strict=True)
+        return tuple(Block(name, (n,), tuple(part), described) for (name, described), part in parts)
+
+    by_state = halves(slopes, ("dH_dq", "by coordinates"), ("dH_dp", "by momenta"))
+    along_state = halves(products, ("along_q", "change of dH/dq"), ("along_p", "change of dH/dp"))
     functions = [
         Function("hamiltonian", "energies", STATE, (Block("energy", (3,), energies, _PARTS),)),
         Function("gradient", "gradient of H", STATE, by_state),
@@ -87,7 +86,10 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
         )
         functions.append(Function("observed", "outputs", STATE, (Block("y", (len(y),), y, "outputs"),)))
     if document.separable:
-        rates = Block("qdot", (n,), tuple(slopes[n:])), Block("pdot", (n,), _negative(slopes[:n]))
+        rates = (
+            Block("qdot", (n,), tuple(slopes[n:])),
+            Block("pdot", (n,), tuple(-ref if ref else ref for ref in slopes[:n])),
+        )
         functions.append(Function("drift", "rates of coordinates, dT/dp", ("p", "v"), rates[:1]))
         functions.append(Function("kick", "rates of momenta, -dV/dq", ("p", "q"), rates[1:]))
     return _system(document, tape, functions)
@@ -112,13 +114,18 @@ def _divisors(tape: Tape, energy: Ref) -> set[int]:
 
 def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) -> System:
     """Return a System with these functions, whose velocities are the momenta, with a factor R for each coordinate."""
-    n = len(document.coordinates)
+    n, parameters = len(document.coordinates), []
+    for item in document.parameters:  # formulas are of files, and a struct of C has none
+        leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})
+        rule = f"it follows {', '.join(leaders)} in files, not here" if leaders else ""
+        described = "; ".join(text for text in (item.description, rule) if text)
+        parameters.append(Quantity(item.name, item.value, 1, item.unit, described))
     return System(
         document.name,
         tape,
         tuple(Factor("R", item.name, k, 1, k, 1) for k, item in enumerate(document.coordinates)),
         {function.name: function for function in functions},
-        tuple(Quantity(item.name, item.value, 1, item.unit, _description(item)) for item in document.parameters),
+        tuple(parameters),
         (),
         tuple(Quantity(item.name, unit=item.unit) for item in document.outputs),
         (),
@@ -129,18 +136,6 @@ def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) ->
         facts=Facts(constant_mass=True, velocity_forces=False, smooth=True, moving_base=False, conservative=True),
         description=document.description,
     )
-
-
-def _description(item: NamedNumber) -> str:
-    """Return the description of a parameter, with a remark on the parameters that the formula follows in files, but not
-    in a struct of C."""
-    leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})
-    rule = f"it follows {', '.join(leaders)} in files, not here" if leaders else ""
-    return "; ".join(text for text in (item.description, rule) if text)
-
-
-def _negative(refs: list[Ref]) -> tuple[Ref, ...]:
-    return tuple(-ref if ref else ref for ref in refs)
 
 
 #: Declarations of the functions called from Python.

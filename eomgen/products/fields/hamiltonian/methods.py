@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import listed, nearest
 from eomgen.base.products import fault_of_removed
 from eomgen.errors import DescriptionError, Problem, UsageError
-from eomgen.integrators.compositions import Composition, composition_named, names_composition
+from eomgen.integrators.compositions import composition_named, names_composition
 from eomgen.integrators.compositions import compositions as every_composition
 from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
@@ -46,9 +46,6 @@ Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 MIDPOINT = "implicit_midpoint"
 _OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
-#: Largest number of vectors of the Krylov subspace for the linear equations of implicit steps, largest number of
-#: entries of all vectors together, and least number of vectors.
-_MOST_VECTORS, _MOST_NUMBERS, _FEWEST_VECTORS = 160, 2_000_000, 30
 _SOURCE = "Hairer, Lubich and Wanner 2006, section II.1"
 #: Default methods: for separable systems, and for other systems.
 STANDARD, STANDARD_IMPLICIT = "omf4", "gauss6"
@@ -134,8 +131,8 @@ ELSEWHERE = {
 
 def krylov(n: int) -> int:
     """Return the largest number of vectors of the Krylov subspace for implicit steps of n coordinates, limited by the
-    unknowns, by 160 and by memory (at least 30)."""
-    return min(HIGHEST_ORDER * n, _MOST_VECTORS, max(_FEWEST_VECTORS, _MOST_NUMBERS // (2 * n)))
+    unknowns, by 160 and by memory, two million entries of all vectors (at least 30)."""
+    return min(HIGHEST_ORDER * n, 160, max(30, 2_000_000 // (2 * n)))
 
 
 def method_for(document: Hamiltonian, name: str | None = None, first: str = "drift") -> Method:
@@ -164,9 +161,8 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     if not isinstance(name, str):
         raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", '"omf4"'))
     if not name:
-        raise UsageError(
-            Problem("method", "the name of the method is empty [E0777]", f'"{standard}", or no method at all')
-        )
+        hint = f'"{standard}", or no method at all'
+        raise UsageError(Problem("method", "the name of the method is empty [E0777]", hint))
     key = name.lower().replace("-", "_")
     if key == MIDPOINT:
         return _collocation(MIDPOINT, 2, (1.0,), _SOURCE, 1)
@@ -177,16 +173,18 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         return EXPLICIT[key]
     if first not in ("drift", "kick"):
         raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {first!r} [E0329]", "drift"))
-    composition = _composition(key, first)
+    check_name(key)
+    try:
+        composition = composition_named(key, "drift" if first == "drift" else "kick")
+    except UsageError as error:
+        raise UsageError([Problem("method", problem.what, problem.hint) for problem in error.problems]) from None
     if document.separable:
         kind: Kind = "DRIFT_FIRST" if first == "drift" else "KICK_FIRST"
         limit = composition.stability_limit
         return Method(composition.name, composition.order, kind, composition.fractions, composition.source, limit)
     if len(composition.leapfrogs) < 2:
-        fault = (
-            f"{composition.name} needs H = T(p) + V(q), and {listed(document.coupled_terms)} depends on coordinates and"
-            f" momenta [E0778]"
-        )
+        fault = f"{composition.name} needs H = T(p) + V(q), and {listed(document.coupled_terms)} depends on coordinates"
+        fault += " and momenta [E0778]"
         hint = f"{MIDPOINT}, gauss4 or gauss6, or yoshida4 or suzuki4, whose parts are implicit midpoint steps then"
         raise UsageError(Problem("method", fault, hint))
     return _collocation(composition.name, composition.order, composition.leapfrogs, composition.source, 1)
@@ -204,11 +202,3 @@ def check_name(name: str) -> None:
         known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
         unknown = f"there is no method {key!r} of Hamiltonian systems [E0779]", nearest(key, known, ELSEWHERE)
         raise UsageError([Problem("method", *(fault_of_removed("method", key) or unknown))])
-
-
-def _composition(name: str, first: str) -> Composition:
-    check_name(name)
-    try:
-        return composition_named(name, "drift" if first == "drift" else "kick")
-    except UsageError as error:
-        raise UsageError([Problem("method", problem.what, problem.hint) for problem in error.problems]) from None

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import Defaults, NamedAttributes, NamedResults, checked_calls
 from eomgen.base.messages import nearest, shown
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
 from eomgen.products.fields.documents.document import (
@@ -36,15 +37,7 @@ from eomgen.toolchain.library import Library
 
 #: Size and number of steps, and the number of these between rows.
 _Grid = tuple[float, int, int]
-#: Seconds between looks at the keyboard, and steps before the first.
-_SECONDS_AT_ONCE, _FIRST_STEPS = 0.1, 64
-#: Coordinates up to which the largest frequency at the start is worked out.
-_FEW = 100
-#: Copies of a record that a run makes, and bytes that these may take.
-_COPIES, _MOST_BYTES = 4, 4e9
 _COUNTED = ("steps", "gradients", "iterations", "products")
-#: Changes of H, relative to its absolute parts, above which a run is doubtful, and above which it has failed.
-_DOUBTED, _EXPLODED = 0.3, 10.0
 #: Reasons for the end of a run, by the status returned by C.
 _STATUSES = {
     1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
@@ -212,7 +205,7 @@ class HamiltonianModel(NamedAttributes):
         run = self.document.simulation
         t_end = run.duration if t_end is None else _finite("t_end", t_end)
         step = run.step if step is None else _finite("step", step)
-        every = run.record_every if record_every is None else record_every
+        every = count_of("record_every", run.record_every if record_every is None else record_every)
         chosen = method_for(self.document, method, first)
         steps = _whole_steps(t_end, step)
         if tolerance is not None and not chosen.chooses_steps:
@@ -220,7 +213,6 @@ class HamiltonianModel(NamedAttributes):
             raise UsageError(Problem("tolerance", fault, f'method="rk45", or a step below {abs(step):.6g}'))
         allowed = run.tolerance if tolerance is None else _finite("tolerance", tolerance)
         check_tolerance(allowed)
-        every = _spacing(every)
         values = self._values(parameters)
         state = self._start(initial, values)
         began = time.perf_counter()
@@ -250,7 +242,10 @@ class HamiltonianModel(NamedAttributes):
         t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
         energy, outputs = self._energies_and_outputs(q, p, values)
         changed, exploded = _change_of_energy(energy, chosen, step)
-        notes = [_ending(status, t, step, steps), self._too_large(chosen, step, state[0], values), changed]
+        ends = f"reached t = {t[-1]:.9g} in {steps} steps", f"interrupted at t = {t[-1]:.9g}"
+        failure = f"stopped after t = {t[-1]:.9g}: {_STATUSES.get(status, '').format(step=abs(step))}"
+        ending = failure if status > 0 else ends[-status]
+        notes = [ending, self._too_large(chosen, step, state[0], values), changed]
         return HamiltonianSolution(
             t,
             q,
@@ -269,15 +264,11 @@ class HamiltonianModel(NamedAttributes):
         """Return the parts of H with ``total``, and the outputs, by name, (rows,) each, at states q and p, (rows, n)
         each. A separable H has no coupled part."""
         parts = self._call("hamiltonian", [q, p], values)[0]
-        energy: dict[str, Array] = {
-            name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
-        }
-        energy["total"] = parts.sum(axis=1)
-        outputs: NamedResults[Array] = NamedResults("output", {})
-        if self.document.outputs:
-            y = self._call("observed", [q, p], values)[0]
-            outputs = NamedResults("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
-        return energy, outputs
+        named = DEPENDENCES[:2] if self.separable else DEPENDENCES
+        energy = {**dict(zip(named, parts.T, strict=False)), "total": parts.sum(axis=1)}
+        y = self._call("observed", [q, p], values)[0].T if self.document.outputs else ()
+        names = [item.name for item in self.document.outputs]
+        return energy, NamedResults("output", dict(zip(names, y, strict=True)))
 
     def _metadata(
         self, chosen: Method, first: str, step: float, tolerance: float, compensated: bool, values: Array
@@ -311,8 +302,12 @@ class HamiltonianModel(NamedAttributes):
         """
         n, ffi, (step, steps, every) = self.n, self.library.ffi, grid
         whole, rest = divmod(steps, every)
-        _check_memory(1 + whole + (rest > 0), 2 * n, steps)
-        record = np.empty((1 + whole + (rest > 0), 2 * n))
+        size = 1 + whole + (rest > 0), 2 * n
+        if (needed := 4 * 8 * size[0] * size[1]) > 4e9:  # copies that a run makes
+            fault = f"{size[0]:.6g} rows of {2 * n} numbers would take about {needed / 1e9:.3g} GB [E0786]"
+            hint = f"record_every={math.ceil(steps * needed / size[0] / 4e9)}"
+            raise UsageError(Problem("record_every", fault, hint))
+        record = np.empty(size)
         motion = np.concatenate([state.ravel(), np.zeros(2 * n + 1)])
         record[0] = motion[: 2 * n]
         arguments = (
@@ -333,7 +328,7 @@ class HamiltonianModel(NamedAttributes):
             )  # fmt: skip
             return result
 
-        row, within, status, at_once = 1, 0, 0, _FIRST_STEPS
+        row, within, status, at_once = 1, 0, 0, 64  # steps before the first look at the keyboard
         counted = list(tally)
         try:
             while not status and (row - 1) * every < steps:
@@ -351,7 +346,7 @@ class HamiltonianModel(NamedAttributes):
                 if rows:
                     row, within, counted = row + rows, 0, list(tally)
                 spent = max(time.perf_counter() - began, 1e-9)
-                at_once = max(1, min(2 * at_once, int(taken * _SECONDS_AT_ONCE / spent)))
+                at_once = max(1, min(2 * at_once, int(taken * 0.1 / spent)))  # looks every 0.1 s
         except KeyboardInterrupt:
             status = -1
             if within:
@@ -363,7 +358,7 @@ class HamiltonianModel(NamedAttributes):
         """Return a message if step times the largest frequency at the start (``state``, (2 n,)) exceeds the method's
         limit of stability, else an empty text; also empty for methods without a limit and for more than 100
         coordinates."""
-        if not method.stability_limit or self.n > _FEW:
+        if not method.stability_limit or self.n > 100:
             return ""
         here = state[: self.n], state[self.n :]
         flow = self._flow(*here, values)
@@ -385,13 +380,7 @@ class HamiltonianModel(NamedAttributes):
         formulas there. An array is returned unchanged. Raises UsageError for an unknown name."""
         if isinstance(parameters, np.ndarray):
             return parameters
-        _check_mapping("parameters", parameters, 'parameters={"m": 2.0}')
-        changes = {}
-        for name, value in (parameters or {}).items():
-            if name not in self.parameters:
-                hint = nearest(str(name), self.parameters) or "no parameters, as there is none"
-                raise UsageError(Problem("parameters", f"there is no parameter {shown(str(name))} [E0781]", hint))
-            changes[name] = _finite(f"parameters.{name}", value)
+        changes = _by_name("parameters", "parameter", parameters, list(self.parameters), 'parameters={"m": 2.0}')
         return np.array(list(self.document.parameter_values(changes).values()), float)
 
     def _start(self, initial: Mapping[str, Any] | None, values: Array) -> Array:
@@ -399,27 +388,21 @@ class HamiltonianModel(NamedAttributes):
         and momenta by name, or arrays ``q`` and ``p``. Raises UsageError for unknown names, wrong shapes, and a start
         at which H is not finite."""
         names = [*self.q_names, *self.p_names]
-        known: dict[str, float] = {}
-        _check_mapping("initial", initial, f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays')
-        for key, value in (initial or {}).items():
-            if key in names:
-                known[key] = _finite(f"initial.{key}", value)
-            elif key in ("q", "p"):
-                array = _array(f"initial.{key}", value)
+        given: Any = initial
+        for key, of_array in (("q", self.q_names), ("p", self.p_names)) if isinstance(initial, Mapping) else ():
+            if key in given and key not in names:
+                array = _array(f"initial.{key}", given[key])
                 if array.shape != (self.n,) or not np.isfinite(array).all():
                     fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed [E0782]"
                     raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
-                known |= zip(self.q_names if key == "q" else self.p_names, array.tolist(), strict=True)
-            else:
-                hint = nearest(str(key), names)
-                raise UsageError(
-                    Problem("initial", f"there is no coordinate or momentum {shown(str(key))} [E0783]", hint)
-                )
+                rest = {name: value for name, value in given.items() if name != key}
+                given = {**dict(zip(of_array, array.tolist(), strict=True)), **rest}
+        example = f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays'
+        known = _by_name("initial", "coordinate or momentum", given, names, example)
         state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), known)
         energy = float(self._call("hamiltonian", [state[: self.n], state[self.n :]], values)[0].sum())
         if not math.isfinite(energy):
-            hint = NO_START
-            raise UsageError(Problem("initial", f"H is {energy} at the start [E0784]", hint))
+            raise UsageError(Problem("initial", f"H is {energy} at the start [E0784]", NO_START))
         return state[None, :]
 
     def _call(
@@ -439,17 +422,6 @@ class HamiltonianModel(NamedAttributes):
         return outputs
 
 
-def _check_memory(rows: int, width: int, steps: int) -> None:
-    """Raise UsageError if a record of ``rows`` of ``width`` numbers, and the quantities evaluated from the record,
-    exceed 4 GB; the hint uses the number of ``steps``."""
-    needed = 8 * rows * width * _COPIES
-    if needed > _MOST_BYTES:
-        fault = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB [E0786]"
-        raise UsageError(
-            Problem("record_every", fault, f"record_every={math.ceil(steps * needed / rows / _MOST_BYTES)}")
-        )
-
-
 def _whole_steps(t_end: float, step: float) -> int:
     """Return the number of steps from 0 to ``t_end``. Raises UsageError for a step of 0 or of the wrong sign, and for
     an end that is not a whole number of steps."""
@@ -458,19 +430,27 @@ def _whole_steps(t_end: float, step: float) -> int:
     check_step_count("step", t_end, step)
     count = t_end / step
     if count < 0:
-        raise UsageError(
-            Problem("t_end", f"steps of {step:g} lead away from {t_end:g} [E0789]", f"a step of {-step:g}")
-        )
+        fault = f"steps of {step:g} lead away from {t_end:g} [E0789]"
+        raise UsageError(Problem("t_end", fault, f"a step of {-step:g}"))
     steps = round(count)
-    if abs(count - steps) > 1e-6 * max(1.0, count * 1e-6):
+    if abs(count - steps) > WRITTEN * max(1.0, count * WRITTEN):
         hint = f"an end of {max(steps, 1) * step:.9g}, or a step of {t_end / max(steps, 1):.9g}"
         raise UsageError(Problem("t_end", f"{t_end:.9g} is not a whole number of steps of {step:.9g} [E0790]", hint))
     return steps
 
 
-def _check_mapping(key: str, value: object, hint: str) -> None:
-    if value is not None and not isinstance(value, Mapping):
-        raise UsageError(Problem(key, f"numbers by name are needed, not {shown(value)} [E0791]", hint))
+def _by_name(argument: str, noun: str, values: object, known: Sequence[str], example: str) -> dict[str, float]:
+    """Return the numbers that a caller gives by name; an empty mapping for None. Raises UsageError for another object,
+    for names that are not in ``known``, and for values that are not finite numbers."""
+    if values is not None and not isinstance(values, Mapping):
+        raise UsageError(Problem(argument, f"numbers by name are needed, not {shown(values)} [E0791]", example))
+    result = {}
+    for name, value in (values or {}).items():
+        if name not in known:
+            hint = nearest(str(name), known) or f"no {argument}, as there is none"
+            raise UsageError(Problem(argument, f"there is no {noun} {shown(str(name))} [E0781]", hint))
+        result[name] = _finite(f"{argument}.{name}", value)
+    return result
 
 
 def _array(key: str, value: object) -> Array:
@@ -481,15 +461,6 @@ def _array(key: str, value: object) -> Array:
         raise UsageError(Problem(key, f"{shown(value)} is not an array of numbers [E0792]", "[0.1, 0.2]")) from None
 
 
-def _spacing(every: object) -> int:
-    """Return the number of steps between rows. Raises UsageError."""
-    if isinstance(every, np.integer):
-        every = int(every)
-    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-        raise UsageError(Problem("record_every", f"{every!r} is not a whole number from 1 [E0793]", "record_every=10"))
-    return every
-
-
 def _finite(key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
         raise UsageError(Problem(key, f"a finite number is needed, not {value!r} [E0343]", "0.1"))
@@ -497,8 +468,8 @@ def _finite(key: str, value: object) -> float:
 
 
 def _change_of_energy(energy: Mapping[str, Array], method: Method, step: float) -> tuple[str, bool]:
-    """Return a warning on the drift of H, empty without one, and whether the drift is so large that the motion is
-    invalid.
+    """Return a warning on the drift of H, empty without one, and whether the drift is so large, ten times the scale at
+    the start, that the motion is invalid.
 
     A drift above 0.3 of the scale is warned of. The scale is the sum of the absolute parts of H, at the same time, at
     the start and in most rows: all parts may be 0 at the start, and an encounter has large parts for a moment.
@@ -506,18 +477,9 @@ def _change_of_energy(energy: Mapping[str, Array], method: Method, step: float) 
     total = energy["total"]
     sizes = np.sum([np.abs(part) for name, part in energy.items() if name != "total"], axis=0)
     changes, start = np.abs(total - total[0]), float(sizes[0])
-    if not np.any(changes > _DOUBTED * np.maximum(sizes, max(start, float(np.quantile(sizes, 0.75))))):
+    if not np.any(changes > 0.3 * np.maximum(sizes, max(start, float(np.quantile(sizes, 0.75))))):
         return "", False
     worst = int(np.argmax(changes))
     message = f"H, which nothing changes, goes from {total[0]:.6g} to {total[worst]:.6g}: this is not the motion of the"
-    message = f"{message} system"
     hint = "a smaller tolerance" if method.chooses_steps else f"a step smaller than {abs(step):.3g}, or rk45"
-    return f"{message}; try: {hint}", bool(changes[worst] > _EXPLODED * start)
-
-
-def _ending(status: int, t: Array, step: float, steps: int) -> str:
-    if status == 0:
-        return f"reached t = {t[-1]:.9g} in {steps} steps"
-    if status < 0:
-        return f"interrupted at t = {t[-1]:.9g}"
-    return f"stopped after t = {t[-1]:.9g}: {_STATUSES[status].format(step=abs(step))}"
+    return f"{message} system; try: {hint}", bool(changes[worst] > 10.0 * start)

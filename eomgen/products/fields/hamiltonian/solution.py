@@ -16,10 +16,9 @@ from eomgen.base.csv_tables import write_table
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import write_arrays
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import Problem, UsageError
 
-#: Tolerated distance of the observed order from the method's, and the part of the motion that counts as rounding.
-_OTHER_ORDER, _ROUNDING = 0.75, 1e-12
 #: Part of the motion above which a motion is no longer followed.
 LOST = 0.1
 
@@ -114,21 +113,18 @@ def estimate_errors(
         if twice is not None and four is not None:
             here = rows_of_run[common]
             apart, further = (np.abs(left - right) / scale for left, right in ((here, twice), (twice, four)))
-            small = float(apart.max()) < _ROUNDING
+            small = float(apart.max()) < SUMMED
             seen = math.log2(float(further.max()) / float(apart.max())) if not small else math.nan
-            if small or (abs(seen - order) < _OTHER_ORDER and float(further.max()) < LOST):
+            if small or (abs(seen - order) < 0.75 and float(further.max()) < LOST):
                 made = f"runs in steps of {2 * step:.6g} and {4 * step:.6g}"
-                return _step_errors(
-                    apart / (2**order - 1), scale, [ends[k] * step for k in common], names, seen, order, made
-                )
+                t = [ends[k] * step for k in common]
+                return _step_errors(apart / (2**order - 1), scale, t, names, seen, order, made)
     finer = rows(0.5, every)
     if finer is None:
         return StepErrors(reason=f"a run in steps of {step / 2:.6g} failed", declared_order=order)
-    apart = np.abs(rows_of_run - finer) / scale
-    made = f"a run in steps of {step / 2:.6g}"
-    return _step_errors(
-        apart * 2**order / (2**order - 1), scale, [end * step for end in ends], names, math.nan, order, made
-    )
+    apart = np.abs(rows_of_run - finer) / scale * 2**order / (2**order - 1)
+    made, t = f"a run in steps of {step / 2:.6g}", [end * step for end in ends]
+    return _step_errors(apart, scale, t, names, math.nan, order, made)
 
 
 def by_tolerance(rows: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
@@ -256,10 +252,6 @@ class HamiltonianSolution(NamedAttributes):
         return path
 
 
-#: Largest number of curves in one panel, with distinct colours, and of points of one curve.
-_CURVES, _POINTS = 10, 4000
-
-
 def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
     """Write ``motion.png`` to ``folder``: coordinates, momenta, outputs and the change of H over time; return the path
     in a list. Raises FileError."""
@@ -272,11 +264,11 @@ def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
     panels = [panel for panel in panels if panel[1]]
     figure = new_figure((8.0, 1.0 + 2.3 * (len(panels) + 1)))
     every = figure.subplots(len(panels) + 1, 1, sharex=True)
-    taken = np.unique(np.linspace(0, len(solution.t) - 1, min(len(solution.t), _POINTS)).astype(int))
+    taken = np.unique(np.linspace(0, len(solution.t) - 1, min(len(solution.t), 4000)).astype(int))
     for axes, (label, curves, its_units) in zip(every, panels, strict=False):
-        for name, curve in list(curves.items())[:_CURVES]:
+        for name, curve in list(curves.items())[:10]:  # with distinct colours
             axes.plot(solution.t[taken], curve[taken], label=name, linewidth=0.8)
-        more, unit = len(curves) - _CURVES, set(its_units)
+        more, unit = len(curves) - 10, set(its_units)
         title = f"{more} more in the table" if more > 0 else None
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small", title=title, title_fontsize="small")
         axes.set_ylabel(axis_label(label, unit.pop() if len(unit) == 1 else ""))

@@ -52,4 +52,4 @@ __all__ = [
     "white",
 ]
 #: Open to the other parts of ``products.fields`` as well.
-WITHIN = ["mesh"]
+WITHIN = ["mesh", "record"]

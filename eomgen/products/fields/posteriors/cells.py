@@ -54,8 +54,6 @@ void eomgen_field_residual_single(long n, float *const *fields, const double *co
 _TAKEN = frozenset(
     {"n", "i", "f", "d", "j", "h", "r", "lane", "sum", "lost", "sums", "losses", "total", "both", "added"}
 )
-#: Size of arrays from which on threads share the work, and divisor of the sizes of parts: whole vector registers.
-_SHARED, _MULTIPLE = 2**19, 1024
 
 
 @dataclass(frozen=True)
@@ -351,7 +349,7 @@ class CellRoutines:
         """Call ``part`` with arrays of one size, or, for large ones, with the same parts of each array in several
         threads."""
         size = next(array.size for array in arrays if array is not None)
-        if self.threads == 1 or size < _SHARED:
+        if self.threads == 1 or size < 2**19:
             part(*arrays)
             return
         flat = [None if array is None else array.reshape(-1) for array in arrays]
@@ -359,7 +357,7 @@ class CellRoutines:
         def some(begin: int, end: int) -> None:
             part(*(None if array is None else array[begin:end] for array in flat))
 
-        length = _MULTIPLE * -(-size // (_MULTIPLE * self.threads))
+        length = 1024 * -(-size // (1024 * self.threads))  # whole vector registers
         share(some, [(begin, min(begin + length, size)) for begin in range(0, size, length)], self.threads)
 
     def norm(self, x: Complex, even: bool, weight: Array | None = None) -> float:

@@ -18,7 +18,7 @@ import importlib
 import math
 import os
 from collections.abc import Sequence
-from typing import Any, Literal, Protocol, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 import scipy.fft
@@ -29,17 +29,15 @@ from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.messages import counted, listed, nearest
 from eomgen.base.products import optional_package
+from eomgen.base.rounding import SUMMED
 from eomgen.base.threads import thread_count
 from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.products.fields.documents.document import LENGTHS
 
 Complex = NDArray[np.complex128]
 #: Spectra and fields of cells in double or single precision.
 Spectrum = NDArray[np.complex128] | NDArray[np.complex64]
 Reals = NDArray[np.float64] | NDArray[np.float32]
-#: Lengths of a box: volumes, and squares of wave numbers, have to be numbers.
-SMALLEST, LARGEST = 1e-100, 1e100
-#: Number of cells below which transforms use one thread, because more threads cost more than they save.
-_ONE_THREAD = 32**3
 
 
 @checked_calls()
@@ -66,11 +64,11 @@ class Mesh:
         made = tuple(int(count) for count in cells)
         sides = (lengths,) * len(made) if isinstance(lengths, int | float) else tuple(lengths)
         if not 1 <= len(made) <= 3 or min(made) < 2:
-            raise UsageError(
-                Problem("Mesh: cells", f"{tuple(cells)} is not a mesh [E0797]", "1 to 3 numbers above 1: (64, 64)")
-            )
-        if len(sides) != len(made) or not all(SMALLEST <= side <= LARGEST for side in sides):
-            fault = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g} [E0798]"
+            fault = f"{tuple(cells)} is not a mesh [E0797]"
+            raise UsageError(Problem("Mesh: cells", fault, "1 to 3 numbers above 1: (64, 64)"))
+        low, high = LENGTHS
+        if len(sides) != len(made) or not all(low <= side <= high for side in sides):
+            fault = f"{sides} are not {len(made)} lengths from {low:g} to {high:g} [E0798]"
             raise UsageError(Problem("Mesh: lengths", fault, "one number, or one for each axis"))
         object.__setattr__(self, "cells", made)
         object.__setattr__(self, "lengths", tuple(float(side) for side in sides))
@@ -119,7 +117,7 @@ class Mesh:
     @property
     def threads(self) -> int:
         """Threads of a transform."""
-        return thread_count() if self.size >= _ONE_THREAD else 1
+        return thread_count() if self.size >= 32**3 else 1  # more cost more than they save below
 
     @overload
     def spectrum(self, field: Array, *, overwrite: bool = False) -> Complex: ...
@@ -261,11 +259,8 @@ class Mesh:
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else needed
         if needed > there:
             shape = " x ".join(map(str, self.cells))
-            fault = (
-                f"{purpose} on {shape} cells takes {needed / 2**30:.3g} GiB, and this machine has"
-                f" {there / 2**30:.3g} [E0799]"
-            )
-            raise ModelError(Problem("memory", fault, "fewer cells, or chains"))
+            fault = f"{purpose} on {shape} cells takes {needed / 2**30:.3g} GiB, and this machine has"
+            raise ModelError(Problem("memory", f"{fault} {there / 2**30:.3g} [E0799]", "fewer cells, or chains"))
         return needed
 
 
@@ -289,7 +284,7 @@ def _bins(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], 
     Nyquist wave number."""
     nyquist = min(math.pi * count / length for count, length in zip(mesh.cells, mesh.lengths, strict=True))
     weights = np.broadcast_to(mesh.weights, mesh.half)
-    number = np.ceil(mesh.wave_numbers / nyquist * bins - 1e-12).astype(int).ravel() - 1
+    number = np.ceil(mesh.wave_numbers / nyquist * bins - SUMMED).astype(int).ravel() - 1
     inside = (number >= 0) & (number < bins)
     number = number[inside]
     count, of_k = (
@@ -304,13 +299,10 @@ Library = Literal["scipy", "fftw"]
 LIBRARIES: tuple[Library, ...] = ("scipy", "fftw")
 Precision = Literal["double", "single"]
 PRECISIONS: tuple[Precision, ...] = ("double", "single")
-#: Number of cells from which on columns along the first of three axes are copied to a buffer: the distances of columns
-#: in memory are so large that estimated plans take four times as long on 256^3 cells.
-_LARGE = 128**3
 
 
-class Transforms(Protocol):
-    """Transforms between spectra and cells, with memory for a number of fields on a mesh.
+class Transforms:
+    """Transforms between spectra and cells by SciPy, with memory for a number of fields on a mesh.
 
     Attributes
     ----------
@@ -318,41 +310,32 @@ class Transforms(Protocol):
     scale : factor of spectra in both directions that makes transforms orthonormal
     """
 
-    buffer: Spectrum
-    scale: float
-
-    def field(self, number: int) -> Reals:
-        """Return the field of the spectrum in the buffer; with FFTW, the array of the field of this number."""
-
-    def spectrum(self, number: int, field: Reals) -> Spectrum:
-        """Return the spectrum of the field with this number, the result of ``field``, whose memory is undefined
-        afterwards; with FFTW, the spectrum is the buffer."""
-
-    def white(self, generator: np.random.Generator, to: Complex) -> None:
-        """Write the orthonormal spectrum of independent standard normal numbers in all cells into a given array,
-        ``to``."""
-
-
-class _SciPy:
     def __init__(self, mesh: Mesh, single: bool) -> None:
         self.mesh, self.scale = mesh, 1.0
         self.buffer: Spectrum = np.empty(mesh.half, np.complex64) if single else np.empty(mesh.half, np.complex128)
 
-    def field(self, _: int) -> Reals:
+    def field(self, number: int) -> Reals:
+        """Return the field of the spectrum in the buffer; with FFTW, the array of the field of this number."""
         return self.mesh.field(self.buffer, overwrite=True)
 
-    def spectrum(self, _: int, field: Reals) -> Spectrum:
+    def spectrum(self, number: int, field: Reals) -> Spectrum:
+        """Return the spectrum of the field with this number, the result of ``field``, whose memory is undefined
+        afterwards; with FFTW, the spectrum is the buffer."""
         return self.mesh.spectrum(field, overwrite=True)
 
     def white(self, generator: np.random.Generator, to: Complex) -> None:
+        """Write the orthonormal spectrum of independent standard normal numbers in all cells into a given array,
+        ``to``."""
         to[...] = self.mesh.white(generator)
 
 
-class _FFTW:
+class _FFTW(Transforms):
     def __init__(self, mesh: Mesh, single: bool, fields: int) -> None:
         """Plan the transforms with FFTW, in slabs for large meshes of three dimensions."""
         fftw: Any = importlib.import_module("pyfftw")
-        large = len(mesh.cells) == 3 and mesh.size >= _LARGE
+        # columns along the first of three axes are copied to a buffer: the distances of columns in memory are so large
+        # that estimated plans take four times as long on 256^3 cells
+        large = len(mesh.cells) == 3 and mesh.size >= 128**3
         axes = (1, 2) if large else tuple(range(len(mesh.cells)))
         self.scale = 1.0 / math.sqrt(mesh.size)
         self.buffer: Spectrum = fftw.zeros_aligned(mesh.half, "complex64" if single else "complex128")
@@ -377,7 +360,7 @@ class _FFTW:
         self._to_cells[number].execute()
         return self._fields[number]
 
-    def spectrum(self, number: int, _: Reals) -> Spectrum:
+    def spectrum(self, number: int, field: Reals) -> Spectrum:
         self._from_cells[number].execute()
         if self._slab is not None:
             self._along_first(self._forward, self._slab)
@@ -424,4 +407,4 @@ def check_transforms(library: str, precision: str) -> None:
 def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:
     """Return transforms with memory for ``fields`` fields, by the library ``scipy`` or ``fftw``, which has been
     checked; ``single`` for single precision."""
-    return _SciPy(mesh, single) if library == "scipy" else _FFTW(mesh, single, fields)
+    return Transforms(mesh, single) if library == "scipy" else _FFTW(mesh, single, fields)

@@ -9,21 +9,19 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.fields.posteriors.mesh import Complex, Mesh
 
 #: P(k) by wave number: a function of arrays, or the values at ``mesh.wave_numbers``.
 Power = Callable[[Array], ArrayLike] | Array
-#: Modes of a lognormal field's Gaussian one whose variance comes out at 0 or below have this part of the largest.
-_FLOOR = 1e-12
-#: Least part of the variance added by floored modes that is noted, and error of a mode's power that is named.
-_NOTED, _OFF = 1e-3, 0.1
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,7 @@ class LinearOperator:
         if self.symbol is not None and other.mask is not None:
             fault = "a filter after a mask is diagonal neither in Fourier space nor in the cells [E0804]"
             raise UsageError(Problem(name, fault, "the mask as the last operator: mask @ filter"))
-        symbol, mask = _times(self.symbol, other.symbol), _real(_times(self.mask, other.mask))
+        symbol, mask = _times(self.symbol, other.symbol), _times(self.mask, other.mask)
         return LinearOperator(name, self.mesh, symbol, mask, self.note or other.note)
 
     @property
@@ -224,12 +222,10 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
     wanted = _values(mesh, power) / mesh.cell_volume
     covariance = mesh.field(wanted.astype(complex)) / math.sqrt(mesh.size)
     if float(covariance.min()) <= -1.0:
-        fault = (
-            f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal [E0805]"
-        )
-        raise ModelError(Problem("lognormal_amplitude: power", fault, "a covariance above -1 everywhere"))
+        fault = f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal"
+        raise ModelError(Problem("lognormal_amplitude: power", f"{fault} [E0805]", "a covariance above -1 everywhere"))
     modes = mesh.spectrum(np.log1p(covariance)).real * math.sqrt(mesh.size)
-    floored = np.maximum(modes, _FLOOR * float(modes.max()))
+    floored = np.maximum(modes, SUMMED * float(modes.max()))  # no variance may be 0 or below
     note = _note_on_floored(mesh, wanted, modes, floored)
     if note and warn:
         warnings.warn(f"lognormal_amplitude: {note}", RuntimeWarning, stacklevel=2)
@@ -247,11 +243,11 @@ def _note_on_floored(mesh: Mesh, wanted: Array, modes: Array, floored: Array) ->
     """
     weights = np.broadcast_to(mesh.weights, mesh.half)
     added, whole = float(np.sum((floored - modes) * weights)), float(np.sum(modes * weights))
-    if not added > _NOTED * whole:
+    if not added > 1e-3 * whole:
         return ""
     covariance = mesh.field(floored.astype(complex)) / math.sqrt(mesh.size)
     made = mesh.spectrum(np.expm1(covariance)).real * math.sqrt(mesh.size)
-    off = (np.abs(made - wanted) > _OFF * wanted) & (mesh.wave_numbers > 0.0)
+    off = (np.abs(made - wanted) > 0.1 * wanted) & (mesh.wave_numbers > 0.0)
     share = float(np.sum((floored > modes) * weights)) / mesh.size
     of_power = float(np.sum(wanted[off] * weights[off]) / np.sum(wanted * weights))
     first = float(mesh.wave_numbers[off].min()) if off.any() else math.inf
@@ -311,7 +307,7 @@ def difference(mesh: Mesh, axis: int) -> LinearOperator:
     width = mesh.lengths[axis] / mesh.cells[axis]
     turned = 1j * np.sin(mesh.wave_vectors[axis] * width) / width
     if mesh.cells[axis] % 2 == 0:  # sin(pi) is not quite 0, and an amplitude without a partner has to be real
-        turned[np.abs(mesh.wave_vectors[axis]) * width > math.pi * (1.0 - 1e-12)] = 0.0
+        turned[np.abs(mesh.wave_vectors[axis]) * width > math.pi * (1.0 - SUMMED)] = 0.0
     return LinearOperator("difference", mesh, np.broadcast_to(turned, mesh.half).copy())
 
 
@@ -361,12 +357,6 @@ def _values(mesh: Mesh, power: Power) -> Array:
     return values
 
 
-def _times(first: Array | Complex | None, two: Array | Complex | None) -> Array | Complex | None:
-    if first is None or two is None:
-        return two if first is None else first
-    product: Array | Complex = first * two
-    return product
-
-
-def _real(values: Array | Complex | None) -> Array | None:
-    return None if values is None else np.asarray(values.real)
+def _times(first: Any, second: Any) -> Any:
+    """Return the product of two arrays, each None for 1."""
+    return second if first is None else first if second is None else first * second

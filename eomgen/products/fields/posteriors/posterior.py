@@ -24,18 +24,12 @@ from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals, Transfo
 from eomgen.products.fields.posteriors.mesh import transforms as make_transforms
 from eomgen.products.fields.posteriors.operators import LinearOperator
 
-#: Half spectra of complex numbers for a trajectory: state, previous state, momenta, gradient, buffer, and a spectrum of
-#: SciPy for a transform.
-_SPECTRA = 7
-#: Nodes by which the mean curvature is taken over each field's normal distribution.
-_NODES = 12
-#: Smallest accepted decrease of a step of Newton's method, relative to the decrease by the slope, and number of
-#: halvings of a step.
-_DECREASE, _HALVINGS = 1e-4, 40
-#: Decrease of U, per cell, from which on U counts as unbounded below if Newton's method has not converged.
-_DEEP = 1e12
-#: Products with the Hessian for each end of the range of eigenvalues, if a mode may be a saddle.
-_PRODUCTS = 40
+#: Remedy for an energy without a lower bound.
+BOUNDED = (
+    "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of a density"
+)
+#: Halvings of a step of a descent.
+_HALVINGS = 40
 
 
 @dataclass(frozen=True)
@@ -100,12 +94,18 @@ class FieldPosterior:
         self.operators = dict(fields)
         for name, operator in self.operators.items():
             if operator.mesh != mesh:
-                raise UsageError(
-                    Problem(f"fields.{name}", "the operator has another mesh [E0809]", "operators of one mesh")
-                )
-        #: Bytes of the arrays of a trajectory.
-        self.memory = mesh.require_memory(_SPECTRA, len(fields) + len(data or {}) + 2, "a trajectory")
-        self.data = {name: self._check(name, values) for name, values in (data or {}).items()}
+                fault = "the operator has another mesh [E0809]"
+                raise UsageError(Problem(f"fields.{name}", fault, "operators of one mesh"))
+        #: Bytes of the arrays of a trajectory: state, previous state, momenta, gradient, buffer, SciPy's, and fields.
+        self.memory = mesh.require_memory(7, len(fields) + len(data or {}) + 2, "a trajectory")
+        self.data = {}
+        for name, values in (data or {}).items():
+            array = np.asarray(values, dtype=float)
+            if array.ndim and array.shape != mesh.cells:
+                fault = f"the array has the shape {array.shape}, and the mesh {mesh.cells} [E0810]"
+                raise UsageError(Problem(f"data.{name}", fault, f"an array of {mesh.cells}, or one number"))
+            least = self.energy_of_cell.smallest.get(name, -math.inf)
+            self.data[name] = numbers_of_cells(mesh, array, least, f"data.{name}")
         masked = {name: operator.mask for name, operator in self.operators.items() if operator.mask is not None}
         made = cell_tape(self.energy_of_cell, list(self.operators), list(self.data), list(masked))
         #: Whether there is no energy of cells: fields follow the prior.
@@ -120,18 +120,15 @@ class FieldPosterior:
         self._transforms = make_transforms(mesh, transforms, len(self.operators))
         #: Buffers of ``add_gradient``.
         self._fast = make_transforms(mesh, transforms, len(self.operators), single=True) if single else self._transforms
-        self._symbols = [_scale(operator, self._transforms.scale) for operator in self.operators.values()]
+        scale = self._transforms.scale
+        #: Filters with the scale of transforms; None for 1.
+        self._symbols: list[Array | Complex | None] = [
+            None if operator.symbol is None and scale == 1.0 else scale * _symbol(operator)
+            for operator in self.operators.values()
+        ]
         self._even = mesh.cells[-1] % 2 == 0
         #: Evaluations of the gradient so far, of the energy, and products with the Hessian.
         self.gradients, self.energies, self.products = 0, 0, 0
-
-    def _check(self, name: str, values: ArrayLike) -> Array:
-        made = np.asarray(values, dtype=float)
-        if made.ndim and made.shape != self.mesh.cells:
-            fault = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells} [E0810]"
-            raise UsageError(Problem(f"data.{name}", fault, f"an array of {self.mesh.cells}, or one number"))
-        least = self.energy_of_cell.smallest.get(name, -math.inf)
-        return numbers_of_cells(self.mesh, made, least, f"data.{name}")
 
     def _spectrum(self, name: str, values: Array | Complex, kind: type = complex, *, changed: bool = False) -> Any:
         """Return an array of the shape ``mesh.half``, contiguous and of a type, as C takes it. Raises UsageError for
@@ -165,9 +162,8 @@ class FieldPosterior:
     def _energy(self, spectrum: Complex, fields: list[Array]) -> float:
         total = 0.5 * self._routines.norm(spectrum, self._even)
         if fields:
-            total += float(
-                self._routines.lib.eomgen_field_energy(self.mesh.size, self._routines.pointers(fields), self._data)
-            )
+            pointers = self._routines.pointers(fields)
+            total += float(self._routines.lib.eomgen_field_energy(self.mesh.size, pointers, self._data))
         return total
 
     def energy_and_gradient(self, spectrum: Complex, to: Complex) -> float:
@@ -424,13 +420,11 @@ class FieldPosterior:
         """
         known = ("fisher", "prior", "unit")
         if choice not in known:
-            raise UsageError(
-                Problem("mass", f"there is no mass {choice!r} [E0753]", nearest(choice, known) or listed(known))
-            )
+            fault = f"there is no mass {choice!r} [E0753]"
+            raise UsageError(Problem("mass", fault, nearest(choice, known) or listed(known)))
         if choice == "prior" or (choice == "fisher" and self.prior_alone):
             return None
-        symbols = [operator.symbol for operator in self.operators.values()]
-        squares = [np.ones(self.mesh.half) if a is None else np.abs(a) ** 2 for a in symbols]
+        squares = [np.abs(_symbol(operator)) ** 2 for operator in self.operators.values()]
         if choice == "unit":
             if len(squares) != 1 or float(squares[0].min()) <= 0.0:
                 fault = "a unit mass of the field needs one field whose filter is 0 at no wave number [E0812]"
@@ -453,7 +447,7 @@ class FieldPosterior:
         list of float
             One for each field, in the order of ``fields``; may be negative; 0 if there is no energy of cells.
         """
-        nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
+        nodes, weights = np.polynomial.hermite_e.hermegauss(12)
         weights = weights / weights.sum()
         operators = self.operators.values()  # a mask is in the energy already
         if self.prior_alone:
@@ -570,19 +564,15 @@ class FieldPosterior:
             rounding = 1e-13 * abs(value)
             for _ in range(_HALVINGS):
                 energy = self.energy(x + size * direction)
-                if energy <= value + _DECREASE * size * descent + rounding:
+                if energy <= value + 1e-4 * size * descent + rounding:
                     break
                 size /= 2
             else:
                 break
             x, value = x + size * direction, energy
-        if value < highest - _DEEP * self.mesh.size:
+        if value < highest - 1e12 * self.mesh.size:
             fault = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound [E0817]"
-            hint = (
-                "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of"
-                " a density"
-            )
-            raise NumericalError(Problem("mode", fault, hint))
+            raise NumericalError(Problem("mode", fault, BOUNDED))
         fault = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g} [E0816]"
         raise NumericalError(Problem("mode", fault, "more iterations, or a larger tolerance"))
 
@@ -606,7 +596,7 @@ class FieldPosterior:
         shift, least, along = 0.0, 0.0, x
         for _ in range(2):  # the eigenvalue of largest magnitude, then the opposite end of the spectrum
             along = self.mesh.white(np.random.Generator(np.random.Philox(0)))
-            for _ in range(_PRODUCTS):
+            for _ in range(40):
                 along = along / math.sqrt(product(along, along))
                 turned = root * hessian(root * along)
                 least = product(along, turned)
@@ -660,11 +650,5 @@ class FieldPosterior:
         return result
 
 
-def _scale(operator: LinearOperator, scale: float) -> Array | Complex | None:
-    """Return the filter of an operator times ``scale``, a factor of transforms, as a new array of the shape
-    ``mesh.half``; None if there is no filter and the scale is 1."""
-    if scale == 1.0:
-        return None if operator.symbol is None else operator.symbol.copy()
-    symbol = np.ones(operator.mesh.half) if operator.symbol is None else operator.symbol
-    made: Array | Complex = scale * symbol
-    return made
+def _symbol(operator: LinearOperator) -> Array | Complex:
+    return np.ones(operator.mesh.half) if operator.symbol is None else operator.symbol

@@ -50,10 +50,12 @@ def split_r_hat(chains: ArrayLike) -> Array:
         return np.asarray(np.sqrt((half - 1) / half + between / within))
 
 
-def largest(values: Array) -> float:
-    """Return the largest of numbers, NaN left out; NaN if all are, as of chains that stand still."""
+def largest(values: Array, share: float = 1.0) -> float:
+    """Return the largest of numbers, or their quantile ``share`` (0 to 1), NaN left out; NaN if all are, as of chains
+    that stand still."""
     numbers = values[~np.isnan(values)]
-    return float(numbers.max()) if numbers.size else float("nan")
+    with np.errstate(invalid="ignore"):  # between two that are infinite
+        return float(np.quantile(numbers, share)) if numbers.size else math.nan
 
 
 def autocorrelation_time(chains: ArrayLike) -> Array:

@@ -27,26 +27,15 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.errors import FileError, NumericalError, Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named
-from eomgen.products.fields.documents.document import check_step_count
+from eomgen.products.fields.documents.document import MOST_SEED, check_step_count
 from eomgen.products.fields.posteriors.mesh import Complex
 from eomgen.products.fields.posteriors.operators import LinearOperator
-from eomgen.products.fields.posteriors.posterior import FieldPosterior
+from eomgen.products.fields.posteriors.posterior import BOUNDED, FieldPosterior
 from eomgen.products.fields.posteriors.record import Outcome, Record, Samples
 
 #: Acceptance at which a sampler moves farthest per gradient, by order of the method: if the error of the energy is
 #: normal with a deviation of c step^order, step erfc(deviation/sqrt(8)) is largest there.
 BEST_ACCEPTANCE = {2: 0.651, 4: 0.797, 6: 0.86, 8: 0.89}
-#: The word of the counter of a stream that draws the start of a chain; trajectories have the words from 0 on.
-_START = 2**63
-#: Trajectories of a warm-up between two estimates of the largest frequency.
-_WATCHED = 20
-#: Largest number of halvings of the step until a trajectory is accepted.
-_HALVINGS = 30
-
-#: Seeds are words of 64 bits with a sign.
-MOST_SEED = 2**63 - 1
-#: Bound of U: an energy without a lower bound has no distribution, and chains fall for ever.
-_LOWEST = -1e50
 
 First = Literal["random", "drift", "kick"]
 #: Asked between gradients whether to stop.
@@ -297,7 +286,7 @@ class Sampler:
                 if outcome is None:
                     return False
                 chain.warmed += 1
-                if outcome.accepted and chain.warmed % _WATCHED == 0:
+                if outcome.accepted and chain.warmed % 20 == 0:
                     frequency = self.posterior.largest_frequency(chain.spectrum, self.mass)
                     self.frequency = max(self.frequency, frequency)
                 if adapt:
@@ -313,7 +302,7 @@ class Sampler:
     def _adapt(self, chain: _Chain, outcome: Outcome, target: float) -> None:
         """Change a chain's step in place after a trajectory of a warm-up: halve the step until a trajectory is
         accepted, then by ever smaller amounts towards the acceptance ``target``; at most ``largest_step``."""
-        if not chain.tried and not outcome.accepted and chain.halvings < _HALVINGS:
+        if not chain.tried and not outcome.accepted and chain.halvings < 30:
             chain.halvings += 1
             chain.step /= 2.0
             return
@@ -435,24 +424,20 @@ class Sampler:
             chain.slope = posterior.gradient(chain.spectrum)
         before = posterior.gradients
         energy = chain.potential + 0.5 * posterior.norm(momenta, self._inverse)
-        reached = self._from_slope if method.first == "kick" else self._from_drift
-        potential = reached(chain, method.parts(steps), step, stop)
+        potential: float | None = None
+        if method.first == "kick":
+            potential = self._from_slope(chain, method.parts(steps), step, stop)
+        elif _follow(posterior, method.parts(steps), step, moved, momenta, self._inverse, stop):
+            potential = posterior.energy(moved)
         if potential is None:
             return None
         chain.trajectories += 1
         error = potential + 0.5 * posterior.norm(momenta, self._inverse) - energy
         error = error if math.isfinite(error) else math.inf
         accepted = uniform[3] < math.exp(-max(error, 0.0))
-        if accepted and potential < _LOWEST:
-            fault = (
-                f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower"
-                f" bound [E0828]"
-            )
-            hint = (
-                "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of"
-                " a density"
-            )
-            raise NumericalError(Problem("Sampler", fault, hint))
+        if accepted and potential < -1e50:  # without a lower bound there is no distribution, and chains fall for ever
+            fault = f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower"
+            raise NumericalError(Problem("Sampler", f"{fault} bound [E0828]", BOUNDED))
         if accepted:
             chain.spectrum[...] = moved
             chain.potential = potential
@@ -460,15 +445,6 @@ class Sampler:
             if chain.known:
                 chain.slope, self._slope = self._slope, chain.slope
         return Outcome(error, accepted, posterior.gradients - before)
-
-    def _from_drift(
-        self, _: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
-    ) -> float | None:
-        """Follow the drifts and kicks ``parts`` from ``_moved`` and ``_momenta``, in place, and return U at the end;
-        None if stopped."""
-        if not _follow(self.posterior, parts, step, self._moved, self._momenta, self._inverse, stop):
-            return None
-        return self.posterior.energy(self._moved)
 
     def _from_slope(
         self, chain: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
@@ -501,12 +477,12 @@ class Sampler:
                 mode = self.posterior.mode().spectrum
                 return [mode.copy() for _ in range(chains)]
             if start == "prior":
-                return [mesh.white(self._stream(number, _START)) for number in range(chains)]
+                # trajectories have the words of a counter from 0 on
+                return [mesh.white(self._stream(number, 2**63)) for number in range(chains)]
             if start == "zero":
                 return [np.zeros(mesh.half, complex) for _ in range(chains)]
-            raise UsageError(
-                Problem("Sampler: start", f"{start!r} is not a start [E0829]", '"mode", "prior", "zero" or spectra')
-            )
+            fault = f"{start!r} is not a start [E0829]"
+            raise UsageError(Problem("Sampler: start", fault, '"mode", "prior", "zero" or spectra'))
         made = [np.array(spectrum, complex, order="C") for spectrum in start]
         if len(made) != chains or any(spectrum.shape != mesh.half for spectrum in made):
             fault = f"{len(made)} spectra are not {chains} of the shape {mesh.half} [E0830]"

@@ -17,6 +17,7 @@ from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
 from eomgen.base.files import nearby, open_file
 from eomgen.base.messages import counted, listed, nearest
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
@@ -45,14 +46,6 @@ from eomgen.products.fields.posteriors import (
 )
 from eomgen.products.fields.posteriors.mesh import numbers_of_cells
 
-#: Message for files that NumPy cannot read; NumPy's own message is about pickles.
-_NO_ARRAY = ("this is not a .npy file of numbers [E0846]", "numpy.save of an array of real numbers")
-#: Remedy for overflow.
-_SMALLER = "a smaller power"
-#: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
-_SPECTRA = 9
-#: Fields in a record of samples and in the results: mean, squares, change, deviation, and one temporary field.
-_RECORD = 6
 #: Columns kept of each trajectory, besides cells and bins of a sample.
 TRAJECTORY = ("dH", "accepted", "gradients", "U")
 Complex = NDArray[np.complex128]
@@ -197,7 +190,8 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
     masks = sum(2 for item in system.operators if item.kind == "mask")
     single = system.sampling.precision == "single"  # a spectrum and fields in addition to the double ones
     fields = (3 if single else 2) * len(system.fields) + 2 * len(system.data) + filters + masks
-    fields += _RECORD + 2 * (system.truth is not None)
+    # fields in a record of samples and in the results: mean, squares, change, deviation, and temporary ones
+    fields += 6 + 2 * (system.truth is not None)
     chosen = system.sampling
     with _at(system, "mesh.cells"):
         mesh = Mesh(system.cells, system.lengths)
@@ -205,7 +199,8 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
         watched = min(chosen.watched, mesh.size) + chosen.bins + len(TRAJECTORY)
         numbers = chains * (chosen.samples * watched + chosen.warm_up * len(TRAJECTORY))
         purpose = f"sampling with {counted(chains, 'chain')}"
-        return mesh.require_memory(_SPECTRA + chains + slopes + single, fields, purpose, numbers)
+        # a trajectory and Newton's method hold nine half spectra at most, besides the chains
+        return mesh.require_memory(9 + chains + slopes + single, fields, purpose, numbers)
 
 
 #: Keys of ``[sampling]`` by the beginnings of messages about the keys.
@@ -246,11 +241,10 @@ def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[No
         keys = [_SETTINGS.get(problem.where, "") for problem in error.problems]
         if any(key in given or f"sampling.{key}" not in system.places for key in keys):
             raise
-        places = [system.place(f"sampling.{key}") for key in keys]
-        problems = [
-            Problem(position, item.what, item.hint) for position, item in zip(places, error.problems, strict=True)
-        ]
-        raise DescriptionError(problems) from None
+        told = zip(keys, error.problems, strict=True)
+        raise DescriptionError(
+            [Problem(system.place(f"sampling.{key}"), item.what, item.hint) for key, item in told]
+        ) from None
 
 
 @contextlib.contextmanager
@@ -301,40 +295,31 @@ class _FileObjects:
         elif item.kind == "smoothing":
             made = smoothing(mesh, float(evaluate_batch(item.formula, lambda _: 0.0)))
         elif item.kind == "filter":
-            made = LinearOperator("filter", mesh, self.filter(item))
+            made = LinearOperator("filter", mesh, self.symbol(item))
         else:
-            power = self.interpolate_power(item.table) if item.table is not None else self.power(item)
+            power = self.interpolate_power(item.table) if item.table is not None else self.symbol(item)
             made = amplitude(mesh, power) if item.kind == "power" else lognormal_amplitude(mesh, power, warn=False)
         made = made @ self.operators[item.of] if item.of else made
         if not math.isfinite(made.variance):
-            raise ModelError(
-                Problem("operator", f"the variance of the field {item.name} is {made.variance} [E0834]", _SMALLER)
-            )
+            fault = f"the variance of the field {item.name} is {made.variance} [E0834]"
+            raise ModelError(Problem("operator", fault, "a smaller power"))
         return made
 
-    def power(self, item: Operator) -> Array:
-        """Return the values of an operator's power spectrum, shape ``mesh.half``. Raises ModelError if P(k) and P(-k)
-        differ."""
-        values, turned = (self.symbol_values(item, sign) for sign in (1.0, -1.0))
+    def symbol(self, item: Operator) -> Array:
+        """Return the values of an operator's power spectrum or real filter, shape ``mesh.half``. Raises ModelError for
+        values that differ at k and -k, and for values of a filter that are not finite."""
+        values, turned = self.symbol_values(item, 1.0), self.symbol_values(item, -1.0)
         finite = np.isfinite(values) & np.isfinite(turned)
-        if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
-            fault = "the power is not the same at k and at -k, and the power of a real field is [E0835]"
-            raise ModelError(Problem("power", fault, "a formula of k, or of squares of kx"))
-        return values
-
-    def filter(self, item: Operator) -> Array:
-        """Return the values of an operator's real filter, shape ``mesh.half``. Raises ModelError for values that are
-        not finite, and if a(k) and a(-k) differ."""
-        values, turned = (self.symbol_values(item, sign) for sign in (1.0, -1.0))
-        if not np.all(np.isfinite(values)):
+        if item.kind == "filter" and not np.all(np.isfinite(values)):
             cell = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
             fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[cell]:.6g} [E0836]"
             raise ModelError(Problem("filter", fault, "a formula with finite values, at k = 0 too"))
-        if not np.allclose(values, turned, rtol=1e-12, atol=1e-300):
-            fault = "the filter is not the same at k and at -k, so the filtered real field is not real [E0837]"
-            raise ModelError(
-                Problem("filter", fault, 'a formula of k, or of squares of kx; difference = "x" for slopes')
-            )
+        if not np.allclose(values[finite], turned[finite], rtol=SUMMED, atol=1e-300):
+            fault, hint = "the power is not the same at k and at -k, and the power of a real field is [E0835]", ""
+            if item.kind == "filter":
+                fault = "the filter is not the same at k and at -k, so the filtered real field is not real [E0837]"
+                hint = '; difference = "x" for slopes'
+            raise ModelError(Problem("power", fault, f"a formula of k, or of squares of kx{hint}"))
         return values
 
     def symbol_values(self, item: Operator, sign: float) -> Array:
@@ -371,15 +356,14 @@ class _FileObjects:
             raise FileError(Problem(str(path), fault, "k above 0 that increases, and P above 0"))
         numbers = self.mesh.wave_numbers
         low, high = float(numbers[numbers > 0.0].min()), float(numbers.max())
-        if low < k[0] * (1.0 - 1e-9) or high > k[-1] * (1.0 + 1e-9):
+        if low < k[0] * (1.0 - COMPUTED) or high > k[-1] * (1.0 + COMPUTED):
             fault = (
                 f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, and the mesh from {low:.6g} to {high:.6g} [E0840]"
             )
             raise FileError(Problem(str(path), fault, "a table of all of these"))
-        values = np.zeros(self.mesh.half)
-        inside = numbers > 0.0
-        values[inside] = np.exp(np.interp(np.log(numbers[inside]), np.log(k), np.log(power)))
-        return values
+        with np.errstate(divide="ignore"):
+            values = np.exp(np.interp(np.log(numbers), np.log(k), np.log(power)))
+        return np.where(numbers > 0.0, values, 0.0)
 
     # -- data --------------------------------------------------------------------------------------------------------
 
@@ -412,11 +396,8 @@ class _FileObjects:
             names, rows = read_table(path)
             column = item.column or (item.name if item.name in names else names[0] if len(names) == 1 else "")
             if column not in names:
-                fault = (
-                    f"there is no column {column!r} [E0669]"
-                    if column
-                    else f"it has the columns {listed(names)} [E0842]"
-                )
+                fault = f"there is no column {column!r} [E0669]"
+                fault = fault if column else f"it has the columns {listed(names)} [E0842]"
                 raise FileError(Problem(str(path), fault, f'column = "..." in data.{item.name}'))
             numbers = rows[:, names.index(column)]
             if len(numbers) != self.mesh.size:
@@ -479,11 +460,11 @@ def _numbers_of(path: Path) -> NDArray[Any]:
         open_file(path).close()
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
     except OSError as error:
-        raise FileError(
-            Problem(str(path), f"cannot be read: {error.strerror or error} [E0115]", nearby(path))
-        ) from None
-    except (ValueError, EOFError, SyntaxError, MemoryError, OverflowError):
-        raise FileError(Problem(str(path), *_NO_ARRAY)) from None
+        fault = f"cannot be read: {error.strerror or error} [E0115]"
+        raise FileError(Problem(str(path), fault, nearby(path))) from None
+    except (ValueError, EOFError, SyntaxError, MemoryError, OverflowError):  # whose texts are about pickles
+        fault = "this is not a .npy file of numbers [E0846]"
+        raise FileError(Problem(str(path), fault, "numpy.save of an array of real numbers")) from None
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
         kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"
         raise FileError(Problem(str(path), f"{kind} are not real numbers [E0847]", "an array of real numbers"))

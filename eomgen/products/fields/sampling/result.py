@@ -10,13 +10,14 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, field_names
 from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_arrays, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted
 from eomgen.products.fields.documents.document import Chains
 from eomgen.products.fields.posteriors import Samples, autocorrelation_time, split_r_hat
+from eomgen.products.fields.posteriors.record import largest
 from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem
 
 #: Samples of a chain from which on chains are held against one another.
@@ -146,7 +147,7 @@ class FieldSamples:
         semicolon and a blank."""
         if self.count < DOUBTED:
             return ""
-        worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
+        worst = {"a cell": largest(self.r_hats()), "a bin of scales": self.r_hat_of_scales}
         result = [f"{value:.3g} in {where}" for where, value in worst.items() if value > DOUBTFUL]
         if not result:
             return ""
@@ -177,7 +178,7 @@ class FieldSamples:
     @property
     def r_hat_of_scales(self) -> float:
         """The largest split R-hat of the bins that have wave numbers; NaN of few samples."""
-        return _quantile(split_r_hat(self.samples.power), 1.0) if self.count >= ENOUGH else math.nan
+        return largest(split_r_hat(self.samples.power)) if self.count >= ENOUGH else math.nan
 
     def scales(self) -> list[Scale]:
         """Return the bins that have wave numbers; empty without samples.
@@ -206,12 +207,9 @@ class FieldSamples:
             seen = mesh.spectrum(truth)
             of_truth = mesh.power(seen, bins)[1]
             together = (mesh.power(seen + mean, bins)[1] - mesh.power(seen - mean, bins)[1]) / 4.0
-        if operator.mask is not None:  # the prior of a field with a mask has no power spectrum
-            prior = nothing
-        elif operator.symbol is None:
-            prior = np.ones(bins)
-        else:
-            prior = mesh.power(np.asarray(operator.symbol, complex), bins)[1]
+        symbol = np.ones(mesh.half) if operator.symbol is None else operator.symbol
+        # the prior of a field with a mask has no power spectrum
+        prior = nothing if operator.mask is not None else mesh.power(np.asarray(symbol, complex), bins)[1]
         with np.errstate(divide="ignore", invalid="ignore"):
             correlation = together / np.sqrt(of_truth * of_mean)
         power = samples.power.reshape(-1, bins)
@@ -255,10 +253,9 @@ class FieldSamples:
         }
         if self.count:
             errors = samples.energy_errors
+            names = ("acceptance", "expected_acceptance", "mean_energy_error")
+            result |= {name: getattr(samples, name) for name in names}
             result |= {
-                "acceptance": samples.acceptance,
-                "expected_acceptance": samples.expected_acceptance,
-                "mean_energy_error": samples.mean_energy_error,
                 "half_variance_of_energy_errors": float(errors.var()) / 2.0 if np.isfinite(errors).all() else math.nan,
                 "mean_weight": samples.mean_weight[0] if errors.size > 1 else math.nan,
                 "mean_weight_error": samples.mean_weight[1] if errors.size > 1 else math.nan,
@@ -269,8 +266,8 @@ class FieldSamples:
             each = samples.gradients_per_sample
             r_hats = self.r_hats()
             result |= {
-                "r_hat_of_cells": _quantile(r_hats, 1.0),
-                "r_hat_of_cells_at_99_percent": _quantile(r_hats, 0.99),
+                "r_hat_of_cells": largest(r_hats),
+                "r_hat_of_cells_at_99_percent": largest(r_hats, 0.99),
                 "r_hat_of_scales": self.r_hat_of_scales,
                 "autocorrelation_of_cells": cells,
                 "autocorrelation_of_worst_scale": worst,
@@ -302,17 +299,12 @@ class FieldSamples:
             Chain and number from the start, both from 0, whether it is a sample, dH (infinite if not finite), whether
             the end was accepted, gradients, U of the chain after the trajectory.
         """
-        samples, rows = self.samples, []
-        for chain in range(len(samples.accepted)):
-            drawn = [
-                getattr(samples, name)[chain].astype(float)
-                for name in ("energy_errors", "accepted", "gradients", "potential")
-            ]
-            both = np.concatenate([self.warm_up[chain], np.stack(drawn, axis=1)])
-            number = np.arange(len(both), dtype=float)
-            kept = (number >= len(self.warm_up[chain])).astype(float)
-            rows.append(np.column_stack([np.full(len(both), float(chain)), number, kept, both]))
-        return np.concatenate(rows)
+        names = ("energy_errors", "accepted", "gradients", "potential")
+        drawn = np.stack([getattr(self.samples, name).astype(float) for name in names], axis=2)
+        both = np.concatenate([self.warm_up, drawn], axis=1)
+        chain, number = np.indices(both.shape[:2], dtype=float)
+        table = np.concatenate([np.stack([chain, number, number >= self.warm_up.shape[1]], axis=2), both], axis=2)
+        return table.reshape(-1, table.shape[2])
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write samples.npz, trajectories.csv, scales.csv and summary.json into a folder, and return the paths.
@@ -336,28 +328,18 @@ class FieldSamples:
             The folder or a file cannot be written.
         """
         target = make_folder(Path(folder))
-        samples, truth = self.samples, self.problem.true_field()
-        names = ("energy_errors", "potential", "cells", "power", "wave_numbers", "mean", "deviation", "steps")
-        arrays = {name: getattr(samples, name) for name in names}
-        arrays |= {name: getattr(samples, name).astype(float) for name in ("accepted", "gradients")}
+        truth = self.problem.true_field()
+        arrays = {name: np.asarray(array, float) for name, array in vars(self.samples).items()}
         arrays |= {"warm_up": self.warm_up} | ({} if truth is None else {"truth": truth})
         summary, scales = self.to_dict(), self.scales()
         files = [target / name for name in ("samples.npz", "trajectories.csv", "scales.csv", "summary.json")]
         write_arrays(files[0], arrays, {"name": self.name, "field": self.problem.watched})
         write_table(files[1], ["chain", "trajectory", "sample", *TRAJECTORY], self.trajectories())
-        columns = list(Scale.__dataclass_fields__)
-        table = np.array([[getattr(scale, name) for name in columns] for scale in scales]).reshape(-1, len(columns))
+        columns = list(field_names(Scale))
+        table = np.array([list(vars(scale).values()) for scale in scales]).reshape(-1, len(columns))
         write_table(files[2], columns, table)
         write_text(files[3], json_text(summary) + "\n")
         return files
-
-
-def _quantile(values: Array, share: float) -> float:
-    """Return the quantile ``share`` (0 to 1) of the values that are not NaN; NaN if all are, as of chains that stand
-    still."""
-    numbers = values[~np.isnan(values)]
-    with np.errstate(invalid="ignore"):  # between two that are infinite
-        return float(np.quantile(numbers, share)) if numbers.size else math.nan
 
 
 BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#777777"
@@ -425,18 +407,17 @@ def _slices(result: FieldSamples) -> Any:
     figure = new_figure((4.6 * columns, 4.1 * rows * max(0.5, min(2.0, lengths[1] / lengths[0]))))
     every = figure.subplots(rows, columns, squeeze=False).ravel()
     shown = np.concatenate([values.ravel() for _, values, kind in panels if kind == "field"])
-    low, high = np.quantile(shown, (0.002, 0.998))
+    of_fields = np.quantile(shown, (0.002, 0.998))
     for axes, (title, values, kind) in zip(every, panels, strict=False):
-        limits = {"vmin": low, "vmax": high} if kind == "field" else {}
-        if kind == "data":
-            limits = {"vmin": float(values.min()), "vmax": float(np.quantile(values, 0.998)) or float(values.max())}
-        elif kind == "spread":
-            limits = {"vmin": 0.0}
-        colours = {"field": "RdBu_r", "data": "viridis", "spread": "magma"}[kind]
+        high = float(np.quantile(values, 0.998)) or float(values.max())
+        colours, low, high = {
+            "field": ("RdBu_r", *of_fields),
+            "data": ("viridis", float(values.min()), high),
+            "spread": ("magma", 0.0, None),
+        }[kind]
         image = axes.imshow(
-            values.T, origin="lower", extent=(0.0, lengths[0], 0.0, lengths[1]), cmap=colours,
-            interpolation="nearest", aspect="equal", **limits,
-        )  # fmt: skip
+            values.T, origin="lower", extent=(0.0, lengths[0], 0.0, lengths[1]), cmap=colours, vmin=low, vmax=high
+        )
         figure.colorbar(image, ax=axes, shrink=0.85)
         axes.set(xlabel=axis_label("x", unit), ylabel=axis_label("y", unit))
         axes.set_title(title, loc="left", fontsize="medium")
@@ -478,9 +459,8 @@ def _power(result: FieldSamples) -> Any:
     figure = new_figure((11.5, 4.2))
     left, middle, right = figure.subplots(1, 3)
     mean, deviation = _column(scales, "mean"), _column(scales, "deviation")
-    left.fill_between(
-        k, np.maximum(mean - deviation, 1e-3 * mean), mean + deviation, color=BLUE, alpha=0.25, linewidth=0.0
-    )
+    least = np.maximum(mean - deviation, 1e-3 * mean)
+    left.fill_between(k, least, mean + deviation, color=BLUE, alpha=0.25, linewidth=0.0)
     left.plot(k, mean, "o-", color=BLUE, label="samples, mean and deviation", **_MARKED)
     for name, label, style, colour in (
         ("prior", "prior", "--", GREY),
@@ -515,15 +495,14 @@ def _chains(result: FieldSamples) -> Any:
     samples, count = result.samples, result.count
     figure = new_figure((11.5, 4.2))
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.6, 1.0, 1.0))
-    for chain, burn_in in enumerate(result.warm_up):
-        gradients = np.concatenate([burn_in[:, 2], samples.gradients[chain]])
-        potential = np.concatenate([burn_in[:, 3], samples.potential[chain]])
-        colour = _CHAINS[chain % len(_CHAINS)]
-        along = np.cumsum(gradients)
+    burn_in = result.warm_up.shape[1]
+    rows = result.trajectories().reshape(len(result.warm_up), -1, 3 + len(TRAJECTORY))
+    for chain, (*_, gradients, potential) in enumerate(rows.transpose(0, 2, 1)):
+        colour, along = _CHAINS[chain % len(_CHAINS)], np.cumsum(gradients)
         # so that lower chains remain visible
         left.plot(along, potential, color=colour, linewidth=0.7, alpha=0.55, label=f"chain {chain}")
-        if len(burn_in) and count:
-            left.axvline(along[len(burn_in) - 1], color=colour, linestyle=":", linewidth=0.8)
+        if burn_in and count:
+            left.axvline(along[burn_in - 1], color=colour, linestyle=":", linewidth=0.8)
     x = "gradients of a chain (dotted: end of its warm-up)"
     _frame(left, "burn-in", legend=True, xlabel=x, ylabel="U", xscale="log")
     errors = samples.energy_errors[np.isfinite(samples.energy_errors)]

@@ -32,7 +32,6 @@ CHECKPOINT_EVERY = 60.0
 _OPEN = ("samples", "field")
 #: Settings that are arguments of a sampler.
 _OF_SAMPLERS = ("method", "step", "duration", "first", "jitter", "guard", "chains", "start", "seed", "bins")
-_GOLDEN = 0.6180339887498949
 
 
 def sample(
@@ -93,7 +92,10 @@ def sample(
         A path, ``mass`` or setting is unknown or cannot be taken, ``resume`` without a folder, or a checkpoint of other
         settings, another posterior or more samples.
     """
-    system = _system(described)
+    if isinstance(described, FieldSystem):
+        system = described
+    else:
+        system = fields_from_data(described) if isinstance(described, Mapping) else load_fields(described)
     chosen = _settings(system.sampling, settings)
     if resume and folder is None:
         raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder [E0849]", 'folder="out"'))
@@ -106,12 +108,6 @@ def sample(
         return run.go(bar, interrupts, checkpoint_every)
 
 
-def _system(described: FieldSystem | str | os.PathLike[str] | Mapping[str, Any]) -> FieldSystem:
-    if isinstance(described, FieldSystem):
-        return described
-    return fields_from_data(described) if isinstance(described, Mapping) else load_fields(described)
-
-
 def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
     """Return the settings of a run: ``standard`` with the given options. Raises UsageError for an unknown name, a wrong
     type, and a count that is too small."""
@@ -120,8 +116,7 @@ def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
         if name not in known:
             raise UsageError(Problem(f"sample: {name}", "there is no such setting [E0850]", nearest(name, known)))
         wanted = type(getattr(standard, name))
-        fine = isinstance(value, int | float if wanted is float else wanted) and not isinstance(value, bool)
-        if not fine:
+        if isinstance(value, bool) or not isinstance(value, int | float if wanted is float else wanted):
             kind = {int: "a whole number", float: "a number", str: "a text"}[wanted]
             fault = f"{kind} is needed, not {quoted(value)} [E0853]"
             raise UsageError(Problem(f"sample: {name}", fault, f"{getattr(standard, name)!r}"))
@@ -156,7 +151,9 @@ class _Run:
             options["start"] = start_fields(Path(settings.start), self.problem, settings.chains)
         size = self.problem.mesh.size
         count = min(settings.watched, size)
-        stride = next(step for step in range(round(size * _GOLDEN), 2 * size) if math.gcd(step, size) == 1)
+        stride = next(
+            step for step in range(round(size * (math.sqrt(5.0) - 1.0) / 2.0), 2 * size) if math.gcd(step, size) == 1
+        )
         spread = np.sort(np.arange(count) * stride % size)
         return Sampler(self.problem.posterior, mass=self.mass, watched=spread, **options)
 
@@ -165,18 +162,21 @@ class _Run:
         ``bar`` is called with trajectories done and in all; ``every`` is the time between checkpoints, s."""
         began, settings = time.perf_counter(), self.settings
         spent, saved = self.seconds, began
-        total = settings.chains * (settings.warm_up + settings.samples)
 
         def stop() -> bool:
             return interrupts.heard
+
+        def show() -> None:
+            if bar is not None:
+                total = settings.chains * (settings.warm_up + settings.samples)
+                bar(int(self.warmed.sum() + self.record.counts.sum()), total)
 
         def report_sample(_: int, outcome: Outcome, __: float) -> None:
             nonlocal saved
             now = time.perf_counter()
             self.gradients += outcome.gradients
             self.seconds = spent + now - began
-            if bar is not None:
-                bar(int(self.warmed.sum() + self.record.counts.sum()), total)
+            show()
             if self.folder is not None and now - saved > every:
                 self.save(self.folder)
                 saved = now
@@ -187,8 +187,7 @@ class _Run:
             self.warmed[chain] += 1
             report_sample(chain, outcome, potential)
 
-        if bar is not None:
-            bar(int(self.warmed.sum() + self.record.counts.sum()), total)
+        show()
         whole = True
         if not self.record.counts.any():
             adapt = settings.step == 0.0
@@ -222,15 +221,11 @@ class _Run:
 
     def save(self, folder: Path) -> None:
         arrays, metadata = self.sampler.state()
-        record = {f"record.{name}": array for name, array in self.record.arrays().items()}
-        more = {"warm_up": self.warm_up, "warmed": self.warmed.astype(float)}
-        told = {
-            "settings": self.fixed_settings(),
-            "chains": metadata,
-            "seconds": self.seconds,
-            "gradients": self.gradients,
-        }
-        write_arrays(folder / CHECKPOINT, {**arrays, **record, **more}, told)
+        arrays |= {f"record.{name}": array for name, array in self.record.arrays().items()}
+        arrays |= {"warm_up": self.warm_up, "warmed": self.warmed.astype(float)}
+        told = {"settings": self.fixed_settings(), "chains": metadata}
+        told |= {"seconds": self.seconds, "gradients": self.gradients}
+        write_arrays(folder / CHECKPOINT, arrays, told)
 
     def read(self, folder: Path) -> tuple[dict[str, Array], dict[str, Any]]:
         """Return arrays and JSON data of the checkpoint in a folder. Raises FileError for a file of another kind, and
@@ -248,8 +243,7 @@ class _Run:
                 fault = f"it belongs to a run with {name} = {theirs.get(name)!r}, and here it is {value!r} [E0857]"
                 if name == "posterior":
                     fault = "it belongs to another posterior: the file or its data have changed since [E0858]"
-                hint = "the same settings, or another folder"
-                raise UsageError(Problem(str(path), fault, hint))
+                raise UsageError(Problem(str(path), fault, "the same settings, or another folder"))
         done = int(arrays["record.counts"].max())
         if done > self.settings.samples:
             fault = f"it has {done} samples of each chain, and {self.settings.samples} are asked for [E0856]"

@@ -13,6 +13,7 @@ with a potential that does not follow from the amplitude.
 from __future__ import annotations
 
 from functools import cached_property
+from importlib import import_module
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.words import Word
 
 Stretching = Literal["wheeler", "none"]
+_RECORDING = "eomgen.products.waves.formula.recording"
 #: From k h on the bottom is too deep to be felt: exp(-2 k h) is below the last digit.
 _DEEP = 20.0
 #: Product of depth and wave number above which a wave vanishes at depth: the exponential is kept above 0, since b is
@@ -87,6 +89,10 @@ class WaveField:
         factor = () if self.factor is None else (self.factor,)
         return (*factor, *(Symbol("parameter", name) for name in self.variables))
 
+    def added_arguments(self) -> tuple[Formula, ...]:
+        """Return the arguments of quantities after the place: the time, and the extra arguments."""
+        return (Symbol("time"), *self.extra_arguments)
+
     def __str__(self) -> str:
         return f"{len(self.components)} waves"
 
@@ -119,84 +125,16 @@ class WaveField:
         return tuple(result.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
-        """Return a quantity in SI units, of the common broadcast shape of the arguments. ``name`` is a key of
-        ``WORDS``; ``component`` is 0, 1 or 2 for x, y or z. The arguments are x, y, z (if the quantity depends on z),
-        t, and then the values of ``extra_arguments``."""
-        numbers = [np.asarray(argument, dtype=float) for argument in arguments]
-        count = len(WORDS[name].arguments)
-        position, t, extra_values = numbers[:count], numbers[count], numbers[count + 1 :]
-        grown, growing = self._growth(t)
-        rest: NDArray[np.float64] = grown * self._full(name, component, position, t, extra_values)
-        if name != "water_acceleration" or self.ramp == 0.0:
-            return rest
-        return rest + growing * self._full("water_velocity", component, position, t, extra_values)
-
-    def _sizes(self, extra_values: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
-        """Return the complex factor, without unit, of the amplitude and phase of each wave component, (..., n).
-
-        ``extra_values`` are the values (...) of ``extra_arguments``: the tunable factor of all amplitudes, then z1 and
-        z2 of each free wave; without any the factor is 1. A free wave has factor times z1 + i z2, a bound wave the
-        square of the factor times the product of both free waves (one conjugated for a difference). Amplitude and
-        decay with depth are not in it.
-        """
-        sizes = np.ones(len(self.components), dtype=complex)
-        if self.factor is not None:
-            factor = extra_values[0][..., None]
-            sizes = sizes * np.where(self.bound, factor**2, factor)
-        if self.variables:
-            drawn = np.stack(np.broadcast_arrays(*extra_values[-len(self.variables) :]), axis=-1)
-            z = drawn[..., ::2] + 1j * drawn[..., 1::2]
-            first, second, sign = np.array(self.drawn).T
-            partner = np.where(sign > 0, z[..., second], np.conj(z[..., second]))
-            sizes = sizes * z[..., first] * np.where(second < 0, 1.0, partner)
-        return sizes
-
-    def _growth(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the factor of the amplitudes at times t during the ramp, and the rate in 1/s, each of the shape of
-        t."""
-        if self.ramp == 0.0:
-            return np.ones(()), np.zeros(())
-        s = np.clip(t / self.ramp, 0.0, 1.0)
-        return s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3), 140.0 * (s * (1.0 - s)) ** 3 / self.ramp
-
-    def _full(
-        self,
-        name: str,
-        component: int,
-        position: list[NDArray[np.float64]],
-        t: NDArray[np.float64],
-        extra_values: list[NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
-        """Return a quantity of waves without the ramp, at the height of motion by stretching. Arguments are as for
-        ``value``: ``position`` has x, y and perhaps z, ``extra_values`` the values of ``extra_arguments``."""
-        column = {name: np.array(values) for name, values in self.columns.items()}
-        x, y, time = (np.asarray(item)[..., None] for item in (position[0], position[1], t))
-        angle = column["kx"] * x + column["ky"] * y - column["w"] * time + column["phase"]
-        crest = self._sizes(extra_values) * np.exp(1j * angle)
-        wave = crest.imag if in_quadrature(name, component) else crest.real
-        terms = np.array(self.factors(name, component)) * wave
-        if len(position) > 2:
-            e = np.exp(np.maximum(column["k"] * self._motion_height(position, t, extra_values)[..., None], -LEAST))
-            terms = terms * (e + column["bottom"] / e if component < 2 else e - column["bottom"] / e)
-        return np.asarray(terms.sum(axis=-1))
-
-    def _motion_height(
-        self, position: list[NDArray[np.float64]], t: NDArray[np.float64], extra_values: list[NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        eta = self.value("elevation", 0, position[0], position[1], t, *extra_values)
-        highest = np.maximum(eta, 0.0) if self.stretching == "none" else eta
-        z = np.maximum(np.minimum(position[2] - self.level, highest), -self.depth)
-        return z if self.stretching == "none" else np.asarray((z - eta) / (1.0 + eta / self.depth))
+        """Return a quantity in SI units, as recorded, of the common broadcast shape of the arguments. ``name`` is a key
+        of ``WORDS``; ``component`` is 0, 1 or 2 for x, y or z. The arguments are x, y, z (if the quantity depends on
+        z), t, and then the values of ``extra_arguments``."""
+        value: NDArray[np.float64] = import_module(_RECORDING).wave_value(self, name, component, *arguments)
+        return value
 
 
 def in_quadrature(name: str, component: int) -> bool:
     """Return whether a quantity is proportional to the sine of a component's angle, not to the cosine."""
     return name == "slope" or (name.startswith("water") and (name == "water_velocity") == (component == 2))
-
-
-def _added_arguments(waves: WaveField) -> tuple[Formula, ...]:
-    """Return the arguments of a quantity of waves after the place: the time, and parameters of the waves."""
-    return (Symbol("time"), *waves.extra_arguments)
 
 
 def _word(name: str, arguments: tuple[str, ...], components: int, unit: str) -> Word:
@@ -206,8 +144,8 @@ def _word(name: str, arguments: tuple[str, ...], components: int, unit: str) -> 
         "waves",
         arguments,
         WaveField.value,
-        "eomgen.products.waves.formula.recording:wave_quantity",
-        _added_arguments,
+        f"{_RECORDING}:wave_quantity",
+        WaveField.added_arguments,
         components,
         unit,
         # waves that grow are three times differentiable at both ends of the ramp, and motion of the water bends at the

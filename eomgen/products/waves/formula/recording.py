@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from eomgen.base.arrays import Array
 from eomgen.products.waves.formula.fields import LEAST, WORDS, WaveField, in_quadrature
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.periodic import harmonic_sum
@@ -25,6 +28,14 @@ def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int,
     if name != "water_acceleration" or waves.ramp == 0.0:
         return result
     return result + growing * _full(algebra, waves, "water_velocity", component, position, t, extra_values)
+
+
+def wave_value(waves: WaveField, name: str, component: int, *arguments: ArrayLike) -> Array:
+    """Return a quantity of waves at arguments as of ``WaveField.value``, by the recorded operations."""
+    numbers = np.stack(np.broadcast_arrays(*(np.asarray(item, dtype=float) for item in arguments)), axis=-1)
+    algebra = Algebra(Tape())
+    result = wave_quantity(algebra, waves, name, component, algebra.block("x", numbers.shape[-1]))
+    return np.asarray(evaluate(algebra.tape, [result.ref], {"x": numbers})[..., 0])
 
 
 def _growth(algebra: Algebra, waves: WaveField, t: Scalar) -> tuple[Scalar, Scalar]:
@@ -54,6 +65,7 @@ def _full(
         return algebra.zero
     label = f"{name.replace('_', ' ')} of {waves.name}, wave by wave"
     x, y = (item.constant for item in position[:2])
+    scale = algebra.one if waves.factor is None else extra_values[0]  # of a sum over free waves
     plain = not waves.variables and (waves.factor is None or not np.any(waves.bound))
     if len(position) == 2 and x is not None and y is not None and plain:
         # at a place that rests: harmonics of time alone
@@ -62,7 +74,7 @@ def _full(
             angle = angle - 0.5 * np.pi
         columns = (np.array(factors) * np.cos(angle), np.array(column["w"]), np.array(factors) * np.sin(angle))
         loop = harmonic_sum([tuple(item.tolist()) for item in columns], t.ref, label)
-        return _times(waves, extra_values, Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0]))
+        return scale * Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0])
     kernel = _WaveKernel()
     angle_now = kernel.column(column["phase"]) - kernel.column(column["w"]) * kernel.share(t)
     for letter, item in zip(("kx", "ky"), position[:2], strict=True):
@@ -84,15 +96,8 @@ def _full(
         # once for a free wave, twice for a bound one
         factor = kernel.share(extra_values[0])
         bound = kernel.column(tuple(waves.bound.astype(float).tolist()))
-        term = term * factor * (bound * (factor - 1.0) + 1.0)
-        return Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
-    result = Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
-    return _times(waves, extra_values, result)
-
-
-def _times(waves: WaveField, extra_values: Sequence[Scalar], wave_sum: Scalar) -> Scalar:
-    """Return a sum over free waves, times the factor of amplitudes."""
-    return wave_sum if waves.factor is None else extra_values[0] * wave_sum
+        term, scale = term * factor * (bound * (factor - 1.0) + 1.0), algebra.one
+    return scale * Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
 
 
 def _wave(

@@ -244,7 +244,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
             arm = axle.arm(size * (k + 0.5))
             here = plus(axle.origin, arm)
             # how much of the slice moves water at rest
-            inert = _between(algebra, member.wet / size - float(k))
+            inert = _clamp(algebra, member.wet / size - float(k), algebra.zero)
             columns.add("arm", arm)
             columns.add("z", [here[2]])
             columns.add("axis", axle.axis)
@@ -354,7 +354,7 @@ def _on_the_end(axle: _Axle, quantities: Quantities) -> Vector:
         return algebra.zero_vector
     here = plus(axle.origin, axle.arm(algebra.zero))
     water, acceleration = water_at(quantities, item, here)
-    share = _between(algebra, (surface_over(quantities, item, here) - here[2]) / member.diameter + 0.5)
+    share = _clamp(algebra, (surface_over(quantities, item, here) - here[2]) / member.diameter + 0.5, algebra.zero)
     past = dot(axis, minus(water, axle.velocity(algebra.zero)))
     speed = algebra.call(Op.SQRT, past * past + _SLOW**2)
     return scaled(member.along * dot(axis, acceleration) + drag * share * speed * past, axis)
@@ -379,11 +379,6 @@ def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, 
         for name in ("water_velocity", "water_acceleration")
     )
     return u, a
-
-
-def _between(algebra: Algebra, x: Scalar) -> Scalar:
-    """Return a number clipped to the range from 0 to 1."""
-    return _clamp(algebra, x, algebra.zero)
 
 
 def _clamp(algebra: Algebra, x: Scalar, least: Scalar) -> Scalar:

@@ -75,9 +75,8 @@ class Jonswap:
     peakedness: float = 3.3
 
     def __post_init__(self) -> None:
-        for name, value in (("height", self.height), ("period", self.period)):
-            if not value > 0.0 or not math.isfinite(value):
-                raise UsageError(Problem(f"Jonswap: {name}", f"{value:.6g} is not above 0 [E1174]"))
+        for name in ("height", "period"):
+            check_number(f"Jonswap: {name}", getattr(self, name), above_zero=True)
         if not 1.0 <= self.peakedness <= 20.0:
             fault = f"{self.peakedness:.6g} is not from 1 to 20 [E1177]"
             raise UsageError(Problem("Jonswap: peakedness", fault, "3.3, or 1 for a fully developed sea"))
@@ -137,8 +136,7 @@ class PiersonMoskowitz:
     gravity: float = STANDARD_GRAVITY
 
     def __post_init__(self) -> None:
-        if not self.wind > 0.0 or not math.isfinite(self.wind):
-            raise UsageError(Problem("PiersonMoskowitz: wind", f"{self.wind:.6g} m/s is not above 0 [E1178]"))
+        check_number("PiersonMoskowitz: wind", self.wind, "m/s", above_zero=True)
         check_number("PiersonMoskowitz: gravity", self.gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
 
     @property
@@ -224,16 +222,12 @@ class Spreading:
     directions: int = 9
 
     def __post_init__(self) -> None:
-        if not self.exponent > 0.0 or not math.isfinite(self.exponent):
-            raise UsageError(Problem("Spreading: exponent", f"{self.exponent:.6g} is not above 0 [E1174]"))
+        check_number("Spreading: exponent", self.exponent, above_zero=True)
         if self.exponent > MOST_EXPONENT:
             fault = f"{self.exponent:.6g} is above {MOST_EXPONENT:.6g} [E1185]"
             raise UsageError(Problem("Spreading: exponent", fault, "no spreading at all for one direction"))
         check_number("Spreading: heading", self.heading, "rad")
-        if self.directions < 2:
-            fault = f"{self.directions} is less than two [E1186]"
-            raise UsageError(Problem("Spreading: directions", fault, "no spreading at all for one direction"))
-        check_whole("Spreading: directions", self.directions, 2, MOST_WAVES)
+        check_whole("Spreading: directions", self.directions, 2, MOST_WAVES, "no spreading at all for one direction")
 
     def density(self, angle: Array) -> Array:
         """Return the density over directions in 1/rad; the integral over a turn is 1.

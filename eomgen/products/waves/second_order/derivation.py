@@ -4,7 +4,7 @@ kernels of a pair of components.
 
 Labels are (a, b, c) with c = 0 at the free surface; positions are labels + e xi + e^2 eta, pressure over density is
 -g c + e p1 + e^2 p2. Irrotational flow: eta_t = (xi . grad) u + grad Phi, u = xi_t, with Phi harmonic, which
-``second_order_residuals`` holds to the equations of ``hierarchy``. The dynamic condition at c = 0,
+tests/waves/residuals.py holds to the hierarchy of equations. The dynamic condition at c = 0,
 
     Phi_tt + g Phi_c = -d/dt (|u|^2 / 2 + xi . u_t) - g (xi . grad) w,
 
@@ -20,78 +20,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import sympy
-from sympy import Expr, Matrix, Rational, diff
+from sympy import Expr, Rational, diff
 
 from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.symbolic_kernel import kernel_of, module_of
 
 COMMAND = "python -m eomgen.products.waves.second_order.derivation eomgen/products/waves/second_order/derived.py"
-LABELS = sympy.symbols("a b c", real=True)
-TIME, SMALL, GRAVITY = sympy.symbols("t epsilon g", real=True)
-
-
-def hierarchy() -> Mapping[str, tuple[list[Expr], list[Expr]]]:
-    """Return momentum (3 equations), continuity (1) and vorticity (3) by name, each as expressions of first and of
-    second order that are to be zero. They contain functions X1, Y1, Z1, P1 and X2, Y2, Z2, P2 of labels and time."""
-    at = (*LABELS, TIME)
-    first, second = ([sympy.Function(f"{name}{order}")(*at) for name in "XYZ"] for order in (1, 2))
-    p1, p2 = (sympy.Function(f"P{order}")(*at) for order in (1, 2))
-    position = [label + SMALL * x + SMALL**2 * y for label, x, y in zip(LABELS, first, second, strict=True)]
-    pressure = -GRAVITY * LABELS[2] + SMALL * p1 + SMALL**2 * p2
-    gradient = Matrix([[diff(x, label) for label in LABELS] for x in position])
-    velocity = [diff(x, TIME) for x in position]
-    carried = [sum(gradient[k, i] * velocity[k] for k in range(3)) for i in range(3)]  # (grad X)^T X_t
-    equations = {
-        "momentum": [
-            sum(diff(x, TIME, 2) * diff(x, label) for x in position)
-            + GRAVITY * diff(position[2], label)
-            + diff(pressure, label)
-            for label in LABELS
-        ],
-        "continuity": [gradient.det() - 1],
-        "vorticity": [
-            diff(carried[(i + 2) % 3], LABELS[(i + 1) % 3]) - diff(carried[(i + 1) % 3], LABELS[(i + 2) % 3])
-            for i in range(3)
-        ],
-    }
-    return {
-        name: ([_order(item, 1) for item in items], [_order(item, 2) for item in items])
-        for name, items in equations.items()
-    }
-
-
-def _order(expression: Expr, order: int) -> Expr:
-    return sympy.expand(expression.doit()).coeff(SMALL, order)
-
-
-def second_order_residuals() -> Mapping[str, Expr]:
-    """Return, by equation, the residual of the equations of second order for the solution of the kernels; 0 for a valid
-    one.
-
-    xi = grad psi with psi two harmonic exponentials of any growth in time; eta_t = (xi . grad) u, and p2 without Phi,
-    which is harmonic and solves the linear equations. Each equation is differentiated by time once, so that eta enters
-    through its velocity.
-    """
-    growth = [sympy.Function(f"f{i}")(TIME) for i in (1, 2)]
-    p, r = sympy.symbols("p_1 p_2"), sympy.symbols("r_1 r_2")
-    q = [sympy.I * sympy.sqrt(p[i] ** 2 + r[i] ** 2) for i in range(2)]
-    a, b, c = LABELS
-    psi = sum(growth[i] * sympy.exp(p[i] * a + q[i] * b + r[i] * c) for i in range(2))
-    xi = [diff(psi, label) for label in LABELS]
-    u = [diff(x, TIME) for x in xi]
-    velocity = [sum(x * diff(v, label) for x, label in zip(xi, LABELS, strict=True)) for v in u]
-    p1 = -diff(psi, TIME, 2) - GRAVITY * xi[2]
-    energy = sum(v * v for v in u) / 2 + sum(x * diff(v, TIME) for x, v in zip(xi, u, strict=True))
-    names = [sympy.Function(f"{name}{order}")(*LABELS, TIME) for order in (1, 2) for name in "XYZP"]
-    of_first = dict(zip(names, (*xi, p1, 0, 0, 0, 0), strict=True))
-    of_second = dict(zip(names, (0, 0, 0, 0, *velocity, -diff(energy, TIME) - GRAVITY * velocity[2]), strict=True))
-    left = {}
-    for name, (_, items) in hierarchy().items():
-        each = [diff(x.subs(of_first).doit(), TIME) + x.subs(of_second).doit() for x in items]
-        left[name] = sum(abs(sympy.expand(x)) for x in each)
-    return left
-
-
 #: Wave numbers, frequencies and profiles of the components i and j, and the cosine and sine of the angle between them.
 K_I, K_J, W_I, W_J, G_EFF = sympy.symbols("k_i k_j w_i w_j g", positive=True)
 CH_I, CH_J, SH_I, SH_J, C_I, C_J = sympy.symbols("Ch_i Ch_j Sh_i Sh_j C_i C_j", positive=True)

@@ -18,14 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, checked_calls
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import DiscreteSpectrum
 from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN
 
 Complex = NDArray[np.complex128]
-#: Relative deviation of wave numbers from a multiple up to which a wave number counts as a multiple.
-_CLOSE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -87,11 +86,11 @@ def multiples(k: Array) -> tuple[float, NDArray[np.int64]]:
     unit = float(k.min())
     for _ in range(40):  # Euclid's algorithm, of numbers that are rounded
         rest = np.abs(k / unit - np.rint(k / unit)) * unit
-        if np.all(rest <= _CLOSE * k):
+        if np.all(rest <= COMPUTED * k):
             break
-        unit = float(rest[rest > _CLOSE * k].min())
+        unit = float(rest[rest > COMPUTED * k].min())
     number = np.rint(k / unit).astype(np.int64)
-    if np.any(np.abs(number * unit - k) > _CLOSE * k) or number.max() > 100_000:
+    if np.any(np.abs(number * unit - k) > COMPUTED * k) or number.max() > 100_000:
         fault = "the wave numbers are not multiples of one that is not far smaller than all of them [E1205]"
         raise UsageError(Problem("Sea.profile", fault, "components by discretized(...), or surface(labels, time)"))
     return float(np.mean(k / number)), number
@@ -264,7 +263,7 @@ def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     """
     k = np.hypot(*spectrum.vectors.T)
     along = spectrum.vectors @ spectrum.vectors[0] / k[0]
-    if np.any(np.abs(along - k) > 1e-12 * k):
+    if np.any(np.abs(along - k) > SUMMED * k):
         fault = "there are closed forms for waves of one direction alone, and these have several [E1206]"
         raise UsageError(Problem("statistics_of", fault, "a spectrum without spreading, or realisations"))
     spectrum.check_deep("statistics_of", "realisations, and their means")

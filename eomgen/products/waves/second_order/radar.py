@@ -13,21 +13,21 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicHermiteSpline
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, checked_calls
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import DiscreteSpectrum
 from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_number, check_whole
 from eomgen.products.waves.second_order.profiles import Profile
 from eomgen.products.waves.second_order.sea import Sea
 
-#: Labels that are evaluated at a time.
-_AT_ONCE = 100_000
-#: Labels of an image at most, cells of a line, and terms of a spectrum of images.
-_MOST_LABELS, _MOST_CELLS, _MOST_TERMS = 3e7, 10_000_000, 1e9
+#: Labels of an image at most, and cells of a line.
+_MOST_LABELS, _MOST_CELLS = 3e7, 10_000_000
 
 
 @checked_calls()
@@ -145,7 +145,7 @@ class Radar:
             for edges, far, step in zip((x, y), reach, spacing, strict=True)
         )
         total = np.zeros((len(y) - 1, len(x) - 1))
-        for row in np.array_split(b, max(1, len(a) * len(b) // _AT_ONCE)):
+        for row in np.array_split(b, max(1, len(a) * len(b) // 100_000)):
             labels = np.stack(np.meshgrid(a, row), axis=-1).reshape(-1, 2) - (sea.current + sea.drift) * time
             motion, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
             area = np.abs(np.linalg.det(first[:, :2])) * spacing[0] * spacing[1]
@@ -300,7 +300,7 @@ class Radar:
         check_number("Radar.intensity_spectrum: length", length, "m", above_zero=True)
         check_whole("Radar.intensity_spectrum: count", count, 1, _MOST_CELLS, "100")
         multiple = k * length / (2.0 * math.pi)
-        if np.any(np.abs(multiple - np.rint(multiple)) > 1e-6):
+        if np.any(np.abs(multiple - np.rint(multiple)) > WRITTEN):
             fault = f"the waves do not repeat themselves after {length:.6g} m [E1210]"
             hint = "the length that discretized(spectrum, length=...) had; 2 pi over the distance of two wave numbers"
             raise UsageError(Problem("Radar.intensity_spectrum: length", fault, hint))
@@ -309,7 +309,7 @@ class Radar:
         # lags that resolve the wave number asked for, the sea, and the decay of exp(-k^2 V/2)
         finest = max(4.0 * wanted[-1], 4.0 * float(k.max()) * (1.0 + float(wanted[-1]) * moved))
         points = 2 ** math.ceil(math.log2(max(16.0, finest * length / math.pi)))
-        if points * count > _MOST_TERMS:
+        if points * count > 1e9:
             fault = f"{count} wave numbers need {points} lags each [E1211]"
             raise UsageError(Problem("Radar.intensity_spectrum: count", fault, "fewer, or a shorter length"))
         lag = length / points * np.arange(points)
@@ -352,7 +352,7 @@ class Radar:
         """Return wave numbers (n,), rad/m, and, (n,), the multiple of each amplitude by which a facet is moved along
         the waves. Raises UsageError at the method ``name`` for waves across the flight, or that feel the bottom."""
         k = np.hypot(*spectrum.vectors.T)
-        if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
+        if np.any(np.abs(spectrum.vectors[:, 1]) > SUMMED * k):
             fault = "waves run across the flight; there is a closed form for those along x alone [E1212]"
             raise UsageError(Problem(f"Radar.{name}", fault, "bunching(sea, labels, time), or heading = 0"))
         spectrum.check_deep(f"Radar.{name}", "bunching(sea, labels, time) of realisations")
@@ -405,8 +405,8 @@ class SpecularPoints:
 def specular_points(profile: Profile, slope: float) -> SpecularPoints:
     """Return the points of a profile that have a slope.
 
-    They are roots of dz - slope dx between labels, on the cubic through values and derivatives at both. No root is
-    sought between the last label and the repetition of the first, and two roots between adjacent labels are not seen.
+    They are roots of dz - slope dx between labels, on the cubics through values and derivatives at the labels. No root
+    is sought between the last label and the repetition of the first.
 
     Parameters
     ----------
@@ -422,29 +422,14 @@ def specular_points(profile: Profile, slope: float) -> SpecularPoints:
         linear between labels.
     """
     check_number("specular_points: slope", slope)
-    value, rate = profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa
-    step = profile.labels[1] - profile.labels[0]
-    here: NDArray[np.int64] = np.flatnonzero((value[:-1] > 0.0) != (value[1:] > 0.0))
-    y0, y1, d0, d1 = value[here], value[here + 1], rate[here] * step, rate[here + 1] * step
-    low, high = np.zeros(len(here)), np.ones(len(here))
-    for _ in range(50):
-        part = 0.5 * (low + high)
-        same = (_cubic(y0, y1, d0, d1, part) > 0.0) == (y0 > 0.0)
-        low, high = np.where(same, part, low), np.where(same, high, part)
-    part = 0.5 * (low + high)
-
-    def at(values: Array, rates: Array) -> Array:
-        return _cubic(values[here], values[here + 1], rates[here] * step, rates[here + 1] * step, part)
-
-    curved = (1.0 - part) * profile.curvature[here] + part * profile.curvature[here + 1]
-    labels = profile.labels[here] + part * step
-    return SpecularPoints(labels, at(profile.x, profile.xa), at(profile.z, profile.za), curved)
-
-
-def _cubic(y0: Array, y1: Array, d0: Array, d1: Array, part: Array) -> Array:
-    """Return Hermite's cubic at ``part`` (0 to 1), of values y0, y1 and derivatives d0, d1 at 0 and 1."""
-    rest = 1.0 - part
-    return rest * rest * ((1.0 + 2.0 * part) * y0 + part * d0) + part * part * ((3.0 - 2.0 * part) * y1 - rest * d1)
+    off = CubicHermiteSpline(profile.labels, profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa)
+    roots = off.roots(extrapolate=False)
+    labels = roots[np.isfinite(roots)]  # not a number where all slopes are equal
+    x, z = (
+        CubicHermiteSpline(profile.labels, values, rates)(labels)
+        for values, rates in ((profile.x, profile.xa), (profile.z, profile.za))
+    )
+    return SpecularPoints(labels, x, z, np.interp(labels, profile.labels, profile.curvature))
 
 
 def _edges(name: str, edges: ArrayLike) -> Array:
@@ -452,7 +437,7 @@ def _edges(name: str, edges: ArrayLike) -> Array:
     if result.ndim != 1 or len(result) < 2 or not np.all(np.diff(result) > 0.0):
         raise UsageError(Problem(f"Radar.image: {name}", "edges have to increase, two at least [E1214]"))
     widths = np.diff(result)
-    if not np.all(np.isfinite(result)) or np.ptp(widths) > 1e-6 * widths.mean():
+    if not np.all(np.isfinite(result)) or np.ptp(widths) > WRITTEN * widths.mean():
         fault = f"cells are {widths.min():.6g} to {widths.max():.6g} m wide [E1215]"
         hint = "edges that are equally spaced, np.linspace(0, 800, 81)"
         raise UsageError(Problem(f"Radar.image: {name}", fault, hint))

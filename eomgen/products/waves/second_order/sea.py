@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.waves.sea_states.components import Components
 from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_number, check_whole
@@ -23,7 +24,6 @@ from eomgen.products.waves.second_order.routines import LabelledWaves, Routines,
 
 #: Error of labels computed for points on the water, as this part of the shortest wave length at most.
 CLOSE = 1e-10
-_ROUNDS = 60
 #: Largest height of labels above the surface, in units of 1 over the highest wave number, for differences by c at the
 #: surface.
 HIGHEST = 0.1
@@ -173,12 +173,11 @@ class Sea:
         current = np.zeros(2)
         if np.any(doppler):
             current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
-            if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
-                fault = "the part that is odd in the wave vector is not linear in it, so no uniform current"
-                fault += " gives it [E1217]"
-                raise UsageError(Problem("Sea: dispersion", fault, "w.gravity_waves + U * w.kx"))
+            if np.abs(vectors @ current - doppler).max() > COMPUTED * np.abs(doppler).max():
+                fault = "the part that is odd in the wave vector is not linear in it, so no uniform current gives"
+                raise UsageError(Problem("Sea: dispersion", f"{fault} it [E1217]", "w.gravity_waves + U * w.kx"))
         restoring = row["w"] ** 2 * row["C"] / row["k"]
-        if np.ptp(restoring) > 1e-9 * restoring.max():
+        if np.ptp(restoring) > COMPUTED * restoring.max():
             fault = f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
             fault += " surface is the same everywhere only if it is the same for all waves [E1216]"
             hint = "w.gravity_waves, with terms that are linear in kx and ky"
@@ -249,22 +248,18 @@ class Sea:
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
         sums = self._of(surface=c == 0.0).sums
         row = sums("kinematics", columns, self._waves(time), twice, table, local_labels, level, self._numbers(c))
-        moved, velocity, acceleration = (self._vectors(row, kind) for kind in "dva")
+        row = {**dict.fromkeys(("dy", "vy", "ay"), np.zeros_like(row["dx"])), **row}  # zero for one direction
+        vectors = (np.stack([row[f"{kind}{axis}"] for axis in "xyz"], axis=1) for kind in "dva")
+        moved, velocity, acceleration = (np.hstack((part[:, :2] @ self._axes.T, part[:, 2:])) for part in vectors)
         moved[:, :2] += np.asarray(labels, dtype=float) + self.current * time
         moved[:, 2] += c
         velocity[:, :2] += self.current
-        return Motion(moved, velocity, acceleration, row["p"] - self.restoring * c + self._pressure_of_orbits(c))
-
-    def _pressure_of_orbits(self, c: float) -> float:
-        """Return the pressure over density that waves of first order in deep water lack, m^2/s^2.
-
-        The pressure is -w^2 A^2 (1 - exp(2 k c))/2 of each component: with this term a single wave is Gerstner's in
-        pressure too. Order 2 includes this term in the sums over pairs.
-        """
-        if self.order == 2 or math.isfinite(self.depth):
-            return 0.0
-        k = np.hypot(*self.vectors.T)
-        return 0.5 * self.restoring * float(np.sum(k * self.amplitude**2 * np.expm1(2.0 * k * c)))
+        pressure = row["p"] - self.restoring * c
+        if self.order == 1 and not math.isfinite(self.depth):
+            # which first order in deep water lacks: with it a single wave is Gerstner's in pressure too
+            k = np.hypot(*self.vectors.T)
+            pressure += 0.5 * self.restoring * float(np.sum(k * self.amplitude**2 * np.expm1(2.0 * k * c)))
+        return Motion(moved, velocity, acceleration, pressure)
 
     def profile(self, count: int, time: float) -> Profile:
         """Return the surface of a sea of one direction at equally spaced labels, by FFT.
@@ -517,7 +512,7 @@ class Sea:
         labels = targets - (self.current + self.drift) * time
         scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
         off = self.motion(labels, time).position[:, :2] - targets
-        for _ in range(_ROUNDS):
+        for _ in range(60):
             distance = np.hypot(*off.T)
             open_ = distance > CLOSE * scale
             if not np.any(open_):
@@ -632,8 +627,3 @@ class Sea:
         """Return labels along and across the waves' direction, (2, points)."""
         check_points("Sea: labels", labels)
         return np.ascontiguousarray((np.asarray(labels, dtype=float) @ self._axes).T)
-
-    def _vectors(self, row: dict[str, Array], kind: str) -> Array:
-        along, up = row[f"{kind}x"], row[f"{kind}z"]
-        across = row[f"{kind}y"] if self.spread else np.zeros_like(along)
-        return np.column_stack((np.column_stack((along, across)) @ self._axes.T, up))

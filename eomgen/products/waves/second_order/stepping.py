@@ -23,10 +23,12 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.codegen.targets.c.printer import wrap_text
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named
+from eomgen.products.waves.sea_states.spectra import check_number
 from eomgen.products.waves.second_order.pairs import COLUMNS
 from eomgen.products.waves.second_order.routines import statements
 from eomgen.products.waves.second_order.sea import Sea
@@ -36,8 +38,6 @@ from eomgen.toolchain.builder import Builder
 
 Complex = NDArray[np.complex128]
 _CDEF = "void eomgen_wave_forcing(long points, double g, const double *fields, double *given);\n"
-#: Relative deviation of wave vectors from the grid up to which a wave vector is on the grid.
-_CLOSE = 1e-9
 
 
 @checked_calls()
@@ -49,9 +49,8 @@ class Ramp:
     power: float = 4.0
 
     def __post_init__(self) -> None:
-        for name, value in (("time", self.time), ("power", self.power)):
-            if not value > 0.0:
-                raise UsageError(Problem(f"Ramp: {name}", f"{value:.6g} is not above 0 [E1174]"))
+        for name in ("time", "power"):
+            check_number(f"Ramp: {name}", getattr(self, name), above_zero=True)
 
     def __call__(self, elapsed: float) -> float:
         return -math.expm1(-((max(elapsed, 0.0) / self.time) ** self.power))
@@ -182,8 +181,13 @@ class SteppedSea:
         for part, fraction in self.composition.parts(steps):
             if part == "drift":
                 self._drift(fraction * size)
-            else:
-                self._kick(fraction * size)
+                continue
+            weight = fraction * size * (1.0 if self._ramp is None else self._ramp(self.time - self._start))
+            moved = weight * np.fft.rfft2(self._products()[:-1])
+            self._rate += moved[0]
+            self._x += moved[1]
+            if self._plane:
+                self._y += moved[2]
 
     def potential(self) -> Array:
         """Return the velocity potential of second order at the labels.
@@ -227,15 +231,6 @@ class SteppedSea:
         )
         self.time += size
 
-    def _kick(self, size: float) -> None:
-        products = self._products()
-        weight = size if self._ramp is None else size * self._ramp(self.time - self._start)
-        moved = np.fft.rfft2(products[:-1])
-        self._rate += weight * moved[0]
-        self._x += weight * moved[1]
-        if self._plane:
-            self._y += weight * moved[2]
-
     def _products(self) -> Array:
         """Return the quantities of ``given_of`` on the grid at the present time, (quantities, nx, ny)."""
         sea = self._sea
@@ -276,7 +271,7 @@ class SteppedSea:
         if not self._plane:
             multiples[:, 1] = np.where(self._sea.vectors[:, 1] == 0.0, 0.0, np.nan)
         index = np.rint(np.nan_to_num(multiples, nan=0.5))
-        off = np.abs(multiples - index) > _CLOSE * np.hypot(*multiples.T)[:, None] + 1e-12
+        off = np.abs(multiples - index) > COMPUTED * np.hypot(*multiples.T)[:, None] + SUMMED
         if np.any(off | np.isnan(multiples)):
             number = int(np.argmax(np.any(off | np.isnan(multiples), axis=1)))
             along, across = multiples[number]

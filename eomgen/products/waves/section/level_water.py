@@ -10,12 +10,10 @@ import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.nodes import Vector
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.section import Reading
-
-#: Share of gravity across z from which on water is not level.
-_LEVEL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,7 @@ class LevelWater:
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         x, y, z = numbers
-        return np.logical_or(np.greater(np.hypot(x, y), np.multiply(_LEVEL, np.abs(z))), np.greater(z, 0.0))
+        return np.logical_or(np.greater(np.hypot(x, y), np.multiply(COMPUTED, np.abs(z))), np.greater(z, 0.0))
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         x, y, z = numbers
