@@ -305,6 +305,7 @@ def test_the_picture_of_energy_errors_has_the_normal_density_beside_them() -> No
         samples=samples, count=50, warm_up=np.ones((2, 0, 4)), r_hats=lambda: np.zeros(0), name="n",
         settings=SimpleNamespace(method="leapfrog"),
     )  # fmt: skip  # a table
+    result.trajectories = lambda: FieldSamples.trajectories(cast(FieldSamples, result))
     (line,) = _chains(cast(FieldSamples, result)).axes[1].get_lines()
     mean = errors.mean()
     np.testing.assert_allclose(line.get_ydata(), norm(mean, np.sqrt(2.0 * mean)).pdf(line.get_xdata()), rtol=1e-12)

@@ -574,7 +574,7 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
         ({"t_end": 1.05, "step": 0.1}, r"1\.05 is not a whole number of steps of 0\.1; try: an end"),
         ({"t_end": -1.0}, r"steps of 0\.1 lead away from -1; try: a step of -0\.1"),
         ({"step": 0.0}, "a finite step other than 0 is needed"),
-        ({"record_every": 0}, "0 is not a whole number from 1"),
+        ({"record_every": 0}, "a whole number from 1 on is needed, not 0"),
         ({"parameters": {"couplin": 1}}, "there is no parameter 'couplin'; try: coupling"),
         ({"initial": {"z": 1}}, "there is no coordinate or momentum 'z'"),
         ({"initial": {"q": [1.0]}}, r"q has shape \(1,\), and finite numbers of shape \(2,\)"),

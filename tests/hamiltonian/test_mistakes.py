@@ -30,7 +30,6 @@ __all__ = ["shared_cache"]
         (lambda m: m.simulate(1.0, initial={"q": "abc"}), "initial.q: 'abc' is not an array of numbers"),
         (lambda m: m.simulate(1.0, initial={"q": [[1], [1, 2]]}), "initial.q: .* is not an array of numbers"),
         (lambda m: m.simulate(1.0, parameters=3), "parameters: numbers by name are needed, not 3"),
-        (lambda m: m.simulate(1.0, record_every=10.0), "record_every: 10.0 is not a whole number from 1"),
         (lambda m: m.simulate(1.0, dt=0.1), "there is no argument 'dt'; try: step"),
         (lambda m: m.simulate(1.0, rtol=1e-6), "there is no argument 'rtol'; try: tolerance"),
         (lambda m: m.energy("a", "b"), "henon_heiles.hamiltonian: 'a' is not an array of numbers"),

@@ -37,6 +37,8 @@ from eomgen.toolchain.library import Library
 
 #: Size and number of steps, and the number of these between rows.
 _Grid = tuple[float, int, int]
+#: Seconds between looks at the keyboard.
+_SECONDS_AT_ONCE = 0.1
 _COUNTED = ("steps", "gradients", "iterations", "products")
 #: Reasons for the end of a run, by the status returned by C.
 _STATUSES = {
@@ -346,7 +348,7 @@ class HamiltonianModel(NamedAttributes):
                 if rows:
                     row, within, counted = row + rows, 0, list(tally)
                 spent = max(time.perf_counter() - began, 1e-9)
-                at_once = max(1, min(2 * at_once, int(taken * 0.1 / spent)))  # looks every 0.1 s
+                at_once = max(1, min(2 * at_once, int(taken * _SECONDS_AT_ONCE / spent)))
         except KeyboardInterrupt:
             status = -1
             if within:

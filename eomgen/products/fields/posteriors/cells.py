@@ -56,6 +56,10 @@ _TAKEN = frozenset(
 )
 
 
+#: Size of arrays from which on threads share the work.
+_SHARED = 2**19
+
+
 @dataclass(frozen=True)
 class CellEnergy:
     """The energy of a cell, minus the logarithm of a likelihood up to a constant.
@@ -349,7 +353,7 @@ class CellRoutines:
         """Call ``part`` with arrays of one size, or, for large ones, with the same parts of each array in several
         threads."""
         size = next(array.size for array in arrays if array is not None)
-        if self.threads == 1 or size < 2**19:
+        if self.threads == 1 or size < _SHARED:
             part(*arrays)
             return
         flat = [None if array is None else array.reshape(-1) for array in arrays]

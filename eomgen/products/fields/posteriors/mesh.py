@@ -301,6 +301,11 @@ Precision = Literal["double", "single"]
 PRECISIONS: tuple[Precision, ...] = ("double", "single")
 
 
+#: Number of cells from which on columns along the first of three axes are copied to a buffer: the distances of columns
+#: in memory are so large that estimated plans take four times as long on 256^3 cells.
+_LARGE = 128**3
+
+
 class Transforms:
     """Transforms between spectra and cells by SciPy, with memory for a number of fields on a mesh.
 
@@ -333,9 +338,7 @@ class _FFTW(Transforms):
     def __init__(self, mesh: Mesh, single: bool, fields: int) -> None:
         """Plan the transforms with FFTW, in slabs for large meshes of three dimensions."""
         fftw: Any = importlib.import_module("pyfftw")
-        # columns along the first of three axes are copied to a buffer: the distances of columns in memory are so large
-        # that estimated plans take four times as long on 256^3 cells
-        large = len(mesh.cells) == 3 and mesh.size >= 128**3
+        large = len(mesh.cells) == 3 and mesh.size >= _LARGE
         axes = (1, 2) if large else tuple(range(len(mesh.cells)))
         self.scale = 1.0 / math.sqrt(mesh.size)
         self.buffer: Spectrum = fftw.zeros_aligned(mesh.half, "complex64" if single else "complex128")
