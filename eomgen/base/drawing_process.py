@@ -141,7 +141,7 @@ def in_copy(work: Callable[[], object]) -> Iterator[Callable[[], bool]]:
 
 @contextlib.contextmanager
 def own_process() -> Iterator[None]:
-    """Let ``from_copy`` copy this process, which is one of the command line."""
+    """Let ``compute_in_copy`` copy this process, which is one of the command line."""
     before = _OWN.set(True)
     try:
         yield
@@ -150,7 +150,7 @@ def own_process() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def from_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | None]]:
+def compute_in_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | None]]:
     """Compute a value, which a pipe can take, in a copy of this process meanwhile.
 
     Gives a function that waits and returns the value, for one call: None under the conditions of ``in_copy``, and

@@ -17,7 +17,7 @@ from types import NoneType
 from typing import Any, NamedTuple, cast
 
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
-from eomgen.base.drawing_process import from_copy
+from eomgen.base.drawing_process import compute_in_copy
 from eomgen.codegen.continuation import IrregularSamples, Known, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
@@ -152,7 +152,7 @@ class EqualParts(ABC):
         derive = partial(self._continue_or_derive, derived, further)
         try:
             first = derive(shorter[0], samples[0])  # with imports, and laws that the other scenes share
-            with from_copy(partial(derive, shorter[2], samples[2])) as third:
+            with compute_in_copy(partial(derive, shorter[2], samples[2])) as third:
                 second = derive(shorter[1], samples[1])
                 made = [first, second, third() or derive(shorter[2], samples[2])]
             if len({refusal for _, refusal in made}) > 1:

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from eomgen.base.drawing_process import Drawing, Drawings, drawing_process, from_copy, in_copy, own_process
+from eomgen.base.drawing_process import Drawing, Drawings, compute_in_copy, drawing_process, in_copy, own_process
 
 
 @pytest.fixture
@@ -102,12 +102,12 @@ def test_work_is_done_by_a_copy_unless_it_fails(
 
 @ONLY_LINUX
 def test_a_value_comes_from_a_copy_of_an_own_process(forking: None) -> None:
-    with from_copy(os.getpid) as value:
+    with compute_in_copy(os.getpid) as value:
         assert value() is None
-    with own_process(), from_copy(lambda: (os.getpid(), "x" * 100_000)) as value:  # more than a pipe holds
+    with own_process(), compute_in_copy(lambda: (os.getpid(), "x" * 100_000)) as value:  # more than a pipe holds
         number, text = value() or (os.getpid(), "")
         assert number != os.getpid() and len(text) == 100_000
-    with own_process(), from_copy([].pop) as nothing:
+    with own_process(), compute_in_copy([].pop) as nothing:
         assert nothing() is None
 
 

@@ -98,7 +98,7 @@ OF_SEAS: list[tuple[Callable[[], Any], str]] = [
 ]
 OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
     (lambda: Jonswap(0.0, 10.0), "Jonswap: height: 0 is not above 0"),
-    (lambda: Jonswap(2.0, math.inf), "Jonswap: period: inf is not above 0"),
+    (lambda: Jonswap(2.0, math.inf), "Jonswap: period: inf is not a finite number"),
     (lambda: Jonswap(1.0, 10.0, 0.99), "Jonswap: peakedness: 0.99 is not from 1 to 20; try: 3.3, or 1 for a fully"),
     (lambda: Jonswap(1.0, 10.0, 20.1), "Jonswap: peakedness: 20.1 is not from 1 to 20"),
     (lambda: PiersonMoskowitz(0.0), "PiersonMoskowitz: wind: 0 m/s is not above 0"),
@@ -113,7 +113,7 @@ OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
     (lambda: SpectrumTable([0.5], [1.0]), "shapes (1,) and (1,); try: as many densities as frequencies"),
     (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "a frequency or a density is not a finite number"),
     (lambda: Spreading(0.0), "Spreading: exponent: 0 is not above 0"),
-    (lambda: Spreading(4.0, directions=1), "Spreading: directions: 1 is less than two; try: no spreading at all"),
+    (lambda: Spreading(4.0, directions=1), "Spreading: directions: 1 is not from 2 to 1000000; try: no spreading at all"),
     (lambda: Spreading(10.0, directions=2.5), "Spreading: directions: 2.5 is not from 2 to"),  # type: ignore[arg-type]
     (lambda: Spreading(10.0, math.nan), "Spreading: heading: nan rad is not a finite number"),
     (lambda: _long_crested(band=(2.0, 1.0)), "discretized: band: (2.0, 1.0) does not increase from above 0; try: (0.5"),

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from eomgen.products.waves.sea_states.nonlinearity import (
     too_steep_together,
 )
 from eomgen.products.waves.sea_states.spectra import (
-    MOST_EXPONENT,
     Jonswap,
     PiersonMoskowitz,
     Spectrum,
@@ -63,11 +62,11 @@ _KEYS = {
     "pierson_moskowitz": "wind=15 height",
     "points": "points=[[0.4,0],[0.7,2],[1.5,0]] height",
 }
-_EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
 #: Free waves whose pairs are taken at most.
 MOST_WITH_PAIRS = 100
 #: Free waves with variables at most: each has two parameters.
 MOST_WITH_VARIABLES = 500
+Made = TypeVar("Made")
 #: Periods of waves in s: far outside of this range numbers overflow.
 _PERIODS = (1e-6, 1e9)
 #: Keys that are of spectra alone.
@@ -211,19 +210,6 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     return result
 
 
-def _spreading(key: str, entry: written.Spread, heading: float, values: Values) -> Spreading | None:
-    """Return the spreading over directions; None if it has a fault, which is reported."""
-    exponent = values.constant(f"{key}.exponent", entry.exponent)
-    if not exponent > 0.0:
-        values.report.add(f"{key}.exponent", f"the exponent {exponent:.6g} is not positive [E1240]", "exponent = 10")
-    elif exponent > MOST_EXPONENT:
-        fault = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way [E1241]"
-        values.report.add(f"{key}.exponent", fault, "no spreading")
-    else:
-        return Spreading(exponent, heading, entry.directions)
-    return None
-
-
 def _can_have_variables(key: str, entry: written.SeaWaves, report: Report) -> bool:
     """Return whether amplitudes and phases can follow from variables; a fault is reported."""
     if entry.amplitudes == "fixed":
@@ -244,34 +230,30 @@ def _irregular(
     """Return the free waves of a spectrum, and the factor of their amplitudes, a formula, if the height has tunable
     parameters, else None. With ``variables`` amplitudes are standard deviations and phases 0. Without waves after a
     reported fault."""
-    report = values.report
+    report, before = values.report, len(values.report.noted)
     assert entry.spectrum is not None  # checked by ``read_waves``
     spectrum, of_height = _spectrum(f"{key}.spectrum", entry.spectrum, gravity, values)
     height = None if of_height is None else values.value(of_height)
     heading = values.constant(f"{key}.heading", entry.heading)
     low, high = values.constants(f"{key}.band", entry.band)
-    if not 0.0 < low < high:
-        report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is empty [E1244]", "band = [0.5, 3]")
-    spreading = None if entry.spreading is None else _spreading(f"{key}.spreading", entry.spreading, heading, values)
-    if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
+    spread, spreading = entry.spreading, None
+    exponent = 1.0 if spread is None else values.constant(f"{key}.spreading.exponent", spread.exponent)
+    if spread is not None and len(report.noted) == before:
+        spreading = _made(f"{key}.spreading", report, "", lambda: Spreading(exponent, heading, spread.directions))
+    if spectrum is None or len(report.noted) > before or math.isnan(heading):
         return [], None
     if not _check_period(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
         return [], None
     if entry.variables and not _can_have_variables(f"{key}.variables", entry, report):
         return [], None
-    try:
-        parts = divided(
-            spectrum,
-            entry.components,
-            depth=depth,
-            gravity=gravity,
-            band=(low, high),
-            spreading=spreading,
-            heading=heading,
-            height=height,
-        )
-    except UsageError as error:
-        report.add(f"{key}.band", error.problems[0].what, "a band in which the spectrum has energy")
+    options: dict[str, Any] = {"depth": depth, "gravity": gravity, "band": (low, high), "spreading": spreading}
+    parts = _made(
+        key,
+        report,
+        "a band in which the spectrum has energy",
+        lambda: divided(spectrum, entry.components, heading=heading, height=height, **options),
+    )
+    if parts is None:
         return [], None
     unbroken = UnbrokenSea(wave_number(spectrum.peak, depth, gravity), depth)
     values.require(f"{key}.spectrum", unbroken, [Number(parts.height) if of_height is None else of_height])
@@ -311,28 +293,30 @@ def _spectrum(
     values.check_kind(key, entry, "type", _KEYS)
     number: dict[str, Any] = values.keys(key, entry, "height", "period", "wind", "peakedness")
     height = number.get("height")
-    for word in ("period", "wind", "peakedness"):
-        if number.get(word, 1.0) <= 0.0:  # NaN was reported
-            fault = f"the {word} {number[word]:.6g} is not positive [E1255]"
-            report.add(f"{key}.{word}", fault, _EXAMPLES.get(word, "3.3"))
     if height is not None:
         number["height"] = values.value(height)
-    if not 1.0 <= number.get("peakedness", 1.0) <= 20.0:
-        fault = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20 [E1256]"
-        report.add(f"{key}.peakedness", fault, "3.3, or 1 for a fully developed sea")
     if report.concerns(key) or any(map(math.isnan, number.values())):
         return None, None
     if entry.type == "jonswap":
-        return Jonswap(number["height"], number["period"], number.get("peakedness", 3.3)), height
+        return _made(key, report, "", lambda: Jonswap(**number)), height
     if entry.type == "pierson_moskowitz":
-        return PiersonMoskowitz(number["wind"], gravity), height
+        return _made(key, report, "", lambda: PiersonMoskowitz(number["wind"], gravity)), height
     points = [values.constants(f"{key}.points[{index}]", pair) for index, pair in enumerate(entry.points or ())]
     if len(points) < 2:
         fault = f"a spectrum needs two points or more, not {len(points)} [E1257]"
-        report.add(f"{key}.points", fault, _EXAMPLES["points"])
+        report.add(f"{key}.points", fault, "[[0.4, 0], [0.7, 2], [1.5, 0]]")
         return None, None
+    hint = "frequencies that increase, and no density below 0"
+    return _made(f"{key}.points", report, hint, lambda: SpectrumTable(*np.array(points).T), at_key=True), height
+
+
+def _made(key: str, report: Report, hint: str, make: Callable[[], Made], *, at_key: bool = False) -> Made | None:
+    """Return an object of ``sea_states``; None for a fault, which is reported at the key of the argument with the
+    fault, below ``key``, or ``at_key``. ``hint`` is for faults without a remedy."""
     try:
-        return SpectrumTable(*np.array(points).T), height
+        return make()
     except UsageError as error:
-        report.add(f"{key}.points", error.problems[0].what, "frequencies that increase, and no density below 0")
-        return None, None
+        problem = error.problems[0]
+        word = problem.where.partition(": ")[2]
+        report.add(key if at_key else f"{key}.{word}", problem.what, problem.hint or hint)
+        return None
