@@ -99,6 +99,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
     from eomgen.pipeline.front_end import given_options  # noqa: PLC0415
     from eomgen.products.fields.front_end import build_hamiltonian  # noqa: PLC0415
+    from eomgen.products.fields.hamiltonian.solution import draw, outcome_of  # noqa: PLC0415
 
     if chosen := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
         option = f"--{chosen[0].replace('_', '-')}"
@@ -112,21 +113,10 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     settings = {name: options[name] for name in ("t_end", "step", "record_every", "tolerance", "error_estimate")}
     solution = model.simulate(initial=starts or None, parameters=changes or None, **settings)
     files = [solution.save(target / "solution.npz"), solution.save(target / "solution.csv")]
-    if plots:
-        from eomgen.products.fields.hamiltonian.solution import draw  # noqa: PLC0415  # matplotlib comes with it
-
-        files += draw(solution, target)
+    files += draw(solution, target) if plots else []
     files.append(target / "summary.json")
-    summary = {
-        "success": solution.success,
-        "message": solution.message,
-        "stats": dict(solution.stats),
-        **solution.metadata,
-        "energy_error": solution.energy_error,
-        "error_estimate": solution.error_estimate.summary(),
-        "rows": len(solution.t),
-        "files": [file.name for file in files],
-    }
+    summary = {**outcome_of(solution), "energy_error": solution.energy_error, "rows": len(solution.t)}
+    summary["files"] = [file.name for file in files]
     write_text(files[-1], json_text(summary) + "\n")
     if as_json:
         final = {name: float(column[-1]) for name, column in solution.columns().items()}
@@ -154,10 +144,15 @@ def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
     """Print a table of a run of a Hamiltonian system: method, counts, energies, errors, and up to 8 coordinates at the
     end."""
     stats, metadata, total = solution.stats, solution.metadata, solution.energy["total"]
+    changed = [
+        (f"parameter {item.name}", f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}")
+        for item in document.parameters
+        if (value := metadata["parameters"][item.name]) != item.value
+    ]
     rows = [
         ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
         ("end", f"t = {solution.t[-1]:.9g}, {counted(len(solution.t), 'row')}"),
-        *_changed_parameters(metadata["parameters"], document),
+        *changed,
         ("steps", str(stats["steps"])),
         ("gradients", str(stats["gradients"])),
         ("time of computation", f"{stats['wall_time']:.3g} s"),
@@ -171,16 +166,6 @@ def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
     if len(names["q"]) > 8:
         rows.append(("...", f"{len(names['q']) - 8} more in solution.csv"))
     print_table(metadata["name"], ("", ""), rows)
-
-
-def _changed_parameters(values: Mapping[str, float], document: Hamiltonian) -> list[tuple[str, str]]:
-    """Return a label and a text for each parameter whose value in a run (``values``, by name) differs from the
-    file's."""
-    return [
-        (f"parameter {item.name}", f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}")
-        for item in document.parameters
-        if (value := values[item.name]) != item.value
-    ]
 
 
 def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> None:

@@ -35,10 +35,6 @@ _STRICT = '#pragma GCC diagnostic error "-Wimplicit-function-declaration"'
 #: Function of one point: from arguments and parameters (n,) to results.
 OfPoint = Callable[[Array], Array]
 _EXPORTED = '__attribute__((visibility("default")))'
-_CDEF = """\
-void eomgen_law(const double *arguments, const double *parameters, double *results);
-void eomgen_law_slopes(const double *arguments, const double *parameters, double *partials);
-"""
 
 
 def arguments_of(real: str, results: str) -> str:
@@ -220,7 +216,7 @@ def _routine(code: CCode) -> tuple[Any, Any]:
         ),
         "",
     ]
-    cdef = "\n".join(_CDEF.splitlines()[: len(calls)])
+    cdef = "\n".join(f"void {name}({arguments_of('double', 'y')});" for name, _ in calls)
     try:
         return Builder("reproducible").build_routine("\n".join(lines), cdef)
     except ToolchainError as error:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,8 +27,7 @@ _FACTORS = ((0.25, 3.0), (0.5, 2.0), (0.7, 1.4), (0.9, 1.1), (0.98, 1.02))
 _DISTANCES = (1.0, 0.3, 0.1, 0.03, 0.01)
 #: Largest number of sliders of one kind: hundreds would hide the important ones.
 _MOST = 60
-#: Angles and speeds of starts, rad and rad/s; speeds of lengths follow from a fall through the machine.
-_ANGLE, _SPIN, _GRAVITY = 1.5, 6.0, 9.81
+_GRAVITY = 9.81
 
 
 def sliders_of(
@@ -45,13 +45,8 @@ def sliders_of(
     held : inputs that the run holds
     extent : size of the machine, m
     """
-    groups = (
-        _parameters(model, p),
-        _inputs(model, solution, held, extent),
-        _starts(model, solution, extent),
-        _states(model, solution),
-    )
-    return [slider for group in groups for slider in group]
+    of_run = (_inputs(model, solution, held, extent), _starts(model, solution, extent), _states(model, solution))
+    return [*_parameters(model, p), *chain(*of_run)]
 
 
 def _parameters(model: CompiledModel, p: Array) -> Iterator[Slider]:
@@ -103,10 +98,12 @@ def _inputs(model: CompiledModel, solution: Solution, held: Mapping[str, float],
     Inputs that are zero in the run get a range by unit, from weight and ``extent`` of the machine."""
     layout = {item["name"]: item for item in model.library.layout["inputs"]}
     by_formula = {item.name for item in model.description.inputs if item.given}
-    weight = _mass(model) * _GRAVITY
-    for index, name in enumerate(model.inputs):
-        values = solution.inputs[name]
-        reach = float(np.max(np.abs(values), initial=0.0))
+    values, weight = model.description.values(dict(model.parameters)), 0.0
+    for solid in model.description.drawing.solids:  # but for bodies whose mass has no value
+        with contextlib.suppress(ArithmeticError, KeyError):
+            weight += _GRAVITY * evaluate(solid.mass, lambda symbol: values[symbol.name])
+    for index, name in enumerate(model.inputs[:_MOST]):
+        reach = float(np.max(np.abs(solution.inputs[name]), initial=0.0))
         unit = layout[name]["unit"]
         if reach == 0.0:
             reach = {"N": 0.5 * weight, "N m": 0.25 * weight * extent, "m": 0.1 * extent}.get(unit, 0.5)
@@ -115,17 +112,6 @@ def _inputs(model: CompiledModel, solution: Solution, held: Mapping[str, float],
         value = float(held.get(name, 0.0))
         slider = _slider("input", index, name, unit, layout[name]["description"], value, -reach, reach)
         yield {**slider, "value": None} if formula else slider
-        if index + 1 == _MOST:
-            break
-
-
-def _mass(model: CompiledModel) -> float:
-    """Return the mass of all bodies at the scene's parameters, kg; bodies whose mass has no value are left out."""
-    values, total = model.description.values(dict(model.parameters)), 0.0
-    for solid in model.description.drawing.solids:
-        with contextlib.suppress(ArithmeticError, KeyError):
-            total += evaluate(solid.mass, lambda symbol: values[symbol.name])
-    return total
 
 
 def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator[Slider]:
@@ -136,7 +122,7 @@ def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator
     nodes = {node for beam in model.description.exact_beams for node in beam}
     beams = {item["name"] for item in model.library.layout["axes"]}
     fall = math.sqrt(2.0 * _GRAVITY * extent)
-    sizes = {"rad": _ANGLE, "m": 0.5 * extent, "rad/s": _SPIN, "m/s": fall}
+    sizes = {"rad": 1.5, "m": 0.5 * extent, "rad/s": 6.0, "m/s": fall}
     velocities = []
     for factor in model.factors:
         if factor.name in beams or factor.name in nodes or factor.name.partition(".")[0] in nodes:
@@ -148,23 +134,17 @@ def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator
             plain = factor.group == "R"
             of_place = model.q_units[factor.q_start + k] if plain else "rad" if k < 3 and factor.v_size > 1 else "m"
             value = float(solution.q[0, factor.q_start + k]) if plain else 0.0
-            shown = (
-                name
-                if plain
-                else f"{name.partition('[')[0]} {'turned' if of_place == 'rad' else 'moved'} {'xyz'[k % 3]}"
-            )
+            moved = f"{'turned' if of_place == 'rad' else 'moved'} {'xyz'[k % 3]}"
+            shown = name if plain else f"{name.partition('[')[0]} {moved}"
             reach = sizes.get(of_place, 1.0)
             low, high = _limits(model, model.q_names[factor.q_start + k], value, reach) if plain else (-reach, reach)
-            if high > low:
+            if high > low and len(velocities) < _MOST:
                 q_index = factor.q_start + k if plain else None
                 yield {**_slider("position", index, shown, of_place, "", value, low, high), "place": q_index}
             most = max(sizes.get(unit, 1.0), 2.0 * abs(v))
             speed = shown.replace(" turned ", " turning ").replace(" moved ", " moving ")
             velocities.append(_slider("velocity", index, speed, unit, "", v, -_round(most), _round(most)))
-            if len(velocities) == _MOST:
-                yield from velocities
-                return
-    yield from velocities
+    yield from velocities[:_MOST]
 
 
 def _limits(model: CompiledModel, coordinate: str, value: float, reach: float) -> tuple[float, float]:
@@ -173,26 +153,23 @@ def _limits(model: CompiledModel, coordinate: str, value: float, reach: float) -
     values = model.description.values(dict(model.parameters))
     for limit in model.description.limits:
         if limit.coordinate == coordinate:
-            bounds = [
-                None if bound is None else evaluate(bound, lambda symbol: values[symbol.name])
+            lower, upper = (
+                math.nan if bound is None else evaluate(bound, lambda symbol: values[symbol.name])
                 for bound in (limit.lower, limit.upper)
-            ]
-            low = low if bounds[0] is None else max(low, bounds[0])
-            high = high if bounds[1] is None else min(high, bounds[1])
+            )
+            low, high = max(low, lower), min(high, upper)  # not a number: no bound
     return min(low, value), max(high, value)
 
 
 def _states(model: CompiledModel, solution: Solution) -> Iterator[Slider]:
     """Yield sliders for continuous internal states; a scene with sampled states has none."""
-    sampled = model.library.layout["method"].get("samples", {})
-    if sampled:
+    if model.library.layout["method"].get("samples"):
         return
     for index, item in enumerate(model.library.layout["states"][:_MOST]):
         value = float(solution.z[0, index])
         most = max(1.5 * abs(value), float(np.max(np.abs(solution.z[:, index]), initial=0.0))) or 1.0
-        yield _slider(
-            "state", index, item["name"], item["unit"], item["description"], value, -_round(most), _round(most)
-        )
+        told = (item["name"], item["unit"], item["description"])
+        yield _slider("state", index, *told, value, -_round(most), _round(most))
 
 
 def _slider(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -36,7 +35,7 @@ from eomgen.products.testing.states import Array, jacobian, random_states, relat
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
-from eomgen.scene.load import from_data, load_toml
+from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.scene.sections import sections_for
 
@@ -153,30 +152,24 @@ def check_law(
 
 
 #: A double pendulum with a ball joint: coordinates that are numbers, and a quaternion.
-_SCENE = """
-format = 1
-name = "contract"
-[bodies.upper]
-mass = 1.0
-center_of_mass = [0, 0, -0.3]
-inertia = [0.02, 0.03, 0.01]
-[bodies.lower]
-mass = 0.7
-center_of_mass = [0.1, 0, -0.2]
-inertia = [0.01, 0.02, 0.015]
-[joints.shoulder]
-type = "revolute"
-parent = "base"
-child = "upper"
-axis = [0, 1, 0]
-initial = { position = 0.6, velocity = 0.5 }
-[joints.elbow]
-type = "spherical"
-parent = "upper"
-child = "lower"
-position = [0, 0, -0.5]
-initial = { velocity = [1.0, -0.4, 2.0] }
-"""
+_SCENE: dict[str, Any] = {
+    "format": 1,
+    "name": "contract",
+    "bodies": {
+        "upper": {"mass": 1.0, "center_of_mass": [0, 0, -0.3], "inertia": [0.02, 0.03, 0.01]},
+        "lower": {"mass": 0.7, "center_of_mass": [0.1, 0, -0.2], "inertia": [0.01, 0.02, 0.015]},
+    },
+    "joints": {
+        "shoulder": {
+            **{"type": "revolute", "parent": "base", "child": "upper", "axis": [0, 1, 0]},
+            "initial": {"position": 0.6, "velocity": 0.5},
+        },
+        "elbow": {
+            **{"type": "spherical", "parent": "upper", "child": "lower", "position": [0, 0, -0.5]},
+            "initial": {"velocity": [1.0, -0.4, 2.0]},
+        },
+    },
+}
 _SPAN, _STEP = 0.4, 2e-3
 
 
@@ -205,8 +198,7 @@ def check_integrator(method: str, order: float, /, **parameters: Any) -> None:
     """
     fixed = not method_named(method, **parameters).chooses_steps
     demand(fixed, method, "the method chooses its steps, and an order is measured with steps of one size")
-    scene = load_toml(_SCENE)
-    model = build(scene, profile="reproducible")
+    model = build(from_data(_SCENE), profile="reproducible")
     exact = model.simulate(_SPAN, 1e-4, method="rk4").v[-1]
     runs = [model.simulate(_SPAN, step, method=method, **parameters) for step in (_STEP, _STEP / 2.0)]
     for run in runs:
@@ -224,8 +216,7 @@ def check_integrator(method: str, order: float, /, **parameters: Any) -> None:
 
 
 def _check_c(method: str, parameters: dict[str, Any]) -> None:
-    data = {**tomllib.loads(_SCENE), "simulation": {"method": method, "step": _STEP, **parameters}}
-    scene = from_data(data)
+    scene = from_data({**_SCENE, "simulation": {"method": method, "step": _STEP, **parameters}})
     with tempfile.TemporaryDirectory() as name:
         program = compile_c(scene, Path(name))
         printed = subprocess.run([str(program), "0.1"], capture_output=True, text=True, check=True).stdout

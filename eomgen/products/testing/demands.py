@@ -24,8 +24,8 @@ from eomgen.products.testing.states import (
 )
 from eomgen.scene.scene import Scene
 
-#: Relative errors that count as rounding: of partials, and of power balances.
-PARTIALS, POWER = 1e-10, 1e-10
+#: Relative errors of partials and of power balances that count as rounding.
+PARTIALS = POWER = 1e-10
 _STRICT = ("-Wall", "-Wextra", "-Werror")
 
 

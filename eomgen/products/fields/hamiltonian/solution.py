@@ -237,19 +237,18 @@ class HamiltonianSolution(NamedAttributes):
         if path.suffix == ".csv":
             write_table(path, list(columns), np.column_stack(list(columns.values())))
         elif path.suffix == ".npz":
-            data = {
-                "message": self.message,
-                "success": self.success,
-                "stats": dict(self.stats),
-                **self.metadata,
-                "error_estimate": self.error_estimate.summary(),
-            }
-            write_arrays(path, columns, data)
+            write_arrays(path, columns, outcome_of(self))
         else:
             kind = path.suffix or "a file without a suffix"
             fault = f"a motion of a Hamiltonian system cannot be saved as {kind} [E0794]"
             raise UsageError(Problem(str(path), fault, ".npz or .csv"))
         return path
+
+
+def outcome_of(solution: HamiltonianSolution) -> dict[str, Any]:
+    """Return all but the columns, in JSON types: message, success, counts, metadata and the estimate of errors."""
+    told = {"message": solution.message, "success": solution.success, "stats": dict(solution.stats)}
+    return {**told, **solution.metadata, "error_estimate": solution.error_estimate.summary()}
 
 
 def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -31,24 +32,6 @@ from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.toolchain.builder import Builder
-
-_CDEF = """\
-void eomgen_field_filter(long n, int turns, const double *a, const double *x, double *y);
-void eomgen_field_add(long n, int turns, double size, const double *a, const double *x, const double *z, double *y);
-double eomgen_field_norm(long n, long last, int even, const double *m, const double *x);
-"""
-_CELLS = """\
-double eomgen_field_energy(long n, const double *const *fields, const double *const *data);
-void eomgen_field_residual(long n, double *const *fields, const double *const *data);
-void eomgen_field_curvature(long n, const double *const *fields, const double *const *data, double *const *along);
-"""
-_SINGLE = """\
-void eomgen_field_filter_single(long n, int turns, const double *a, const double *x, float *y);
-void eomgen_field_add_single(long n, int turns, double size, const double *a, const float *x, const double *z,
-    double *y);
-void eomgen_field_residual_single(long n, float *const *fields, const double *const *data);
-"""
-
 
 #: Names of the loops over cells in the template.
 _TAKEN = frozenset(
@@ -294,11 +277,11 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
 
 class CellRoutines:
     """The compiled C of a cell's energy and of operations on spectra, for contiguous arrays. ``text`` is the C of
-    ``source``, ``idle`` whether there is no energy, ``single`` whether there is single precision. Several threads share
-    elementwise operations; one thread computes sums, so that sums do not depend on the number of threads."""
+    ``source``. Several threads share elementwise operations; one thread computes sums, so that sums do not depend on
+    the number of threads."""
 
-    def __init__(self, text: str, idle: bool, single: bool = False, threads: int = 1) -> None:
-        self.ffi, self.lib = _compile(text, idle, single and not idle)
+    def __init__(self, text: str, threads: int = 1) -> None:
+        self.ffi, self.lib = _compile(text)
         self.threads = threads
 
     def pointers(self, arrays: Sequence[Reals]) -> Any:
@@ -374,5 +357,6 @@ class CellRoutines:
 
 
 @functools.lru_cache(maxsize=32)
-def _compile(text: str, idle: bool, single: bool) -> tuple[Any, Any]:
-    return Builder(real="lanes").build_routine(text, _CDEF + _CELLS * (not idle) + _SINGLE * single)
+def _compile(text: str) -> tuple[Any, Any]:
+    exported = re.findall(r"^EG_SEEN ([^{]*\))", text, re.MULTILINE)
+    return Builder(real="lanes").build_routine(text, "".join(f"{head};\n" for head in exported))

@@ -114,7 +114,7 @@ class FieldPosterior:
         #: The C text.
         single = precision == "single" and not made.idle
         self.source = source(self.energy_of_cell, made, list(self.operators), columns, single)
-        self._routines = CellRoutines(self.source, self.prior_alone, single, mesh.threads)
+        self._routines = CellRoutines(self.source, mesh.threads)
         self._columns = [*self.data.values(), *(np.ascontiguousarray(values) for values in masked.values())]
         self._data = self._routines.pointers(self._columns)
         self._transforms = make_transforms(mesh, transforms, len(self.operators))

@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import Components
 from eomgen.products.waves.sea_states.nonlinearity import beyond_second_order, breaking_height, too_steep_together
-from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_depth
+from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_depth, check_number
 from eomgen.products.waves.second_order.pairs import ENTRIES
 
 #: Bytes of the table of pairs at most.
@@ -47,20 +47,14 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
     if np.any(amplitude < 0.0):
         fault = f"the amplitude {amplitude.min():.6g} m is negative [E1191]"
         raise UsageError(Problem(_COMPONENTS, fault, "the phase + pi"))
-    _check_setting(depth, order, gravity)
+    if order not in (1, 2):
+        raise UsageError(Problem("Sea: order", f"there is no order {order} [E1192]", "1 or 2"))
+    check_number("Sea: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
+    check_depth("Sea", depth)
     k = np.hypot(*vectors.T)
     _check_waves(vectors, amplitude, k, depth)
     if order == 2:
         _check_second_order(amplitude, k, depth)
-
-
-def _check_setting(depth: float, order: int, gravity: float) -> None:
-    """Raise UsageError for an impossible order, gravity or depth."""
-    if order not in (1, 2):
-        raise UsageError(Problem("Sea: order", f"there is no order {order} [E1192]", "1 or 2"))
-    if not gravity > 0.0 or not math.isfinite(gravity):
-        raise UsageError(Problem("Sea: gravity", f"{gravity:.6g} m/s^2 is not above 0 [E1193]", f"{STANDARD_GRAVITY}"))
-    check_depth("Sea", depth)
 
 
 def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> None:
@@ -72,9 +66,7 @@ def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> No
     """
     if not np.all(k > 0.0):
         number = int(np.argmin(k))
-        fault = (
-            f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave [E1194]"
-        )
+        fault = f"component {number} has the wave vector (0, 0): a change of the water's level is no wave [E1194]"
         raise UsageError(Problem(_COMPONENTS, fault, "components with a wave number above 0"))
     if len(np.unique(vectors, axis=0)) < len(vectors):
         fault = "two components have the same wave vector [E1196]"
@@ -96,15 +88,13 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
     highest = np.array([0.5 * breaking_height(float(wave_number), depth) for wave_number in k])
     if np.any(amplitude > highest):
         number = int(np.argmax(amplitude / highest))
-        fault = (
-            f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
-            f" {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
-        )
+        fault = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
+        fault += f" {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
         hint = "a smaller amplitude, or order = 1: Gerstner's waves do not break"
         raise UsageError(Problem(_COMPONENTS, fault, hint))
-    if 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
-        need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
-        fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes {need:.3g} GB [E1201]"
+    if (needed := 4.0 * len(k) ** 2 * len(ENTRIES)) > MOST_MEMORY:
+        pairs = len(k) * (len(k) - 1) // 2
+        fault = f"{len(k)} components have {pairs} pairs, whose table takes {needed / 1e9:.3g} GB [E1201]"
         hint = "fewer components, order = 1, or a SteppedSea, whose second order needs no pairs"
         raise UsageError(Problem(_COMPONENTS, fault, hint))
 

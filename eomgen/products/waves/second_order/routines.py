@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -18,19 +19,6 @@ from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispers
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.toolchain.builder import Builder
 
-_COEFFICIENTS = """\
-void eomgen_wave_components(long n, const double *vectors, const double *p, double *columns);
-void eomgen_wave_own(long n, const double *columns, const double *p, double *own);
-void eomgen_wave_pairs(long n, const double *columns, const double *p, double *table);
-"""
-_SUMS = """\
-long eomgen_wave_lanes(void);
-void eomgen_wave_kinematics(long n, const double *columns, const double *amplitude, const double *phase,
-    const double *self, const double *table, const double *level, const double *p, double t, long points,
-    const double *labels, double *given, double *room);
-void eomgen_wave_geometry(long n, const double *columns, const double *amplitude, const double *phase,
-    const double *self, const double *table, double t, long points, const double *labels, double *given, double *room);
-"""
 #: Relative difference of frequencies below which two components count as waves of equal frequency in different
 #: directions.
 SAME_FREQUENCY = 1e-7
@@ -167,8 +155,8 @@ class Routines:
         padded = np.zeros((2, filled))
         padded[:, :count] = labels
         outputs = np.empty((len(names), filled))
-        room = np.empty(2 * n * lanes + _ALIGNED)  # lanes are read and written at multiples of a register's length
-        start = -room.ctypes.data // 8 % _ALIGNED
+        room = np.empty(2 * n * lanes + 8)  # lanes are read and written at multiples of the longest register
+        start = -room.ctypes.data // 8 % 8
 
         def of(array: Array) -> Any:
             return ffi.from_buffer("double[]", array)
@@ -190,14 +178,14 @@ class LabelledWaves:
     time: float
 
 
-#: Doubles of the longest vector register.
-_ALIGNED = 8
-
-
 @functools.lru_cache(maxsize=32)
 def routines(case: Case, dispersion: Dispersion = gravity_waves) -> Routines:
     """Return the compiled routines of a case, from the cache if present."""
     tables, sums = sources(case, dispersion)
-    return Routines(
-        case, Builder().build_routine(tables, _COEFFICIENTS), Builder(real="lanes").build_routine(sums, _SUMS)
-    )
+    return Routines(case, routine(Builder(), tables), routine(Builder(real="lanes"), sums))
+
+
+def routine(builder: Builder, text: str) -> tuple[Any, Any]:
+    """Return ``ffi`` and ``lib`` of C, with the functions that the text exports."""
+    exported = re.findall(r"^EG_SEEN ([^{]*\))", text, re.MULTILINE)
+    return builder.build_routine(text, "".join(f"{head};\n" for head in exported))

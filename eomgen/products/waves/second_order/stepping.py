@@ -30,14 +30,13 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named
 from eomgen.products.waves.sea_states.spectra import check_number
 from eomgen.products.waves.second_order.pairs import COLUMNS
-from eomgen.products.waves.second_order.routines import statements
+from eomgen.products.waves.second_order.routines import routine, statements
 from eomgen.products.waves.second_order.sea import Sea
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
 from eomgen.toolchain.builder import Builder
 
 Complex = NDArray[np.complex128]
-_CDEF = "void eomgen_wave_forcing(long points, double g, const double *fields, double *given);\n"
 
 
 @checked_calls()
@@ -99,7 +98,7 @@ def source(plane: bool) -> str:
 
 @functools.cache
 def _routine(plane: bool) -> tuple[Any, Any]:
-    return Builder().build_routine(source(plane), _CDEF)
+    return routine(Builder(), source(plane))
 
 
 @checked_calls()
@@ -238,7 +237,8 @@ class SteppedSea:
         nx, ny = self._counts
         whole = np.zeros((len(crest), nx * ny), dtype=complex)
         for sign, values in ((1, crest), (-1, np.conj(crest))):  # no two components are at one place
-            whole[:, self._place(sign * self._index)] += 0.5 * nx * ny * values
+            at = np.ravel_multi_index((sign * self._index).T, (nx, ny), mode="wrap")
+            whole[:, at] += 0.5 * nx * ny * values
         fields = np.ascontiguousarray(np.fft.irfft2(whole.reshape(-1, nx, ny)[:, :, : ny // 2 + 1], s=self._counts))
         ffi, lib = _routine(self._plane)
         products = np.empty((len(given_of(self._plane)), nx, ny))
@@ -277,19 +277,11 @@ class SteppedSea:
             along, across = multiples[number]
             fault = f"component {number} is ({along:.6g}, {across:.6g}) times 2 pi/length [E1227]"
             raise UsageError(Problem("SteppedSea: lengths", fault, "lengths that all components divide"))
-        highest = np.abs(index).max(axis=0)
-        for axis, name in enumerate("xy"):
-            if self._counts[axis] <= 4 * highest[axis]:
-                fault = f"{self._counts[axis]} labels along {name} take sums of waves for others [E1228]"
-                raise UsageError(Problem("SteppedSea: counts", fault, f"{int(4 * highest[axis]) + 1} or more"))
-        whole: NDArray[np.int64] = index.astype(np.int64)
-        return whole
-
-    def _place(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the places of wave vectors in the flat array of all that the grid has."""
-        nx, ny = self._counts
-        places: NDArray[np.int64] = index[:, 0] % nx * ny + index[:, 1] % ny
-        return places
+        for name, count, most in zip("xy", self._counts, 4 * np.abs(index).max(axis=0), strict=True):
+            if count <= most:
+                fault = f"{count} labels along {name} take sums of waves for others [E1228]"
+                raise UsageError(Problem("SteppedSea: counts", fault, f"{int(most) + 1} or more"))
+        return np.asarray(index, np.int64)
 
     def _spectrum(self, amplitudes: Complex, index: NDArray[np.int64]) -> Complex:
         """Return the half spectrum on the grid of the sum of Re(amplitude exp(i k a)) over waves; ``index`` (m, 2) has
@@ -297,7 +289,7 @@ class SteppedSea:
         nx, ny = self._counts
         whole = np.zeros(nx * ny, dtype=complex)
         for sign, values in ((1, amplitudes), (-1, np.conj(amplitudes))):
-            at = self._place(sign * index)
+            at = np.ravel_multi_index((sign * index).T, (nx, ny), mode="wrap")
             whole.real += np.bincount(at, values.real, nx * ny)
             whole.imag += np.bincount(at, values.imag, nx * ny)
         return np.asarray(0.5 * nx * ny * whole.reshape(nx, ny)[:, : ny // 2 + 1])
