@@ -358,5 +358,5 @@ class CellRoutines:
 
 @functools.lru_cache(maxsize=32)
 def _compile(text: str) -> tuple[Any, Any]:
-    exported = re.findall(r"^EG_SEEN ([^{]*\))", text, re.MULTILINE)
+    exported = re.findall(r"^EG_SEEN (?:EG_LOOPS )?([^{]*\))", text, re.MULTILINE)
     return Builder(real="lanes").build_routine(text, "".join(f"{head};\n" for head in exported))
