@@ -79,9 +79,9 @@ def test_the_file_as_it_stands_keeps_its_numbers() -> None:
         oscillator().parameters["m"] = 2.0
 
 
-@pytest.mark.parametrize("energy", [0.05, 1 / 12, 0.1666])
-def test_a_sweep_over_the_energy_starts_from_each(energy: float, tmp_path: Path) -> None:
+def test_a_start_follows_the_energy(tmp_path: Path) -> None:
     """The start of the example is a formula of its energy; the command line, its summary and Python agree."""
+    energy = 1 / 12
     file = Path(__file__).parents[2] / "examples/henon_heiles/system/henon_heiles.toml"
     options = ["simulate", str(file), "--set", f"energy={energy}", "--t-end", "1", "--out", str(tmp_path), "--no-plots"]
     assert main(options) == 0
@@ -93,20 +93,11 @@ def test_a_sweep_over_the_energy_starts_from_each(energy: float, tmp_path: Path)
     np.testing.assert_array_equal(by_command["x"], run.q[:, run.metadata["names"]["q"].index("x")])
 
 
-@pytest.mark.parametrize(
-    ("parameters", "text"),
-    [
-        ({"period": 0.0}, r"parameters: the parameter w, 2 \* 3.14159265 / period, has no finite real value with per"),
-        ({"period": 0.0, "w": 1.0}, None),
-        ({"perod": 1.0}, "there is no parameter 'perod'; try: period"),
-    ],
-)
-def test_formulas_without_a_value_are_named(parameters: dict[str, float], text: str | None) -> None:
-    if text is None:
-        assert oscillator().simulate(0.1, parameters=parameters).success
-        return
+def test_formulas_without_a_value_are_named() -> None:
+    text = r"parameters: the parameter w, 2 \* 3.14159265 / period, has no finite real value with per"
     with pytest.raises(eomgen.UsageError, match=text):
-        oscillator().simulate(parameters=parameters)
+        oscillator().simulate(parameters={"period": 0.0})
+    assert oscillator().simulate(0.1, parameters={"period": 0.0, "w": 1.0}).success
 
 
 def test_a_start_without_a_value_is_named() -> None:

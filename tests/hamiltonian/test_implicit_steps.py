@@ -21,6 +21,7 @@ from eomgen.cli import main
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
 from eomgen.products.fields.hamiltonian.methods import gauss_collocation
 from tests.hamiltonian.systems import OSCILLATOR, system
+from tests.hamiltonian.test_hamiltonian import HENON_HEILES
 from tests.models import library
 from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
@@ -53,7 +54,8 @@ IMPLICIT = {"implicit_midpoint": 2, "gauss4": 4, "gauss6": 6, "gauss8": 8, "suzu
 
 @cache
 def model(name: str) -> Any:
-    return eomgen.build({"product": PRODUCT, "charge": CHARGE, "pendulum": PENDULUM}[name], profile="quick")
+    made = {"product": PRODUCT, "charge": CHARGE, "pendulum": PENDULUM, "henon_heiles": HENON_HEILES}
+    return eomgen.build(made[name], profile="quick")
 
 
 def _end(run: Any) -> Array:
@@ -113,9 +115,18 @@ def test_newton_takes_what_iteration_does_not() -> None:
     np.testing.assert_allclose(np.diff(run.p, axis=0), -0.4 * dq, atol=2e-13)
 
 
-@pytest.mark.parametrize(("method", "step"), [("implicit_midpoint", 0.4), ("gauss6", 0.1), ("suzuki4", 0.3)])
-def test_implicit_steps_are_symplectic_and_symmetric(method: str, step: float) -> None:
-    compiled = model("pendulum")
+@pytest.mark.parametrize(
+    ("name", "method", "step"),
+    [
+        ("pendulum", "implicit_midpoint", 0.4),
+        ("pendulum", "gauss6", 0.1),
+        ("pendulum", "suzuki4", 0.3),
+        ("henon_heiles", "omf4", 0.25),
+    ],
+)
+def test_steps_are_symplectic_and_symmetric(name: str, method: str, step: float) -> None:
+    """J = M^T J M for the derivative M of a map, by central differences."""
+    compiled = model(name)
     start = np.array([0.5, -0.3, 0.6, 0.2])
 
     def moved(state: Array, h: float = step) -> Array:

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.base.arrays import Array
 from eomgen.integrators.families.adaptive import LARGEST_TOLERANCE, SMALLEST_TOLERANCE
 from eomgen.products.fields.documents.document import TOLERANCES
-from tests.hamiltonian.systems import system
+from tests.hamiltonian.systems import rows_of_program, system
+from tests.hamiltonian.test_hamiltonian import reference
 from tests.hamiltonian.test_implicit_steps import PENDULUM, model
 from tests.models.cache import shared_cache
 
@@ -28,18 +26,8 @@ FALLING = system(
 )
 
 
-def _exact(t_end: float) -> Array:
-    compiled = model("pendulum")
-
-    def rate(_: float, z: Array) -> Array:
-        dq, dp = compiled.gradient(z[:2], z[2:])
-        return np.concatenate([dp, -dq])
-
-    return np.asarray(solve_ivp(rate, (0, t_end), [1.2, 0.4, 0, 0], method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1])
-
-
 def test_the_fourth_order() -> None:
-    exact, errors = _exact(1.0), []
+    exact, errors = reference(model("pendulum"), 1.0), []
     for step in (0.004, 0.002):
         run = model("pendulum").simulate(1.0, step, method="rk4", error_estimate=False)
         errors.append(np.abs(np.concatenate([run.q[-1], run.p[-1]]) - exact).max())
@@ -49,7 +37,7 @@ def test_the_fourth_order() -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-11])
 def test_errors_follow_the_tolerance_in_any_grid(tolerance: float) -> None:
-    exact = _exact(2.0)
+    exact = reference(model("pendulum"), 2.0)
     for step in (2.0, 0.1, -0.1):
         initial = {} if step > 0 else {"q": exact[:2], "p": exact[2:]}
         run = model("pendulum").simulate(
@@ -95,11 +83,7 @@ def test_the_folder_of_c_has_them(method: str, tmp_path: Path) -> None:
     data: Any = {**PENDULUM, "simulation": {"duration": 1.0, "step": 0.1, "tolerance": 1e-9, "method": "rk45"}}
     folder = tmp_path / method
     eomgen.generate(data, folder, method=method)
-    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off"]
-    sources = [str(file) for file in sorted(folder.glob("*.c"))]
-    subprocess.run(["cc", *flags, *sources, "-o", str(folder / "run"), "-lm"], check=True)
-    done = subprocess.run([str(folder / "run")], capture_output=True, text=True, check=True)
-    rows = np.array([line.split(",") for line in done.stdout.splitlines()[1:]], float)
+    rows = rows_of_program(folder)
     options: Any = {"tolerance": 1e-9} if method == "rk45" else {}
     run = model("pendulum").simulate(1.0, 0.1, method=method, **options)
     np.testing.assert_allclose(rows[:, 1:5], np.hstack([run.q, run.p]), atol=1e-11)

@@ -86,8 +86,9 @@ def test_a_model_tells_loads_of_any_state_and_a_file_keeps_them(tmp_path: Path) 
     parts.append(model.resume(tmp_path / "c", 0.5))
     for part in parts:
         assert part.section_loads
-    first, rest = (eomgen.Solution.load(part.save(tmp_path / "part.npz")) for part in parts)
-    np.testing.assert_array_equal(first.followed_by(rest).section_loads["rope"].moment, loads.moment)
+    stored, rest = (eomgen.Solution.load(part.save(tmp_path / "part.npz")) for part in parts)
+    for first in (stored, parts[0]):
+        np.testing.assert_array_equal(first.followed_by(rest).section_loads["rope"].moment, loads.moment)
 
 
 @pytest.mark.long
@@ -117,8 +118,6 @@ def test_figures_show_all_components_along_the_axis_and_over_time(tmp_path: Path
     drawn = solution.plot_sections("rope", "moment", "curvature", at=[0.1, 0.3, 0.5])
     assert len(drawn) == 6 and [len(axis.lines) for axis in drawn] == [3] * 6
     assert len(solution.plot_sections()) == 6
-    with pytest.raises(UsageError, match=re.escape("at: there are no times; try: times in s, or no at")):
-        solution.plot_sections("rope", at=[])
     with pytest.raises(UsageError, match=re.escape("x = 11 m is not on the beam, which goes from 0 m to 10 m")):
         solution.section_loads["rope"].at(11.0)
 
@@ -175,12 +174,3 @@ def test_a_beam_of_another_model_has_no_sections() -> None:
     model = eomgen.build(scene, profile="quick")
     with pytest.raises(UsageError, match="the model has no geometrically exact beam; try: model ="):
         model.section_loads(model.initial_q)
-
-
-def test_a_stored_part_follows_a_live_part_with_its_section_loads(tmp_path: Path) -> None:
-    model = eomgen.build(scene_of(), profile="quick")
-    first = model.simulate(0.02, 2e-3, checkpoint=tmp_path / "c", error_estimate=False)
-    rest = model.resume(tmp_path / "c", 0.04)
-    assert rest.section_loads
-    whole = first.followed_by(eomgen.Solution.load(rest.save(tmp_path / "rest.npz")))
-    np.testing.assert_array_equal(whole.section_loads["rope"].moment, run().section_loads["rope"].moment[:21])

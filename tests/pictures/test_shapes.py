@@ -214,15 +214,17 @@ def test_faces_of_a_collada_file_have_the_colours_of_their_materials_unless_the_
         assert sum(len(part["faces"]) for part in parts) == 5
 
 
+def triangles_of(grid: np.ndarray) -> np.ndarray:
+    """Return two triangles for each square of a grid of places, (n, 3, 3)."""
+    a, b, c, d = (part.reshape(-1, 3) for part in (grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]))
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
 def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
     angles = np.linspace(0.0, 2.0 * np.pi, 121)
     heights = np.linspace(-1.0, 1.0, 41)
     place = [[np.cos(a) * np.sqrt(1 - h * h), np.sin(a) * np.sqrt(1 - h * h), h] for a in angles for h in heights]
-    grid = np.array(place).reshape(121, 41, 3)
-    a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    triangles = np.concatenate(
-        [np.stack([a, b, c], axis=2).reshape(-1, 3, 3), np.stack([a, c, d], axis=2).reshape(-1, 3, 3)]
-    )
+    triangles = triangles_of(np.array(place).reshape(121, 41, 3))
     assert len(triangles) > 4 * MOST
     (tmp_path / "ball.stl").write_bytes(binary(triangles))
     vertices, faces, _, closed = read_mesh(tmp_path / "ball.stl")
@@ -236,8 +238,7 @@ def test_a_thinned_plate_keeps_both_sides(tmp_path: Path) -> None:
     holds, move inward by half a cell."""
     x, y = np.meshgrid(np.linspace(0.0, 1.0, 61), np.linspace(0.0, 0.7, 61), indexing="ij")
     grid = np.stack([x, y, np.zeros_like(x)], axis=2)
-    a, b, c, d = (grid[k : 60 + k, m : 60 + m].reshape(-1, 3) for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
-    upper = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    upper = triangles_of(grid)
     lower = upper[:, ::-1] - [0.0, 0.0, 1e-4]
     (tmp_path / "plate.stl").write_bytes(binary(np.concatenate([upper, lower])))
     vertices, faces, _, _ = read_mesh(tmp_path / "plate.stl")
@@ -249,18 +250,12 @@ def test_a_thinned_plate_keeps_both_sides(tmp_path: Path) -> None:
 
 
 def test_a_thinned_box_keeps_its_corners(tmp_path: Path) -> None:
-    steps = np.linspace(0.0, 1.0, 41)
-    s, t = (values.ravel() for values in np.meshgrid(steps[:-1], steps[:-1], indexing="ij"))
-    h = steps[1]
-    squares = [(s, t), (s + h, t), (s + h, t + h), (s, t + h)]
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 41), indexing="ij")
     sides = []
     for axis in range(3):
         for end in (0.0, 1.0):
-            a, b, c, d = (
-                np.roll(np.stack([np.full_like(u, end), u, v], axis=1), axis, axis=1)
-                for u, v in (squares if end else squares[::-1])
-            )
-            sides += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+            side = triangles_of(np.roll(np.stack([np.full_like(u, end), u, v], axis=2), axis, axis=2))
+            sides.append(side if end else side[:, ::-1])
     (tmp_path / "box.stl").write_bytes(binary(np.concatenate(sides)))
     vertices, faces, _, closed = read_mesh(tmp_path / "box.stl")
     assert 0.3 * MOST < len(faces) <= MOST and closed
@@ -310,27 +305,25 @@ def test_a_changed_mesh_is_read_again(tmp_path: Path) -> None:
     assert first.digest == second.digest
 
 
+def in_the_world(folder: Path, text: str) -> np.ndarray:
+    """Return the vertices of a shape whose body is turned and shifted."""
+    place = 'position = [0.1, 0.2, 0.3]\nrotation = [{ axis = [0, 0, 1], angle = "90 deg" }]\n'
+    cart = CART.replace("axis = [1, 0, 0]\n", f"axis = [1, 0, 0]\n{place}")
+    (part,) = scenery(describe(eomgen.load(_written(folder, cart + text))), {"side": 0.4})["shapes"]
+    return np.array(part["vertices"]) @ np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]).T + [0.1, 0.2, 0.3]
+
+
 def test_a_shape_is_where_its_body_is_at_the_design_position(tmp_path: Path) -> None:
     """A box given in the world lies there although its body is turned and shifted."""
-    place = 'position = [0.1, 0.2, 0.3]\nrotation = [{ axis = [0, 0, 1], angle = "90 deg" }]\n'
-    text = CART.replace("axis = [1, 0, 0]\n", f"axis = [1, 0, 0]\n{place}")
-    scene = eomgen.load(_written(tmp_path, text + BOX + 'position = [1, 2, 3]\nin = "world"'))
-    (part,) = scenery(describe(scene), {"side": 0.4})["shapes"]
-    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    there = np.array(part["vertices"]) @ turn.T + [0.1, 0.2, 0.3]
+    there = in_the_world(tmp_path, BOX + 'position = [1, 2, 3]\nin = "world"')
     np.testing.assert_allclose([there.min(axis=0), there.max(axis=0)], [[0.5, 1.5, 2.5], [1.5, 2.5, 3.5]], atol=1e-9)
 
 
 def test_a_capsule_reaches_from_one_point_to_another(tmp_path: Path) -> None:
     """Ends on two bodies, one turned and one at rest: the capsule is their segment, a radius longer at each end."""
-    place = 'position = [0.1, 0.2, 0.3]\nrotation = [{ axis = [0, 0, 1], angle = "90 deg" }]\n'
-    text = CART.replace("axis = [1, 0, 0]\n", f"axis = [1, 0, 0]\n{place}")
     ends = 'first = "a"\nsecond = "b"\n[points]\na = { body = "hull", position = [1, 0, 0.5] }\n'
     ends += 'b = { body = "world", position = [0.5, -1, 2] }\n'
-    scene = eomgen.load(_written(tmp_path, text + 'type = "capsule"\nbody = "hull"\nradius = 0.05\n' + ends))
-    (part,) = scenery(describe(scene), {"side": 0.4})["shapes"]
-    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    there = np.array(part["vertices"]) @ turn.T + [0.1, 0.2, 0.3]
+    there = in_the_world(tmp_path, 'type = "capsule"\nbody = "hull"\nradius = 0.05\n' + ends)
     first, second = np.array([0.1, 1.2, 0.8]), np.array([0.5, -1.0, 2.0])
     way = second - first
     along = np.clip((there - first) @ way / (way @ way), 0.0, 1.0)

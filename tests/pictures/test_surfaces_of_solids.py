@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.products.pictures.solids import SolidPart, _is_closed, drawn_shape, parts_of
+from eomgen.products.pictures.solids import SolidPart, drawn_shape, parts_of
 from eomgen.system.description import Shape
 
 #: Area of a polygon of 30 corners in a circle of radius 1.
@@ -136,15 +136,7 @@ def test_meshes_keep_their_outside_when_they_are_mirrored(scale: tuple[float, ..
     size = abs(np.prod(np.array(scale))) ** (3 // len(scale))
     assert volume(drawn) == pytest.approx(size / 6.0, rel=1e-5)
     assert (part["faces"] == TETRAHEDRON) == (sign > 0.0)
-    assert part["closed"] and part["origin"] == [1.0, 2.0, 3.0]
-
-
-def test_open_surfaces_are_told_from_closed_ones() -> None:
-    assert _is_closed(TETRAHEDRON)
-    assert not _is_closed(TETRAHEDRON[:3])
-    assert not _is_closed([*TETRAHEDRON[:3], TETRAHEDRON[3][::-1]])  # one face turned inside out
-    assert not _is_closed([*TETRAHEDRON, TETRAHEDRON[0]])  # a face twice
-    assert drawn_shape(mesh(TETRAHEDRON[:3]), (1.0,), (0.0, 0.0, 0.0))[0]["closed"] is False
+    assert part["origin"] == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize("sizes", [(0.2, 0.03, 0.02), (0.03, 0.2, 0.02), (0.02, 0.03, 0.2)])

@@ -113,7 +113,10 @@ OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
     (lambda: SpectrumTable([0.5], [1.0]), "shapes (1,) and (1,); try: as many densities as frequencies"),
     (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "a frequency or a density is not a finite number"),
     (lambda: Spreading(0.0), "Spreading: exponent: 0 is not above 0"),
-    (lambda: Spreading(4.0, directions=1), "Spreading: directions: 1 is not from 2 to 1000000; try: no spreading at all"),
+    (
+        lambda: Spreading(4.0, directions=1),
+        "Spreading: directions: 1 is not from 2 to 1000000; try: no spreading at all",
+    ),
     (lambda: Spreading(10.0, directions=2.5), "Spreading: directions: 2.5 is not from 2 to"),  # type: ignore[arg-type]
     (lambda: Spreading(10.0, math.nan), "Spreading: heading: nan rad is not a finite number"),
     (lambda: _long_crested(band=(2.0, 1.0)), "discretized: band: (2.0, 1.0) does not increase from above 0; try: (0.5"),

@@ -127,7 +127,7 @@ def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float])
         faces = np.frombuffer(shape.faces, np.int32).reshape(-1, 3)
         mirrored = np.prod(np.sign(sizes)) ** (3 // len(sizes)) < 0.0
         parts = _by_color(vertices, faces[:, ::-1] if mirrored else faces, shape.face_colors)
-        closed = shape.closed or _is_closed(faces.tolist())
+        closed = shape.closed
     else:
         parts, closed = parts_of(shape.kind, sizes), True
     return [
@@ -169,10 +169,3 @@ def _rounded(vertices: Array) -> list[list[float]]:
     size = float(np.max(np.abs(vertices), initial=0.0)) or 1.0
     rounded: list[list[float]] = np.round(vertices, 6 - int(np.floor(np.log10(size)))).tolist()
     return rounded
-
-
-def _is_closed(faces: Faces) -> bool:
-    """Return whether a surface is closed: each edge joins two faces that turn opposite ways around it, so that no back
-    of a face is seen."""
-    edges = {(face[k - 1], face[k]) for face in faces for k in range(len(face))}
-    return len(edges) == sum(map(len, faces)) and all((b, a) in edges for a, b in edges)
