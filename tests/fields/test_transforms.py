@@ -73,7 +73,7 @@ def test_what_a_posterior_gives_is_the_same(transforms: str, precision: str, cel
 
 
 @pytest.mark.parametrize("cells", [(4, 6, 5), pytest.param((8, 8, 8), marks=pytest.mark.slow)])
-@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("precision", [pytest.param("double", marks=pytest.mark.slow), "single"])
 def test_columns_of_large_meshes_go_through_an_array_of_their_own(
     precision: str, cells: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -60,7 +60,7 @@ OF_SEAS: list[tuple[Callable[[], Any], str]] = [
     ),
     (lambda: _sea(depth=0.0), "Sea: depth: 0 m is not above 0; try: math.inf for water without a bottom"),
     (lambda: _sea(depth=math.nan), "Sea: depth: nan m is not above 0"),
-    (lambda: _sea(VECTORS * [[0.0], [1.0]]), "component 0 has the wave vector (0, 0): a change of the"),
+    (lambda: _sea(VECTORS * [[0.0], [1.0]]), "component 0 has the wave vector (0, 0): the water's level"),
     (lambda: _sea(VECTORS[[0, 0]]), "two components have the same wave vector; try: one with the sum of both"),
     (lambda: _sea(amplitude=-ONE), "the amplitude -1 m is negative; try: the phase + pi"),
     (lambda: _sea(amplitude=ONE[:1]), "2 wave vectors have amplitudes of shape (1,) and phases of (2,)"),

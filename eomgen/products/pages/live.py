@@ -113,7 +113,7 @@ def _library(model: CompiledModel, method: str) -> Library:
     for the compiler if necessary. Raises ModelError if the method cannot run on the scene."""
     layout = model.library.layout
     facts = layout["facts"]
-    absent = () if layout["outputs"] else ("outputs",)
+    absent: tuple[str, ...] = () if layout["outputs"] else ("outputs",)
     absent += () if model.multipliers else ("constraint", "constraint_velocity", "constraint_jacobian", "mass")
     wanted = [name for name in FUNCTIONS[2:] if name not in absent]
     needed = terms_of(method, facts["constraints"], facts["internal_states"], not facts["ill_scaled"])
@@ -154,9 +154,7 @@ def _live_data(
     metadata, layout = solution.metadata, library.layout
     names = [name for name, _ in module.blocks]
     p = np.array([metadata["parameters"][name] for name in model.parameters])
-    places = np.array([pose[0, 4:] for pose in solution.poses.values()])  # the size of the machine, m; 1 for a point
-    size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
-    extent = size if np.isfinite(size) and size > COMPUTED else 1.0
+    extent = _extent(solution)
     bodies = {name: number for number, name in enumerate(model.bodies)}
     axes = [
         {
@@ -200,6 +198,13 @@ def _live_data(
         "error": _error(solution),
         "note": _note(model, solution),
     }
+
+
+def _extent(solution: Solution) -> float:
+    """Return the size of the machine at the start, m; 1 for a point."""
+    places = np.array([pose[0, 4:] for pose in solution.poses.values()])
+    size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
+    return size if np.isfinite(size) and size > COMPUTED else 1.0
 
 
 def _error(solution: Solution) -> str:

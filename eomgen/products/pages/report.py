@@ -304,12 +304,9 @@ def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
 def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
     """Return the HTML section with settings that differ, differences and charts of common columns."""
     settings = [_settings(run.solution) for run in runs]
-    names = list(dict.fromkeys(name for by_name in settings for name in by_name))
-    differing = [
-        (name, *(by_name.get(name, "") for by_name in settings))
-        for name in names
-        if len({by_name.get(name, "") for by_name in settings}) > 1
-    ]
+    names = dict.fromkeys(chain(*settings))
+    rows_of_settings = [(name, *(by_name.get(name, "") for by_name in settings)) for name in names]
+    differing = [row for row in rows_of_settings if len({*row[1:]}) > 1]
     columns = [_columns_of(run.solution) for run in runs]
     shared = [name for name in columns[0] if all(name in by_name for by_name in columns)]
     first = runs[0].solution

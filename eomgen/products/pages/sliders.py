@@ -123,7 +123,7 @@ def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator
     beams = {item["name"] for item in model.library.layout["axes"]}
     fall = math.sqrt(2.0 * _GRAVITY * extent)
     sizes = {"rad": 1.5, "m": 0.5 * extent, "rad/s": 6.0, "m/s": fall}
-    velocities = []
+    velocities = list[dict[str, Any]]()
     for factor in model.factors:
         if factor.name in beams or factor.name in nodes or factor.name.partition(".")[0] in nodes:
             continue

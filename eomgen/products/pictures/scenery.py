@@ -118,13 +118,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     links: dict[str, list[list[float]]] = {
         name: [] for name in (WORLD, BASE, *(solid.name for solid in drawing.solids))
     }
-    joints = []
-    for hinge in drawing.hinges:
-        position = vector(f"joints.{hinge.name}.position", hinge.position)
-        told = {key: getattr(hinge, key) for key in ("name", "type", "parent", "child", "turns", "slides")}
-        joints.append({**told, "position": position, "axis": list(hinge.axis)})
-        if hinge.tied:
-            links[hinge.parent].append(position)
+    joints = _joints(drawing, vector, links)
     rods = []
     for link in drawing.links:
         ends: list[dict[str, Any]] = [
@@ -143,10 +137,8 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     for name in dict.fromkeys([*shown, *(end for item in drawing.lines for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
     bodies, nodes = _bodies_and_nodes(description, vector, links)
-    if _has_shapes(description):  # joints of massless bodies without a shape are unmarked
-        massless = {body["name"] for body in bodies if body["solid"]["kind"] == "none"}
-        bare = massless - {shape.body for shape in drawing.shapes}
-        joints = [item | ({"unmarked": True} if {item["parent"], item["child"]} & bare else {}) for item in joints]
+    if _has_shapes(description):
+        _unmark_joints_of_massless(joints, bodies, drawing)
     shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
     ground = vector("ground", drawing.ground)
     lengths = [sum(beam.lengths) for beam in description.element_stiffness]  # of exact beams at rest, m
@@ -190,6 +182,29 @@ def _bodies_and_nodes(
             ties = []
         bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": [tie for tie in ties if tie != hub]})
     return bodies, nodes
+
+
+def _joints(drawing: Drawing, vector: Evaluated, links: Mapping[str, list[list[float]]]) -> list[dict[str, Any]]:
+    """Return the joints; places of joints that are drawn tied to the frames of bodies are added to ``links``."""
+    joints = []
+    for hinge in drawing.hinges:
+        position = vector(f"joints.{hinge.name}.position", hinge.position)
+        told = {key: getattr(hinge, key) for key in ("name", "type", "parent", "child", "turns", "slides")}
+        joints.append({**told, "position": position, "axis": list(hinge.axis)})
+        if hinge.tied:
+            links[hinge.parent].append(position)
+    return joints
+
+
+def _unmark_joints_of_massless(
+    joints: list[dict[str, Any]], bodies: Sequence[Mapping[str, Any]], drawing: Drawing
+) -> None:
+    """Set ``unmarked`` for joints of massless bodies that have no shape, in a scene with shapes."""
+    massless = {body["name"] for body in bodies if body["solid"]["kind"] == "none"}
+    bare = massless - {shape.body for shape in drawing.shapes}
+    for joint in joints:
+        if {joint["parent"], joint["child"]} & bare:
+            joint["unmarked"] = True
 
 
 def _has_shapes(description: Description) -> bool:

@@ -186,7 +186,8 @@ def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
     if len(outside):
         fault = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s [E1289]"
         raise UsageError(Problem("plot_sections: at", fault, "times within it"))
-    return np.abs(t[:, np.newaxis] - times).argmin(axis=0)
+    rows: Array = np.abs(t[:, np.newaxis] - times).argmin(axis=0)
+    return rows
 
 
 def _thinned(t: Array) -> Array:

@@ -45,7 +45,7 @@ def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]
 Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 MIDPOINT = "implicit_midpoint"
-_OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
+_STAGES = {MIDPOINT: 1, **{f"gauss{order}": order // 2 for order in range(4, HIGHEST_ORDER + 1, 2)}}
 _SOURCE = "Hairer, Lubich and Wanner 2006, section II.1"
 #: Default methods: for separable systems, and for other systems.
 STANDARD, STANDARD_IMPLICIT = "omf4", "gauss6"
@@ -130,8 +130,8 @@ ELSEWHERE = {
 
 
 def krylov(n: int) -> int:
-    """Return the largest number of vectors of the Krylov subspace for implicit steps of n coordinates, limited by the
-    unknowns, by 160 and by memory, two million entries of all vectors (at least 30)."""
+    """Return the largest number of Krylov vectors in an implicit step with n coordinates: the unknowns, at most 160,
+    and as many as have two million entries together (at least 30)."""
     return min(HIGHEST_ORDER * n, 160, max(30, 2_000_000 // (2 * n)))
 
 
@@ -164,11 +164,8 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         hint = f'"{standard}", or no method at all'
         raise UsageError(Problem("method", "the name of the method is empty [E0777]", hint))
     key = name.lower().replace("-", "_")
-    if key == MIDPOINT:
-        return _collocation(MIDPOINT, 2, (1.0,), _SOURCE, 1)
-    if key in _OF_GAUSS:
-        order = int(key.removeprefix("gauss"))
-        return _collocation(key, order, (1.0,), _SOURCE, order // 2)
+    if stages := _STAGES.get(key):
+        return _collocation(key, 2 * stages, (1.0,), _SOURCE, stages)
     if key in EXPLICIT:
         return EXPLICIT[key]
     if first not in ("drift", "kick"):
@@ -198,7 +195,7 @@ def _collocation(name: str, order: int, fractions: tuple[float, ...], source: st
 def check_name(name: str) -> None:
     """Raise UsageError if no method has a name; makes no method."""
     key = name.lower().replace("-", "_")
-    if not (key == MIDPOINT or key in _OF_GAUSS or key in EXPLICIT or names_composition(key)):
-        known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
+    if not (key in _STAGES or key in EXPLICIT or names_composition(key)):
+        known = [*(item.name for item in every_composition()), *_STAGES, *EXPLICIT]
         unknown = f"there is no method {key!r} of Hamiltonian systems [E0779]", nearest(key, known, ELSEWHERE)
         raise UsageError([Problem("method", *(fault_of_removed("method", key) or unknown))])

@@ -223,7 +223,7 @@ class _Run:
         arrays, metadata = self.sampler.state()
         arrays |= {f"record.{name}": array for name, array in self.record.arrays().items()}
         arrays |= {"warm_up": self.warm_up, "warmed": self.warmed.astype(float)}
-        told = {"settings": self.fixed_settings(), "chains": metadata}
+        told: dict[str, Any] = {"settings": self.fixed_settings(), "chains": metadata}
         told |= {"seconds": self.seconds, "gradients": self.gradients}
         write_arrays(folder / CHECKPOINT, arrays, told)
 

@@ -85,10 +85,10 @@ def _full(
     if len(position) > 2:
         z = kernel.share(_motion_height(algebra, waves, position, t, extra_values))
         depth = kernel.column(column["k"]) * z
-        if any(column["bottom"]):
-            depth = kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-LEAST))
-        e = kernel.algebra.call(Op.EXP, depth)
-        if any(column["bottom"]):
+        if not any(column["bottom"]):
+            e = kernel.algebra.call(Op.EXP, depth)
+        else:
+            e = kernel.algebra.call(Op.EXP, kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-LEAST)))
             reflected = kernel.column(column["bottom"]) / e
             e = e + reflected if component < 2 else e - reflected
         term = term * e

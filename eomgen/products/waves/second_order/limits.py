@@ -66,7 +66,7 @@ def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> No
     """
     if not np.all(k > 0.0):
         number = int(np.argmin(k))
-        fault = f"component {number} has the wave vector (0, 0): a change of the water's level is no wave [E1194]"
+        fault = f"component {number} has the wave vector (0, 0): the water's level changes, without a wave [E1194]"
         raise UsageError(Problem(_COMPONENTS, fault, "components with a wave number above 0"))
     if len(np.unique(vectors, axis=0)) < len(vectors):
         fault = "two components have the same wave vector [E1196]"

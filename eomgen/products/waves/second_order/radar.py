@@ -424,7 +424,7 @@ def specular_points(profile: Profile, slope: float) -> SpecularPoints:
     check_number("specular_points: slope", slope)
     off = CubicHermiteSpline(profile.labels, profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa)
     roots = off.roots(extrapolate=False)
-    labels = roots[np.isfinite(roots)]  # not a number where all slopes are equal
+    labels = roots[np.isfinite(roots)]  # not a number if all slopes are equal
     x, z = (
         CubicHermiteSpline(profile.labels, values, rates)(labels)
         for values, rates in ((profile.x, profile.xa), (profile.z, profile.za))

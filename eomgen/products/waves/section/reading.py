@@ -239,7 +239,7 @@ def _irregular(
     spread, spreading = entry.spreading, None
     exponent = 1.0 if spread is None else values.constant(f"{key}.spreading.exponent", spread.exponent)
     if spread is not None and len(report.noted) == before:
-        spreading = _made(f"{key}.spreading", report, "", lambda: Spreading(exponent, heading, spread.directions))
+        spreading = _attempt(f"{key}.spreading", report, "", lambda: Spreading(exponent, heading, spread.directions))
     if spectrum is None or len(report.noted) > before or math.isnan(heading):
         return [], None
     if not _check_period(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
@@ -247,7 +247,7 @@ def _irregular(
     if entry.variables and not _can_have_variables(f"{key}.variables", entry, report):
         return [], None
     options: dict[str, Any] = {"depth": depth, "gravity": gravity, "band": (low, high), "spreading": spreading}
-    parts = _made(
+    parts = _attempt(
         key,
         report,
         "a band in which the spectrum has energy",
@@ -298,19 +298,19 @@ def _spectrum(
     if report.concerns(key) or any(map(math.isnan, number.values())):
         return None, None
     if entry.type == "jonswap":
-        return _made(key, report, "", lambda: Jonswap(**number)), height
+        return _attempt(key, report, "", lambda: Jonswap(**number)), height
     if entry.type == "pierson_moskowitz":
-        return _made(key, report, "", lambda: PiersonMoskowitz(number["wind"], gravity)), height
+        return _attempt(key, report, "", lambda: PiersonMoskowitz(number["wind"], gravity)), height
     points = [values.constants(f"{key}.points[{index}]", pair) for index, pair in enumerate(entry.points or ())]
     if len(points) < 2:
         fault = f"a spectrum needs two points or more, not {len(points)} [E1257]"
         report.add(f"{key}.points", fault, "[[0.4, 0], [0.7, 2], [1.5, 0]]")
         return None, None
     hint = "frequencies that increase, and no density below 0"
-    return _made(f"{key}.points", report, hint, lambda: SpectrumTable(*np.array(points).T), at_key=True), height
+    return _attempt(f"{key}.points", report, hint, lambda: SpectrumTable(*np.array(points).T), at_key=True), height
 
 
-def _made(key: str, report: Report, hint: str, make: Callable[[], Made], *, at_key: bool = False) -> Made | None:
+def _attempt(key: str, report: Report, hint: str, make: Callable[[], Made], *, at_key: bool = False) -> Made | None:
     """Return an object of ``sea_states``; None for a fault, which is reported at the key of the argument with the
     fault, below ``key``, or ``at_key``. ``hint`` is for faults without a remedy."""
     try:
