@@ -40,18 +40,6 @@ REPORT = "document.body.dataset.told = JSON.stringify(told);"
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("name", "end"), [("bouncing_ball", 3.0), ("four_bar", 1.0)])
-def test_the_last_state_has_the_digits_of_pythons_run(name: str, end: float, browser: Browser, tmp_path: Path) -> None:
-    model, solution = run_of(name, end)
-    page = model.live(tmp_path / f"{name}.html", solution=solution)
-    told = answer(browser, page, f"const told = runTo({end});", "theme=light")
-    expected = np.concatenate([[solution.t[-1]], solution.q[-1], solution.v[-1], solution.a[-1]])
-    assert (told["status"], told["fault"]) == (0, "")
-    np.testing.assert_array_equal([float(text) for text in told["row"][: len(expected)]], expected)
-    assert float(told["energy"][0]) == solution.energy["kinetic"][-1]
-
-
-@pytest.mark.long
 def test_every_control_does_its_work(browser: Browser, tmp_path: Path) -> None:
     model, solution = run_of("bouncing_ball", 3.0)
     page = model.live(tmp_path / "ball.html", solution=solution)

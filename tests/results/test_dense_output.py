@@ -124,10 +124,6 @@ def test_outputs_between_rows_of_both_parts_of_a_run_and_of_a_stored_one(tmp_pat
     in_one = model.simulate(0.4, 2e-3, **given)
     np.testing.assert_allclose(whole.outputs_at(TIMES)["all"], in_one.outputs_at(TIMES)["all"], atol=1e-12)
     stored = eomgen.Solution.load(whole.save(tmp_path / "solution.npz"))
-    with pytest.raises(
-        eomgen.UsageError, match="outputs_at: the outputs between rows need the model and the inputs of the run"
-    ):
-        stored.outputs_at(0.1)
     again = model.attach(stored)
     np.testing.assert_array_equal(again.outputs_at(TIMES)["all"], whole.outputs_at(TIMES)["all"])
 

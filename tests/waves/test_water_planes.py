@@ -130,7 +130,7 @@ def _energy(area: float, low: float, high: float, matrix: Array, height: float) 
     return float(RHO * G * area * of_s @ np.maximum(depth, 0.0) @ (0.5 * of_y))
 
 
-@pytest.mark.slow_except("0", "1", "2", "3")
+@pytest.mark.slow_except("0", "1")
 @pytest.mark.parametrize("seed", range(12))
 def test_forces_are_the_gradient_of_one_energy_wherever_the_hull_is(seed: int) -> None:
     """Upright, lying, upside down, partly or wholly wet, the surface across its ends, by any number of slices."""
