@@ -272,18 +272,15 @@ class _Carriers:
 
     def body(self, body: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a body with its carrier; a beam has the carriers along its ``axis``, and ``ties``, places
-        that lines join to it."""
+        that lines join to it; a geometrically exact one also its outline, and the frames for each element."""
         name, shown = body["name"], {**body, "carrier": self.of(body["name"])}
-        if name in self.exact:
-            return self.exact_beam(shown, self.exact[name])
-        if name not in self.axes:
-            return shown
-        return {
-            **shown,
-            "links": [],
-            "axis": self.along[name],
-            "ties": [self.place(name, link) for link in body["links"]],
-        }
+        if beam := self.exact.get(name):
+            radius = float(max(np.hypot(*corner) for corner in beam["outline"]))
+            shown["solid"] = {**body["solid"], "kind": "cylinder", "size": [radius, 20.0 * radius]}
+            shown |= {"ties": [], "outline": beam["outline"], "pieces_of_element": pieces_of(len(beam["nodes"]) - 1)}
+        elif name in self.axes:
+            shown["ties"] = [self.place(name, link) for link in body["links"]]
+        return {**shown, "links": [], "axis": self.along[name]} if name in self.along else shown
 
     def shape(self, shape: Mapping[str, Any], numbers: Mapping[str, int]) -> dict[str, Any]:
         """Return the data of a shape with its carrier, on a beam the nearest frame, and the number of its body;
@@ -293,23 +290,6 @@ class _Carriers:
         vertices = (np.array(shape["vertices"]) + offset).tolist() if offset.any() else shape["vertices"]
         owner = numbers.get(self.beam_of.get(shape["body"], shape["body"]), -1)
         return {**shape, "carrier": anchor["carrier"], "body": owner, "vertices": vertices}
-
-    def exact_beam(self, first: Mapping[str, Any], beam: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the data of a geometrically exact beam: carriers along its axis, its outline, and the number of frames
-        for each element. ``first`` is the data of its first node."""
-        pieces = pieces_of(len(beam["nodes"]) - 1)
-        corners = beam["outline"]
-        radius = max(np.hypot(*corner) for corner in corners)
-        solid = {**first["solid"], "kind": "cylinder", "size": [float(radius), 20.0 * float(radius)]}
-        return {
-            **first,
-            "solid": solid,
-            "links": [],
-            "ties": [],
-            "axis": self.along[first["name"]],
-            "outline": corners,
-            "pieces_of_element": pieces,
-        }
 
     def moved(
         self, solution: AnimatedSolution, poses: Mapping[str, Array], most: int | None = None

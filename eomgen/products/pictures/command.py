@@ -125,9 +125,24 @@ class RestPicture(RestPart):
         return {"beams": beams_at_rest(model, arguments["initial"], result.q, result.t, p, loads)}
 
     def show(self, data: Mapping[str, Any]) -> None:
-        """Print displacements and section loads of beams."""
-        if data["beams"]:
-            print_beams(data["beams"])
+        """Print a table of displacements and section loads of geometrically exact beams."""
+        rows = []
+        for name, beam in data["beams"].items():
+            end, most = beam["end"], beam["largest_displacement"]
+            rows += [
+                (name, f"displacement at x = {end['x']:.4g} m", number_list(end["displacement"]), "m"),
+                ("", f"rotation at x = {end['x']:.4g} m", number_list(end["rotation"]), "rad"),
+                ("", f"largest displacement, at x = {most['x']:.4g} m", f"{most['size']:.6g}", "m"),
+            ]
+            for quantity, unit in (("moment", "N m"), ("force", "N")):
+                for section in (beam["first_section"], beam["last_section"]):
+                    where = f"section {quantity} at x = {section['x']:.4g} m"
+                    rows.append(("", where, number_list(section[quantity]), unit))
+                largest = beam[f"largest_{quantity}"]
+                where = f"largest section {quantity}, at x = {largest['x']:.4g} m"
+                rows.append(("", where, f"{largest['size']:.6g}", unit))
+        if rows:
+            print_table("beams, against the initial shape", ("beam", "", "value", "unit"), rows)
 
 
 class SectionsOfRun(RunPart):
@@ -181,24 +196,3 @@ class SectionsOfRun(RunPart):
         from eomgen.products.pictures.section_loads import section_drawing  # noqa: PLC0415
 
         return [section_drawing(self.solution, folder, stored)]
-
-
-def print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:
-    """Print a table of displacements and section loads of geometrically exact beams, from the data of
-    ``beams_at_rest``."""
-    rows = []
-    for name, beam in beams.items():
-        end, most = beam["end"], beam["largest_displacement"]
-        rows += [
-            (name, f"displacement at x = {end['x']:.4g} m", number_list(end["displacement"]), "m"),
-            ("", f"rotation at x = {end['x']:.4g} m", number_list(end["rotation"]), "rad"),
-            ("", f"largest displacement, at x = {most['x']:.4g} m", f"{most['size']:.6g}", "m"),
-        ]
-        for quantity, unit in (("moment", "N m"), ("force", "N")):
-            for section in (beam["first_section"], beam["last_section"]):
-                where = f"section {quantity} at x = {section['x']:.4g} m"
-                rows.append(("", where, number_list(section[quantity]), unit))
-            largest = beam[f"largest_{quantity}"]
-            where = f"largest section {quantity}, at x = {largest['x']:.4g} m"
-            rows.append(("", where, f"{largest['size']:.6g}", unit))
-    print_table("beams, against the initial shape", ("beam", "", "value", "unit"), rows)

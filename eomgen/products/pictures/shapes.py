@@ -15,7 +15,6 @@ from eomgen.base.figures import new_figure, save_figure
 from eomgen.compiled.initial_state import initial_state
 from eomgen.formula.evaluate import evaluate
 from eomgen.lie import numeric
-from eomgen.lie.groups import SE3
 from eomgen.lie.product import difference, update
 from eomgen.products.pictures.beam_curves import frames_along, stations
 from eomgen.results.poses import poses_and_scenery
@@ -165,7 +164,8 @@ class _MachineLines:
         #: Places of roads at rest in the world, (places, 3).
         self.roads = [np.array(road["places"]) for road in seen.scenery.get("roads", ()) if "places" in road]
         #: Parts of the shapes of the scene with their vertices in the world, (n, vertices, 3).
-        self.solids = [(part, self._placed(part)) for part in seen.scenery.get("shapes", ())]
+        shapes = seen.scenery.get("shapes", ())
+        self.solids = [(part, self.all_at(part["body"], part["vertices"])) for part in shapes]
         shaped = {part["body"] for part, _ in self.solids if part["whole"]}
         for body in seen.scenery["bodies"]:
             if body["name"] not in of_beams | curved | shaped:
@@ -180,24 +180,18 @@ class _MachineLines:
         first = self.places[0]
         self.size = float(np.max(np.ptp(first, axis=0), initial=0.0)) or 1.0
 
-    def _placed(self, part: Mapping[str, Any]) -> Array:
-        """Return the vertices of a part of a shape in the world, (n, vertices, 3), m, at each configuration."""
-        vertices = np.array(part["vertices"])
-        pose = self.seen.poses.get(part["body"])
-        if pose is None or part["body"] == WORLD:
-            return np.tile(vertices, (self.count, 1, 1))
-        turned: Array = np.einsum("nij,kj->nki", numeric.rotation_matrix(pose[:, :4]), vertices)
+    def all_at(self, body: str, positions: Sequence[Sequence[float]]) -> Array:
+        """Return places of a body in the world, (n, places, 3), m; ``positions`` are in the body's frame. A body
+        without a pose counts as the world."""
+        pose = self.seen.poses.get(body)
+        if pose is None or body == WORLD:
+            return np.tile(np.array(positions), (self.count, 1, 1))
+        turned: Array = np.einsum("nij,kj->nki", numeric.rotation_matrix(pose[:, :4]), np.array(positions))
         return turned + pose[:, np.newaxis, 4:]
 
     def at(self, body: str, position: Sequence[float]) -> Array:
-        """Return a place of a body in the world, (n, 3), m; ``position`` is in the body's frame. A body without a pose
-        counts as the world.
-        """
-        offset = np.array([1.0, 0.0, 0.0, 0.0, *position])
-        pose = self.seen.poses.get(body)
-        if pose is None or body == WORLD:
-            return np.tile(offset[4:], (self.count, 1))
-        return numeric.compose(SE3, pose, np.broadcast_to(offset, pose.shape))[:, 4:]
+        """Return a place of a body in the world, (n, 3), m."""
+        return self.all_at(body, [position])[:, 0]
 
     def supports(self) -> Array:
         """Return the places of supports in the world, m, (n, places, 3), at all n configurations.
