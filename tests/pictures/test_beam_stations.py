@@ -13,7 +13,6 @@ import pytest
 import eomgen
 from eomgen.products.pictures.animation import animation_page
 from eomgen.products.pictures.beam_curves import axes_of, stations
-from tests.models.scenes import pendulum
 from tests.pictures.test_animation import data_of, stored
 
 pytestmark = pytest.mark.slow
@@ -143,13 +142,6 @@ def test_what_hangs_on_a_beam_goes_with_its_section(kind: str, tmp_path: Path) -
     assert len(body["axis"]) == len({*body["axis"]}) == 18 and body["links"] == []
     again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
     assert animation_page(again) == animation_page(run)
-
-
-def test_scenes_without_beams_have_no_axes() -> None:
-    assert axes_of(pendulum()) == []
-    run = pendulum().simulate(0.01)
-    assert "axes" not in run.poses_and_scenery.scenery
-    assert not any("axis" in body for body in data_of(animation_page(run))["bodies"])
 
 
 def test_rows_whose_deflection_is_no_number_are_left_out() -> None:

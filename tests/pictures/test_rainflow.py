@@ -60,13 +60,6 @@ def test_the_worked_example_of_the_standard() -> None:
     assert "range [N]" in count._repr_html_()
 
 
-def test_rows_between_reversals_and_plateaus_are_no_reversals() -> None:
-    t = np.linspace(0.0, 8.0, 161)
-    finer = np.repeat(np.interp(t, np.arange(9.0), _HISTORY), 2)
-    count = run_of(finer, np.arange(len(finer)) * 0.025).rainflow("load")
-    assert np.allclose(count.ranges, [row[0] for row in _CYCLES]) and count.counts.sum() == 4.0
-
-
 @pytest.mark.filterwarnings("ignore:rainflow of load. rows every 1 s")
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(-9, 9), min_size=3, max_size=60), st.floats(0.1, 10.0), st.floats(-5.0, 5.0))

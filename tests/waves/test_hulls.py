@@ -121,36 +121,6 @@ def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", [0.3, 1.5])
-def test_a_sunk_hull_is_lifted_by_what_it_displaces(angle: float) -> None:
-    """Whatever its direction is, and at the middle of its axis."""
-    end = [3.0 * math.sin(angle), 0.0, -20.0 + 3.0 * math.cos(angle)]
-    model = _model({"type": "free"}, hulls={"column": COLUMN | {"start": [0, 0, -20], "end": end, "wet": 3}})
-    moment, force = np.split(_force(model) + _weight(model), 2)
-    lift = RHO * AREA * 3.0 * G
-    np.testing.assert_allclose(force, [0, 0, lift], rtol=0, atol=1e-7 * lift)
-    middle = 0.5 * np.array([end[0], 0.0, -20.0 + end[2]])
-    np.testing.assert_allclose(moment, np.cross(middle, [0, 0, lift]), rtol=0, atol=1e-7 * lift)
-
-
-def _weight(model: Model) -> Array:
-    """Return the weight of the buoy about its origin, to be added to Q."""
-    return np.concatenate([np.cross([0, 0, -3.5], [0, 0, MASS * G]), [0, 0, MASS * G]])
-
-
-@pytest.mark.slow
-def test_a_tilted_column_is_righted_by_its_water_plane() -> None:
-    """rho g (I + V zb) - m g zg about the middle of the water plane; heels are small."""
-    data = _data({"type": "revolute", "axis": [0, 1, 0]})
-    model = eomgen.build(from_data(data))
-    q, small = np.array([1e-4]), np.zeros(1)
-    righting = model.inverse_dynamics(q, small, small, 0.0)[0] / 1e-4
-    volume = AREA * DRAUGHT
-    expected = RHO * G * (math.pi * D**4 / 64 + volume * (-0.5 * DRAUGHT)) - MASS * G * -3.5
-    assert righting == pytest.approx(expected, rel=1e-7)
-
-
-@pytest.mark.slow
 def test_added_mass_is_across_the_axis() -> None:
     """By hand, of an upright column: rho C_a A T across, its moments about the origin, and what moves along."""
     model = _model({"type": "free"})

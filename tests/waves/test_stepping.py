@@ -62,12 +62,6 @@ def test_steps_have_the_order_of_their_composition(
     assert np.log2(coarse / fine) == pytest.approx([order, order], abs=0.05 * order)
 
 
-@pytest.mark.slow
-def test_steps_of_a_twentieth_of_a_second_have_eight_digits() -> None:
-    assert error("suzuki4", "drift", 0.05)[0] < 2e-8
-    assert error("omf4", "drift", 0.05)[0] < 3e-9
-
-
 def test_directions_in_two_dimensions_are_stepped() -> None:
     lengths, counts = (400.0, 300.0), (32, 32)
     multiples = np.array([[3, 1], [4, -2], [2, 3], [-3, 1], [3, -1]])

@@ -31,7 +31,6 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Tape
-from eomgen.waves import Components, Sea
 
 GRAVITY = 9.81
 SEA: dict[str, Any] = {
@@ -206,6 +205,7 @@ def test_motion_ends_at_the_surface_and_at_the_bottom(stretching: str) -> None:
                 if math.isfinite(sea.depth):
                     below = [sea.value(name, k, 1.0, 2.0, sea.level - sea.depth - more, t) for more in (0.0, 1e6)]
                     np.testing.assert_array_equal(below[0], below[1])
+                    assert np.isfinite(below).all()
         assert not smooth(_formula("water_velocity.sea(1, 2, q.free[6])[0]", sea))
 
 
@@ -277,18 +277,6 @@ def test_one_wave_is_that_of_stokes() -> None:
         assert bound.potential == pytest.approx(expected, rel=1e-10, abs=1e-13)
 
 
-def test_places_that_rest_see_the_particles_of_second_order() -> None:
-    """But for third order: two derivations of second order that share nothing."""
-    apart = []
-    x = np.linspace(0.0, 90.0, 8)
-    for size in (0.1, 0.05):
-        field = _waves(_scene(_three(size, 20.0)))
-        free = np.array(field.components[:3])
-        sea = Sea(Components(free[:, :2], free[:, 3], free[:, 4]), 20.0)
-        apart.append(np.abs(sea.elevation(x, 3.0, 1.5) - field.value("elevation", 0, x, 3.0, 1.5)).max())
-    assert math.log2(apart[0] / apart[1]) == pytest.approx(3.0, abs=0.15)
-
-
 def test_a_sea_has_the_height_that_is_asked_for() -> None:
     for spectrum, height in (
         ({"type": "jonswap", "height": 3, "period": 9}, 3.0),
@@ -324,21 +312,16 @@ def test_a_fully_developed_sea_has_the_height_of_the_gravity() -> None:
 
 @pytest.mark.slow
 def test_a_run_takes_waves_as_the_formulas_say() -> None:
-    """Forces, outputs and the base; the acceleration of a body in water that carries it is that of the water."""
+    """Forces and outputs; the acceleration of a body in water that carries it is that of the water."""
     carried = [f"1000 * water_acceleration.sea(position.middle[0], position.middle[1], -2)[{k}]" for k in range(3)]
-    base = {"position": ["slope.sea(0, 0)[0]", 0, "elevation.sea(1, 2)"]}
     scene = _data(
         SEA | {"ramp": 2},
         gravity=[0, 0, -GRAVITY],
-        base=base,
-        points={"middle": {"body": "float"}, "deck": {"body": "base", "position": [0, 0, 1]}},
+        points={"middle": {"body": "float"}},
         forces={"water": {"body": "float", "force": [*carried[:2], f"{carried[2]} + 1000 * {GRAVITY}"]}},
         outputs={
             "eta": {"formula": "elevation.sea(position.middle[0], position.middle[1])"},
             "u": {"formula": "water_velocity.sea(position.middle[0], position.middle[1], -2)[0]"},
-            "deck": {"position": "deck"},
-            "rising": {"velocity": "deck"},
-            "lifted": {"acceleration": "deck"},
             "pushed": {"acceleration": "middle"},
             "place": {"position": "middle"},
         },
@@ -355,19 +338,6 @@ def test_a_run_takes_waves_as_the_formulas_say() -> None:
     np.testing.assert_allclose(run.outputs["u"], sea.value("water_velocity", 0, x, y, -2.0, t), rtol=0, atol=1e-13)
     water = np.stack([sea.value("water_acceleration", k, x, y, -2.0, t) for k in range(3)], axis=1)
     np.testing.assert_allclose(run.outputs["pushed"], water, rtol=0, atol=1e-12)
-    step = 1e-4
-
-    def deck(time: Array) -> Array:
-        return np.stack(
-            [sea.value("slope", 0, 0.0, 0.0, time), 0.0 * time, 1.0 + sea.value("elevation", 0, 1.0, 2.0, time)], 1
-        )
-
-    np.testing.assert_allclose(run.outputs["deck"], deck(t), rtol=0, atol=1e-13)
-    np.testing.assert_allclose(
-        run.outputs["rising"], (deck(t + step) - deck(t - step)) / (2.0 * step), rtol=0, atol=1e-7
-    )
-    twice = (deck(t + step) - 2.0 * deck(t) + deck(t - step)) / step**2
-    np.testing.assert_allclose(run.outputs["lifted"], twice, rtol=0, atol=1e-6)
 
 
 _CROSS = {"axis": [1, 0, 0], "second_axis": [0, 1, 0]}

@@ -187,20 +187,6 @@ def test_what_cannot_be_is_named(call: Callable[[], Any], text: str) -> None:
         call()
 
 
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda: Jonswap(2.0, 8.0, 1.0),
-        lambda: Jonswap(2.0, 8.0, 20.0),
-        lambda: Radar(0.0, 0.0),
-        lambda: RADAR.backscatter(0.0, 0.0),
-        lambda: SpectrumTable([1.0, 2.0], [0.0, 1.0]),
-    ],
-)
-def test_calls_at_the_border_are_taken(call: Callable[[], Any]) -> None:
-    assert call() is not None
-
-
 def test_water_deeper_than_half_a_wave_has_the_closed_forms() -> None:
     deep, shelf = (_long_crested(height=2.0, depth=depth) for depth in (math.inf, 90.0))
     assert RADAR.cutoff(shelf) == pytest.approx(RADAR.cutoff(deep), rel=0.01)
