@@ -119,9 +119,9 @@ def shape(kind: str, **values: Any) -> Shape:
     return Shape(**{**{name: () for name in known if name in ("sizes", "position")}, **fields, **values})
 
 
-def mesh(faces: list[list[int]]) -> Shape:
+def mesh(faces: list[list[int]], closed: bool) -> Shape:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
-    return shape("mesh", vertices=corners.tobytes(), faces=np.array(faces, np.int32).tobytes())
+    return shape("mesh", vertices=corners.tobytes(), faces=np.array(faces, np.int32).tobytes(), closed=closed)
 
 
 TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
@@ -131,12 +131,12 @@ TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
     ("scale", "sign"), [((2.0,), 1.0), ((-2.0,), -1.0), ((1.0, 2.0, -3.0), -1.0), ((-1.0, -2.0, 3.0), 1.0)]
 )
 def test_meshes_keep_their_outside_when_they_are_mirrored(scale: tuple[float, ...], sign: float) -> None:
-    (part,) = drawn_shape(mesh(TETRAHEDRON), scale, (1.0, 2.0, 3.0))
+    (part,) = drawn_shape(mesh(TETRAHEDRON, sign > 0.0), scale, (1.0, 2.0, 3.0))
     drawn = SolidPart(np.array(part["vertices"]) - [1.0, 2.0, 3.0], part["faces"])
     size = abs(np.prod(np.array(scale))) ** (3 // len(scale))
     assert volume(drawn) == pytest.approx(size / 6.0, rel=1e-5)
     assert (part["faces"] == TETRAHEDRON) == (sign > 0.0)
-    assert part["origin"] == [1.0, 2.0, 3.0]
+    assert (part["closed"], part["origin"]) == (sign > 0.0, [1.0, 2.0, 3.0])
 
 
 @pytest.mark.parametrize("sizes", [(0.2, 0.03, 0.02), (0.03, 0.2, 0.02), (0.02, 0.03, 0.2)])
