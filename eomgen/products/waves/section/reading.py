@@ -192,11 +192,8 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
         amplitude, period, heading, phase = values.keys(path, wave, "amplitude", "period", "heading", "phase").values()
         if amplitude < 0.0:
             report.add(f"{path}.amplitude", f"the amplitude {amplitude:.6g} m is negative [E1191]", "the phase + pi")
-        if period <= 0.0:
-            report.add(f"{path}.period", f"the period {period:.6g} s is not positive [E1238]", "period = 8")
-        elif not _check_period(f"{path}.period", period, report):
-            continue
-        if not amplitude >= 0.0 or not period > 0.0 or math.isnan(heading + phase):
+        fits = _check_period(f"{path}.period", period, report)
+        if not fits or not amplitude >= 0.0 or math.isnan(period + heading + phase):
             continue
         w = 2.0 * math.pi / period
         k = wave_number(w, depth, gravity)
