@@ -435,14 +435,10 @@ class Sea:
         local_labels = self._own_labels(labels)
         columns, twice, table, _ = self._surface_tables if c == 0.0 else self._tables(c)
         row = self._of(surface=c == 0.0).sums("geometry", columns, self._waves(time), twice, table, local_labels)
-        zero, points = np.zeros(local_labels.shape[1]), local_labels.shape[1]
+        zero = np.zeros(local_labels.shape[1])
         cells = [[row.get(f"x{axis}{by}", zero) for by in ("a", "b", "aa", "ab", "bb")] for axis in "xyz"]
         all_of = np.moveaxis(np.array(cells), 2, 0)
-        first, second = all_of[:, :, :2].copy(), np.empty((points, 3, 2, 2))
-        first[:, 0, 0] += 1.0
-        first[:, 1, 1] += 1.0
-        second[:, :, 0, 0], second[:, :, 1, 1] = all_of[:, :, 2], all_of[:, :, 4]
-        second[:, :, 0, 1] = second[:, :, 1, 0] = all_of[:, :, 3]
+        first, second = all_of[:, :, :2] + np.eye(3)[:, :2], all_of[:, :, [[2, 3], [3, 4]]]
         turn = np.eye(3)
         turn[:2, :2] = self._axes
         first = np.einsum("xy,nyi,ai->nxa", turn, first, self._axes)
