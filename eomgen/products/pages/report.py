@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from eomgen.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
-    from eomgen.products.studies import CheckReport
     from eomgen.results.solution import Solution
 
 #: Curves of a chart, and charts of a run at most.
@@ -40,6 +39,15 @@ _KINDS = {
 _PARTS = {"style": "pages/report.css", "curves": "pages/curves.js", "report": "pages/report.js"}
 
 
+class ChecksOfForms(Protocol):
+    """Checks of closed forms: a ``CheckReport``, whose ``forms`` have ``name`` and ``verdict``."""
+
+    @property
+    def summary(self) -> str: ...
+    @property
+    def forms(self) -> Sequence[Any]: ...
+
+
 @dataclass(frozen=True)
 class ReportedRun:
     """A run of a report, with the name there."""
@@ -54,7 +62,7 @@ def report(
     path: str | Path,
     solutions: Solution | Sequence[Solution] | None = None,
     *,
-    checks: CheckReport | None = None,
+    checks: ChecksOfForms | None = None,
 ) -> Path:
     """Write a report on a model and runs: one HTML file for a browser, which can be printed.
 
@@ -101,7 +109,7 @@ def report_page(
     model: CompiledModel | None,
     *,
     text: str = "",
-    checks: CheckReport | None = None,
+    checks: ChecksOfForms | None = None,
     animation: bool = True,
 ) -> str:
     """Return the text of a report.
