@@ -41,7 +41,7 @@ def three_fields(cells: tuple[int, ...]) -> FieldPosterior:
 
 
 @pytest.mark.long_except("fftw-single-cells0", "fftw-single-cells1", "scipy-single-cells0", "fftw-single-cells2")
-@pytest.mark.slow_cases("scipy-single-cells0", "fftw-double-cells0")
+@pytest.mark.slow_cases("scipy-single-cells0", "fftw-double-cells0", "fftw-single-cells0")
 @pytest.mark.parametrize(
     "cells", [(4, 6, 5), *(pytest.param(cells, marks=pytest.mark.slow) for cells in ((7,), (6, 5), (8, 8, 8)))]
 )
