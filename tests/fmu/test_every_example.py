@@ -15,11 +15,10 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from fmpy import sharedLibraryExtension
 
 import eomgen
 from eomgen.base.files import template_folder
-from eomgen.products.fmu.binary import platform_folder
+from eomgen.products.fmu.binary import this_machine
 from tests.examples.covering import covering
 from tests.examples.test_gear_with_backlash import reference as gear_rows
 from tests.fmu.importers import columns, recorded, run, toolbox_findings, written
@@ -78,7 +77,7 @@ def file_of(name: str, version: int) -> Path:
     flags += [f"-I{template_folder() / 'fmu' / f'fmi{version}'}", f"-DFMI{version}_OVERRIDE_FUNCTION_PREFIX"]
     flags += ["-Wno-restrict", "-Wno-unused-parameter"] if name in SHARING else []
     identifier = fmpy.read_model_description(str(folder)).coSimulation.modelIdentifier
-    library = folder / "binaries" / platform_folder(version) / f"{identifier}{sharedLibraryExtension}"
+    library = folder / this_machine(version).library_path(version, identifier)
     library.parent.mkdir(parents=True)
     sources = sorted((folder / "sources").glob("*.c"))
     done = subprocess.run(["gcc", *flags, *sources, "-o", library, "-lm"], capture_output=True, text=True, check=False)

@@ -18,7 +18,7 @@ import pytest
 
 import eomgen
 from eomgen.base.files import template_folder
-from eomgen.products.fmu.binary import platform_folder
+from eomgen.products.fmu.binary import this_machine
 from tests.fmu.importers import run, written
 
 SCENES = Path(__file__).parents[2] / "examples" / "coupled_fmus" / "scenes"
@@ -175,12 +175,12 @@ def test_fmi2_has_no_folder_for_libraries_of_arm(
 ) -> None:
     monkeypatch.setattr("eomgen.products.fmu.binary.sys.platform", system)
     monkeypatch.setattr("eomgen.products.fmu.binary.platform.machine", lambda: processor)
-    assert platform_folder(3) == name
+    assert this_machine(3).name == name
     text = f"binary: FMI 2.0 names x86 machines alone, and this one is {name}; try: version=3; or binary=False"
     with pytest.raises(eomgen.UsageError, match=re.escape(text)):
-        platform_folder(2)
+        this_machine(2)
     monkeypatch.setattr("eomgen.products.fmu.binary.platform.machine", lambda: "x86_64")
-    assert platform_folder(2) == {"linux": "linux64", "darwin": "darwin64"}[system]
+    assert this_machine(2).folder == {"linux": "linux64", "darwin": "darwin64"}[system]
 
 
 def test_fmi2_on_arm_is_refused_before_a_model_is_built(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
-from eomgen.products.robots.urdf import transmissions
 from eomgen.scene.load import load
 from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import relative_error, tape_evaluator
@@ -167,24 +164,11 @@ def test_a_robot_with_motors_does_what_inverse_dynamics_asks_for(rng: np.random.
     assert relative_error(found, state["a"]) <= 1e-10
 
 
-def test_transmissions_to_joints_that_are_not_there_are_told_by_their_line() -> None:
-    """The first of them is cited, of two that name the same joint as well."""
-    first, second = (SimpleNamespace(name=name, line=line, joints=("elbw",), actuators=(name,), matrix=((2.0,),))
-                     for name, line in (("a", 17), ("b", 23)))  # fmt: skip  # two lines
-    robot = SimpleNamespace(original={}, joints={"elbow": SimpleNamespace(unit="rad")})
-    found = transmissions.actuation(
-        cast(Any, robot), cast(Any, SimpleNamespace(known=(first, second), unknown={"magic": ["c"]})), (), ()
-    )
-    assert found.warnings == [
-        (1, "not modelled: transmissions of the type 'magic' (1: c) [W0197]"),
-        (17, "not modelled: transmissions to joints that are not there (1: elbw), perhaps elbow [W0199]"),
-    ]
-
-
 def test_transmissions_have_the_line_of_their_element(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
-    text = ARM.format("\n" + SIMPLE.format(joint="elbw", actuator="motor", reduction="2"))
+    pair = [SIMPLE.format(joint="elbw", actuator=actuator, reduction="2") for actuator in ("motor", "brake")]
+    text = ARM.format("\n" + "\n".join(pair))
     file.write_text(text, encoding="utf-8")
-    line = 1 + text[: text.index("<transmission")].count("\n")
-    with pytest.raises(DescriptionError, match=rf":{line}\b.* transmissions to joints that are not there"):
+    line = 1 + text[: text.index("<transmission")].count("\n")  # of the first
+    with pytest.raises(DescriptionError, match=rf":{line}\b.* transmissions to joints that are not there .*1: elbw\)"):
         load(file, actuated=True, transmissions=True, strict=True)

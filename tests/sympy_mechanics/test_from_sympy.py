@@ -565,7 +565,7 @@ def test_refusals() -> None:
         ),
         (lambda: eomgen.from_sympy(bare), eomgen.DescriptionError, "the KanesMethod has no bodies"),
         (lambda: eomgen.from_sympy((sympy.eye(1), [0])), eomgen.UsageError, "matrices alone have no coordinates"),
-        (lambda: eomgen.from_sympy((sympy.eye(2), [0]), q=[q]), eomgen.DescriptionError, "M is 2 x 2 and f has 1"),
+        (lambda: eomgen.from_sympy((sympy.eye(2), [0]), q=[q]), eomgen.DescriptionError, "and f 1 entries"),
         (lambda: eomgen.from_sympy(3, name="1 a"), eomgen.UsageError, "'1 a' is not a name"),
     )  # fmt: skip  # pairs
     for call, kind, text in cases:
@@ -598,7 +598,7 @@ NONE: tuple[tuple[str, type[Exception], str, Callable[[], object]], ...] = (
      lambda: eomgen.from_sympy((sympy.eye(1), [0]), q=["q"])),
     ("q twice", eomgen.DescriptionError, "two coordinates have the name 'q'",
      lambda: eomgen.from_sympy((sympy.eye(2), [0, 0]), q=[Q, Q])),
-    ("M is not symmetric", eomgen.DescriptionError, r"M\[0, 1\] is 2 and M\[1, 0\] is 0 at the start",
+    ("M is not symmetric", eomgen.DescriptionError, r"M\[0, 1\] is 2 and M\[1, 0\] is 0",
      lambda: eomgen.from_sympy((sympy.Matrix([[1, 2], [0, 1]]), [0, 0]), q=[Q, R])),
     ("no mapping", eomgen.UsageError, "parameters: values by symbol are needed, not a list",
      lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters=[1])),  # type: ignore[arg-type]
@@ -649,9 +649,7 @@ def test_coordinates_without_a_mass_are_named() -> None:
     """Forces alone are derived, and accelerations refused; a mass of zero, or a negative one, is noted."""
     lagrangian = FREE - R**2 * sympy.Symbol("k")
     document = eomgen.from_sympy(me.LagrangesMethod(lagrangian, [Q, R]), parameters={M: 1, "k": 2})
-    assert document.observed.notes == (
-        "the mass matrix is singular at the start, so no acceleration follows: a mass or an inertia is zero",
-    )
+    assert [note.code for note in document.observed.notes] == ["W0262"]
     assert set(eomgen.derive(document, ["mass", "force"]).functions) == {"mass", "force"}
     with pytest.raises(
         eomgen.ModelError, match="no mass moves with the coordinate r, so the mass matrix has no inverse"

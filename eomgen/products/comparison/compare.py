@@ -229,8 +229,6 @@ def _differences_of_part(
     """Return differences of a part that both descriptions have. A quantity of one alone is a difference, too."""
     result = []
     for key in dict.fromkeys((*mine, *theirs)):
-        first_value, second_value = mine.get(key), theirs.get(key)
-        if first_value is not None and second_value is not None and equal(first_value, second_value, pairing.tolerance):
-            continue
-        result.append(pairing.difference((name, name), key, first_value, second_value))
+        if not (key in mine and key in theirs and equal(mine[key], theirs[key], pairing.tolerance)):
+            result.append(pairing.difference((name, name), key, mine.get(key), theirs.get(key)))
     return result

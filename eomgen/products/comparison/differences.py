@@ -33,8 +33,6 @@ _UNITS: Mapping[str, tuple[str, str]] = {
     "upper": ("rad", "m"),
     "pitch": ("m/rad", "m/rad"),
 }
-#: Components of vectors below this are shown as zero.
-_ROUNDING = 1e-15
 #: Keys of scene files that hold a quantity.
 _KEYS = {"coulomb": "friction", "lower": "limits", "upper": "limits"}
 
@@ -78,9 +76,7 @@ class Pairing:
 
     def same_parents(self, link: MachineLink, partner: MachineLink) -> bool:
         """Return whether the parents of two links are paired, or both are the base."""
-        if link.parent < 0 or partner.parent < 0:
-            return link.parent == partner.parent
-        return self.partner.get(link.parent) == partner.parent
+        return self.partner_of(link.parent) == partner.parent
 
     def near(self, first: Placement, second: Placement) -> bool:
         """Return whether two places are equal."""
@@ -92,13 +88,13 @@ class Pairing:
     def near_axes(self, first: Array, second: Array) -> bool:
         return bool(np.abs(first - second).max() <= self.tolerance)
 
+    def near_masses(self, first: Inertia, second: Inertia) -> bool:
+        return abs(first.mass - second.mass) <= self.tolerance * max(first.mass, second.mass)
+
     def alike(self, first: Inertia, second: Inertia) -> bool:
         """Return whether two mass properties, given in one frame, are equal to the tolerance."""
-        if abs(first.mass - second.mass) > self.tolerance * max(first.mass, second.mass):
-            return False
-        if first.mass and not self.near_points(first.center, second.center):
-            return False
-        return self.near_inertias(first, second)
+        near = not first.mass or self.near_points(first.center, second.center)
+        return near and self.near_masses(first, second) and self.near_inertias(first, second)
 
     def near_inertias(self, first: Inertia, second: Inertia) -> bool:
         size = max(float(np.abs(first.about_center).max()), float(np.abs(second.about_center).max()))
@@ -117,11 +113,22 @@ class Pairing:
         """
         below = f".{quantity if key is None else key}".rstrip(".")
         mine, theirs = (
-            tuple(np.where(np.abs(item) < _ROUNDING, 0.0, item).tolist()) if isinstance(item, np.ndarray) else item
+            tuple(np.where(np.abs(item) < 1e-15, 0.0, item).tolist()) if isinstance(item, np.ndarray) else item
             for item in (first, second)
         )
         places = self.first.place(f"{keys[0]}{below}"), self.second.place(f"{keys[1]}{below}")
         return Difference(keys[0], quantity, mine, theirs, unit, places)
+
+    def place_differences(self, keys: tuple[str, str], first: Placement, second: Placement) -> Iterator[Difference]:
+        """Yield the differences of two places: orientation and position."""
+        if not self.near_axes(first.axes, second.axes):
+            yield self.difference(keys, "orientation", first.axes.ravel(), second.axes.ravel())
+        if not self.near_points(first.origin, second.origin):
+            yield self.difference(keys, "position", first.origin, second.origin, "m")
+
+    def partner_of(self, number: int) -> int:
+        """Return the number of the second machine's link for a link of the first; -1 for the base, -2 without one."""
+        return self.partner.get(number, -2) if number >= 0 else -1
 
     def alone(self, element: str, quantity: str, value: str, *, second: bool = False) -> Difference:
         """Return the difference for an element that the first machine alone has, or with ``second`` the second alone;
@@ -206,20 +213,15 @@ def of_solids(pairing: Pairing) -> list[Difference]:
             if name not in pairing.second.solids:
                 continue
             mass, moments = pairing.second.solids[name]
+            element = f"bodies.{name}"
+            places = pairing.first.place(element), ""
+            if not equal(body.inertia.mass, mass, pairing.tolerance):
+                listed.append(Difference(element, "mass", body.inertia.mass, mass, "kg", places))
             mine = np.linalg.eigvalsh(body.inertia.about_center)
-            whole = min(mine.min(), moments.min()) > 0.0
-            for quantity, ours, theirs, unit in (
-                ("mass", np.array([body.inertia.mass]), np.array([mass]), "kg"),
-                ("principal moments", mine, moments, "kg m^2"),
-            ):
-                size = max(float(np.abs(ours).max()), float(np.abs(theirs).max()))
-                if np.abs(ours - theirs).max() <= pairing.tolerance * size or (quantity != "mass" and not whole):
-                    continue
-                first, second = (
-                    float(item[0]) if len(item) == 1 else tuple(map(float, item)) for item in (ours, theirs)
-                )
-                places = pairing.first.place(f"bodies.{name}"), ""
-                listed.append(Difference(f"bodies.{name}", quantity, first, second, unit, places))
+            apart = np.abs(mine - moments).max() > pairing.tolerance * max(mine.max(), moments.max())
+            if apart and min(mine.min(), moments.min()) > 0.0:
+                values = tuple(mine.tolist()), tuple(moments.tolist())
+                listed.append(Difference(element, "principal moments", *values, "kg m^2", places))
     return listed
 
 
@@ -261,10 +263,7 @@ def _place_differences(pairing: Pairing, number: int, link: MachineLink, partner
         return
     if written < posed or (written == posed and (moved or tilted)):
         pairing.aligned[number] = AT_ORIGIN
-        if not pairing.near_axes(exact.axes, np.eye(3)):
-            yield pairing.difference(keys, "orientation", link.pose.axes.ravel(), theirs.axes.ravel())
-        if not pairing.near_points(theirs.origin, link.pose.origin):
-            yield pairing.difference(keys, "position", link.pose.origin, theirs.origin, "m")
+        yield from pairing.place_differences(keys, link.pose, theirs)
     else:
         pairing.aligned[number] = exact
         if moved:
@@ -319,10 +318,7 @@ def _differences_of_body(
     placement = aligned.then(partner.place)
     if body.joint and not pairing.near(body.place, placement) and pairing.alike(body.inertia, partner.inertia):
         keys = f"joints.{body.joint}", f"joints.{partner.joint or body.joint}"
-        if not pairing.near_axes(body.place.axes, placement.axes):
-            yield pairing.difference(keys, "orientation", body.place.axes.ravel(), placement.axes.ravel())
-        if not pairing.near_points(body.place.origin, placement.origin):
-            yield pairing.difference(keys, "position", body.place.origin, placement.origin, "m")
+        yield from pairing.place_differences(keys, body.place, placement)
         return
     back = body.place.inverse()
     yield from _differences_of_inertia(pairing, (name, name), body.inertia, theirs.transform(*back))
@@ -334,7 +330,7 @@ def _differences_of_inertia(
     """Yield differences of mass, centre of mass and inertia, given in one frame; ``names`` are the body's in both
     machines."""
     keys = f"bodies.{names[0]}", f"bodies.{names[1]}"
-    if abs(first.mass - second.mass) > pairing.tolerance * max(first.mass, second.mass):
+    if not pairing.near_masses(first, second):
         yield pairing.difference(keys, "mass", first.mass, second.mass, "kg")
     if first.mass and second.mass and not pairing.near_points(first.center, second.center):
         yield pairing.difference(keys, "center_of_mass", first.center, second.center, "m")
@@ -345,32 +341,24 @@ def _differences_of_inertia(
 
 def _differences_of_joint(pairing: Pairing, link: MachineLink, partner: MachineLink) -> Iterator[Difference]:
     """Yield differences of the quantities of a joint that both readers know."""
-    for quantity in link.numbers:
-        if quantity not in partner.numbers:
+    units = tuple(JOINTS[link.type].coordinates.values()) if link.type in JOINTS else ()
+    for quantity, mine in link.numbers.items():
+        if equal(mine, partner.numbers.get(quantity, mine), pairing.tolerance):
             continue
-        mine, theirs = link.numbers[quantity], partner.numbers[quantity]
-        if equal(mine, theirs, pairing.tolerance):
-            continue
-        name = quantity.partition("[")[0]
-        keys = f"joints.{link.joint}", f"joints.{partner.joint}"
-        units = tuple(JOINTS[link.type].coordinates.values()) if link.type in JOINTS else ()
-        index = int(quantity.partition("[")[2].rstrip("]") or 0)
+        name, _, rest = quantity.partition("[")
+        index = int(rest.rstrip("]") or 0)
         unit = _UNITS[name][units[index] == "m"] if name in _UNITS and index < len(units) else ""
-        yield pairing.difference(keys, quantity, _shown(mine), _shown(theirs), unit, _KEYS.get(name, name))
-
-
-def _shown(value: float | str) -> float | str | None:
-    """Return a value for the report; None for an end without a limit."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        # None for an end without a limit
+        first, second = (None if item in (-np.inf, np.inf) else item for item in (mine, partner.numbers[quantity]))
+        keys = f"joints.{link.joint}", f"joints.{partner.joint}"
+        yield pairing.difference(keys, quantity, first, second, unit, _KEYS.get(name, name))
 
 
 def equal(mine: float | str, theirs: float | str, tolerance: float) -> bool:
     """Return whether two numbers are equal to a relative tolerance, or two texts are."""
     if isinstance(mine, str) or isinstance(theirs, str):
         return mine == theirs
-    if not math.isfinite(mine) or not math.isfinite(theirs):
-        return mine == theirs
-    return mine == theirs or abs(mine - theirs) <= tolerance * max(abs(mine), abs(theirs))
+    return math.isclose(mine, theirs, rel_tol=tolerance)
 
 
 def _loops(pairing: Pairing) -> Iterator[Difference]:
@@ -382,7 +370,8 @@ def _loops(pairing: Pairing) -> Iterator[Difference]:
     pairs = [(loop, rest.pop(loop.name, None)) for loop in pairing.first.loops]
     for index, (loop, partner) in enumerate(pairs):
         if partner is None:
-            same = [name for name, candidate in rest.items() if _joins(pairing, loop) == _ends(candidate)]
+            joined = {pairing.partner_of(number) for number, _ in loop.ends}
+            same = [name for name, candidate in rest.items() if joined == {number for number, _ in candidate.ends}]
             pairs[index] = (loop, rest.pop(same[0]) if same else None)
     for loop, partner in pairs:
         element = f"constraints.{loop.name}"
@@ -398,46 +387,30 @@ def _loops(pairing: Pairing) -> Iterator[Difference]:
         yield pairing.alone(f"constraints.{loop.name}", "constraint", loop.type, second=True)
 
 
-def _ends(loop: MachineLoop) -> frozenset[int]:
-    return frozenset(end[0] for end in (loop.first, loop.second) if end is not None)
-
-
-def _joins(pairing: Pairing, loop: MachineLoop) -> frozenset[int]:
-    """Return the links of the second machine that a constraint of the first joins."""
-    return frozenset(pairing.partner.get(number, -2) if number >= 0 else -1 for number in _ends(loop))
-
-
 def _loop(pairing: Pairing, loop: MachineLoop, partner: MachineLoop, keys: tuple[str, str]) -> Iterator[Difference]:
     """Yield differences of two constraints of one type, in the frames of the first machine: bodies, positions, axes,
     orientation and numbers. ``keys`` are the elements in both descriptions."""
-    if loop.first is not None and loop.second is not None and partner.first is not None and partner.second is not None:
-        theirs = [partner.first, partner.second]
-        expected = pairing.partner.get(loop.first[0], -1) if loop.first[0] >= 0 else -1
+    if len(loop.ends) == len(partner.ends) == 2:
+        theirs, expected = list(partner.ends), pairing.partner_of(loop.ends[0][0])
         if theirs[0][0] != expected and theirs[1][0] == expected:
             theirs.reverse()
-        for side, mine, their_end, uses in zip(
-            ("first", "second"), (loop.first, loop.second), theirs, loop.uses, strict=True
+        turned = []
+        for side, (number, mine), (their_number, frame), uses in zip(
+            ("first", "second"), loop.ends, theirs, loop.uses, strict=True
         ):
-            number = pairing.partner.get(mine[0], -2) if mine[0] >= 0 else -1
-            if number != their_end[0]:
-                names = _name(pairing.first, mine[0]), _name(pairing.second, their_end[0])
+            placement = pairing.aligned.get(number, AT_ORIGIN).then(frame)
+            turned.append(placement.axes)
+            if pairing.partner_of(number) != their_number:
+                names = _name(pairing.first, number), _name(pairing.second, their_number)
                 yield pairing.difference(keys, f"{side} body", *names, key=side)
                 continue
-            placement = pairing.aligned.get(mine[0], AT_ORIGIN).then(their_end[1])
-            if not pairing.near_points(mine[1].origin, placement.origin):
-                yield pairing.difference(keys, f"{side} position", mine[1].origin, placement.origin, "m", side)
-            if uses in ("z", "x and z") and not pairing.near_axes(mine[1].axes[:, 2], placement.axes[:, 2]):
-                axes = mine[1].axes[:, 2], placement.axes[:, 2]
-                yield pairing.difference(keys, f"{side} axis", *axes, key=side)
-        if loop.type == "fixed":
-            mine_axes = loop.first[1].axes @ loop.second[1].axes.T
-            ends = [
-                pairing.aligned.get(loop_end[0], AT_ORIGIN).then(end[1]).axes
-                for loop_end, end in zip((loop.first, loop.second), theirs, strict=True)
-            ]
-            their_axes = ends[0] @ ends[1].T
-            if not pairing.near_axes(mine_axes, their_axes):
-                yield pairing.difference(keys, "orientation", mine_axes.ravel(), their_axes.ravel(), key="")
+            if not pairing.near_points(mine.origin, placement.origin):
+                yield pairing.difference(keys, f"{side} position", mine.origin, placement.origin, "m", side)
+            if uses in ("z", "x and z") and not pairing.near_axes(mine.axes[:, 2], placement.axes[:, 2]):
+                yield pairing.difference(keys, f"{side} axis", mine.axes[:, 2], placement.axes[:, 2], key=side)
+        mine_axes, their_axes = loop.ends[0][1].axes @ loop.ends[1][1].axes.T, turned[0] @ turned[1].T
+        if loop.type == "fixed" and not pairing.near_axes(mine_axes, their_axes):
+            yield pairing.difference(keys, "orientation", mine_axes.ravel(), their_axes.ravel(), key="")
     for name in loop.numbers:
         mine_value, their_value = loop.numbers[name], partner.numbers.get(name)
         if their_value is not None and not equal(mine_value, their_value, pairing.tolerance):

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from eomgen.system.description import Solid
     from eomgen.system.system import System
 
-#: Number of random states at which the force of an element is evaluated.
-_DRAWN = 8
 #: Fields of force elements, states and controllers that no equation follows from.
 _SAID = frozenset({"name", "label", "description", "unit", "place"})
 
@@ -104,15 +102,14 @@ class MachineLoop:
 
     Attributes
     ----------
-    first, second : number of the link, and the frame in the link
+    ends : number of the link, and the frame in the link, of both ends; empty for an equation
     uses : axes of the frames that the equations use: by the words of ``Connection.uses``
     numbers : further quantities, by name
     """
 
     name: str
     type: str
-    first: tuple[int, Placement] | None
-    second: tuple[int, Placement] | None
+    ends: Sequence[tuple[int, Placement]]
     uses: tuple[str, str]
     numbers: Mapping[str, float | str]
 
@@ -278,12 +275,8 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
         else:
             lumps.fixed(joint.child, joint.parent, pose, joint.name)
     for body in scene.bodies:
-        inertia = Inertia(
-            values.vector([body.mass])[0],
-            values.vector(body.center_of_mass),
-            tensor(values.vector(body.inertia).tolist()),
-        )
-        lumps.weigh(body.name, inertia)
+        (mass,), entries = values.vector([body.mass]), values.vector(body.inertia).tolist()
+        lumps.weigh(body.name, Inertia(mass, values.vector(body.center_of_mass), tensor(entries)))
     links = tuple(
         _link(joint, parent, pose, lumps, number, values) for number, (joint, parent, pose) in enumerate(carried)
     )
@@ -392,24 +385,14 @@ def _indexed(name: str, index: int, joint: Joint) -> str:
 
 def _loop(item: Any, lumps: Lumps, values: _Values) -> MachineLoop:
     """Return a constraint of a scene, with its frames on links and its quantities."""
-    ends: list[tuple[int, Placement] | None] = [None, None]
-    for side, frame in enumerate(item.frames):
+    ends = []
+    for frame in item.frames:
         number, placement = lumps.places[frame.body]
-        ends[side] = number, placement.then(Placement(np.array(frame.orientation), values.vector(frame.position)))
-    names = (
-        "drive",
-        "length",
-        "radius",
-        "pitch",
-        "shape",
-        "semi_axes",
-        "tube_radius",
-        "surface",
-        "equation",
-        "at_velocity",
-    )
-    numbers = values.flat({name: getattr(item, name) for name in names})
-    return MachineLoop(item.name, item.type, ends[0], ends[1], item.kind.uses, numbers)
+        inner = Placement(np.array(frame.orientation), values.vector(frame.position))
+        ends.append((number, placement.then(inner)))
+    names = ["drive", "length", "radius", "pitch", "shape", "semi_axes", "tube_radius"]
+    numbers = values.flat({name: getattr(item, name) for name in (*names, "surface", "equation", "at_velocity")})
+    return MachineLoop(item.name, item.type, ends, item.kind.uses, numbers)
 
 
 def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
@@ -445,7 +428,7 @@ def _is_idle(element: Any, scene: Scene, values: _Values) -> bool:
                 return values.parameters[symbol.name]
             case "state":
                 return states[symbol.name]
-        return drawn.setdefault(symbol, random.normal(size=_DRAWN))
+        return drawn.setdefault(symbol, random.normal(size=8))
 
     return not any(np.any(evaluate_batch(formula, value_of, along_motion=True) != 0.0) for formula in formulas)
 
@@ -514,18 +497,3 @@ class _Equations:
         inputs = self.system.functions[name].inputs
         values = self._evaluations[name].on_arrays({block: blocks[block] for block in inputs})
         return np.broadcast_to(values, (count, values.shape[-1]))
-
-
-__all__ = [
-    "AT_ORIGIN",
-    "Forces",
-    "Lumps",
-    "Machine",
-    "MachineBody",
-    "MachineLink",
-    "MachineLoop",
-    "MachineMotion",
-    "Placement",
-    "of_equations",
-    "of_scene",
-]

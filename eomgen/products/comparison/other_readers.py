@@ -6,7 +6,8 @@ Pinocchio as the velocity of the origin, then the rotation, both in body axes. B
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from eomgen.scene.inertia import Inertia
 from eomgen.scene.rotations import about_axis
 from eomgen.system.description import BASE
 
+_Equations = Callable[[MachineMotion], Forces]
 #: Types of joints by number in MuJoCo.
 _MUJOCO = ("free", "spherical", "prismatic", "revolute")
 #: Types of joints by the first letters of their names in Pinocchio.
@@ -44,8 +46,9 @@ def _module(name: str, package: str) -> Any:
     return optional_package(name, missing)
 
 
-def _no_loops(name: str) -> Callable[[str], str]:
-    return lambda _: name
+def _machine(path: Path, reader: str, gravity: Array, links: list[MachineLink], forces: _Equations) -> Machine:
+    """Return a machine whose constraints and force elements the reader does not give."""
+    return Machine(f"{path.name} by {reader}", gravity, tuple(links), None, (), lambda _: path.name, forces, None)
 
 
 def read_mujoco(path: Path) -> Machine:
@@ -71,32 +74,21 @@ def read_mujoco(path: Path) -> Machine:
             anchor = np.array(model.jnt_pos[joint]) if kind in ("revolute", "spherical") else np.zeros(3)
             parent = f"{names[body]}/{name}"
             lumps.moved(parent)
-            links.append(
-                (joint, name, kind, names[body], number, pose.then(_at_zero(model, joint, kind, rest, anchor)))
-            )
+            pose = pose.then(_at_zero(model, joint, kind, rest, anchor))
+            links.append((joint, name, kind, names[body], number, pose))
             rest = Placement(np.eye(3), -anchor)
         lumps.fixed(names[body], parent, rest)
         turned = rotation_matrix(np.array(model.body_iquat[body]))
         about = turned @ np.diag(model.body_inertia[body]) @ turned.T
         lumps.weigh(names[body], Inertia(float(model.body_mass[body]), np.array(model.body_ipos[body]), about))
-    machine_links = tuple(
-        MachineLink(
-            name,
-            kind,
-            body,
-            number,
-            pose,
-            np.array(model.jnt_axis[joint]) if kind in ("revolute", "prismatic") else None,
-            None,
-            lumps.bodies[index],
-            lumps.whole(index),
-            _mujoco_numbers(model, joint, kind),
-        )
-        for index, (joint, name, kind, body, number, pose) in enumerate(links)
-    )
-    gravity = np.array(model.opt.gravity)
-    evaluated = _MujocoEquations(mujoco, model, [joint for joint, *_ in links])
-    return Machine(f"{path.name} by MuJoCo", gravity, machine_links, None, (), _no_loops(path.name), evaluated, None)
+    machine_links = []
+    for index, (joint, name, kind, body, number, pose) in enumerate(links):
+        axis = np.array(model.jnt_axis[joint]) if kind in ("revolute", "prismatic") else None
+        numbers = _mujoco_numbers(model, joint) if axis is not None else {}
+        parts = lumps.bodies[index], lumps.whole(index)
+        machine_links.append(MachineLink(name, kind, body, number, pose, axis, None, *parts, numbers))
+    forces = partial(_mujoco_forces, mujoco, model, [joint for joint, *_ in links])
+    return _machine(path, "MuJoCo", np.array(model.opt.gravity), machine_links, forces)
 
 
 def _at_zero(model: Any, joint: int, kind: str, rest: Placement, anchor: Array) -> Placement:
@@ -110,9 +102,7 @@ def _at_zero(model: Any, joint: int, kind: str, rest: Placement, anchor: Array) 
     return AT_ORIGIN if kind == "free" else Placement(rest.axes, rest.point(anchor))
 
 
-def _mujoco_numbers(model: Any, joint: int, kind: str) -> Mapping[str, float | str]:
-    if kind not in ("revolute", "prismatic"):
-        return {}
+def _mujoco_numbers(model: Any, joint: int) -> Mapping[str, float | str]:
     rate, stiffness = int(model.jnt_dofadr[joint]), float(model.jnt_stiffness[joint])
     return {
         "stiffness": stiffness,
@@ -122,40 +112,33 @@ def _mujoco_numbers(model: Any, joint: int, kind: str) -> Mapping[str, float | s
     }
 
 
-class _MujocoEquations:
-    """Mass matrix, bias and passive forces by MuJoCo, in the order of the links."""
-
-    def __init__(self, mujoco: Any, model: Any, joints: list[int]) -> None:
-        self.mujoco, self.model, self.joints = mujoco, model, joints
-
-    def __call__(self, motion: MachineMotion) -> Forces:
-        """Return the inertia matrices and total forces of all states by MuJoCo, in body-fixed velocities with the
-        angular part first; bias and applied forces are None."""
-        model, data = self.model, self.mujoco.MjData(self.model)
-        masses, totals = [], []
-        for state in range(len(motion.q[0])):
-            transform, drift = np.zeros((model.nv, model.nv)), np.zeros(model.nv)
-            start = 0
-            for joint, every_q, every_v in zip(self.joints, motion.q, motion.v, strict=True):
-                q, v = every_q[state], every_v[state]
-                q_start, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
-                if len(v) == 6:
-                    data.qpos[q_start : q_start + 7] = [*q[4:], *q[:4]]
-                    axes = rotation_matrix(q[:4])
-                    transform[rate : rate + 3, start + 3 : start + 6] = axes
-                    transform[rate + 3 : rate + 6, start : start + 3] = np.eye(3)
-                    drift[rate : rate + 3] = axes @ np.cross(v[:3], v[3:])
-                else:
-                    data.qpos[q_start : q_start + len(q)] = q
-                    transform[rate : rate + len(v), start : start + len(v)] = np.eye(len(v))
-                start += len(v)
-            data.qvel[:] = transform @ np.concatenate([v[state] for v in motion.v])
-            self.mujoco.mj_forward(model, data)
-            mass = np.zeros((model.nv, model.nv))
-            _full_mass(self.mujoco, model, data, mass)
-            masses.append(transform.T @ mass @ transform)
-            totals.append(transform.T @ (data.qfrc_bias + mass @ drift - data.qfrc_passive))
-        return Forces(np.array(masses), None, None, np.array(totals))
+def _mujoco_forces(mujoco: Any, model: Any, joints: Sequence[int], motion: MachineMotion) -> Forces:
+    """Return the inertia matrices and total forces of all states by MuJoCo, in the order of the links and in body-fixed
+    velocities with the angular part first; bias and applied forces are None."""
+    data, masses, totals = mujoco.MjData(model), [], []
+    for state in range(len(motion.q[0])):
+        transform, drift = np.zeros((model.nv, model.nv)), np.zeros(model.nv)
+        start = 0
+        for joint, every_q, every_v in zip(joints, motion.q, motion.v, strict=True):
+            q, v = every_q[state], every_v[state]
+            q_start, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+            if len(v) == 6:
+                data.qpos[q_start : q_start + 7] = [*q[4:], *q[:4]]
+                axes = rotation_matrix(q[:4])
+                transform[rate : rate + 3, start + 3 : start + 6] = axes
+                transform[rate + 3 : rate + 6, start : start + 3] = np.eye(3)
+                drift[rate : rate + 3] = axes @ np.cross(v[:3], v[3:])
+            else:
+                data.qpos[q_start : q_start + len(q)] = q
+                transform[rate : rate + len(v), start : start + len(v)] = np.eye(len(v))
+            start += len(v)
+        data.qvel[:] = transform @ np.concatenate([v[state] for v in motion.v])
+        mujoco.mj_forward(model, data)
+        mass = np.zeros((model.nv, model.nv))
+        _full_mass(mujoco, model, data, mass)
+        masses.append(transform.T @ mass @ transform)
+        totals.append(transform.T @ (data.qfrc_bias + mass @ drift - data.qfrc_passive))
+    return Forces(np.array(masses), None, None, np.array(totals))
 
 
 def _full_mass(mujoco: Any, model: Any, data: Any, mass: Array) -> None:
@@ -189,23 +172,13 @@ def read_pinocchio(path: Path) -> Machine:
         whole = Inertia(float(inertia.mass), np.array(inertia.lever), np.array(inertia.inertia))
         name = names[model.names[number]]
         body, rate = bodies.get(number, name), int(model.joints[number].idx_v)
-        links.append(
-            MachineLink(
-                name,
-                kind,
-                body,
-                int(model.parents[number]) - 1,
-                Placement(np.array(placed.rotation), np.array(placed.translation)),
-                axis,
-                None,
-                {body: MachineBody(whole, AT_ORIGIN, "")},
-                whole,
-                {} if axis is None else {"rotor_inertia": float(model.armature[rate])},
-            )
-        )
-    gravity = np.array(model.gravity.linear)
-    evaluated = _PinocchioEquations(pinocchio, model)
-    return Machine(f"{path.name} by Pinocchio", gravity, tuple(links), None, (), _no_loops(path.name), evaluated, None)
+        pose = Placement(np.array(placed.rotation), np.array(placed.translation))
+        parts: dict[str, MachineBody] = {body: MachineBody(whole, AT_ORIGIN, "")}
+        numbers = {} if axis is None else {"rotor_inertia": float(model.armature[rate])}
+        parent = int(model.parents[number]) - 1
+        links.append(MachineLink(name, kind, body, parent, pose, axis, None, parts, whole, numbers))
+    forces = partial(_pinocchio_forces, pinocchio, model)
+    return _machine(path, "Pinocchio", np.array(model.gravity.linear), links, forces)
 
 
 def _pinocchio_type(name: str, joint: str, path: Path) -> str:
@@ -215,31 +188,23 @@ def _pinocchio_type(name: str, joint: str, path: Path) -> str:
     return next(kind for start, kind in reversed(_PINOCCHIO.items()) if name.startswith(start))
 
 
-class _PinocchioEquations:
-    """Mass matrix and nonlinear effects by Pinocchio, with the viscous damping of the file."""
-
-    def __init__(self, pinocchio: Any, model: Any) -> None:
-        self.pinocchio, self.model = pinocchio, model
-
-    def __call__(self, motion: MachineMotion) -> Forces:
-        """Return the inertia matrix and forces by Pinocchio, in velocities with the angular part first."""
-        pinocchio, model = self.pinocchio, self.model
-        data = model.createData()
-        order = np.concatenate(
-            [_linear_first(v.shape[1]) + joint.idx_v for v, joint in zip(motion.v, model.joints[1:], strict=True)]
-        )
-        masses, totals = [], []
-        for state in range(len(motion.q[0])):
-            q, v = np.zeros(model.nq), np.zeros(model.nv)
-            for joint, every_q in zip(model.joints[1:], motion.q, strict=True):
-                q[joint.idx_q : joint.idx_q + joint.nq] = _numbers(every_q[state], joint.nq)
-            v[order] = np.concatenate([item[state] for item in motion.v])
-            mass = np.array(pinocchio.crba(model, data, q))
-            mass = np.triu(mass) + np.triu(mass, 1).T
-            total = np.array(pinocchio.nonLinearEffects(model, data, q, v)) + np.array(model.damping) * v
-            masses.append(mass[np.ix_(order, order)])
-            totals.append(total[order])
-        return Forces(np.array(masses), None, None, np.array(totals))
+def _pinocchio_forces(pinocchio: Any, model: Any, motion: MachineMotion) -> Forces:
+    """Return the inertia matrix and nonlinear effects by Pinocchio, with the viscous damping of the file, in velocities
+    with the angular part first."""
+    data, joints = model.createData(), model.joints[1:]
+    order = np.concatenate([_linear_first(v.shape[1]) + joint.idx_v for v, joint in zip(motion.v, joints, strict=True)])
+    masses, totals = [], []
+    for state in range(len(motion.q[0])):
+        q, v = np.zeros(model.nq), np.zeros(model.nv)
+        for joint, every_q in zip(joints, motion.q, strict=True):
+            q[joint.idx_q : joint.idx_q + joint.nq] = _numbers(every_q[state], joint.nq)
+        v[order] = np.concatenate([item[state] for item in motion.v])
+        mass = np.array(pinocchio.crba(model, data, q))
+        mass = np.triu(mass) + np.triu(mass, 1).T
+        total = np.array(pinocchio.nonLinearEffects(model, data, q, v)) + np.array(model.damping) * v
+        masses.append(mass[np.ix_(order, order)])
+        totals.append(total[order])
+    return Forces(np.array(masses), None, None, np.array(totals))
 
 
 def _linear_first(size: int) -> NDArray[np.intp]:

@@ -7,9 +7,7 @@ from typing import Any
 
 from eomgen.base.calls import unknown_attribute
 from eomgen.base.data import asdict, dataclass
-
-#: Numbers of a vector in a line of text; more are left out.
-_SHOWN = 9
+from eomgen.base.messages import counted
 
 
 @dataclass(frozen=True)
@@ -102,10 +100,9 @@ class Comparison:
         terms = ", ".join(f"{name} {error:.1e}" for name, error in self.errors.items())
         measured = f"; largest relative differences at {self.states} random states: {terms}" if terms else ""
         if self.first is None:
-            joints = f"{self.matched} joint{'' if self.matched == 1 else 's'}"
+            joints = counted(self.matched, "joint")
             return f"{self.names[0]} and {self.names[1]} are equal in {joints} and the moved bodies{measured}"
-        count = len(self.differences)
-        return f"{count} difference{'' if count == 1 else 's'}, the first: {self.first}{measured}"
+        return f"{counted(len(self.differences), 'difference')}, the first: {self.first}{measured}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data.
@@ -134,6 +131,6 @@ def _text(value: Any) -> str:
     if isinstance(value, str):
         return value or "none"
     if isinstance(value, tuple | list):
-        shown = ", ".join(f"{item:.6g}" for item in value[:_SHOWN])
-        return f"({shown}{', ...' if len(value) > _SHOWN else ''})"
+        shown = ", ".join(f"{item:.6g}" for item in value[:9])
+        return f"({shown}{', ...' if len(value) > 9 else ''})"
     return f"{value:.9g}"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 
 from eomgen.base.data import dataclass, replace
 from eomgen.products.fmu.interface import Interface, Unknown, Variable
@@ -104,21 +105,12 @@ def _names(variables: Sequence[Variable]) -> dict[int, tuple[str, int]]:
 
 
 def _runs(variables: Sequence[Variable]) -> Iterator[tuple[str, list[Variable]]]:
-    """Yield (name, variables) of numbers ``name[k]`` with consecutive value references and equal attributes."""
-    base, run = "", list[Variable]()
-    for item in variables:
+    """Yield (name, variables) of numbers ``name[k]`` in a row with equal attributes."""
+
+    def whole_of(item: Variable) -> Variable | None:
         named = _NUMBERED.fullmatch(item.name) if item.kind in _KINDS else None
-        if named is None:
-            continue
-        follows = run and base == named["base"] and item.reference == run[-1].reference + 1 and _alike(item, run[0])
-        if not follows:
-            if run:
-                yield base, run
-            base, run = named["base"], []
-        run.append(item)
-    if run:
-        yield base, run
+        return None if named is None else replace(item, name=named["base"], reference=0, index=0, start=None)
 
-
-def _alike(item: Variable, first: Variable) -> bool:
-    return replace(item, name=first.name, reference=first.reference, index=first.index, start=first.start) == first
+    for whole, run in groupby(variables, whole_of):
+        if whole is not None:
+            yield whole.name, list(run)

@@ -6,6 +6,7 @@ import platform
 import sys
 import tempfile
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from eomgen.base.data import dataclass
@@ -18,27 +19,64 @@ from eomgen.toolchain.builder import SHARED, Builder
 from eomgen.toolchain.compiler import run_compiler
 from eomgen.toolchain.cross import zig
 
-#: Names of processors in FMI 3.0, and of platforms in FMI 2.0, which knows x86 alone.
-_PROCESSORS = {"AMD64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
-_SYSTEMS = {"linux": ("linux", "linux64", ".so"), "darwin": ("darwin", "darwin64", ".dylib")}
-_SYSTEMS["win32"] = ("windows", "win64", ".dll")
+#: Names of processors and of systems in FMI 3.0.
+_PROCESSORS = {"AMD64": "x86_64", "arm64": "aarch64"}
+_SYSTEMS = {"win32": "windows"}
 
 
-def platform_folder(version: int) -> str:
-    """Return the folder of this machine's library. Raises UsageError if the version of FMI has no name for the
-    machine."""
-    system, old, _ = _SYSTEMS.get(sys.platform, (sys.platform, sys.platform, ".so"))
+@dataclass(frozen=True)
+class TargetMachine:
+    """A machine with a library of an FMU.
+
+    Attributes
+    ----------
+    name : of FMI 3.0
+    triple : of zig; empty for a machine for which zig makes no libraries
+    ending : of libraries
+    folder : of FMI 2.0; empty for a machine that FMI 2.0, which knows x86 alone, does not name
+    """
+
+    name: str
+    triple: str
+    ending: str
+    folder: str = ""
+
+    def library_path(self, version: int, identifier: str) -> str:
+        """Return the path of the machine's library in the archive, by the version of FMI."""
+        return f"binaries/{self.folder if version == 2 else self.name}/{identifier}{self.ending}"
+
+
+MACHINES: Mapping[str, TargetMachine] = {
+    machine.name: machine
+    for machine in (
+        TargetMachine("x86_64-linux", "x86_64-linux-gnu", ".so", "linux64"),
+        TargetMachine("aarch64-linux", "aarch64-linux-gnu", ".so"),
+        TargetMachine("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
+        TargetMachine("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64"),
+        TargetMachine("aarch64-darwin", "aarch64-macos", ".dylib"),
+    )
+}
+
+
+def this_machine(version: int) -> TargetMachine:
+    """Return the machine on which this process runs. Raises UsageError if the version of FMI has no name for it."""
     processor = _PROCESSORS.get(platform.machine(), platform.machine())
-    if version == 2 and processor != "x86_64":
-        fault = f"FMI 2.0 names x86 machines alone, and this one is {processor}-{system} [E0859]"
+    name = f"{processor}-{_SYSTEMS.get(sys.platform, sys.platform)}"
+    machine = MACHINES.get(name, TargetMachine(name, "", ".dll" if sys.platform == "win32" else ".so"))
+    if version == 2 and not machine.folder:
+        fault = f"FMI 2.0 names x86 machines alone, and this one is {name} [E0859]"
         raise UsageError(Problem("binary", fault, "version=3; or binary=False (--no-binary), for sources alone"))
-    return old if version == 2 else f"{processor}-{system}"
+    return machine
 
 
-def binary_path(interface: Interface) -> str:
-    """Return the path of this machine's library in the archive."""
-    ending = _SYSTEMS.get(sys.platform, ("", "", ".so"))[2]
-    return f"binaries/{platform_folder(interface.version)}/{interface.identifier}{ending}"
+def machine_named(name: str, version: int) -> TargetMachine:
+    """Return a machine. Raises UsageError with the known names."""
+    names = [machine.name for machine in MACHINES.values() if version == 3 or machine.folder]
+    if name not in names:
+        remark = "; FMI 2.0 names x86 machines alone" if name in MACHINES else ""
+        fault = f"no machine is called {shown(name)}{remark} [E0859]"
+        raise UsageError(Problem("machines", fault, f"one of {', '.join(names)}"))
+    return MACHINES[name]
 
 
 def headers(version: int) -> dict[str, str]:
@@ -62,13 +100,13 @@ def built(interface: Interface, files: Mapping[str, str], profile: str = "reprod
     """
     whole = _whole(interface, files)
     content = "\0".join(f"{name}\0{text}" for name, text in sorted(whole.items()))
-
-    def write(folder: Path) -> None:
-        for name, text in whole.items():
-            (folder / name).write_text(text, encoding="utf-8")
-
-    entry = Builder(profile=profile).build_folder(b"fmu\0" + content.encode(), write)
+    entry = Builder(profile=profile).build_folder(b"fmu\0" + content.encode(), partial(_write, whole))
     return entry.file(SHARED).read_bytes()
+
+
+def _write(files: Mapping[str, str], folder: Path) -> None:
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _whole(interface: Interface, files: Mapping[str, str]) -> dict[str, str]:
@@ -78,64 +116,21 @@ def _whole(interface: Interface, files: Mapping[str, str]) -> dict[str, str]:
     return {**files, **headers(interface.version), wrapper: shared}
 
 
-@dataclass(frozen=True)
-class TargetMachine:
-    """A machine for which zig makes libraries.
-
-    Attributes
-    ----------
-    name : of FMI 3.0
-    triple : of zig
-    ending : of libraries
-    folder : of FMI 2.0; empty for a machine that FMI 2.0 does not name
-    """
-
-    name: str
-    triple: str
-    ending: str
-    folder: str = ""
-
-
-MACHINES: Mapping[str, TargetMachine] = {
-    machine.name: machine
-    for machine in (
-        TargetMachine("x86_64-linux", "x86_64-linux-gnu", ".so", "linux64"),
-        TargetMachine("aarch64-linux", "aarch64-linux-gnu", ".so"),
-        TargetMachine("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
-        TargetMachine("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64"),
-        TargetMachine("aarch64-darwin", "aarch64-macos", ".dylib"),
-    )
-}
-
-
-def machine_named(name: str, version: int) -> TargetMachine:
-    """Return a machine. Raises UsageError with the known names."""
-    names = [machine.name for machine in MACHINES.values() if version == 3 or machine.folder]
-    if name not in names:
-        remark = "; FMI 2.0 names x86 machines alone" if name in MACHINES else ""
-        fault = f"no machine is called {shown(name)}{remark} [E0859]"
-        raise UsageError(Problem("machines", fault, f"one of {', '.join(names)}"))
-    return MACHINES[name]
-
-
-def cross_built(interface: Interface, files: Mapping[str, str], machine: TargetMachine) -> tuple[str, bytes]:
-    """Return the path in the archive and the bytes of a library for another machine, made by zig.
+def cross_built(interface: Interface, files: Mapping[str, str], machine: TargetMachine) -> bytes:
+    """Return the bytes of a library for another machine, made by zig.
 
     Raises
     ------
     ToolchainError
         zig is not installed, or a source cannot be compiled.
     """
-    whole, identifier = _whole(interface, files), interface.identifier
+    whole = _whole(interface, files)
     with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        for name, text in whole.items():
-            (folder / name).write_text(text, encoding="utf-8")
-        output = folder / f"{identifier}{machine.ending}"
+        output = Path(scratch) / f"{interface.identifier}{machine.ending}"
+        _write(whole, output.parent)
         flags = ["-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s"]
         flags += [] if machine.ending == ".dll" else ["-fPIC"]
         sources = sorted(name for name in whole if name.endswith(".c"))
         words = [*zig().command, "-target", machine.triple, *flags, *sources, "-o", output.name, "-lm"]
         run_compiler(words, output, f"zig for {machine.name}")
-        inside = machine.folder if interface.version == 2 else machine.name
-        return f"binaries/{inside}/{output.name}", output.read_bytes()
+        return output.read_bytes()

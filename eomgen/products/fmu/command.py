@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import (
+    arguments_of,
     assignments,
     check_assigned,
     debug_option,
@@ -28,6 +29,7 @@ from eomgen.scene.sources.register import takes
 if TYPE_CHECKING:
     from eomgen.products.fmu.export import FmuFiles
 
+_of_fmu = arguments_of("eomgen.products.fmu.export:fmu")
 #: Options that are arguments of the function under the same name.
 _OPTIONS = (
     *("version", "types", "method", "inputs", "binary", "machines", "reference", "dae", "minimal", "arrays"),
@@ -36,17 +38,8 @@ _OPTIONS = (
 
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    "--out",
-    "file",
-    default=None,
-    metavar="FILE",
-    callback=file_to_write,
-    help="The file; NAME.fmu by default.",
-)
-@click.option("--version", default="3", show_default=True, metavar="VERSION", help="Of FMI: 2 or 3, as 2.0 or 3.0.")
+@_of_fmu("-o", "--output", "--out", "file", metavar="FILE", callback=file_to_write)
+@_of_fmu("--version", metavar="VERSION")
 @click.option(
     "--type",
     "types",
@@ -55,34 +48,20 @@ _OPTIONS = (
     metavar="TYPES",
     help="Model exchange, co-simulation, or one of both: ME, CS.",
 )
-@click.option("--method", default=None, help="Whose stepper co-simulation has; the scene's by default.")
-@click.option(
-    "--input",
-    "inputs",
-    multiple=True,
-    metavar="NAME",
-    help="An input with a formula in the scene that importers may set; may be repeated.",
-)
-@click.option("--binary/--no-binary", default=True, show_default=True, help="Compile this machine's library.")
-@click.option(
-    "--for",
-    "machines",
-    multiple=True,
-    metavar="MACHINE",
-    help="Add the library of another machine, made by zig: x86_64-windows, aarch64-linux ...; may be repeated.",
-)
-@click.option("--reference/--no-reference", default=None, help="Add the motion of simulate; as --binary by default.")
-@click.option(
-    "--dae", is_flag=True, help="Importers may solve for accelerations and multipliers: FMI-LS-DAE, 1.0.0-alpha.1."
-)
-@click.option("--minimal", is_flag=True, help="States of model exchange are independent coordinates; for loops.")
-@click.option("--arrays", is_flag=True, help="Vectors are arrays, one variable each (FMI 3.0).")
-@click.option("--author", default="", metavar="TEXT", help="Of the model, for the model description.")
-@click.option("--model-version", default="", metavar="TEXT", help="Of the model, for the model description.")
-@click.option("--copyright", default="", metavar="TEXT", help="Of the model, for the model description.")
-@click.option("--license", default="", metavar="NAME", help="Of the model: MIT, proprietary ...")
-@click.option("--license-file", default=None, metavar="FILE", help="Text of the model's licence.")
-@click.option("--description", default="", metavar="TEXT", help="Of the model; the scene's by default.")
+@_of_fmu("--method")
+@_of_fmu("--input", "inputs", multiple=True, metavar="NAME")
+@_of_fmu("--binary/--no-binary")
+@_of_fmu("--for", "machines", multiple=True, metavar="MACHINE")
+@_of_fmu("--reference/--no-reference")
+@_of_fmu("--dae", is_flag=True)
+@_of_fmu("--minimal", is_flag=True)
+@_of_fmu("--arrays", is_flag=True)
+@_of_fmu("--author", metavar="TEXT")
+@_of_fmu("--model-version", metavar="TEXT")
+@_of_fmu("--copyright", metavar="TEXT")
+@_of_fmu("--license", metavar="NAME")
+@_of_fmu("--license-file", metavar="FILE")
+@_of_fmu("--description", metavar="TEXT")
 @set_option
 @initial_option
 @scene_options

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,11 @@ PATTERNS = (
     "outputs_derivatives",
     "input_derivatives",
 )
+
+
+def argument_sizes(program: Program) -> dict[str, int]:
+    """Return the numbers of directions in which functions are differentiated, by argument in their order."""
+    return {block: 1 if block == "t" else program.input_size({"q": "v"}.get(block, block)) for block in ARGUMENTS}
 
 
 class Dependencies:
@@ -55,17 +60,13 @@ class Dependencies:
         return None
 
     def _dependencies_of_rate(self, index: int) -> tuple[set[Known], set[Known]]:
-        for factor in self.program.factors:
-            q, v = int(factor["q_start"]), int(factor["v_start"])
-            if not q <= index < q + int(factor["q_size"]):
-                continue
-            if factor["group"] == "R":
-                return {("v", v + index - q)}, set()
-            rotation = index < q + 4
-            parts: set[Known] = {("q", q + k) for k in range(4)}
-            parts |= {("v", v + k) for k in (range(3) if rotation else range(3, 6))}
-            return set(), parts
-        return set(), set()
+        directions = [v for v, components in self._components.items() if index in components]
+        rates: set[Known] = {("v", v) for v in directions}
+        components = self._components[directions[0]]
+        if len(components) == 1:
+            return rates, set()
+        quaternion = components if len(components) == 4 else self._components[directions[0] - 3]
+        return set(), rates | {("q", component) for component in quaternion}
 
     @cached_property
     def accelerations(self) -> list[set[Known]] | None:
@@ -127,18 +128,12 @@ class Dependencies:
         if name not in program.function_names or f"{name}_derivatives" not in program.patterns:
             return None
         size = sum(output.size for output in program.function(name).outputs)
-        arguments = list(self._arguments())
+        arguments = [(block, index) for block, size in argument_sizes(program).items() for index in range(size)]
         rows, columns = unpacked_places(program.patterns[f"{name}_derivatives"])
         result: list[list[tuple[str, int]]] = [[] for _ in range(size)]
         for row, column in zip(np.asarray(rows).tolist(), np.asarray(columns).tolist(), strict=True):
             result[row].append(arguments[column])
         return result
-
-    def _arguments(self) -> Iterator[tuple[str, int]]:
-        for block in ARGUMENTS:
-            size = 1 if block == "t" else self.program.input_size({"q": "v"}.get(block, block))
-            for index in range(size):
-                yield block, index
 
     def _parameter(self, index: int) -> Known:
         return ("mode", self._modes[index]) if index in self._modes else ("parameter", index)

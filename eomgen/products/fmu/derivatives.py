@@ -8,11 +8,13 @@ follow. Weights go the same way back, through the transposed matrices.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
 from eomgen.codegen.program import Program
+from eomgen.products.fmu.dependencies import argument_sizes
 from eomgen.products.fmu.interface import Interface
 from eomgen.system.sparsity import unpacked_places
 from eomgen.system.terms import ARGUMENTS
@@ -50,10 +52,8 @@ def derivative_data(program: Program, interface: Interface) -> dict[str, Any] | 
     if not all(f"{name}{_SUFFIX}" in known or f"{name}{_SUFFIX}" in program.patterns for name in wanted):
         return None
     functions = {name: _function(program, name) for name in wanted}
-    firsts, width = dict[str, int](), 0
-    for block in ARGUMENTS:
-        firsts[block] = width
-        width += 1 if block == "t" else program.input_size({"q": "v"}.get(block, block))
+    *starts, width = accumulate(argument_sizes(program).values(), initial=0)
+    firsts = dict(zip(ARGUMENTS, starts, strict=True))
     if _OF_INPUTS in program.patterns:
         functions[_OF_INPUTS] = _functions_of_inputs(program, interface, firsts)
     numbers = sum(function["count"] for function in functions.values())

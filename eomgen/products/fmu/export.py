@@ -25,12 +25,12 @@ from eomgen.pipeline.methods import method_of
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.arrays import listed
-from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_named, platform_folder
+from eomgen.products.fmu.binary import built, cross_built, machine_named, this_machine
 from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
 from eomgen.products.fmu.interface import NO_TOKEN, About, Interface, Options, interface_of
-from eomgen.products.fmu.model_description import DefaultExperiment, build_description, model_description
+from eomgen.products.fmu.model_description import build_description, model_description
 from eomgen.products.fmu.sources import compiled_sources, source_files, wrapper_name
 from eomgen.system.terms import PURPOSES
 
@@ -44,8 +44,6 @@ if TYPE_CHECKING:
 TYPES: Mapping[str, str] = {"me": "model exchange", "cs": "co-simulation"}
 #: Bytes of the text of a licence at most.
 _LONGEST_LICENCE = 1_000_000
-#: Communication points of the reference results at most.
-_REFERENCE = 500
 
 
 @checked_call('eomgen.fmu("scene.toml", "model.fmu")', path="file", out="file", kind="types")
@@ -140,30 +138,8 @@ def fmu(
     >>> eomgen.fmu("examples/double_pendulum_on_shaking_base/scene.toml", "pendulum.fmu").name
     'pendulum.fmu'
     """
-    made = partial(
-        fmu_files,
-        scene,
-        version=version,
-        types=types,
-        method=method,
-        inputs=inputs,
-        parameters=parameters,
-        binary=binary,
-        machines=machines,
-        reference=reference,
-        profile=profile,
-        dae=dae,
-        arrays=arrays,
-        minimal=minimal,
-        initial=initial,
-        author=author,
-        model_version=model_version,
-        copyright=copyright,
-        license=license,
-        license_file=license_file,
-        description=description,
-    )
-    return written(file, made)[0]
+    options = {name: value for name, value in locals().items() if name not in ("scene", "file")}
+    return written(file, partial(fmu_files, scene, **options))[0]
 
 
 def written(file: str | Path | None, make: Callable[[], FmuFiles]) -> tuple[Path, FmuFiles]:
@@ -222,8 +198,7 @@ def fmu_files(
     options = replace(_checked(version, types, inputs, dae, arrays, minimal), about=about)
     version = options.version
     others = [machine_named(name, version) for name in machines]
-    if binary:
-        platform_folder(version)
+    machine = this_machine(version) if binary else None
     document = load_scene(scene)
     described = as_document(document)[1].describe(document)
     _check_exported(document, described, options)
@@ -244,32 +219,30 @@ def fmu_files(
         motion, doubts = _reference(document, interface, method, parameters, initial)
     interface = replace(interface, provides_derivatives=derivatives is not None, doubts=doubts)
     simulation = described.simulation
-    experiment = DefaultExperiment(simulation.duration, simulation.step, simulation.tolerance)
-    flags = _flags(program, options, simulation.step)
     texts = source_files(interface, derivatives)
     listed = compiled_sources(interface, texts)
-    token = token_of({**texts, "": model_description(interface, experiment, listed, flags)})
+    token = token_of({**texts, "": model_description(interface, simulation, listed)})
     wrapper = wrapper_name(interface)
     texts[wrapper] = texts[wrapper].replace(NO_TOKEN, token)
     interface = replace(interface, token=token)
     files: dict[str, str | bytes] = {f"sources/{name}": text for name, text in texts.items()}
-    files["modelDescription.xml"] = model_description(interface, experiment, listed, flags)
+    files["modelDescription.xml"] = model_description(interface, simulation, listed)
     if options.dae:
         files[MANIFEST] = dae_manifest(interface)
     if version == 3:
         files["sources/buildDescription.xml"] = build_description(interface, listed)
     files |= documents(
         interface,
-        experiment=experiment,
+        step=simulation.step,
         types=[TYPES[name] for name in options.types],
         sources=listed,
         fixed=[item for item in described.parameters if not item.tunable],
     )
-    if binary:
-        files[binary_path(interface)] = built(interface, texts, profile)
-    for machine in others:
-        path, library = cross_built(interface, texts, machine)
-        files.setdefault(path, library)
+    if machine is not None:
+        files[machine.library_path(version, interface.identifier)] = built(interface, texts, profile)
+    for other in others:
+        path = other.library_path(version, interface.identifier)
+        files.setdefault(path, cross_built(interface, texts, other))
     files |= motion
     return FmuFiles(interface, files)
 
@@ -281,7 +254,7 @@ def _licence_text(file: str | Path | None) -> str:
     try:
         data = read_bytes(Path(file), _LONGEST_LICENCE)
         if len(data) > _LONGEST_LICENCE:
-            fault = f"the text is larger than {_LONGEST_LICENCE // 1_000_000} MB [E0863]"
+            fault = "the text is larger than 1 MB [E0863]"
             raise FileError(Problem(shown(str(file)), fault, "the licence alone, as plain text"))
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -387,17 +360,6 @@ def _started(program: Program, q: Array, v: Array, z: Array) -> Program:
     )
 
 
-def _flags(program: Program, options: Options, step: float) -> dict[str, str]:
-    """Return the attributes of co-simulation in the model description: variable or fixed steps, inputs."""
-    flags = {"canHandleVariableCommunicationStepSize": "true"}
-    if options.version == 2:
-        if program.method["inputs"] == "sampled":
-            flags["canInterpolateInputs"] = "true"
-    elif not program.method["own_steps"]:
-        flags["fixedInternalStepSize"] = repr(step)
-    return flags
-
-
 def _reference(
     scene: Scene,
     interface: Interface,
@@ -409,7 +371,7 @@ def _reference(
     texts. The findings are about the run and shared by runs with other steps."""
     model = build_for_run(scene, method, None, "reproducible")
     steps = scene.simulation.duration / scene.simulation.step
-    every = max(1, round(steps / _REFERENCE))
+    every = max(1, round(steps / 500))  # a table of some hundred rows
     run = model.simulate(parameters=parameters, initial=initial, record_every=every, error_estimate=False)
     columns = {"time": run.t}
     columns |= {item.name: run.q[:, item.index] for item in interface.of("q")}

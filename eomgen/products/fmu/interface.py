@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
+from itertools import chain, count
 from typing import Any
 
 from eomgen.base.data import dataclass
@@ -320,7 +321,8 @@ class _Variables:
     def _add(self, name: str, kind: str, index: int, *, unit: str = "", description: str = "", **more: Any) -> None:
         reference = len(self.variables)
         if name in self.names:
-            name = next(alternative for alternative in _alternatives(kind, name) if alternative not in self.names)
+            others = (f"{kind}{number}.{name}" for number in chain([""], count(2)))
+            name = next(other for other in others if other not in self.names)
         self.names.add(name)
         si_unit = unit_of(unit)
         if si_unit is not None:
@@ -339,8 +341,10 @@ class _Variables:
         """Add positions, velocities and internal states; ``reinit`` marks states that events or constraints may
         change."""
         program, rows = self.program, event_rows(self.program)
-        sampled = {int(row["state"]) for row in program.method.get("samples", {}).get("rows", ())}
-        sampled |= _held_states(program)
+        samples = program.method.get("samples", {})
+        sampled = {int(row["state"]) for row in samples.get("rows", ())}
+        for item in samples.get("controllers", ()):
+            sampled |= {int(state) for key in ("signal", "value", "memory") for state in item[f"{key}_states"]}
         acting = {item["block"] for row in rows for item in row["assignments"]}
         acting |= {"v"} if any(row["action"] == "impact" for row in rows) else set()
         constrained = bool(program.sizes["lam"])
@@ -446,22 +450,6 @@ def _rate(unit: str) -> str:
     if unit in ("", "1"):
         return unit and "1/s"
     return f"{unit[:-2]}/s^2" if unit.endswith("/s") else f"{unit}/s"
-
-
-def _held_states(program: Program) -> set[int]:
-    """Return the internal states that controllers set: signals, values and memory."""
-    controllers = program.method.get("samples", {}).get("controllers", ())
-    names = ("signal_states", "value_states", "memory_states")
-    return {int(state) for item in controllers for name in names for state in item[name]}
-
-
-def _alternatives(kind: str, name: str) -> Iterator[str]:
-    """Yield other names for a variable whose name is taken: ``kind.name``, ``kind2.name``, and so on without end."""
-    yield f"{kind}.{name}"
-    number = 2
-    while True:
-        yield f"{kind}{number}.{name}"
-        number += 1
 
 
 def _start_of(signal: Input, described: Description) -> float:

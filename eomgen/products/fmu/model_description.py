@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from xml.etree import ElementTree as ET
 
-from eomgen.base.data import dataclass
 from eomgen.base.version import __version__
 from eomgen.codegen.targets.c.printer import number
 from eomgen.products.fmu.arrays import folded, listed
 from eomgen.products.fmu.interface import Interface, Unknown, Variable, event_rows
 from eomgen.products.fmu.units import FmuUnit
+from eomgen.system.description import Simulation
 
 #: Categories of messages, with descriptions.
 CATEGORIES: Mapping[str, str] = {
@@ -23,27 +23,16 @@ CATEGORIES: Mapping[str, str] = {
 }
 
 
-@dataclass(frozen=True)
-class DefaultExperiment:
-    """Defaults of a simulation, s; ``tolerance`` None if there is none."""
-
-    stop: float
-    step: float
-    tolerance: float | None = None
-
-
-def model_description(
-    interface: Interface, experiment: DefaultExperiment, sources: Sequence[str], flags: Mapping[str, str]
-) -> str:
+def model_description(interface: Interface, simulation: Simulation, sources: Sequence[str]) -> str:
     """Return modelDescription.xml.
 
     Parameters
     ----------
+    simulation : default experiment
     sources : files to compile, which FMI 2.0 lists here
-    flags : further attributes of co-simulation
     """
     root = _root(interface)
-    for name, attributes in _interfaces(interface, flags):
+    for name, attributes in _interfaces(interface, simulation.step):
         element = ET.SubElement(root, name, attributes)
         if interface.version == 2:
             files = ET.SubElement(element, "SourceFiles")
@@ -51,8 +40,12 @@ def model_description(
                 ET.SubElement(files, "File", name=source)
     _units(root, interface.units)
     _types(root, interface)
-    _categories(root)
-    _experiment(root, experiment)
+    categories = ET.SubElement(root, "LogCategories")
+    for name, text in CATEGORIES.items():
+        ET.SubElement(categories, "Category", name=name, description=text)
+    times = {"stopTime": simulation.duration, "stepSize": simulation.step, "tolerance": simulation.tolerance}
+    numbers = {name: number(value) for name, value in times.items() if value is not None}
+    ET.SubElement(root, "DefaultExperiment", {"startTime": "0", **numbers})
     variables, structure = ET.SubElement(root, "ModelVariables"), ET.SubElement(root, "ModelStructure")
     if interface.version == 2:
         _write_variables_2(interface, variables, structure)
@@ -61,21 +54,23 @@ def model_description(
     return _text(root)
 
 
-def _interfaces(interface: Interface, flags: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
-    """Return (element, attributes) of model exchange and of co-simulation, as far as the FMU has these. ``flags`` are
-    further attributes of co-simulation."""
+def _interfaces(interface: Interface, step: float) -> list[tuple[str, dict[str, str]]]:
+    """Return (element, attributes) of model exchange and of co-simulation, as far as the FMU has these."""
+    method, flags = interface.program.method, {"canHandleVariableCommunicationStepSize": "true"}
     identity = {"modelIdentifier": interface.identifier}
     if interface.version == 2:
         common = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
         common |= {"providesDirectionalDerivative": "true"} if interface.provides_derivatives else {}
         completed = {} if interface.projects else {"completedIntegratorStepNotNeeded": "true"}
         exchange = {**identity, **completed, **common}
+        flags |= {"canInterpolateInputs": "true"} if method["inputs"] == "sampled" else {}
     else:
         common = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
         if interface.provides_derivatives:
             common |= {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
         completed = {"needsCompletedIntegratorStep": "true"} if interface.projects else {}
         exchange = {**identity, **common, **completed}
+        flags |= {} if method["own_steps"] else {"fixedInternalStepSize": repr(step)}
     made = [("ModelExchange", exchange)] if interface.exchange else []
     return made + ([("CoSimulation", {**identity, **common, **flags})] if interface.simulation else [])
 
@@ -133,13 +128,6 @@ def described(interface: Interface) -> str:
     return text
 
 
-def _experiment(root: ET.Element, experiment: DefaultExperiment) -> None:
-    attributes = {"startTime": "0", "stopTime": number(experiment.stop), "stepSize": number(experiment.step)}
-    if experiment.tolerance is not None:
-        attributes["tolerance"] = number(experiment.tolerance)
-    ET.SubElement(root, "DefaultExperiment", attributes)
-
-
 def _units(root: ET.Element, units: Sequence[FmuUnit]) -> None:
     if not units:
         return
@@ -164,12 +152,6 @@ def _types(root: ET.Element, interface: Interface) -> None:
             ET.SubElement(parent, "Float64Type", {"name": name, **attributes})
         else:
             ET.SubElement(ET.SubElement(parent, "SimpleType", name=name), "Real", attributes)
-
-
-def _categories(root: ET.Element) -> None:
-    parent = ET.SubElement(root, "LogCategories")
-    for name, text in CATEGORIES.items():
-        ET.SubElement(parent, "Category", name=name, description=text)
 
 
 def _value_attributes(item: Variable, interface: Interface) -> dict[str, str]:

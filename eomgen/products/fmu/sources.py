@@ -13,10 +13,8 @@ from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.fmu.arrays import listed
 from eomgen.products.fmu.dependencies import PATTERNS
-from eomgen.products.fmu.interface import Interface, Variable, event_rows, mode_parameters
+from eomgen.products.fmu.interface import Interface, event_rows, mode_parameters
 
-#: Highest order of a derivative of forces with jumps at which model exchange asks for an event.
-_ROUGHEST = 2
 #: Before every source, so that no compiler fuses products with sums.
 _EXACT = """\
 #if defined(__clang__)
@@ -68,7 +66,11 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
     rotations = [factor for factor in program.factors if factor["group"] != "R"]
     continuous = [item.index for item in interface.of("z")]
     method = program.method
-    labels = {name: label for whole in listed(interface) for name, label in whole.labels.items()}
+    every, parameters = listed(interface), interface.of("parameter")
+    labels = {name: label for whole in every for name, label in whole.labels.items()}
+    dynamics = str(derivatives["dynamics"][0]) if derivatives else ""
+    # at which forces or their first two derivatives jump, so that model exchange asks for an event
+    jumps = [item for item in program.discontinuities if item["order"] <= 2]
     return {
         "program": program,
         "interface": interface,
@@ -94,19 +96,24 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "events": event_rows(program),
         "modes": mode_parameters(program),
         "samples": method.get("samples"),
-        **_time_events(program),
+        "once": sorted({item["time"] for item in jumps if not item["period"]}),
+        "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
         "places": _places(interface),
         "names": [labels.get(item.name, item.name) for item in interface.variables],
-        "ranges": _ranges(interface),
+        "ranges": parameters if any(item.lower is not None or item.upper is not None for item in parameters) else (),
         "explicit": explicit,
         "dae": interface.options.dae,
         "minimal": interface.options.minimal,
-        "sizes_of_arrays": _sizes(interface) if interface.options.arrays else (),
+        # 0 for numbers within an array
+        "sizes_of_arrays": [size for whole in every for size in (whole.size, *[0] * (whole.size - 1))]
+        if interface.options.arrays
+        else (),
         "solved": not explicit,
         "scratch": () if derivatives is None else derivatives["scratch"],
         "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
         "derivatives": derivatives,
-        "stiffness": _stiffness(derivatives),
+        # the function with derivatives in positions, which give nominal values
+        "stiffness": dynamics if derivatives and derivatives["functions"][dynamics]["count"] else "",
     }
 
 
@@ -122,36 +129,9 @@ def _inputs(interface: Interface, program: Program) -> dict[str, Any]:
     }
 
 
-def _stiffness(derivatives: Mapping[str, Any] | None) -> str:
-    """Return the function with derivatives in positions that give nominal values; empty without such derivatives."""
-    name = "" if derivatives is None else str(derivatives["dynamics"][0])
-    return name if derivatives is not None and derivatives["functions"][name]["count"] else ""
-
-
-def _time_events(program: Program) -> dict[str, Any]:
-    """Return times, and times with periods, at which forces or their first derivatives jump."""
-    jumps = [item for item in program.discontinuities if item["order"] <= _ROUGHEST]
-    return {
-        "once": sorted({item["time"] for item in jumps if not item["period"]}),
-        "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
-    }
-
-
 def _name_of_quaternion(interface: Interface, start: int) -> str:
     """Return the name of the variables whose first four are a quaternion, without their index."""
     return next(item.name for item in interface.of("q") if item.index == start).rsplit("[", 1)[0]
-
-
-def _ranges(interface: Interface) -> tuple[Variable, ...]:
-    """Return the parameters if one has a range."""
-    parameters = interface.of("parameter")
-    bounded = any(item.lower is not None or item.upper is not None for item in parameters)
-    return parameters if bounded else ()
-
-
-def _sizes(interface: Interface) -> list[int]:
-    """Return the number of values by value references; 0 for numbers within an array."""
-    return [size for whole in listed(interface) for size in (whole.size, *[0] * (whole.size - 1))]
 
 
 def _places(interface: Interface) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import legal_name, listed, nearest, shown
+from eomgen.formula.words import RESERVED
 from eomgen.products.robots.draft import (
     MODEL_FRAME,
     WORLD_FRAME,
@@ -35,12 +36,9 @@ from eomgen.products.robots.joints import (
 )
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import (
-    NO_ACTUATION,
-    Actuation,
     LinkPlace,
     SceneDraft,
     body_entry,
-    effort_inputs,
     number,
     tunable_body,
     turns_of,
@@ -56,6 +54,8 @@ from eomgen.system.description import BASE, WORLD
 _AT_ORIGIN = 1e-12
 #: Ends of a loop meet within this part of their distance from the origin of their body, as digits of files allow.
 _MET = 1e-6
+#: Unit of an effort by the unit of the coordinate.
+_EFFORT_UNITS = {"rad": "N m", "m": "N"}
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "the frame at rest while the base moves"}
 
 
@@ -206,11 +206,11 @@ class Conversion:
         joint = DraftJoint(f"{written}_weld", location, WrittenPose(location), "fixed", "fixed", WORLD_FRAME, link[1])
         return Edge((path, joint.name), joint, WORLD_NODE, link, None)
 
-    def convert(self, *, actuated: bool, actuators: Actuation = NO_ACTUATION) -> None:
+    def convert(self, *, actuated: bool) -> None:
         """Fill the sections of the scene: bodies, joints, frames, constraints, efforts, inputs and shapes. With
         ``actuated`` each joint of one coordinate has an effort as input, unless the joint follows another or has an
-        actuator; ``actuators`` has inputs and efforts of actuators with transmissions. Raises DescriptionError for all
-        problems reported so far, and OptionError for a tunable link on the base."""
+        effort already. Raises DescriptionError for all problems reported so far, and OptionError for a tunable link on
+        the base."""
         moving = [link for link in self.links if link not in self.static]
         roots = {link: self.frames.link(link[0][:1], MODEL_FRAME) if link[0] else link for link in moving}
         gears = [edge for edge in self.edges if edge.joint.gear is not None]
@@ -223,10 +223,13 @@ class Conversion:
         for gear in gears:
             for axis in gear.joint.axes:
                 self.leave_dynamics(axis, self.name_of(gear.key), "gearboxes")
-        driven = {*following, *actuators.efforts}
-        units = {name: unit for name, unit in self.units.items() if name not in driven} if actuated else {}
-        for section, entries in effort_inputs(units, actuators).items():
-            self.scene.data[section] = {**entries, **self.scene.data.get(section, {})}
+        driven = following | {entry["joint"] for entry in self.scene.data.get("efforts", {}).values()}
+        for joint, unit in self.units.items() if actuated else ():
+            if unit in _EFFORT_UNITS and joint not in driven:
+                inputs, efforts = self.scene.section("inputs"), self.scene.section("efforts")
+                name = f"{joint}_effort" if joint in RESERVED | inputs.keys() else joint
+                inputs[name] = {"unit": _EFFORT_UNITS[unit], "description": f"effort of joint {joint}"}
+                efforts[legal_name(joint, efforts)] = {"joint": joint, "effort": name}
         self.add_shapes()
         if not self.scene.data["frames"]:
             del self.scene.data["frames"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -83,48 +83,6 @@ def turns_of(orientation: Array) -> list[dict[str, Any]]:
     w, *vector = quaternion_of_matrix(orientation.tolist())
     sine = float(np.linalg.norm(vector))
     return [{"axis": vector, "angle": 2.0 * float(np.arctan2(sine, w))}] if sine else []
-
-
-@dataclass(frozen=True)
-class Actuation:
-    """Actuators with transmissions: entries of ``inputs`` by name, entries of ``efforts`` by the joint on which they
-    act, notes, and warnings, each a line of the file and a text."""
-
-    inputs: Mapping[str, Any] = field(default_factory=dict)
-    efforts: Mapping[str, Any] = field(default_factory=dict)
-    notes: Sequence[str] = ()
-    warnings: Sequence[tuple[int, str]] = ()
-
-
-NO_ACTUATION = Actuation()
-
-
-#: Unit of an effort by the unit of the coordinate.
-_EFFORT_UNITS = {"rad": "N m", "m": "N"}
-
-
-def effort_inputs(units: Mapping[str, str], actuators: Actuation) -> dict[str, Any]:
-    """Return the sections ``inputs`` and ``efforts`` by name: entries of actuators first, then one for each driven
-    joint.
-
-    The input of a joint has the joint's name, with ``_effort`` appended if this is a word of formulas or an actuator.
-    Empty sections are left out.
-
-    Parameters
-    ----------
-    units : mapping
-        Unit of the coordinate, rad or m, by driven joint; joints with another unit get no input.
-    actuators : Actuation
-        Inputs and efforts to begin with.
-    """
-    inputs, efforts = dict(actuators.inputs), dict(actuators.efforts)
-    for joint, unit in units.items():
-        if unit not in _EFFORT_UNITS:
-            continue
-        name = f"{joint}_effort" if joint in RESERVED | inputs.keys() else joint
-        inputs[name] = {"unit": _EFFORT_UNITS[unit], "description": f"effort of joint {joint}"}
-        efforts[joint] = {"joint": joint, "effort": name}
-    return {name: section for name, section in (("inputs", inputs), ("efforts", efforts)) if section}
 
 
 @dataclass

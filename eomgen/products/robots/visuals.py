@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.messages import shown
+from eomgen.products.robots.draft import Visual
 from eomgen.scene.bodies.mesh_files import ENDINGS
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -57,6 +59,25 @@ def read_numbers(
 
 class NotDrawnError(Exception):
     """A visual that pictures leave out, with the reason."""
+
+
+def visuals_of(
+    elements: Iterable[Element], file: str, read: Callable[[Element, Report], Visual]
+) -> tuple[list[Visual], list[str]]:
+    """Return the visuals that ``read`` makes of elements, and the reasons for which others are left out; faults of
+    visuals refuse no file."""
+    visuals, reasons = [], []
+    for element in elements:
+        report = Report(file, {})
+        try:
+            visual = read(element, report)
+            if report.noted:
+                raise NotDrawnError(report.noted[0][1].what)
+            visuals.append(visual)
+        except NotDrawnError as error:
+            reasons.append(str(error))
+        element.read_whole()
+    return visuals, reasons
 
 
 def solid_of(

@@ -249,96 +249,102 @@ def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[
     )
 
 
-def solved(matrix: Sequence[Scalar], sides: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
-    """Return the solutions for several right-hand sides (n,) of a symmetric matrix, row by row, recorded by L D L^T."""
-    n = len(sides[0])
+def solved(matrix: Sequence[Scalar], side: Sequence[Scalar]) -> list[Scalar]:
+    """Return the solution (n,) of a symmetric matrix, row by row, and a right side (n,), recorded by L D L^T."""
+    n = len(side)
     lower: dict[tuple[int, int], Scalar] = {}
     pivots: list[Scalar] = []
     for i in range(n):
-        partial: list[Scalar] = []
-        for j in range(i):
+        row: list[Scalar] = []
+        for j in range(i + 1):
             entry = matrix[i * n + j]
             for k in range(j):
-                entry = entry - partial[k] * lower[j, k]
-            partial.append(entry)
-            lower[i, j] = entry if entry.is_zero else entry / pivots[j]
-        pivot = matrix[i * n + i]
+                entry = entry - row[k] * lower[j, k]
+            row.append(entry)
+            if j < i:
+                lower[i, j] = entry if entry.is_zero else entry / pivots[j]
+        pivots.append(row[i])
+    solution = list(side)
+    for i in range(n):
         for k in range(i):
-            pivot = pivot - partial[k] * lower[i, k]
-        pivots.append(pivot)
-    results = []
-    for side in sides:
-        solution = list(side)
-        for i in range(n):
-            for k in range(i):
-                solution[i] = solution[i] - lower[i, k] * solution[k]
-        solution = [value if value.is_zero else value / pivot for value, pivot in zip(solution, pivots, strict=True)]
-        for i in reversed(range(n)):
-            for k in range(i + 1, n):
-                solution[i] = solution[i] - lower[k, i] * solution[k]
-        results.append(solution)
-    return results
+            solution[i] = solution[i] - lower[i, k] * solution[k]
+    solution = [value if value.is_zero else value / pivot for value, pivot in zip(solution, pivots, strict=True)]
+    for i in reversed(range(n)):
+        for k in range(i + 1, n):
+            solution[i] = solution[i] - lower[k, i] * solution[k]
+    return solution
 
 
 class _TermRecorder:
-    """Records the terms of a document on a copy of its tape; methods return the blocks of a term. ``patterns`` collects
-    the positions of the nonzeros by block."""
+    """Records the terms of a document on a copy of its tape. ``patterns`` collects the positions of the nonzeros by
+    block. Properties are quantities of the equations as references on the tape."""
 
     def __init__(self, document: SymbolicEquations) -> None:
         self.document, self.count = document, len(document.coordinates)
         self.tape = copy.deepcopy(document.tape)
         self.algebra = Algebra(self.tape)
-        self.q, self.v, self.a = (self.algebra.block(block, self.count) for block in "qva")
-        self.lam = self.algebra.block("lam", len(document.rows.names))
+        self.positions, self.velocities = document.rows.positions, document.rows.velocities
+        self.outputs, self.rates = document.outputs, document.states.rates
+        sizes = {**dict.fromkeys("qva", self.count), "lam": len(document.rows.names), "z": len(self.rates)}
+        sizes |= {"p": len(document.parameters), "u": len(document.inputs)}
+        #: Numbers of the input blocks.
+        self.blocks = {name: self.algebra.block(name, size) for name, size in sizes.items()}
         self.mass, self.coupling, self.force = (
-            [Scalar(self.tape, ref) for ref in refs] for refs in (document.mass, document.coupling, document.force)
+            self._scalars(refs) for refs in (document.mass, document.coupling, document.force)
         )
         self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
 
+    def _scalars(self, refs: Sequence[Ref]) -> list[Scalar]:
+        return [Scalar(self.tape, ref) for ref in refs]
+
     @cached_property
-    def inverse_dynamics(self) -> list[Scalar]:
+    def forces(self) -> list[Ref]:
+        """Q - h."""
+        return [(force - bias).ref for force, bias in zip(self.force, self.coupling, strict=True)]
+
+    @cached_property
+    def inverse_dynamics(self) -> list[Ref]:
         """M a + h - Q."""
         result = []
         for row in range(self.count):
             total = self.coupling[row] - self.force[row]
-            for column, a in enumerate(self.a):
+            for column, a in enumerate(self.blocks["a"]):
                 total = total + self.mass[row * self.count + column] * a
-            result.append(total)
+            result.append(total.ref)
         return result
 
     @cached_property
-    def residual(self) -> list[Scalar]:
+    def residual(self) -> list[Ref]:
         """M a + h - Q + B^T lam."""
         return self._with_reactions(self.inverse_dynamics)
 
-    def _with_reactions(self, values: Sequence[Scalar]) -> list[Scalar]:
+    @cached_property
+    def reactions(self) -> list[Ref]:
+        """B^T lam."""
+        return self._with_reactions([ZERO] * self.count)
+
+    def _with_reactions(self, values: Sequence[Ref]) -> list[Ref]:
         """Return values + B^T lam."""
-        result = list(values)
-        for multiplier, tangent in zip(self.lam, self.slopes, strict=True):
+        result = self._scalars(values)
+        for multiplier, tangent in zip(self.blocks["lam"], self.slopes, strict=True):
             for column, ref in tangent.items():
                 result[column] = result[column] + Scalar(self.tape, ref) * multiplier
-        return result
+        return [item.ref for item in result]
 
     @cached_property
-    def slopes(self) -> list[dict[int, Ref]]:
+    def slopes(self) -> list[Mapping[int, Ref]]:
         """Rows of B, each as references of nonzeros by column: partials of positions in q, velocities in v."""
-        rows = self.document.rows
-        result: list[dict[int, Ref]] = []
-        for refs, block in ((rows.positions, self.q), (rows.velocities, self.v)):
-            seeds: Seeds = {item.ref: {column: ONE} for column, item in enumerate(block)}
-            result += [dict(row) for row in forward_partials(self.tape, refs, seeds)]
-        return result
+        return [*self._rows_in(self.positions, "q"), *self._rows_in(self.velocities, "v")]
 
     @property
     def _along(self) -> dict[Ref | InputSymbol, Ref]:
-        along: dict[Ref | InputSymbol, Ref] = {entry.ref: rate.ref for entry, rate in zip(self.q, self.v, strict=True)}
-        along[InputSymbol("t", 0)] = ONE
-        return along
+        along = {item.ref: rate.ref for item, rate in zip(self.blocks["q"], self.blocks["v"], strict=True)}
+        return {**along, InputSymbol("t", 0): ONE}
 
     @cached_property
     def row_rates(self) -> list[Ref]:
         """Rates of the positions, then the rows of velocities."""
-        return [*jacobian_vector(self.tape, self.document.rows.positions, self._along), *self.document.rows.velocities]
+        return [*jacobian_vector(self.tape, self.positions, self._along), *self.velocities]
 
     @cached_property
     def row_biases(self) -> list[Ref]:
@@ -352,114 +358,76 @@ class _TermRecorder:
         for tangent, bias in zip(self.slopes, self.row_biases, strict=True):
             total = Scalar(self.tape, bias)
             for column, ref in tangent.items():
-                total = total + Scalar(self.tape, ref) * self.a[column]
+                total = total + Scalar(self.tape, ref) * self.blocks["a"][column]
             result.append(total.ref)
         return result
 
-    def block(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], text: str = "") -> list[Block]:
-        return [Block(name, shape, tuple(value.ref for value in values), text)]
-
-    def vector(self, name: str, refs: Sequence[Ref], text: str) -> Block:
-        return Block(name, (len(refs),), tuple(refs), text)
-
-    def forward_dynamics(self) -> list[Block]:
-        """Return the block of accelerations, M^-1 (Q - h). Raises ModelError for a coordinate with a zero row of M."""
-        balance = [force - bias for force, bias in zip(self.force, self.coupling, strict=True)]
+    @cached_property
+    def forward_dynamics(self) -> list[Ref]:
+        """Accelerations, M^-1 (Q - h). Raises ModelError for a coordinate with a zero row of M."""
         for index, name in enumerate(self.document.coordinates):
             row = self.mass[index * self.count : (index + 1) * self.count]
             if all(item.is_zero for item in row):
                 fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse [E2175]"
                 hint = 'a mass, or terms without accelerations, as eomgen.derive(document, ["mass", "force"])'
                 raise ModelError(Problem(self.document.name, fault, hint))
-        (solution,) = solved(self.mass, [balance])
-        return self.block("vdot", (self.count,), solution)
+        return [item.ref for item in solved(self.mass, self._scalars(self.forces))]
 
-    def in_block(self, name: str, values: Sequence[Ref], block: Sequence[Scalar], text: str) -> Block:
-        """Return the block ``name`` of partials of values in the numbers of ``block``, (values, numbers) row by row."""
-        rows = forward_partials(self.tape, values, {item.ref: {index: ONE} for index, item in enumerate(block)})
-        refs = tuple(row.get(index, ZERO) for row in rows for index in range(len(block)))
-        return Block(name, (len(values), len(block)), refs, text)
+    def _rows_in(self, values: Sequence[Ref], argument: str) -> Sequence[Mapping[int, Ref]]:
+        """Return the partials of each value in the numbers of an input block, nonzeros by column."""
+        seeds: Seeds = {item.ref: {index: ONE} for index, item in enumerate(self.blocks[argument])}
+        return forward_partials(self.tape, values, seeds)
+
+    def vector(self, name: str, refs: Sequence[Ref], text: str = "") -> list[Block]:
+        """Return a block of numbers."""
+        return [Block(name, (len(refs),), tuple(refs), text)]
+
+    def matrix(self, name: str, rows: Sequence[Mapping[int, Ref]], columns: int, text: str) -> Block:
+        """Return a block of rows of nonzeros by column, row by row."""
+        refs = tuple(row.get(column, ZERO) for row in rows for column in range(columns))
+        return Block(name, (len(rows), columns), refs, text)
+
+    def partials(self, term: str) -> list[Block]:
+        """Return the blocks of partials of a term. Blocks without arguments, and of quantities of internal states or
+        constraints that are not there, are left out."""
+        absent = {"rates"} if not self.rates else set[str]()
+        absent |= set() if self.document.rows.names else {"positions", "row_rates", "row_accelerations", "reactions"}
+        return [
+            self.matrix(name, self._rows_in(getattr(self, quantity), argument), len(self.blocks[argument]), text)
+            for name, quantity, argument, text in _PARTIALS[term]
+            if self.blocks[argument] and quantity not in absent
+        ]
 
     @cached_property
-    def matrices(self) -> tuple[Block, Block, Block]:
+    def matrices(self) -> list[Block]:
         """Partials of the residual in q, v and a."""
-        residual = [item.ref for item in self.residual]
-        return (
-            self.in_block("K", residual, self.q, "in q"),
-            self.in_block("C", residual, self.v, "in v"),
-            Block("M", (self.count, self.count), self.document.mass, "in a"),
-        )
+        return [*self.partials("partials"), Block("M", (self.count, self.count), self.document.mass, "in a")]
 
     def linearization(self) -> list[Block]:
         """Partials of the residual, and of the forces in inputs."""
-        forces = [(force - bias).ref for force, bias in zip(self.force, self.coupling, strict=True)]
-        inputs = self.algebra.block("u", len(self.document.inputs))
         blocks = [replace(block, name=f"{block.name}0") for block in self.matrices]
-        blocks += [self.in_block("B0", forces, inputs, "dQ/du")] if inputs else []
-        blocks += self.internal_partials()
-        rates = self.document.states.rates
-        return blocks + ([self.in_block("Fu", rates, inputs, "d zdot/du")] if rates and inputs else [])
-
-    def output_partials(self) -> list[Block]:
-        """Partials of the speeds in q and v."""
-        speeds = self.document.outputs
-        return [self.in_block("Yq", speeds, self.q, "in q"), self.in_block("Yv", speeds, self.v, "in v")]
-
-    # -- internal states ----------------------------------------------------------------------------------------------
-
-    def internal_rate(self) -> list[Block]:
-        """Rates of the internal states."""
-        return [self.vector("zdot", self.document.states.rates, "rates of the internal states")]
-
-    def internal_partials(self) -> list[Block]:
-        """Partials of the residual in z, and of the rates in q, v and z."""
-        rates = self.document.states.rates
-        if not rates:
-            return []
-        z = self.algebra.block("z", len(rates))
-        return [
-            self.in_block("Rz", [item.ref for item in self.residual], z, "d residual / dz"),
-            self.in_block("Fq", rates, self.q, "d zdot / dq"),
-            self.in_block("Fv", rates, self.v, "d zdot / dv"),
-            self.in_block("Fz", rates, z, "d zdot / dz"),
-        ]
-
-    # -- constraints --------------------------------------------------------------------------------------------------
-
-    def positions(self) -> Block:
-        """Phi."""
-        return self.vector("Phi", self.document.rows.positions, "holonomic constraints")
-
-    def velocities(self) -> Block:
-        """Rates of the positions, then the rows of velocities."""
-        return self.vector("w", self.row_rates, "rates of the positions, then constraints of velocities")
+        return blocks + self.partials("linearization")
 
     @cached_property
     def jacobian(self) -> Block:
         """B."""
-        refs = tuple(row.get(column, ZERO) for row in self.slopes for column in range(self.count))
-        return Block("B", (len(self.slopes), self.count), refs, "constraint Jacobian")
+        return self.matrix("B", self.slopes, self.count, "constraint Jacobian")
 
-    @cached_property
-    def velocity_partials(self) -> Block:
-        """Z."""
-        return self.in_block("Z", self.row_rates, self.q, "partials in q of the velocity rows")
-
-    def sizes(self) -> list[Block]:
+    def constraint_size(self) -> list[Block]:
         """Scales of the rows."""
         rows = self.document.rows
         return [
-            self.vector("size", rows.sizes, "sum of the magnitudes of the summands of each row"),
-            self.vector("extent", rows.extents, "change of each row per radian"),
+            *self.vector("size", rows.sizes, "sum of the magnitudes of the summands of each row"),
+            *self.vector("extent", rows.extents, "change of each row per radian"),
         ]
 
     def equations(self) -> list[Block]:
         """Residual, positions with rates, and rates of internal states."""
-        blocks = self.block("r", (self.count,), self.residual)
-        blocks += [self.positions(), self.velocities()] if self.document.rows.names else []
-        return blocks + (self.internal_rate() if self.document.states.names else [])
+        names = ["constraint", "constraint_velocity"] if self.document.rows.names else []
+        names += ["internal_rate"] if self.rates else []
+        return [block for name in ("residual", *names) for block in _TERMS[name](self)]
 
-    def nonzeros(self, block: Block) -> Block:
+    def nonzeros(self, block: Block) -> list[Block]:
         """Return a block with the entries of a matrix not zero by structure; note the positions in ``patterns``."""
         columns = block.shape[1]
         self.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
@@ -468,73 +436,67 @@ class _TermRecorder:
     def iteration(self) -> list[Block]:
         """Nonzeros of all partials of an implicit step."""
         matrices = list(self.matrices)
-        matrices += [self.jacobian, self.velocity_partials] if self.document.rows.names else []
-        blocks = [self.nonzeros(block) for block in matrices]
-        return blocks + [packed for block in self.internal_partials() if (packed := self.nonzeros(block)).refs]
-
-    def acceleration_partials(self) -> list[Block]:
-        """Partials of B a + g in q and v."""
-        rows = self.row_accelerations
-        return [self.in_block("Aq", rows, self.q, "a held"), self.in_block("Av", rows, self.v, "a held")]
-
-    def reaction_partials(self) -> list[Block]:
-        """Partials of B^T lam in q and in the parameters."""
-        forces = [item.ref for item in self._with_reactions([Scalar(self.tape, ZERO)] * self.count)]
-        p = self.algebra.block("p", len(self.document.parameters))
-        blocks = [self.in_block("N", forces, self.q, "d(B^T lam) / dq")]
-        return [*blocks, self.in_block("Np", forces, p, "d(B^T lam) / dp")] if p else blocks
-
-    # -- parameters ---------------------------------------------------------------------------------------------------
-
-    def parameter_partials(self) -> list[Block]:
-        """Partials of residual and constraints in the parameters."""
-        p = self.algebra.block("p", len(self.document.parameters))
-        blocks = [self.in_block("Rp", [item.ref for item in self.residual], p, "d residual / dp")]
-        if self.document.states.names:
-            blocks.append(self.in_block("Fp", self.document.states.rates, p, "d zdot / dp"))
-        if self.document.rows.names:
-            blocks += [
-                self.in_block("Phip", self.document.rows.positions, p, "d Phi / dp"),
-                self.in_block("Zp", self.row_rates, p, "d w / dp"),
-                self.in_block("Ap", self.row_accelerations, p, "d(B a + g) / dp"),
-            ]
-        return blocks
-
-    def output_parameter_partials(self) -> list[Block]:
-        """Partials of the speeds in the parameters."""
-        p = self.algebra.block("p", len(self.document.parameters))
-        return [self.in_block("Yp", self.document.outputs, p, "d outputs / dp")]
+        matrices += [self.jacobian, *self.partials("velocity_partials")] if self.document.rows.names else []
+        blocks = [part for block in matrices for part in self.nonzeros(block)]
+        internal = self.partials("internal_partials")
+        return blocks + [part for block in internal for part in self.nonzeros(block) if part.refs]
 
 
+_OF_STATES = (
+    ("Rz", "residual", "z", "d residual / dz"),
+    ("Fq", "rates", "q", "d zdot / dq"),
+    ("Fv", "rates", "v", "d zdot / dv"),
+    ("Fz", "rates", "z", "d zdot / dz"),
+)
+#: Partials of terms: name of the block, quantity of the recorder, block of the arguments, and text.
+_PARTIALS: Mapping[str, tuple[tuple[str, str, str, str], ...]] = {
+    "partials": (("K", "residual", "q", "in q"), ("C", "residual", "v", "in v")),
+    "internal_partials": _OF_STATES,
+    "linearization": (("B0", "forces", "u", "dQ/du"), *_OF_STATES, ("Fu", "rates", "u", "d zdot/du")),
+    "velocity_partials": (("Z", "row_rates", "q", "partials in q of the velocity rows"),),
+    "acceleration_partials": (("Aq", "row_accelerations", "q", "a held"), ("Av", "row_accelerations", "v", "a held")),
+    "reaction_partials": (("N", "reactions", "q", "d(B^T lam) / dq"), ("Np", "reactions", "p", "d(B^T lam) / dp")),
+    "output_partials": (("Yq", "outputs", "q", "in q"), ("Yv", "outputs", "v", "in v")),
+    "parameter_partials": (
+        ("Rp", "residual", "p", "d residual / dp"),
+        ("Fp", "rates", "p", "d zdot / dp"),
+        ("Phip", "positions", "p", "d Phi / dp"),
+        ("Zp", "row_rates", "p", "d w / dp"),
+        ("Ap", "row_accelerations", "p", "d(B a + g) / dp"),
+    ),
+    "output_parameter_partials": (("Yp", "outputs", "p", "d outputs / dp"),),
+}
 _TERMS: Mapping[str, Callable[[_TermRecorder], list[Block]]] = {
-    "mass": lambda made: made.block("M", (made.count, made.count), made.mass),
-    "coupling": lambda made: made.block("h", (made.count,), made.coupling),
-    "force": lambda made: made.block("Q", (made.count,), made.force),
-    "inverse_dynamics": lambda made: made.block("tau", (made.count,), made.inverse_dynamics),
-    "forward_dynamics": _TermRecorder.forward_dynamics,
-    "residual": lambda made: made.block("r", (made.count,), made.residual),
-    "partials": lambda made: [*made.matrices],
-    "internal_rate": _TermRecorder.internal_rate,
-    "internal_partials": _TermRecorder.internal_partials,
-    "constraint": lambda made: [made.positions()],
-    "constraint_velocity": lambda made: [made.velocities()],
-    "constraint_bias": lambda made: [made.vector("g", made.row_biases, "rates of the velocity rows at vdot = 0")],
-    "constraint_acceleration": lambda made: [made.vector("w_dot", made.row_accelerations, "B a + g")],
+    "mass": lambda made: [Block("M", (made.count, made.count), made.document.mass)],
+    "coupling": lambda made: made.vector("h", made.document.coupling),
+    "force": lambda made: made.vector("Q", made.document.force),
+    "inverse_dynamics": lambda made: made.vector("tau", made.inverse_dynamics),
+    "forward_dynamics": lambda made: made.vector("vdot", made.forward_dynamics),
+    "residual": lambda made: made.vector("r", made.residual),
+    "partials": lambda made: made.matrices,
+    "internal_rate": lambda made: made.vector("zdot", made.rates, "rates of the internal states"),
+    "internal_partials": lambda made: made.partials("internal_partials"),
+    "constraint": lambda made: made.vector("Phi", made.positions, "holonomic constraints"),
+    "constraint_velocity": lambda made: made.vector(
+        "w", made.row_rates, "rates of the positions, then constraints of velocities"
+    ),
+    "constraint_bias": lambda made: made.vector("g", made.row_biases, "rates of the velocity rows at vdot = 0"),
+    "constraint_acceleration": lambda made: made.vector("w_dot", made.row_accelerations, "B a + g"),
     "constraint_jacobian": lambda made: [made.jacobian],
-    "constraint_size": _TermRecorder.sizes,
-    "velocity_partials": lambda made: [made.velocity_partials],
+    "constraint_size": _TermRecorder.constraint_size,
+    "velocity_partials": lambda made: made.partials("velocity_partials"),
     "equations": _TermRecorder.equations,
     "iteration": _TermRecorder.iteration,
-    "jacobian_values": lambda made: [made.nonzeros(made.jacobian)],
+    "jacobian_values": lambda made: made.nonzeros(made.jacobian),
     "poses": lambda made: [Block("pose", (len(made.document.observed.bodies), 7), made.document.observed.poses)],
     "twists": lambda made: [Block("twist", (len(made.document.observed.bodies), 6), made.document.observed.twists)],
-    "outputs": lambda made: [Block("y", (len(made.document.speeds),), made.document.outputs)],
+    "outputs": lambda made: made.vector("y", made.outputs),
     "linearization": _TermRecorder.linearization,
-    "acceleration_partials": _TermRecorder.acceleration_partials,
-    "reaction_partials": _TermRecorder.reaction_partials,
-    "output_partials": _TermRecorder.output_partials,
-    "parameter_partials": _TermRecorder.parameter_partials,
-    "output_parameter_partials": _TermRecorder.output_parameter_partials,
-    "energy": lambda made: [Block("energy", (4,), made.document.observed.energy)],
+    "acceleration_partials": lambda made: made.partials("acceleration_partials"),
+    "reaction_partials": lambda made: made.partials("reaction_partials"),
+    "output_partials": lambda made: made.partials("output_partials"),
+    "parameter_partials": lambda made: made.partials("parameter_partials"),
+    "output_parameter_partials": lambda made: made.partials("output_parameter_partials"),
+    "energy": lambda made: made.vector("energy", made.document.observed.energy),
 }
 EQUATIONS = FrontEnd("sympy", SymbolicEquations, describe, derive)

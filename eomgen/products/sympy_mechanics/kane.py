@@ -8,8 +8,7 @@ no expression of SymPy grows with the length of a chain.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -100,23 +99,29 @@ class KaneKinematics:
         """Return the velocity of a point in the inertial frame, in inertial axes. This is the given velocity, or the
         one of the nearest point with a given velocity plus the rate of the way from there. Raises DescriptionError
         without such a point."""
-        ways: dict[Any, Vector] = {point: self.algebra.zero_vector}
-        waiting = deque([point])
-        while waiting:
-            here = waiting.popleft()
-            if self.inertial in here._vel_dict:
-                way = ways[here]
-                return plus(self.vector(here._vel_dict[self.inertial]), self.rate(way))
-            for neighbour in here._pos_dict:
-                if neighbour not in ways:
-                    ways[neighbour] = plus(ways[here], self.vector(here.pos_from(neighbour)))
-                    waiting.append(neighbour)
-        fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known [E1149]"
-        raise DescriptionError(
-            Problem(
-                self.expressions.name, fault, f"{point.name}.set_vel, or a place relative to a point with a velocity"
-            )
-        )
+        points = joined_points(point)
+        given = next((item for item in points if self.inertial in item._vel_dict), None)
+        if given is None:
+            for item in points:  # a frame without an orientation explains more
+                self.way(point, item)
+            fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known [E1149]"
+            hint = f"{point.name}.set_vel, or a place relative to a point with a velocity"
+            raise DescriptionError(Problem(self.expressions.name, fault, hint))
+        return plus(self.vector(given._vel_dict[self.inertial]), self.rate(self.way(point, given)))
+
+    def way(self, point: Any, origin: Any) -> Vector:
+        """Return the position of a point from another one that is joined with it, along the shortest way."""
+        before, way = joined_points(point), [origin]
+        while way[-1] is not point:
+            way.append(before[way[-1]])
+        result = self.algebra.zero_vector
+        for start, end in pairwise(reversed(way)):
+            result = plus(result, self.vector(start.pos_from(end)))
+        return result
+
+    def motion(self, location: Any) -> Vector:
+        """Return the velocity of a point, or the angular velocity of a frame."""
+        return (self.angular_velocity if isinstance(location, ReferenceFrame) else self.velocity)(location)
 
     def rate(self, vector: Vector) -> Vector:
         """Return the time derivative of components along the motion, at constant v."""
@@ -137,12 +142,25 @@ class KaneKinematics:
 
     def partials(self, vector: Vector) -> list[Vector]:
         """Return the partial velocities: the derivative of a velocity (3,) in each component of v, n vectors."""
-        rows = forward_partials(self.tape, [item.ref for item in vector], self._seeds)
-        zero = self.algebra.zero
-        return [
-            self.algebra.vector([Scalar(self.tape, row[column]) if column in row else zero for row in rows])
-            for column in range(self.count)
-        ]
+        return [self.algebra.vector(column) for column in zip(*self.rows_of(vector), strict=True)]
+
+
+def reached(starts: Iterable[Any], neighbours: Callable[[Any], Iterable[Any]]) -> dict[Any, Any]:
+    """Return the nodes of a graph that are reached from ``starts``, the nearest first, each with the node before it."""
+    before: dict[Any, Any] = dict.fromkeys(starts)
+    waiting = list(before)
+    for node in waiting:
+        for neighbour in neighbours(node):
+            if neighbour not in before:
+                before[neighbour] = node
+                waiting.append(neighbour)
+    return before
+
+
+def joined_points(*points: Any) -> dict[Any, Any]:
+    """Return the points of SymPy that given positions join with some points, the nearest first, each with the point
+    before it."""
+    return reached(points, lambda point: point._pos_dict)
 
 
 def is_rigid(body: Any) -> bool:
@@ -178,9 +196,8 @@ def kane(kinematics: KaneKinematics, bodies: Sequence[Any], loads: Sequence[tupl
     for body in bodies:
         _add_body(kinematics, body, terms)
     for target, load in loads:
-        velocity = (kinematics.angular_velocity if isinstance(target, ReferenceFrame) else kinematics.velocity)(target)
-        value = kinematics.vector(load)
-        for number, partial in enumerate(kinematics.partials(velocity)):
+        motion, value = kinematics.motion(target), kinematics.vector(load)
+        for number, partial in enumerate(kinematics.partials(motion)):
             terms.force[number] = terms.force[number] + dot(partial, value)
     return terms
 
@@ -228,6 +245,3 @@ def _add_body(kinematics: KaneKinematics, body: Any, terms: KaneTerms) -> None:
                 terms.mass[i * count + j] = terms.mass[i * count + j] + entry
                 if i != j:
                     terms.mass[j * count + i] = terms.mass[j * count + i] + entry
-
-
-__all__ = ["KaneKinematics", "KaneTerms", "augmented", "center_of", "frame_of", "inertia_of", "is_rigid", "kane"]

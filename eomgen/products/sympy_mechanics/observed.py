@@ -7,7 +7,6 @@ non-conservative. If time moves places or constraints, drivers give the rest of 
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -17,20 +16,28 @@ from sympy.core.function import AppliedUndef
 from sympy.physics import mechanics
 
 from eomgen.base.arrays import Array
+from eomgen.base.messages import legal_name
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.nodes import Number
 from eomgen.lie.rotations import quaternion_product
 from eomgen.products.sympy_mechanics.expressions import name_of
-from eomgen.products.sympy_mechanics.kane import KaneKinematics, center_of, frame_of, inertia_of, is_rigid
+from eomgen.products.sympy_mechanics.kane import (
+    KaneKinematics,
+    center_of,
+    frame_of,
+    inertia_of,
+    is_rigid,
+    joined_points,
+    reached,
+)
 from eomgen.products.sympy_mechanics.rows import values_at
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, plus, transpose
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, transpose
 from eomgen.symbolic.tape import ONE, ZERO, Ref, substitute
 from eomgen.system.description import BASE, Drawing, Hinge, Line, Point, Solid
 
-#: Relative size of a sum of rates that cancels.
-_CANCELLED = 1e-9
 #: Joint of SymPy -> type in drawings, whether the joint turns, and whether the joint slides.
 _HINGES: Mapping[type[Any], tuple[str, bool, bool]] = {
     mechanics.PinJoint: ("revolute", True, False),
@@ -75,52 +82,40 @@ class Observed:
             self.origin = self._best_origin(every)
         self.resting = [body for body in every if self._rests(body)]
         self.bodies = [body for body in every if body not in self.resting]
-        self.names = _distinct([name_of(sympy.Symbol(str(body.name))) for body in self.bodies])
+        self.names: list[str] = []
+        for body in self.bodies:
+            self.names.append(legal_name(name_of(sympy.Symbol(str(body.name))), self.names))
         self._quaternions: dict[Any, list[Scalar]] = {}
         #: Bodies with a place that is not known against the origin.
-        self.adrift = [
-            name
-            for body, name in zip(self.bodies, self.names, strict=True)
-            if not self._is_rate_of(self.place(center_of(body)), self.kinematics.velocity(center_of(body)))
-        ]
+        self.adrift = [name for body, name in zip(self.bodies, self.names, strict=True) if not self._is_placed(body)]
 
     # -- places -------------------------------------------------------------------------------------------------------
 
     def _best_origin(self, bodies: Sequence[Any]) -> Any:
         """Return the point at rest from which the places of most bodies agree with velocities; None without one."""
         inertial = self.kinematics.inertial
-        seen: dict[Any, None] = {}
-        for body in bodies:
-            for point in _joined(center_of(body)):
-                if inertial in point._vel_dict and not getattr(point._vel_dict[inertial], "args", ()):
-                    seen[point] = None
+        points = dict.fromkeys(point for body in bodies for point in joined_points(center_of(body)))
         best, most = None, -1
-        for candidate in seen:
+        for candidate in points:
+            if inertial not in candidate._vel_dict or getattr(candidate._vel_dict[inertial], "args", ()):
+                continue
             self.origin = candidate
-            placed = sum(
-                self._is_rate_of(self.place(center_of(body)), self.kinematics.velocity(center_of(body)))
-                for body in bodies
-            )
+            placed = sum(self._is_placed(body) for body in bodies)
             if placed > most:
                 best, most = candidate, placed
         return best
 
+    def _is_placed(self, body: Any) -> bool:
+        """Return whether the rate of the place of a mass centre equals its velocity at all samples."""
+        position, velocity = self.place(center_of(body)), self.kinematics.velocity(center_of(body))
+        return self._cancels([[rate, -v] for rate, v in zip(self.kinematics.rates(position), velocity, strict=True)])
+
     def place(self, point: Any) -> Vector:
         """Return the position of a point from the origin in inertial axes, m. If no way leads to the origin, the
         position is relative to the first point on the ways with a given velocity."""
-        ways: dict[Any, Vector] = {point: self.algebra.zero_vector}
-        waiting, moved = deque([point]), None
-        while waiting:
-            here = waiting.popleft()
-            if here is self.origin:
-                return ways[here]
-            if moved is None and self.kinematics.inertial in here._vel_dict and here is not point:
-                moved = here
-            for neighbour in here._pos_dict:
-                if neighbour not in ways:
-                    ways[neighbour] = plus(ways[here], self.kinematics.vector(here.pos_from(neighbour)))
-                    waiting.append(neighbour)
-        return ways[point if moved is None else moved]
+        first, *others = points = joined_points(point)
+        moved = (item for item in others if self.kinematics.inertial in item._vel_dict)
+        return self.kinematics.way(point, self.origin if self.origin in points else next(moved, first))
 
     def twisted(self) -> list[str]:
         """Return the names of body frames whose given angular velocity is not the orientation's rate."""
@@ -164,10 +159,6 @@ class Observed:
         pairs = zip(self.kinematics.vector(vector), self.kinematics.rates(list(velocity)), strict=True)
         return self._cancels([[component, -rate] for component, rate in pairs])
 
-    def _is_rate_of(self, position: Sequence[Scalar], velocity: Sequence[Scalar]) -> bool:
-        """Return whether the rate of a position, (3,), equals a velocity, (3,), at all samples."""
-        return self._cancels([[rate, -v] for rate, v in zip(self.kinematics.rates(position), velocity, strict=True)])
-
     def _cancels(self, sums: Sequence[Sequence[Scalar]], size: float = 0.0) -> bool:
         """Return whether the summands of each sum add up to rounding at all samples, relative to the largest summand or
         ``size``. Samples with values that are not finite do not count."""
@@ -179,7 +170,7 @@ class Observed:
             values = iter(known)
             for summands in sums:
                 parts = np.array([next(values) for _ in summands])
-                if not abs(parts.sum()) <= _CANCELLED * np.abs(parts).max(initial=max(size, 1e-300)):
+                if not abs(parts.sum()) <= COMPUTED * np.abs(parts).max(initial=max(size, 1e-300)):
                     return False
         return True
 
@@ -203,12 +194,14 @@ class Observed:
         """Return for each body 6 numbers in body axes: angular velocity, then velocity of the mass centre."""
         result: list[Scalar] = []
         for body in self.bodies:
-            frame = frame_of(body, self.kinematics)
-            turned = transpose(self.kinematics.axes(frame))
-            turning = body.frame if is_rigid(body) else frame
-            result += apply(turned, self.kinematics.angular_velocity(turning))
-            result += apply(turned, self.kinematics.velocity(center_of(body)))
+            turning = body.frame if is_rigid(body) else frame_of(body, self.kinematics)
+            result += self._in_axes_of(body, self.kinematics.angular_velocity(turning))
+            result += self._in_axes_of(body, self.kinematics.velocity(center_of(body)))
         return result
+
+    def _in_axes_of(self, body: Any, vector: Vector) -> Vector:
+        """Return a vector in inertial axes in the axes of a body."""
+        return apply(transpose(self.kinematics.axes(frame_of(body, self.kinematics))), vector)
 
     def _quaternion(self, frame: Any) -> list[Scalar]:
         """Return the quaternion (w, x, y, z) from axes of a frame to inertial axes, recorded once."""
@@ -251,8 +244,7 @@ class Observed:
             velocity = self.kinematics.velocity(center_of(body))
             kinetic = kinetic + 0.5 * (self.record(body.mass) * dot(velocity, velocity))
             if is_rigid(body):
-                axes = transpose(self.kinematics.axes(frame_of(body, self.kinematics)))
-                omega = apply(axes, self.kinematics.angular_velocity(body.frame))
+                omega = self._in_axes_of(body, self.kinematics.angular_velocity(body.frame))
                 kinetic = kinetic + 0.5 * dot(omega, apply(inertia_of(body, self.kinematics), omega))
         groups: list[tuple[list[Any], Scalar | None]] = []
         for location, load in loads:
@@ -267,7 +259,7 @@ class Observed:
         for pairs, stored_there in groups:
             load_power = self.algebra.zero
             for location, load in pairs:
-                load_power = load_power + dot(self.kinematics.vector(load), moved(self.kinematics, location))
+                load_power = load_power + dot(self.kinematics.vector(load), self.kinematics.motion(location))
             if stored_there is not None and self._cancels([[*self.kinematics.rates([stored_there]), load_power]]):
                 potential = potential + stored_there
             else:
@@ -313,9 +305,7 @@ class Observed:
         axis = getattr(joint, "joint_axis", None)
         direction = (0.0, 0.0, 1.0)
         if axis is not None:
-            frame = frame_of(joint.parent, self.kinematics)
-            local = apply(transpose(self.kinematics.axes(frame)), self.kinematics.vector(axis))
-            x, y, z = self._numbers(local)
+            x, y, z = self._numbers(self._in_axes_of(joint.parent, self.kinematics.vector(axis)))
             direction = (x, y, z)
         name = name_of(sympy.Symbol(str(joint.name)))
         yield Hinge(name, kind, anchor.body, child, anchor.position, direction, turns, slides)
@@ -327,24 +317,14 @@ class Observed:
         """Return a point in the axes of the body that holds the point fixed, at the first sample; None if no body does.
         ``owner`` restricts the search to one body; bodies at rest are the base."""
         for body in [owner] if owner is not None else [*self.bodies, *self.resting]:
-            way = _fixed_way(point, center_of(body), frame_of(body, self.kinematics))
-            if way is None:
+            if not _is_fixed(point, center_of(body), frame_of(body, self.kinematics)):
                 continue
-            if self._owner(body) == BASE:
-                position = self._numbers(self.place(point))
-            else:
-                axes = transpose(self.kinematics.axes(frame_of(body, self.kinematics)))
-                position = self._numbers(apply(axes, minus(self.place(point), self.place(center_of(body)))))
-            x, y, z = map(Number, position)
+            position = self.place(point)
+            if self._owner(body) != BASE:
+                position = self._in_axes_of(body, minus(position, self.place(center_of(body))))
+            x, y, z = map(Number, self._numbers(position))
             return Point(name_of(sympy.Symbol(str(point.name))), self._owner(body), (x, y, z))
         return None
-
-
-def moved(kinematics: KaneKinematics, location: Any) -> Vector:
-    """Return the velocity of a point, or the angular velocity of a frame."""
-    if isinstance(location, mechanics.ReferenceFrame):
-        return kinematics.angular_velocity(location)
-    return kinematics.velocity(location)
 
 
 def stored_energy(actuator: Any) -> Any:
@@ -397,49 +377,13 @@ def quaternion_of(algebra: Algebra, matrix: Matrix) -> list[Scalar]:
     return [item * scale for item in chosen]
 
 
-def _joined(point: Any) -> list[Any]:
-    """Return all points connected with a point by given positions, the point first, then by number of steps."""
-    seen = {point: None}
-    waiting = deque([point])
-    while waiting:
-        for neighbour in waiting.popleft()._pos_dict:
-            if neighbour not in seen:
-                seen[neighbour] = None
-                waiting.append(neighbour)
-    return list(seen)
+def _is_fixed(point: Any, center: Any, frame: Any) -> bool:
+    """Return whether constant vectors of a frame lead from a point to a mass centre."""
 
-
-def _fixed_way(point: Any, center: Any, frame: Any) -> list[Any] | None:
-    """Return the points on the way from a point to a mass centre along constant vectors of a frame; None without."""
-    ways = {point: [point]}
-    waiting = deque([point])
-    while waiting:
-        here = waiting.popleft()
-        if here is center:
-            return ways[here]
+    def fixed(here: Any) -> Iterator[Any]:
         for neighbour, vector in here._pos_dict.items():
             parts = getattr(vector, "args", ())
-            fixed = all(axes is frame and not components.atoms(AppliedUndef) for components, axes in parts)
-            if neighbour not in ways and fixed:
-                ways[neighbour] = [*ways[here], neighbour]
-                waiting.append(neighbour)
-    return None
+            if all(axes is frame and not components.atoms(AppliedUndef) for components, axes in parts):
+                yield neighbour
 
-
-def _distinct(names: Sequence[str]) -> list[str]:
-    """Return names with numbers in place of repetitions."""
-    result: list[str] = []
-    for name in names:
-        number = 1 + sum(earlier_name == name or earlier_name.startswith(f"{name}_") for earlier_name in result)
-        result.append(name if name not in result else f"{name}_{number}")
-    return result
-
-
-__all__ = [
-    "Energies",
-    "Observed",
-    "lagrangian_energies",
-    "moved",
-    "power_of_drivers",
-    "stored_energy",
-]
+    return center in reached([point], fixed)

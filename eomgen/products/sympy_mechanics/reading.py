@@ -25,41 +25,33 @@ from sympy.physics.mechanics import (
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import is_legal, listed, shown
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import DescriptionError, Message, Problem, UsageError
 from eomgen.products.sympy_mechanics.equations import FirstOrderStates, Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
-from eomgen.products.sympy_mechanics.kane import KaneKinematics, KaneTerms, augmented, center_of, is_rigid, kane
+from eomgen.products.sympy_mechanics.kane import (
+    KaneKinematics,
+    KaneTerms,
+    augmented,
+    center_of,
+    is_rigid,
+    joined_points,
+    kane,
+    reached,
+)
 from eomgen.products.sympy_mechanics.observed import (
     Energies,
     Observed,
     lagrangian_energies,
-    moved,
     power_of_drivers,
     stored_energy,
 )
-from eomgen.products.sympy_mechanics.rows import (
-    Constraints,
-    KaneRows,
-    KaneState,
-    angles,
-    blocks_at,
-    is_singular,
-    values_at,
-)
+from eomgen.products.sympy_mechanics.rows import SEED, Constraints, KaneRows, angles, is_singular, values_at
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Ref, Tape
-
-#: Most parameters without a value in a hint.
-_LISTED = 6
-#: Seed of the states at which pivots are chosen and equalities are checked.
-_SEED = 1
-#: Largest difference of two entries of M that counts as none, relative to the largest entry.
-_ASYMMETRIC = 1e-10
-#: Largest rate that counts as none.
-_AT_REST = 1e-12
 
 
 @checked_call("eomgen.from_sympy(system, parameters={m: 1.0})")
@@ -124,9 +116,8 @@ def from_sympy(
     array([-4.])
     """
     if not isinstance(name, str) or not is_legal(name):
-        raise UsageError(
-            Problem("name", f"{shown(name)} is not a name [E0888]", 'letters, digits and underscores, "bicycle"')
-        )
+        fault = f"{shown(name)} is not a name [E0888]"
+        raise UsageError(Problem("name", fault, 'letters, digits and underscores, "bicycle"'))
     for key, values in (("parameters", parameters), ("initial", initial), ("states", states)):
         if not isinstance(values, Mapping | None):
             fault = f"values by symbol are needed, not a {type(values).__name__} [E2176]"
@@ -181,13 +172,8 @@ class _Reading:
                 hint = "a function of time that is neither a coordinate nor a speed"
                 raise UsageError(Problem("states", f"{shown(str(state))} cannot be an internal state [E2177]", hint))
             if not isinstance(rate, sympy.Expr | int | float):
-                raise UsageError(
-                    Problem(
-                        "states",
-                        f"the rate of {state} is {shown(rate)}, not an expression [E2178]",
-                        f"{{{state}: -{state}}}",
-                    )
-                )
+                fault = f"the rate of {state} is {shown(rate)}, not an expression [E2178]"
+                raise UsageError(Problem("states", fault, f"{{{state}: -{state}}}"))
         for muscle in self.actuators:
             if isinstance(muscle, MusculotendonBase):
                 self.states |= dict(zip(muscle.x, muscle.rhs(), strict=True))
@@ -223,7 +209,7 @@ class _Reading:
             self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
             if not system.bodies and not system.forcelist:
                 hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
-                raise DescriptionError(Problem(self.name, "the KanesMethod has no bodies [E1151]", hint))
+                raise self._refused("the KanesMethod has no bodies [E1151]", hint)
             self.q, self.u = list(system.q), list(system.u)
             # as given: SymPy solves these for the rates, which takes more expressions
             rates = system.q.diff(dynamicsymbols._t)
@@ -240,10 +226,8 @@ class _Reading:
                 raise UsageError(Problem("q", "matrices alone have no coordinates [E1152]", "q=[theta, x]"))
             self.system = tuple(self._matrix(item, letter) for item, letter in zip(system, "Mf", strict=True))
         else:
-            hint = "System, KanesMethod, LagrangesMethod, or (M, f) with q"
-            raise UsageError(
-                Problem("system", f"{type(system).__name__} is none of SymPy's descriptions [E1153]", hint)
-            )
+            fault = f"{type(system).__name__} is none of SymPy's descriptions [E1153]"
+            raise UsageError(Problem("system", fault, "System, KanesMethod, LagrangesMethod, or (M, f) with q"))
         self.loads = [(load[0], load[1]) for load in loads]
 
     def _matrix(self, item: object, letter: str) -> Any:
@@ -269,15 +253,14 @@ class _Reading:
         time = dynamicsymbols._t
         faults += [(item, "coordinate", "dynamicsymbols") for item in self.q if getattr(item, "args", ()) != (time,)]
         for item, noun, hint in faults:
-            raise DescriptionError(Problem(self.name, f"{shown(str(item))} is not a {noun} [E2180]", hint))
+            raise self._refused(f"{shown(str(item))} is not a {noun} [E2180]", hint)
         if not names:
-            raise DescriptionError(
-                Problem(self.name, "the system has no coordinates [E2182]", "joints, or system.add_coordinates")
-            )
+            raise self._refused("the system has no coordinates [E2182]", "joints, or system.add_coordinates")
         if twice := [name for name in names if names.count(name) > 1]:
-            raise DescriptionError(
-                Problem(self.name, f"two coordinates have the name {shown(twice[0])} [E2183]", "other names")
-            )
+            raise self._refused(f"two coordinates have the name {shown(twice[0])} [E2183]", "other names")
+
+    def _refused(self, fault: str, hint: str) -> DescriptionError:
+        return DescriptionError(Problem(self.name, fault, hint))
 
     def _integrate_speeds(self) -> None:
         """Add a coordinate for each speed without one, such as of a wheel without an angle."""
@@ -332,8 +315,8 @@ class _Reading:
             vectors += frame._ang_vel_dict.values()
         for point in points:
             vectors += [*point._pos_dict.values(), *(v for f, v in point._vel_dict.items() if f is self.inertial)]
-        result += [entry for vector in vectors for entry in _components(vector)]
-        return result
+        parts = [part for vector in vectors for part, _ in getattr(vector, "args", ())]
+        return result + [entry for part in parts for entry in part]
 
     def _solve_speeds(self) -> None:
         """Record the user's speeds as functions of q and v by the kinematic equations; further equations become
@@ -341,10 +324,9 @@ class _Reading:
         if not self.speeds:
             return
         if len(self.kdes) != len(self.q) or len(self.q) < len(self.u):
-            fault = (
-                f"{len(self.q)} coordinates have {len(self.u)} speeds and {len(self.kdes)} kinematic equations [E1155]"
-            )
-            raise DescriptionError(Problem(self.name, fault, "one kinematic equation for the rate of each coordinate"))
+            counts = len(self.q), len(self.u), len(self.kdes)
+            fault = "{} coordinates have {} speeds and {} kinematic equations [E1155]".format(*counts)
+            raise self._refused(fault, "one kinematic equation for the rate of each coordinate")
         factors = sympy.Matrix(self.kdes).jacobian(self.u)
         record = self.expressions
         rows = [[record(entry) for entry in row] for row in factors.tolist()]
@@ -379,11 +361,8 @@ class _Reading:
         matrix, vector = self.system
         count = len(self.q)
         if matrix.shape != (count, count) or len(vector) != count:
-            fault = (
-                f"M is {matrix.shape[0]} x {matrix.shape[1]} and f has {len(vector)} entries for {count}"
-                f" coordinates [E1156]"
-            )
-            raise DescriptionError(Problem(self.name, fault, "one row for each coordinate"))
+            fault = f"M has the shape {matrix.shape} and f {len(vector)} entries for {count} coordinates [E1156]"
+            raise self._refused(fault, "one row for each coordinate")
         mass, force = ([self.expressions(entry) for entry in item] for item in (matrix, vector))
         return KaneTerms(mass, [self.algebra.zero] * count, force)
 
@@ -412,12 +391,12 @@ class _Reading:
         values, start = self._values(parameters), self._start([*names, *of_states], initial)
         z = np.array([start.get(item, 0.0) for item in of_states])
         speeds = [item for item in self.speeds if name_of(item) not in names]
-        p, inputs = np.array([values[item] for item in record.parameters]), len(record.inputs)
-        asked = KaneState(*(np.array([start.get(f"{key}{item}", 0.0) for item in names]) for key in ("", "v.")))
-        begun = self.rows.met(asked, p, inputs)
-        states = self.rows.near(begun, p, inputs)
-        rows = self.rows.rows(states, p, inputs)
-        samples = [{**blocks_at(state, p, inputs), "z": z} for state in states]
+        blocks = {"p": np.array([values[item] for item in record.parameters]), "u": np.zeros(len(record.inputs))}
+        blocks |= {"z": z, "t": np.zeros(1), "q": np.array([start.get(item, 0.0) for item in names])}
+        blocks["v"] = np.array([start.get(f"v.{item}", 0.0) for item in names])
+        begun = self.rows.met(blocks)
+        samples = self.rows.near(begun)
+        rows = self.rows.rows(samples)
         notes = self._inertia_notes(terms, rows, samples[0])
         terms = self._with_inertia(terms, rows, samples)
         mass, coupling, force = (tuple(item.ref for item in part) for part in terms)
@@ -428,8 +407,8 @@ class _Reading:
             tuple(record.inputs),
             tuple(name_of(item) for item in speeds),
             tuple(values[item] for item in record.parameters),
-            tuple(begun.q.tolist()),
-            tuple(begun.v.tolist()),
+            tuple(begun["q"].tolist()),
+            tuple(begun["v"].tolist()),
             self.algebra.tape,
             mass,
             coupling,
@@ -461,19 +440,13 @@ class _Reading:
             return []
         apart = np.abs(M - M.T)
         i, j = np.unravel_index(np.argmax(apart), apart.shape)
-        if apart[i, j] > _ASYMMETRIC * np.abs(M).max():
-            fault = (
-                f"M is not symmetric: M[{i}, {j}] is {M[i, j]:.6g} and M[{j}, {i}] is {M[j, i]:.6g} at the"
-                f" start [E2184]"
-            )
-            raise DescriptionError(Problem(self.name, fault, "equations of Kane or Lagrange, of which M is symmetric"))
-        if np.linalg.eigvalsh(M)[0] < -_ASYMMETRIC * np.abs(M).max():
+        if apart[i, j] > COMPUTED * np.abs(M).max():
+            fault = f"M is not symmetric: M[{i}, {j}] is {M[i, j]:.6g} and M[{j}, {i}] is {M[j, i]:.6g} [E2184]"
+            raise self._refused(fault, "equations of Kane or Lagrange, of which M is symmetric")
+        if np.linalg.eigvalsh(M)[0] < -COMPUTED * np.abs(M).max():
             return ["the mass matrix has a negative eigenvalue at the start: a mass or an inertia is negative [W0261]"]
         if not rows.names and is_singular([M]):
-            return [
-                "the mass matrix is singular at the start, so no acceleration follows: a mass or an inertia is"
-                " zero [W0262]"
-            ]
+            return ["the mass matrix is singular at the start, a mass or inertia is 0: no acceleration follows [W0262]"]
         return []
 
     def _observations(
@@ -481,41 +454,33 @@ class _Reading:
     ) -> Observations:
         """Return angles, poses, twists, energies, drawing and notes of the system, checked at the samples. Raises
         DescriptionError for an angular velocity that contradicts the orientation."""
-        random = np.random.default_rng(_SEED)
+        random = np.random.default_rng(SEED)
         # rates that satisfy the constraints, which angular velocities may rely on, and any rates without constraints
         moving = list(samples[1:]) or list(samples)
         if not rows.names:
             moving = [{**sample, "v": random.normal(size=len(self.q))} for sample in samples]
-        angular = tuple(self.angular)
-        if isinstance(self.system, tuple):
-            return Observations(angular=angular, notes=tuple(map(Message, notes)))
+        parts: dict[str, Any] = {"angular": tuple(self.angular)}
         observed = None
         if self.inertial is not None:
             observed = Observed(self.kinematics, self.bodies, self.origin, moving)
             if faults := observed.twisted():
                 fault = f"the angular velocity of the frame {faults[0]} is not the rate of the orientation [E2131]"
                 hint = f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call"
-                raise DescriptionError(Problem(self.name, fault, hint))
+                raise self._refused(fault, hint)
         if isinstance(self.system, LagrangesMethod):
             lagrangian = self.expressions(self.system._L[0]).ref
             energies = lagrangian_energies(self.algebra, lagrangian, self.v_scalars, terms.force)
+            parts["energy"] = self._balance(energies, rows, moving)
         elif observed is not None:
-            energies = observed.energies(self.loads, self.actuators)
-        energy = self._balance(energies, rows, moving)
-        if observed is None or not observed.bodies:
-            return Observations(energy=energy, angular=angular, notes=tuple(map(Message, notes)))
-        fault = "no point at rest leads to {}, which is drawn from a point with a given velocity [E2130]"
-        adrift = [fault.format(name) for name in observed.adrift]
-        notes = [*notes, *adrift, *observed.contradictions(), *self._unused_energies()]
-        return Observations(
-            tuple(observed.names),
-            tuple(item.ref for item in observed.poses()),
-            tuple(item.ref for item in observed.twists()),
-            energy,
-            angular,
-            observed.drawing(self.joints, self.actuators),
-            tuple(map(Message, notes)),
-        )
+            parts["energy"] = self._balance(observed.energies(self.loads, self.actuators), rows, moving)
+        if observed is not None and observed.bodies:
+            fault = "no point at rest leads to {}, which is drawn from a point with a given velocity [E2130]"
+            adrift = [fault.format(name) for name in observed.adrift]
+            notes = [*notes, *adrift, *observed.contradictions(), *self._unused_energies()]
+            parts |= {"bodies": tuple(observed.names), "poses": tuple(item.ref for item in observed.poses())}
+            parts["twists"] = tuple(item.ref for item in observed.twists())
+            parts["drawing"] = observed.drawing(self.joints, self.actuators)
+        return Observations(**parts, notes=tuple(map(Message, notes)))
 
     def _unused_energies(self) -> list[str]:
         """Return a note on potential energies of bodies, which Kane's equations do not take."""
@@ -536,7 +501,7 @@ class _Reading:
         at_rest = [*self.kinematics.rates([Scalar(tape, ref) for ref in rows.positions]), *self._moved_by_time(rows)]
         refs = [item.ref for item in at_rest]
         values = [values_at(tape, refs, {**sample, "v": 0.0 * sample["v"]}) for sample in samples]
-        still = not any(np.any(np.abs(item) > _AT_REST) for item in values)
+        still = not any(np.any(np.abs(item) > SUMMED) for item in values)
         a = algebra.block("a", len(self.q))
         drivers = algebra.zero if still else power_of_drivers(algebra, energies, self.q_scalars, self.v_scalars, a)
         return tuple(item.ref for item in (*energies, drivers))
@@ -555,7 +520,7 @@ class _Reading:
             if is_rigid(body):
                 result += self.kinematics.angular_velocity(body.frame)
         for location, _ in self.every_load:
-            result += moved(self.kinematics, location)
+            result += self.kinematics.motion(location)
         return result
 
     def _values(self, parameters: Mapping[Any, float]) -> dict[str, float]:
@@ -563,7 +528,7 @@ class _Reading:
         names = self.expressions.parameters
         values = {_key(key): _number("parameters", key, value) for key, value in parameters.items()}
         if missing := [item for item in names if item not in values]:
-            hint = f"parameters={{{', '.join(f'{item}: 1.0' for item in missing[:_LISTED])}}}"
+            hint = f"parameters={{{', '.join(f'{item}: 1.0' for item in missing[:6])}}}"
             raise UsageError(Problem("parameters", f"no values for {', '.join(missing)} [E1157]", hint))
         if unknown := sorted(values.keys() - names.keys() - self.expressions.absent):
             hint = f"one of {', '.join(names)}" if names else "no parameters"
@@ -601,11 +566,6 @@ def _number(argument: str, key: object, value: Any) -> float:
     return number
 
 
-def _components(vector: Any) -> list[Any]:
-    """Return the components of a vector of SymPy in all frames."""
-    return [entry for components, _ in getattr(vector, "args", ()) for entry in components]
-
-
 def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: Any) -> tuple[set[Any], set[Any]]:
     """Return all frames and points that bodies, loads and the inertial frame are connected with, directly or not."""
     frames, points = set() if inertial is None else {inertial}, set()
@@ -615,24 +575,11 @@ def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: 
             frames |= {body.frame, *(vector.args[0][1] for _, vector, _ in body.central_inertia.args)}
     for location, _ in loads:
         (points if hasattr(location, "_pos_dict") else frames).add(location)
-    waiting = list(points)
-    while waiting:
-        point = waiting.pop()
-        for neighbour in point._pos_dict:
-            if neighbour not in points:
-                points.add(neighbour)
-                waiting.append(neighbour)
-        for vector in (*point._pos_dict.values(), *point._vel_dict.values()):
-            frames |= {frame for _, frame in getattr(vector, "args", ())}
-    frames |= {frame for _, vector in loads for _, frame in getattr(vector, "args", ())}
-    pending = list(frames)
-    while pending:
-        frame = pending.pop()
-        for neighbour in (*frame._dcm_dict, *frame._ang_vel_dict):
-            if neighbour not in frames:
-                frames.add(neighbour)
-                pending.append(neighbour)
-    return frames, points
+    points = set(joined_points(*points))
+    vectors = [vector for point in points for vector in (*point._pos_dict.values(), *point._vel_dict.values())]
+    vectors += [vector for _, vector in loads]
+    frames |= {frame for vector in vectors for _, frame in getattr(vector, "args", ())}
+    return set(reached(frames, lambda frame: (*frame._dcm_dict, *frame._ang_vel_dict))), points
 
 
 def _solved(
@@ -643,7 +590,7 @@ def _solved(
     if the rows do not determine x; ``name`` is for the message."""
     tape, count = algebra.tape, len(rows[0])
     rows, rest = [list(row) for row in rows], list(rest)
-    random = np.random.default_rng(_SEED)
+    random = np.random.default_rng(SEED)
     sizes: dict[str, int] = {}
     for symbol in tape.depends_on([item.ref for row in rows for item in row]):
         sizes[symbol.block] = max(sizes.get(symbol.block, 0), symbol.index + 1)

@@ -8,13 +8,14 @@ gradients of earlier rows are rates or copies of these, and are left out.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import sympy
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import DescriptionError, Problem
 from eomgen.products.sympy_mechanics.expressions import Expressions, basic
 from eomgen.symbolic.calculus.partials import Seeds, forward_partials, jacobian_vector
@@ -23,12 +24,10 @@ from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
-#: Most corrections of a state, and the violation that counts as none.
-_CORRECTIONS, _MET = 50, 1e-11
-#: Part of a gradient below which the part that is new next to earlier gradients counts as none.
-_NEW = 1e-7
-#: Nearby states at which gradients are compared, and the distance between states.
-_STATES, _NEAR, _SEED = 3, 0.05, 1
+#: Most corrections of a state.
+_CORRECTIONS = 50
+#: Seed of the states at which pivots are chosen, and gradients and equalities are compared.
+SEED = 1
 
 
 @dataclass(frozen=True)
@@ -55,13 +54,6 @@ class KaneRows:
     sizes: tuple[Ref, ...] = field(default=(), repr=False)
     extents: tuple[Ref, ...] = field(default=(), repr=False)
     left_out: tuple[str, ...] = ()
-
-
-class KaneState(NamedTuple):
-    """Coordinates and rates, (n,)."""
-
-    q: Array
-    v: Array
 
 
 class Constraints:
@@ -109,63 +101,58 @@ class Constraints:
                     Problem(expressions.name, fault, "a constraint of the form a(q, t) q.diff() + b(q, t)")
                 )
 
-    def met(self, start: KaneState, p: Array, inputs: int) -> KaneState:
-        """Return the state on the constraints to which Newton's corrections from a start lead, at time 0 and zero
-        inputs.
+    def met(self, start: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the state on the constraints to which Newton's corrections from a start lead; states are input blocks.
 
         Each correction is the smallest that solves the linear equations of the rows; q is corrected first, then v. The
-        distance from the start is not limited. ``p`` are the values of the parameters, ``inputs`` is the number of
-        inputs.
+        distance from the start is not limited.
 
         Raises
         ------
         DescriptionError
-            If a row is still off by 1e-11 or more after 50 corrections.
+            If a row is still off by 1e-9 or more after 50 corrections.
         """
-        q, v = start.q.copy(), start.v.copy()
-        count = len(self.positions)
+        state, count = dict(start), len(self.positions)
         # The rates of the positions have the gradients of the positions.
-        for values, slopes, moved in (
-            (self.positions, self.slopes[:count], q),
-            ([*self.rates, *self.velocities], self.slopes, v),
+        for values, slopes, block in (
+            (self.positions, self.slopes[:count], "q"),
+            ([*self.rates, *self.velocities], self.slopes, "v"),
         ):
             refs = [*values, *(row.get(column, ZERO) for row in slopes for column in range(self.count))]
             size = np.inf if values else 0.0
             for _ in range(_CORRECTIONS):
-                if not values or size < _MET:
+                if not values or size < COMPUTED:
                     break
-                results = evaluate(self.tape, refs, blocks_at(KaneState(q, v), p, inputs))
+                results = evaluate(self.tape, refs, state)
                 jacobian = results[len(values) :].reshape(len(values), -1)
-                step = np.linalg.lstsq(jacobian, results[: len(values)], rcond=None)[0]
-                np.subtract(moved, step, out=moved)
+                state[block] = state[block] - np.linalg.lstsq(jacobian, results[: len(values)], rcond=None)[0]
                 size = float(np.abs(results[: len(values)]).max())
-            if not size < _MET:
+            if not size < COMPUTED:
                 fault = f"the constraints are not met near the initial state: off by {size:.3g} [E1161]"
                 hint = "an initial state nearer to the constraints"
                 raise DescriptionError(Problem(self.expressions.name, fault, hint))
-        return KaneState(q, v)
+        return state
 
-    def near(self, start: KaneState, p: Array, inputs: int) -> list[KaneState]:
-        """Return ``start``, which is not checked, and up to ``_STATES - 1`` random states nearby that satisfy the
-        constraints, with fixed seed. States from which the corrections do not reach the constraints are left out.
-        """
-        random = np.random.default_rng(_SEED)
+    def near(self, start: Mapping[str, Array]) -> list[Mapping[str, Array]]:
+        """Return ``start``, which is not checked, and up to two random states nearby that satisfy the constraints, with
+        fixed seed. States from which the corrections do not reach the constraints are left out."""
+        random = np.random.default_rng(SEED)
         states = [start]
-        for _ in range(_STATES - 1):
-            moved = KaneState(*(item + _NEAR * random.normal(size=self.count) for item in start))
+        for _ in range(2):
+            moved = {block: start[block] + 0.05 * random.normal(size=self.count) for block in "qv"}
             try:
-                states.append(self.met(moved, p, inputs))
+                states.append(self.met({**start, **moved}))
             except DescriptionError:  # the constraints bend more than the distance
                 continue
         return states
 
-    def rows(self, states: Sequence[KaneState], p: Array, inputs: int) -> KaneRows:
+    def rows(self, states: Sequence[Mapping[str, Array]]) -> KaneRows:
         """Return the independent rows, positions first, by gradients at several states; names of dropped positions,
         too."""
         refs = [row.get(column, ZERO) for row in self.slopes for column in range(self.count)]
         gradients = []
         for state in states:
-            values = values_at(self.tape, refs, blocks_at(state, p, inputs))
+            values = values_at(self.tape, refs, state)
             if np.all(np.isfinite(values)):  # elsewhere an angle may be singular
                 gradients.append(values.reshape(len(self.slopes), self.count))
         row_numbers = _independent(np.array(gradients))
@@ -209,7 +196,7 @@ def _independent(gradients: Array) -> list[int]:
             rest = of_state[row].copy()
             for direction in [*basis, *basis]:  # twice, for digits
                 rest -= (direction @ rest) * direction
-            if np.linalg.norm(rest) > _NEW * np.linalg.norm(of_state[row]):
+            if np.linalg.norm(rest) > WRITTEN * np.linalg.norm(of_state[row]):
                 new.append((basis, rest / np.linalg.norm(rest)))
         for basis, direction in new:
             basis.append(direction)
@@ -236,19 +223,11 @@ def is_singular(matrices: Sequence[Array]) -> bool:
         scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
         scale = np.where(scale > 0.0, scale, 1.0)
         values = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
-        least.append(values[0] <= 1e-12 * values[-1])
+        least.append(values[0] <= SUMMED * values[-1])
     return all(least)
-
-
-def blocks_at(state: KaneState, p: Array, inputs: int) -> Mapping[str, Array]:
-    """Return the input blocks of a state at time 0 and zero inputs."""
-    return {"p": p, "t": np.zeros(1), "u": np.zeros(inputs), "q": state.q, "v": state.v}
 
 
 def values_at(tape: Tape, refs: Sequence[Ref], blocks: Mapping[str, Array]) -> Array:
     """Return the values (n,) of references at input blocks; values are not finite in singular states."""
     with np.errstate(all="ignore"):
         return evaluate(tape, refs, blocks)
-
-
-__all__ = ["Constraints", "KaneRows", "KaneState", "angles", "blocks_at", "is_singular", "values_at"]

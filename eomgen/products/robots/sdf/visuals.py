@@ -12,7 +12,7 @@ from eomgen.products.robots.leftovers import Leftovers
 from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.sdf.values import SdfValues
 from eomgen.products.robots.uris import is_remote, locate
-from eomgen.products.robots.visuals import SDF_SIZES, NotDrawnError, color_of, solid_of
+from eomgen.products.robots.visuals import SDF_SIZES, NotDrawnError, color_of, solid_of, visuals_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
@@ -53,26 +53,16 @@ class SdfVisualReader:
                 return address
             return os.path.relpath(locate(address, folder, packages), self.home)
 
-        result = []
-        for visual in element.children_with_tag("visual"):
-            # faults of visuals are notes, so they have a report of their own
-            reader = SdfValues(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
-            try:
-                drawn = _visual(visual, reader, path)
-                if reader.report.noted:
-                    _, problem = reader.report.noted[0]
-                    raise NotDrawnError(problem.what)
-                result.append(drawn)
-            except NotDrawnError as error:
-                self.left_out.setdefault(str(error), []).append(link)
-            visual.read_whole()
-        return tuple(result)
+        def read(visual: Element, report: Report) -> Visual:
+            reader = SdfValues(values.file, report, Leftovers(STATUSES), values.minor)
+            pose = reader.pose(visual, "")
+            entry = solid_of(visual, reader.vector, lambda mesh: _mesh(mesh, reader, path), SDF_SIZES)
+            return Visual(pose, entry | _color(visual, reader))
 
-
-def _visual(element: Element, values: SdfValues, path: Callable[[str], str]) -> Visual:
-    pose = values.pose(element, "")
-    entry = solid_of(element, values.vector, lambda mesh: _mesh(mesh, values, path), SDF_SIZES)
-    return Visual(pose, entry | _color(element, values))
+        visuals, reasons = visuals_of(element.children_with_tag("visual"), values.file, read)
+        for reason in reasons:
+            self.left_out.setdefault(reason, []).append(link)
+        return tuple(visuals)
 
 
 def _mesh(element: Element, values: SdfValues, path: Callable[[str], str]) -> tuple[str, tuple[float, ...]]:

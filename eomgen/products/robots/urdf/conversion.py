@@ -16,7 +16,6 @@ from eomgen.products.robots.draft import Draft, DraftJoint, DraftLink, DraftMimi
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.urdf.notes import (
-    NO_TRANSMISSION,
     notes_of_friction,
     notes_of_mimics,
     notes_of_names_and_angles,
@@ -25,7 +24,7 @@ from eomgen.products.robots.urdf.notes import (
     version_warnings,
 )
 from eomgen.products.robots.urdf.reading import JOINT_TYPES, Robot, link_key, read_robot
-from eomgen.products.robots.urdf.transmissions import Transmissions, actuation, read_transmissions
+from eomgen.products.robots.urdf.transmissions import convert_transmissions, read_transmissions
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import read_xml
@@ -122,7 +121,7 @@ def urdf_data(
     """
     report = Report(file, {})
     root_element = read_xml(text, file)
-    gears = read_transmissions(root_element, report) if transmissions else Transmissions((), {})
+    gears = read_transmissions(root_element, report) if transmissions else None
     robot = read_robot(root_element, report)
     joints = {robot.original.get(name, name): name for name in robot.joints}
     locked = {joints[name] for name in joints_to_hold(lock, joints, file)}
@@ -145,22 +144,20 @@ def urdf_data(
     for feature, names in robot.left_out.items():
         for name in names:
             conversion.scene.left_out(feature, name)
-    motors = actuation(robot, gears, held.keys(), leaders.keys())
-    conversion.convert(actuated=actuated, actuators=motors)
+    if gears is not None:
+        convert_transmissions(conversion.scene, robot, *gears, {*held, *leaders})
+    conversion.convert(actuated=actuated)
     notes = [
-        *motors.notes,
         *([f"joints locked at zero: {listed(sorted(locked))} [W0171]"] if locked else []),
         *notes_of_names_and_angles(robot),
         *notes_of_sizes(robot),
         *notes_of_mimics(robot, locked, held, leaders),
     ]
-    if transmissions and not gears.known and not gears.unknown:
-        notes.append(NO_TRANSMISSION)
     if friction:
         notes += notes_of_friction(robot)
     notes += [*notes_of_what_has_no_effect(robot, held), *robot.notes_of_visuals]
-    warnings = [*version_warnings(robot), *motors.warnings]
-    return conversion.result(notes, [(ElementPlace(file, line), note) for line, note in warnings], strict=strict)
+    warnings = [(ElementPlace(file, line), note) for line, note in version_warnings(robot)]
+    return conversion.result(notes, warnings, strict=strict)
 
 
 def _joint_key(name: str) -> str:

@@ -22,9 +22,6 @@ _ABSURD = 100.0
 _OF_MOVING_JOINTS = ("safety_controller", "calibration")
 
 
-NO_TRANSMISSION = "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
-
-
 def notes_of_friction(robot: Robot) -> list[str]:
     """Return the note that friction=True has no effect, in a list, if no joint of one coordinate has friction; else an
     empty list."""

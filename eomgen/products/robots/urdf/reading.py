@@ -11,7 +11,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
 from eomgen.products.robots.urdf.visuals import UrdfVisualReader
-from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, NotDrawnError, off_right, read_numbers
+from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, Numbers, off_right, read_numbers
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -54,7 +53,6 @@ _CONSTRAINT_TYPES = {**LOOP_TYPES, "universal": "universal"}
 _OF_DRAKE = "drake:joint"
 _SCREWS = ("screw",)
 _TYPES_OF_DRAKE = {"ball": "spherical", "universal": "universal", "planar": "planar", "screw": "helical"}
-Read = TypeVar("Read")
 #: Status by child or attribute, of each element.
 STATUSES = read_table(Path(__file__).with_name("coverage.txt"))
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
@@ -134,7 +132,7 @@ class _UrdfReader:
         """Read all links, joints, loops and constraints of a robot, and return the robot; faults are reported."""
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
-        visuals = UrdfVisualReader(root, _drawn_numbers, _drawn_placement)
+        visuals = UrdfVisualReader(root, _values)
         links, joints, loops = (tuple(root.children_with_tag(tag)) for tag in ("link", "joint", "loop_joint"))
         joints += tuple(root.children_with_tag(_OF_DRAKE))
         constraints = tuple(root.children_with_tag("constraint"))
@@ -424,22 +422,10 @@ def link_key(name: str) -> str:
     return f"link {name}"
 
 
-def _drawn_numbers(element: Element, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the numbers of an attribute of a visual. Raises NotDrawnError for a fault of the numbers."""
-    return _without_fault(lambda reader: reader.numbers(element, attribute, "", default))
-
-
-def _drawn_placement(element: Element) -> tuple[Array, Array]:
-    """Return orientation and position of a visual. Raises NotDrawnError for a fault of its origin."""
-    return _without_fault(lambda reader: reader.placement(element, "", "")[:2])
-
-
-def _without_fault(read: Callable[[_UrdfReader], Read]) -> Read:
-    """Return the value that ``read`` takes from a new reader; raise NotDrawnError with the first fault that is
-    reported."""
-    reader = _UrdfReader(Report("", {}))
-    value = read(reader)
-    if reader.report.noted:
-        _, problem = reader.report.noted[0]
-        raise NotDrawnError(str(problem).partition(": ")[2])  # without the line: equal faults are one note
-    return value
+def _values(report: Report) -> tuple[Numbers, Callable[[Element], tuple[Array, Array]]]:
+    """Return functions for the numbers of attributes of a visual and for its placement; faults go to the report."""
+    reader = _UrdfReader(report)
+    return (
+        lambda element, attribute, default: reader.numbers(element, attribute, "", default),
+        lambda element: reader.placement(element, "", "")[:2],
+    )

@@ -12,13 +12,15 @@ Reductions are read at their places in ros_control (``mechanicalReduction`` in t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import close_names, legal_name, listed, shown
 from eomgen.formula.words import RESERVED
-from eomgen.products.robots.scene_draft import Actuation
+from eomgen.products.robots.leftovers import ElementPlace
+from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.urdf.reading import Robot
 from eomgen.products.robots.visuals import NUMBER
 from eomgen.scene.reading.report import Report
@@ -28,22 +30,10 @@ _REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
 #: Elements for positions or the control software; efforts do not depend on them.
 _WITHOUT_EFFECT = ("hardwareInterface", "offset", "motorTorqueConstant", "simulated_actuated_joint")
 
-#: Rows of joints, columns of actuators, from the reductions of joints and of actuators.
-_Matrix = Sequence[Sequence[float]]
-
-
-def _simple(joint: Sequence[float], actuator: Sequence[float]) -> _Matrix:
-    return ((joint[0] * actuator[0],),)
-
-
-def _differential(joint: Sequence[float], actuator: Sequence[float]) -> _Matrix:
-    return tuple((n * actuator[0], sign * n * actuator[1]) for n, sign in zip(joint, (1.0, -1.0), strict=True))
-
-
-#: By the last part of a type's name: how many joints, which are as many as actuators, and the matrix.
-TYPES: Mapping[str, tuple[int, Callable[[Sequence[float], Sequence[float]], _Matrix]]] = {
-    "SimpleTransmission": (1, _simple),
-    "DifferentialTransmission": (2, _differential),
+#: Signs of the efforts of joints (rows) by efforts of actuators (columns), by the last part of a type's name.
+TYPES: Mapping[str, Sequence[Sequence[float]]] = {
+    "SimpleTransmission": ((1.0,),),
+    "DifferentialTransmission": ((1.0, 1.0), (1.0, -1.0)),
 }
 
 
@@ -56,20 +46,12 @@ class UrdfTransmission:
     line: int
     joints: tuple[str, ...]
     actuators: tuple[str, ...]
-    matrix: _Matrix
+    matrix: Sequence[Sequence[float]]
 
 
-@dataclass(frozen=True)
-class Transmissions:
-    """The transmissions of known types in a file, and the names of other transmissions by type."""
-
-    known: tuple[UrdfTransmission, ...]
-    unknown: Mapping[str, Sequence[str]]
-
-
-def read_transmissions(root: Element, report: Report) -> Transmissions:
-    """Return the transmissions of a file, also in ``<ros2_control>``; faults go to the report. Transmissions of unknown
-    types are listed by type."""
+def read_transmissions(root: Element, report: Report) -> tuple[list[UrdfTransmission], dict[str, list[str]]]:
+    """Return the transmissions of a file, also in ``<ros2_control>``, and the names of others by their unknown types;
+    faults go to the report."""
     elements = list(root.children_with_tag("transmission"))
     for control in root.children_with_tag("ros2_control"):
         elements += control.children_with_tag("transmission")
@@ -83,7 +65,7 @@ def read_transmissions(root: Element, report: Report) -> Transmissions:
             element.read_whole()
         elif (transmission := _read(element, name, kind, report)) is not None:
             known.append(transmission)
-    return Transmissions(tuple(known), unknown)
+    return known, unknown
 
 
 def _type_of(element: Element) -> str:
@@ -95,13 +77,13 @@ def _type_of(element: Element) -> str:
 def _read(element: Element, name: str, kind: str, report: Report) -> UrdfTransmission | None:
     """Return the transmission of an element with the matrix; None for a wrong number of joints or actuators, which is
     reported. ``kind`` is a key of ``TYPES``."""
-    size, matrix = TYPES[kind]
+    signs = TYPES[kind]
     key = f"transmissions.{name}"
     sides = {}
     for tag in ("joint", "actuator"):
         parts = _by_role(tuple(element.children_with_tag(tag)), tag)
-        if len(parts) != size or not all(child.get("name") for child in parts):
-            count = f"{size} <{tag} name=...>{'s' if size > 1 else ''}"
+        if len(parts) != len(signs) or not all(child.get("name") for child in parts):
+            count = f"{len(signs)} <{tag} name=...>{'s' if len(signs) > 1 else ''}"
             report.add_at(element.line, key, f"a {kind} has {count}, and there are {len(parts)} [E1719]", count)
             return None
         sides[tag] = parts
@@ -113,7 +95,8 @@ def _read(element: Element, name: str, kind: str, report: Report) -> UrdfTransmi
             for child in parent.children_with_tag(tag):
                 child.read_whole()
     joints, actuators = (tuple(child.get("name") for child in sides[tag]) for tag in sides)
-    return UrdfTransmission(name, element.line, joints, actuators, matrix(joint, actuator))
+    matrix = (np.array(signs) * np.array(joint)[:, np.newaxis] * np.array(actuator)).tolist()
+    return UrdfTransmission(name, element.line, joints, actuators, matrix)
 
 
 def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
@@ -146,64 +129,63 @@ def _reduction(element: Element, key: str, report: Report) -> float:
     return value
 
 
-def actuation(
-    robot: Robot, transmissions: Transmissions, held: Collection[str], followers: Collection[str]
-) -> Actuation:
-    """Return inputs and efforts of actuators: an effort input for each actuator of a transmission that moves a joint.
+def convert_transmissions(
+    scene: SceneDraft,
+    robot: Robot,
+    transmissions: Sequence[UrdfTransmission],
+    unknown: Mapping[str, Sequence[str]],
+    still: Collection[str],
+) -> None:
+    """Add an effort input for each actuator of a transmission that moves a joint, and the efforts of these joints.
 
     The name of an input is the name of the actuator, made legal. The unit is N m if all joints turn; empty if a joint
-    travels, because the format does not say whether the actuator turns or travels. Joints that are ``held``, follow
-    others (``followers``) or have not one coordinate are listed in a note, missing joints in a warning.
+    travels, because the format does not say whether the actuator turns or travels. Joints that are held or follow
+    others (``still``), or have not one coordinate, are listed in a note, missing joints and transmissions of unknown
+    types, by type, in warnings.
     """
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     shares: dict[str, dict[str, float]] = {}  # of actuators by name in the file, by joint
     idle: dict[str, None] = {}
     missing: dict[str, int] = {}
-    for transmission in transmissions.known:
+    for transmission in transmissions:
         for written, row in zip(transmission.joints, transmission.matrix, strict=True):
             if written not in by_written:
                 missing.setdefault(written, transmission.line)
                 continue
             joint = by_written[written]
-            if joint in held or joint in followers or not robot.joints[joint].unit:
+            if joint in still or not robot.joints[joint].unit:
                 idle[joint] = None
                 continue
             for actuator, factor in zip(transmission.actuators, row, strict=True):
                 share = shares.setdefault(actuator, {})
                 share[joint] = share.get(joint, 0.0) + factor
-    names: dict[str, str] = {}
-    for actuator in shares:
-        names[actuator] = legal_name(actuator, RESERVED | set(names.values()))
-    inputs, sums = dict[str, Any](), dict[str, list[str]]()
+    sums = dict[str, list[str]]()
     for actuator, share in shares.items():
-        turning = all(robot.joints[joint].unit == "rad" for joint in share)
         driven = " and ".join(f"{joint} ({factor:.6g})" for joint, factor in share.items() if factor)
-        inputs[names[actuator]] = {"description": f"effort of actuator {actuator} on {driven}"}
-        inputs[names[actuator]] |= {"unit": "N m"} if turning else {}
+        entry = {"description": f"effort of actuator {actuator} on {driven}"}
+        entry |= {"unit": "N m"} if all(robot.joints[joint].unit == "rad" for joint in share) else {}
+        name = legal_name(actuator, RESERVED | scene.section("inputs").keys())
+        scene.section("inputs")[name] = entry
         for joint, factor in share.items():
             if factor:
-                sums.setdefault(joint, []).append(f"{factor!r} * {names[actuator]}")
-    efforts = {joint: {"joint": joint, "effort": " + ".join(terms)} for joint, terms in sums.items()}
-    notes = [f"inputs are efforts of actuators with transmissions: {listed(list(inputs))}"] if inputs else []
+                sums.setdefault(joint, []).append(f"{factor!r} * {name}")
+    for joint, terms in sums.items():
+        scene.section("efforts")[joint] = {"joint": joint, "effort": " + ".join(terms)}
+    if shares:
+        scene.notes.append(f"inputs are efforts of actuators with transmissions: {listed(scene.data['inputs'])}")
     if idle:
         note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
-        notes.append(f"{note}: {listed(list(idle))} [W0198]")
-    return Actuation(inputs, efforts, notes, _not_modelled(transmissions, missing, by_written))
-
-
-def _not_modelled(
-    transmissions: Transmissions, missing: Mapping[str, int], by_written: Collection[str]
-) -> list[tuple[int, str]]:
-    """Return line and text of warnings on transmissions of unknown types, and to joints that the file lacks.
-    ``missing`` has the line by name of such a joint, ``by_written`` the names of all joints in the file."""
-    warnings = [
-        (1, f"not modelled: transmissions of the type {shown(kind)} ({len(names)}: {listed(names)}) [W0197]")
-        for kind, names in transmissions.unknown.items()
-    ]
+        scene.notes.append(f"{note}: {listed(list(idle))} [W0198]")
+    for kind, names in unknown.items():
+        note = f"not modelled: transmissions of the type {shown(kind)} ({len(names)}: {listed(names)}) [W0197]"
+        scene.leave_out(ElementPlace(scene.report.file, 1), note)
     if missing:
         close = [name for written in missing for name in close_names(written, by_written, 1)]
         perhaps = f", perhaps {listed(dict.fromkeys(close))}" if close else ""
         names = f"({len(missing)}: {listed(list(missing))}){perhaps}"
         note = f"not modelled: transmissions to joints that are not there {names} [W0199]"
-        warnings.append((next(iter(missing.values())), note))
-    return warnings
+        scene.leave_out(ElementPlace(scene.report.file, next(iter(missing.values()))), note)
+    if not transmissions and not unknown:
+        scene.notes.append(
+            "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
+        )

@@ -9,13 +9,13 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
 from eomgen.products.robots.draft import Visual, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace
-from eomgen.products.robots.visuals import NotDrawnError, Numbers, color_of, solid_of
+from eomgen.products.robots.visuals import Numbers, color_of, solid_of, visuals_of
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 
-#: From an element with an ``origin`` to orientation (3, 3) and position (3,). Raises NotDrawnError.
-Placement = Callable[[Element], tuple[Array, Array]]
-
-
+#: From the report of a visual's faults to two functions: numbers of an attribute, and orientation (3, 3) and position
+#: (3,), m, of an element with an ``origin``.
+Values = Callable[[Report], tuple[Numbers, Callable[[Element], tuple[Array, Array]]]]
 #: Notes on visuals that pictures replace, leave out or show in another colour.
 _NOTES = {
     "substituted": "pictures show collision geometry in place of visuals [W0200]",
@@ -30,12 +30,11 @@ class UrdfVisualReader:
     Parameters
     ----------
     root : of the robot, whose materials visuals name
-    numbers : reads numbers of an attribute
-    placement : returns orientation (3, 3) and position (3,), m, of an element
+    values : reads numbers and placements
     """
 
-    def __init__(self, root: Element, numbers: Numbers, placement: Placement) -> None:
-        self.numbers, self.placement = numbers, placement
+    def __init__(self, root: Element, values: Values) -> None:
+        self.values = values
         self.materials = {item.get("name"): item for item in root.children_with_tag("material")}
         #: Links by the reason, by the kind of note.
         self.reasons: dict[str, dict[str, list[str]]] = {kind: {} for kind in _NOTES}
@@ -51,31 +50,23 @@ class UrdfVisualReader:
 
     def link(self, name: str, element: Element) -> Sequence[Visual]:
         """Return the visuals of a link, or its collision geometry if no visual can be drawn."""
-        visuals = list(element.children_with_tag("visual"))
-        drawn, reasons = self._draw(name, visuals)
-        instead = self._draw(name, list(element.children_with_tag("collision")))[0] if visuals and not drawn else []
+
+        def read(visual: Element, report: Report) -> Visual:
+            numbers, placement = self.values(report)
+            entry = solid_of(
+                visual, numbers, lambda mesh: (mesh.get("filename"), numbers(mesh, "scale", (1.0, 1.0, 1.0)))
+            )
+            entry |= self._color(name, visual, numbers)
+            return Visual(WrittenPose(ElementPlace("", visual.line), *placement(visual)), entry)
+
+        drawn, reasons = visuals_of(element.children_with_tag("visual"), "", read)
+        collisions = element.children_with_tag("collision") if reasons and not drawn else ()
+        instead, _ = visuals_of(collisions, "", read)
         for reason in reasons:
             self.reasons["substituted" if instead else "left out"].setdefault(reason, []).append(name)
         return drawn or instead
 
-    def _draw(self, name: str, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
-        drawn, reasons = [], []
-        for element in elements:
-            try:
-                drawn.append(self._visual(name, element))
-            except NotDrawnError as error:
-                reasons.append(str(error))
-        return drawn, reasons
-
-    def _visual(self, name: str, element: Element) -> Visual:
-        entry = solid_of(element, self.numbers, self._mesh)
-        entry |= self._color(name, element)
-        return Visual(WrittenPose(ElementPlace("", element.line), *self.placement(element)), entry)
-
-    def _mesh(self, element: Element) -> tuple[str, tuple[float, ...]]:
-        return element.get("filename"), self.numbers(element, "scale", (1.0, 1.0, 1.0))
-
-    def _color(self, name: str, element: Element) -> dict[str, Any]:
+    def _color(self, name: str, element: Element, numbers: Numbers) -> dict[str, Any]:
         """Return ``color`` and ``opacity`` of a visual of the link ``name``: by the colour in the visual, or of the
         named material; empty without a colour. Parts beyond 0 to 1 are noted. A colour in a visual also defines the
         material."""
@@ -86,7 +77,7 @@ class UrdfVisualReader:
         color = named.first("color") if named is not None else None
         if color is None:
             return {}
-        parts = self.numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0))
+        parts = numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0))
         if any(not 0.0 <= part <= 1.0 for part in parts):
             written = " ".join(f"{part:g}" for part in parts)
             reason = f'rgba="{written}"; try: parts of 255 divided by 255'
