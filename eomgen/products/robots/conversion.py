@@ -156,13 +156,7 @@ class Conversion:
                 self.links[path, name] = link
                 if static:
                     self.static[path, name] = None
-            for name in model.names:
-                if name not in model.merged:
-                    self.frames.resolve((path, name))
-            for name in model.frames:
-                self.frames.link(path, name)
-            if path:
-                self.frames.link(path, MODEL_FRAME)
+        self.frames.resolve()
         for path, model in self.world.every():
             for name, joint in model.joints.items():
                 self.add_edge((path, name), joint, held)

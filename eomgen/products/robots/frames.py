@@ -6,7 +6,7 @@ Semantics of frames and poses: http://sdformat.org/tutorials?tut=pose_frame_sema
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -59,10 +59,20 @@ class Frames:
         self.world, self.report = world, report
         self.models = dict(world.every())
         self._bases: dict[Node, tuple[Node, Pose]] = {}
-        self._resolved_to_world: set[Node] = set()
-        self._links: dict[Node, Node] = {}
-        self._waiting: list[tuple[str, Node]] = []
         self._refused: set[tuple[ElementPlace, str]] = set()
+
+    def resolve(self) -> None:
+        """Find the frame in which each frame is given, and the links that carry frames; report frames that are missing,
+        and circles."""
+        for path, model in reversed(self.models.items()):  # of inner models first, whose frames place them
+            for name in model.names:
+                if name not in model.merged:
+                    self._bases[path, name] = self._base(path, name)
+        for node in self._bases:
+            self._way(node)
+        for path, model in self.models.items():
+            for name in [*model.frames, *([MODEL_FRAME] if path else [])]:
+                self.link(path, name)
 
     def node(self, path: tuple[str, ...], name: str) -> Node:
         """Return the node that a name means in the model at ``path``; ``arm::hand`` leads into the model ``arm``. The
@@ -85,44 +95,44 @@ class Frames:
         """Return the pose of the frame ``end`` in the frame ``start``, along the frames in which both are given; the
         common part of both ways to the world is left out, so that rounding cancels."""
         lower, upper = self._way(start), self._way(end)
-        common = 0
-        while common < min(len(lower), len(upper)) and lower[-1 - common][0] == upper[-1 - common][0]:
-            common += 1
-        first, second = (self._along(way[: len(way) - common]) for way in (lower, upper))
-        return second.seen_from(first) if first is not IDENTITY else second
+        while lower and upper and lower[-1] == upper[-1]:
+            del lower[-1], upper[-1]
+        first, second = self._along(lower), self._along(upper)
+        return second.seen_from(first) if lower else second
 
-    def _along(self, way: Sequence[tuple[Node, Pose]]) -> Pose:
+    def _along(self, way: Sequence[Node]) -> Pose:
         result = IDENTITY
-        for _, pose in way:
+        for _, pose in map(self._bases.__getitem__, way):
             result = pose @ result if result is not IDENTITY else pose
         return result
 
-    def _way(self, node: Node) -> list[tuple[Node, Pose]]:
-        """Return the frames from one to the world, each with its pose in the next one."""
-        result = []
-        node = self.node(*node)
-        self.resolve(node)
-        while node != WORLD_NODE:
-            base, pose = self._bases[node]
-            result.append((node, pose))
-            node = base
-        return result
+    def _way(self, node: Node, end: Node = WORLD_NODE) -> list[Node]:
+        """Return the frames from one to another around it, without this other one, each given in the next one."""
+        *way, _ = self._follow(
+            "relative_to", self.node(*node), lambda node: None if node in (end, WORLD_NODE) else self._bases[node][0]
+        )
+        return way
 
-    def resolve(self, node: Node) -> None:
-        """Find and store the frame in which a frame is given, and so on to the world; report frames that are missing,
-        and circles, whose last frame is then taken as the world."""
-        node = self.node(*node)
-        if node == WORLD_NODE or node in self._resolved_to_world:
-            return
-        if not self._enter("relative_to", node):
-            self._bases[node] = WORLD_NODE, IDENTITY  # the circle ends here, for the search for further faults
-            return
-        self._bases[node] = self._resolve(*node)
-        self.resolve(self._bases[node][0])
-        self._waiting.pop()
-        self._resolved_to_world.add(node)
+    def _follow(self, attribute: str, node: Node, successor: Callable[[Node], Node | None]) -> list[Node]:
+        """Return a node and all that follow, to one without a successor. A circle, of names in ``attribute``, is
+        reported and leads to the world."""
+        passed: dict[Node, None] = {}
+        while node not in passed:
+            passed[node] = None
+            after = successor(node)
+            if after is None:
+                return list(passed)
+            node = after
+        path, first = node
+        owner, way = self.models[path], list(passed)
+        parts = (owner.frames, owner.joints, owner.links, owner.models)
+        location = next(part[first].place for part in parts if first in part)
+        names = listed([name for _, name in (*way[way.index(node) :], node)])
+        fault = f"{attribute}: the frames name one another in a circle: {names} [E1724]"
+        self._refuse(location, attribute, fault, "another one")
+        return [*way, WORLD_NODE]
 
-    def _resolve(self, path: tuple[str, ...], name: str) -> tuple[Node, Pose]:
+    def _base(self, path: tuple[str, ...], name: str) -> tuple[Node, Pose]:
         """Return the node in which a frame is given, and the frame's pose there; the world for a missing frame, which
         is reported. For a model with a placement frame the pose is the model's, such that this frame is at the given
         place."""
@@ -142,27 +152,11 @@ class Frames:
         if inner is not None and inner.placement:
             inside = (*path, name)
             if self.check_frame(inside, inner.placement, inner.place, "placement_frame"):
-                result @= IDENTITY.seen_from(self._within(inside, self.node(inside, inner.placement)))
+                way = self._way(self.node(inside, inner.placement), (path, name))
+                result @= IDENTITY.seen_from(self._along(way))
         if not self.check_frame(path, named, written.place, "relative_to" if written.relative_to else ""):
             return WORLD_NODE, result
         return self.node(path, named), result
-
-    def _within(self, path: tuple[str, ...], node: Node) -> Pose:
-        """Return the pose of a node in the frame of the model at ``path``, which contains it, and whose own pose may
-        not be known yet. A circle of frames ends the way early; ``resolve`` reports circles."""
-        poses: list[tuple[Node, Pose]] = []
-        origin = (path[:-1], path[-1])
-        passed: set[Node] = set()
-        while node not in (origin, WORLD_NODE, *passed):  # circles are reported by ``resolve``
-            passed.add(node)
-            if node not in self._bases:
-                if not self._enter("relative_to", node):
-                    break
-                self._bases[node] = self._resolve(*node)
-                self._waiting.pop()
-            node, pose = self._bases[node]
-            poses.append((node, pose))
-        return self._along(poses)
 
     def check_frame(self, path: tuple[str, ...], name: str, location: ElementPlace, attribute: str) -> bool:
         """Return whether a name means a frame, seen from the model at ``path``; report a missing one. `attribute` is
@@ -189,38 +183,23 @@ class Frames:
     def link(self, path: tuple[str, ...], name: str) -> Node:
         """Return the node of the link that carries a frame, by name in the model at ``path``; the world if no link
         does, or if the frames are attached in a circle, which is reported. The name must exist."""
-        node = path, last = self.node(path, name)
-        if node == WORLD_NODE:
-            return node
-        if node in self._links:
-            return self._links[node]
-        if not self._enter("attached_to", node):
-            return WORLD_NODE
-        self._links[node] = self._carrier(path, last)
-        self._waiting.pop()
-        return self._links[node]
+        return self._follow("attached_to", self.node(path, name), self._carrier)[-1]
 
-    def _carrier(self, path: tuple[str, ...], name: str) -> Node:
-        """Return the node of the link that carries a link, joint, frame or model ``name``. For a joint this is the
-        child, for a frame the carrier of the frame to which it is attached, for a model the canonical link; the world
-        for a fault, which is reported."""
+    def _carrier(self, node: Node) -> Node | None:
+        """Return the node to which a joint, frame or model is attached; None for a link or the world. For a joint this
+        is the child, for a model the canonical link; the world for a fault, which is reported."""
+        path, name = node
         model = self.models[path]
-        if name in model.links:
-            return path, name
+        if node == WORLD_NODE or name in model.links:
+            return None
+        if name in model.models:
+            return self._canonical((*path, name))
         if name in model.joints:
-            joint = model.joints[name]
-            return (
-                self.link(path, joint.child)
-                if self.check_frame(path, joint.child, joint.place, "child")
-                else WORLD_NODE
-            )
-        if name in model.frames:
-            frame = model.frames[name]
-            if not frame.attached_to:
-                return self.link(path, MODEL_FRAME) if path else WORLD_NODE
-            known = self.check_frame(path, frame.attached_to, frame.place, "attached_to")
-            return self.link(path, frame.attached_to) if known else WORLD_NODE
-        return self._canonical((*path, name))
+            attribute, carrier, location = "child", model.joints[name].child, model.joints[name].place
+        else:
+            attribute, carrier, location = "attached_to", model.frames[name].attached_to, model.frames[name].place
+            carrier = carrier or (MODEL_FRAME if path else WORLD_FRAME)
+        return self.node(path, carrier) if self.check_frame(path, carrier, location, attribute) else WORLD_NODE
 
     def _canonical(self, path: tuple[str, ...]) -> Node:
         """Return the link to which the frame of a model is attached: the named canonical link, or the first link, also
@@ -243,24 +222,6 @@ class Frames:
             if carrier != WORLD_NODE:
                 return carrier
         return WORLD_NODE
-
-    def _enter(self, attribute: str, node: Node) -> bool:
-        """Mark a node as being resolved by ``attribute``, and return True; return False, and report the circle, if the
-        node is already being resolved. The caller removes the mark."""
-        step = (attribute, node)
-        if step not in self._waiting:
-            self._waiting.append(step)
-            return True
-        circle = [frame for _, frame in self._waiting[self._waiting.index(step) :]]
-        path, first = node
-        owner = self.models[path]
-        location = next(
-            part[first].place for part in (owner.frames, owner.joints, owner.links, owner.models) if first in part
-        )
-        names = listed([name for _, name in [*circle, node]])
-        fault = f"{attribute}: the frames name one another in a circle: {names} [E1724]"
-        self._refuse(location, attribute, fault, "another one")
-        return False
 
     def _refuse(self, location: ElementPlace, about: str, fault: str, hint: str) -> None:
         if (location, about) not in self._refused:
