@@ -9,7 +9,8 @@ from pathlib import Path
 
 import mujoco
 
-from eomgen.products.robots.mjcf.coverage import MEANINGS, STATUSES, key_of_path
+from eomgen.products.robots.mjcf.coverage import STATUSES, key_of_path
+from tests.robots.tables import MEANINGS
 
 COMMAND = "python -m tests.robots.mjcf_grammar docs/mjcf.md"
 PAGE = Path(__file__).parents[2] / "docs" / "mjcf.md"

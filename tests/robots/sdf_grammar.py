@@ -13,10 +13,10 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from eomgen.products.robots.leftovers import IDLE, READ
-from eomgen.products.robots.sdf.coverage import MEANINGS, STATUSES
-from eomgen.products.robots.sdf.reading import FIRST
-from eomgen.products.robots.sdf.values import NEWEST
+from eomgen.products.robots.sdf.values import STATUSES, Minor
+from tests.robots.tables import MEANINGS
 
+FIRST, NEWEST = Minor.FIRST, Minor.NEWEST
 COMMAND = "python -m tests.robots.sdf_grammar docs/sdf.md"
 PAGE = Path(__file__).parents[2] / "docs" / "sdf.md"
 FILE = Path(__file__).parents[1] / "files" / "sdf_grammar.json"

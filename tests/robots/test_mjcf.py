@@ -260,7 +260,7 @@ def test_names_frames_and_notes(file: Path) -> None:
     assert scene.notes == (
         "the start is the configuration of the file; keyframe=... is one of bent",
         "body 'tip-1' of the file is called tip_1",
-        "1 link is merged into the body it is fixed to and kept as a frame: tip_1",
+        "links merged into the bodies that carry them, as frames: tip_1",
         "not modelled: contact (4 geoms)",
         "not modelled: dry friction (1: a)",
         "not modelled: limits of position (1: a)",

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.products.robots.leftovers import READ
 from eomgen.products.robots.mjcf import coverage
 from eomgen.products.robots.mjcf.coverage import STATUSES
 from eomgen.scene.load import load
@@ -31,7 +32,7 @@ def test_the_page_is_the_table() -> None:
 
 
 def test_an_attribute_of_a_newer_mujoco_is_noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    older = {**coverage.STATUSES, "body/joint": {"name": coverage.READ, "axis": coverage.READ}}
+    older = {**coverage.STATUSES, "body/joint": {"name": READ, "axis": READ}}
     monkeypatch.setattr(coverage, "STATUSES", older)
     (tmp_path / "a.xml").write_text(BASE, encoding="utf-8")
     note = "not read: the attribute stiffness of <joint>, which this version does not know"

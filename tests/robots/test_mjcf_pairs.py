@@ -130,7 +130,8 @@ def test_constants_of_zero_that_divide_are_refused(actuator: str, tmp_path: Path
 
 
 def test_all_read_attributes_of_drives_and_joints_are_changed() -> None:
-    from eomgen.products.robots.mjcf.coverage import READ, STATUSES
+    from eomgen.products.robots.leftovers import READ
+    from eomgen.products.robots.mjcf.coverage import STATUSES
 
     changed: dict[str, set[str]] = {}
     for element, text in changes():

@@ -15,10 +15,8 @@ import pytest
 from eomgen.errors import DescriptionError
 from eomgen.products.robots.leftovers import NOTED, READ, REFUSED
 from eomgen.products.robots.sdf.conversion import sdf_data
-from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.sdf.reading import FIRST
-from eomgen.products.robots.sdf.values import NEWEST
-from tests.robots.sdf_grammar import COMMAND, INNER, PAGE, Part, grammar, key_of, page
+from eomgen.products.robots.sdf.values import STATUSES
+from tests.robots.sdf_grammar import COMMAND, FIRST, INNER, NEWEST, PAGE, Part, grammar, key_of, page
 
 
 def test_every_part_of_the_grammar_has_a_status() -> None:

@@ -120,7 +120,7 @@ def test_merging_by_hand() -> None:
     ]
     assert scene.notes == (
         "the root link foot is fixed to the base, and so are the links fixed to it",
-        "2 links are merged into the bodies they are fixed to and kept as frames: foot, lower",
+        "links merged into the bodies that carry them, as frames: foot, lower",
         "right angles made exact in the placement of the joint elbow",
     )
 

@@ -387,7 +387,7 @@ def test_a_loop_joint_is_the_constraint_that_one_would_write(rng: np.random.Gene
 
 
 def data_of_text(text: str) -> dict[str, Any]:
-    from eomgen.products.robots.urdf.source import URDF  # of this test alone
+    from eomgen.products.robots.sources import URDF  # of this test alone
 
     return dict(URDF.read(text).data)
 

@@ -8,9 +8,9 @@ PRODUCT = Product(
     rows={
         "eomgen.attributes": ("eomgen.products.robots.other_words:ATTRIBUTES",),
         "eomgen.sources": (
-            "eomgen.products.robots.urdf.source:URDF",
-            "eomgen.products.robots.mjcf.source:MJCF",
-            "eomgen.products.robots.sdf.source:SDF",
+            "eomgen.products.robots.sources:URDF",
+            "eomgen.products.robots.sources:MJCF",
+            "eomgen.products.robots.sources:SDF",
         ),
     },
 )

@@ -10,6 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import legal_name, listed, nearest, shown
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.formula.words import RESERVED
 from eomgen.products.robots.draft import (
     MODEL_FRAME,
@@ -50,10 +51,6 @@ from eomgen.scene.rotations import quaternion_of_matrix, snapped_rotation
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 from eomgen.system.description import BASE, WORLD
 
-#: A joint is at the origin of a link below this part of the lengths of their poses: rounding of several turns.
-_AT_ORIGIN = 1e-12
-#: Ends of a loop meet within this part of their distance from the origin of their body, as digits of files allow.
-_MET = 1e-6
 #: Unit of an effort by the unit of the coordinate.
 _EFFORT_UNITS = {"rad": "N m", "m": "N"}
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "the frame at rest while the base moves"}
@@ -215,8 +212,7 @@ class Conversion:
         steps = [step for walk in tree.walks.values() for step in walk]
         following = Followers(self.scene, self.frames, steps, self.joint_names, self.places).add(gears)
         for gear in gears:
-            for axis in gear.joint.axes:
-                self.leave_dynamics(axis, self.name_of(gear.key), "gearboxes")
+            self.leave_dynamics(gear.joint.axes, self.name_of(gear.key), " of gearboxes")
         driven = following | {entry["joint"] for entry in self.scene.data.get("efforts", {}).values()}
         for joint, unit in self.units.items() if actuated else ():
             if unit in _EFFORT_UNITS and joint not in driven:
@@ -263,15 +259,7 @@ class Conversion:
             note = f"no joint holds these links, so they move freely: {names}"
             notes.append(f"{note}; weld={self.free[:1]!r} fixes one [W0167]")
         if self.merged:
-            only = len(self.merged) == 1
-            many = (
-                "1 link is merged into the body it is"
-                if only
-                else f"{len(self.merged)} links are merged into the bodies they are"
-            )
-            notes.append(
-                f"{many} fixed to and kept as {'a frame' if only else 'frames'}: {listed(self.merged)} [W0180]"
-            )
+            notes.append(f"links merged into the bodies that carry them, as frames: {listed(self.merged)} [W0180]")
         if self.shifted:
             note = "links whose joints are not at their origins are frames of bodies NAME_body"
             notes.append(f"{note}: {listed(self.shifted)} [W0170]")
@@ -416,7 +404,7 @@ class Conversion:
         edge, end = step.edge, step.end
         joint, key = edge.joint, edge.key
         offset = self.frames.between(end, key).position
-        at_origin = not offset.any() or float(np.linalg.norm(offset)) <= _AT_ORIGIN * max(
+        at_origin = not offset.any() or float(np.linalg.norm(offset)) <= SUMMED * max(
             float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)
         )
         body = self.body(end, "" if at_origin else "_body")
@@ -480,8 +468,6 @@ class Conversion:
         friction = friction_of(axes, unit) if self.friction and whole else None
         if friction is not None:
             entry["friction"] = friction
-        elif any(axis.friction for axis in axes):
-            self.scene.left_out("dry friction", name)
         stops, turns_on = None, joint is not None and joint.written == "continuous"
         for axis in axes if self.limits and whole and not turns_on else ():
             if axis.lower > axis.upper:
@@ -490,16 +476,32 @@ class Conversion:
             stops = stops_of(axes, unit)
         if stops is not None:
             entry["limits"] = stops
-        self.leave_limits(axes, name, without=() if stops is None else ("position",))
+        taken = [
+            "dampers",
+            "springs",
+            "mimics",
+            *(["dry friction"] if friction else []),
+            *(["position"] if stops else []),
+        ]
+        self.leave_dynamics(axes, name, taken=taken)
 
-    def leave_limits(self, axes: Sequence[Axis], name: str, ending: str = "", without: Collection[str] = ()) -> None:
-        """Note the limits of a joint that are left out: all quantities with a limit but the ones in ``without``. `name`
-        is the joint in the scene; `ending` is appended to the note's list of quantities."""
-        limited = dict.fromkeys(word for axis in axes for word in axis.limited if word not in without)
+    def leave_dynamics(self, axes: Sequence[Axis], name: str, ending: str = "", taken: Collection[str] = ()) -> None:
+        """Note as left out the dampers, springs, dry friction, mimics and limited quantities of the axes of a joint,
+        but for the ones in ``taken``. ``name`` is the joint in the scene; ``ending`` is appended to the parts in the
+        note, as " of gearboxes"."""
+        parts = {
+            "dampers": any(axis.damping for axis in axes),
+            "springs": any(axis.stiffness for axis in axes),
+            "dry friction": any(axis.friction for axis in axes),
+            "mimics": any(axis.mimic is not None for axis in axes),
+        }
+        left = [part for part, present in parts.items() if present and part not in taken]
+        limited = dict.fromkeys(word for axis in axes for word in axis.limited if word not in taken)
         if limited:
             *most, last = limited
-            words = f"{', '.join(most)} and {last}" if most else last
-            self.scene.left_out(f"limits of {words}{ending}", name)
+            left.append(f"limits of {', '.join(most)} and {last}" if most else f"limits of {last}")
+        for part in left:
+            self.scene.left_out(f"{part}{ending}", name)
 
     def add_frames(self) -> None:
         """Add the frames of all models of the file to the scene, each in the body of the link that carries the
@@ -546,12 +548,12 @@ class Conversion:
             self.scene.lines[f"constraints.{loop.name}"] = str(loop.place)
             return
         apart, angle = gap_of(loop.type, ends)
-        if apart <= _MET * max(float(np.linalg.norm(end.position)) for end in ends) and angle <= _MET:
+        if apart <= WRITTEN * max(float(np.linalg.norm(end.position)) for end in ends) and angle <= WRITTEN:
             note = f"the loop {loop.name} is left out: held joints make one body of its ends, which meet [W0272]"
             self.scene.notes.append(note)
             return
         degrees = float(np.degrees(np.arcsin(min(1.0, angle))))
-        turn = f" and turned by {degrees:.3g} degrees" if degrees > np.degrees(_MET) else ""
+        turn = f" and turned by {degrees:.3g} degrees" if degrees > np.degrees(WRITTEN) else ""
         fault = f"held joints make one body of the ends of {loop.name}, with a gap of {apart:.3g} m{turn} [E2207]"
         self.scene.refuse(loop.place, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
 
@@ -563,19 +565,16 @@ class Conversion:
         if any(axis.stiffness or axis.mimic for axis in joint.axes):
             fault = f"the joint {title} closes a loop, so it has no coordinate for its spring or mimic [E1942]"
             self.scene.refuse(joint.place, f"joints.{name}", fault, "must_be_loop_joint for another joint of the loop")
+        axes = [*joint.axes, *([joint.around] if joint.around else ())]
         damping = joint.axes[0].damping if len(joint.axes) == 1 else 0.0
         if damping and kind in ("revolute", "prismatic"):
             along = "rotational_damping" if kind == "revolute" else "damping"
             bushing = {"first": dict(frames[0]), "second": dict(frames[1]), along: [0.0, 0.0, damping]}
             self.scene.add("bushings", "force", f"{name}_damper", bushing)
-        elif any(axis.damping for axis in (*joint.axes, *([joint.around] if joint.around else ()))):
+        elif any(axis.damping for axis in axes):
             fault = f"the damper of the {joint.written} joint {title}, which closes a loop, is not supported [E1943]"
             self.scene.refuse(joint.place, f"joints.{name}", fault, "must_be_loop_joint for another joint of the loop")
-        if joint.around is not None:
-            self.leave_dynamics(joint.around, name, "joints that close loops", damped=True)
-        if any(axis.friction for axis in joint.axes):
-            self.scene.left_out("dry friction", name)
-        self.leave_limits(joint.axes, name, " of joints that close loops")
+        self.leave_dynamics(axes, name, " of joints that close loops", taken=("dampers",))
 
     def resist_turning(self, joint: DraftJoint, axis: Axis, name: str) -> None:
         """Add a damper to each velocity component of a joint without axes, such as a ball joint; note spring, friction
@@ -585,17 +584,7 @@ class Conversion:
                 effort = f"-{number(axis.damping)} * v.{name}[{index}]"
                 entry = {"joint": name, "index": index, "effort": effort}
                 self.scene.add("efforts", "effort", f"{name}_damper_{index}", entry)
-        self.leave_dynamics(axis, name, f"{joint.written} joints", damped=True)
-
-    def leave_dynamics(self, axis: Axis, name: str, kind: str, *, damped: bool = False) -> None:
-        """Note as left out the spring, damper, friction, mimic and limits of an axis without a coordinate of its own.
-        `kind` names the joints in the note, as "gearboxes"; with ``damped`` the damper is not left out."""
-        parts = {"dampers": axis.damping and not damped, "springs": axis.stiffness}
-        parts |= {"dry friction": axis.friction, "mimics": axis.mimic is not None}
-        for part, present in parts.items():
-            if present:
-                self.scene.left_out(f"{part} of {kind}", name)
-        self.leave_limits([axis], name, f" of {kind}")
+        self.leave_dynamics([axis], name, f" of {joint.written} joints", taken=("dampers",))
 
     def add_shapes(self) -> None:
         """Add the section ``shapes`` with the visuals of all links, posed in bodies and named by the links; none

@@ -6,15 +6,13 @@ from collections.abc import Mapping, Sequence
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.products.robots.draft import DraftMimic
 from eomgen.products.robots.frames import WORLD_NODE, Frames, Node
 from eomgen.products.robots.joints import axes_in_world
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
 from eomgen.products.robots.tree import Edge, Step
-
-#: Cosine of the angle between axes of gears above which they are parallel.
-_PARALLEL = 1.0 - 1e-9
 
 
 class Followers:
@@ -143,7 +141,7 @@ class Followers:
             if joint.type != "revolute" or ends not in ((reference, body), (body, reference)):
                 continue
             along = float(axes_in_world(self.frames, step.edge)[0] @ axis)
-            if abs(along) < _PARALLEL:
+            if abs(along) < 1.0 - COMPUTED:
                 continue
             negative = (along < 0.0) != (ends == (body, reference))
             return f"{'-' if negative else ''}{self.coordinate(step, 0)}"

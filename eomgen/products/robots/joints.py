@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import COMPUTED
 from eomgen.products.robots.draft import Axis, DraftJoint
 from eomgen.products.robots.frames import Frames, Node
 from eomgen.products.robots.scene_draft import LinkPlace
@@ -23,8 +24,6 @@ GIVE = {"rad": 0.01, "m": 0.001}
 DAMPING_TIME = 0.01
 #: Speed well below which a joint with friction counts as sticking, by unit of the coordinate, per second.
 STICKING = {"rad": 0.01, "m": 0.001}
-#: Cosine of an angle between axes below which they are perpendicular.
-_ACROSS = 1e-9
 
 
 def axes_in_world(frames: Frames, edge: Edge) -> list[Array]:
@@ -72,7 +71,7 @@ def gap_of(kind: str, ends: Sequence[LinkPlace]) -> tuple[float, float]:
 
 def are_perpendicular(axes: Sequence[Array]) -> bool:
     """Return whether one universal joint can have two axes."""
-    return bool(abs(axes[0] @ axes[1]) <= _ACROSS)
+    return bool(abs(axes[0] @ axes[1]) <= COMPUTED)
 
 
 def loop_frame(kind: str, axes: Sequence[Array]) -> Array:

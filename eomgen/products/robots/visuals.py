@@ -15,10 +15,9 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-#: By how much the length of a quaternion may differ from 1: three digits of each number.
-UNIT_LENGTH = 1e-3
-#: Distance of an angle from a right angle, in rad, below which a note suggests a right angle with too few digits.
-NEARLY = 1e-3
+#: Numbers that were written with three digits: by how much the length of a quaternion may differ from 1, and an angle,
+#: in rad, from a right angle that is meant.
+FEW_DIGITS = 1e-3
 #: From an element, the name of a value and the default to the values. Raises NotDrawnError.
 Numbers = Callable[[Element, str, tuple[float, ...]], tuple[float, ...]]
 #: Sizes by type of geometry: name in the format, key of the section, and the default.

@@ -23,8 +23,6 @@ _SECTIONS = {"actuator": "actuator", "equality": "equality", "tendon": "tendon",
 _OF_BODIES = {"body": "body", "joint": "joint", "freejoint": "joint", "site": "site", "geom": "geom"}
 #: Depth at which MuJoCo's own reader of XML ends.
 _DEEPEST = 500
-#: Numbers beyond this one, or below its inverse, whose powers may have no value.
-_LARGE = 1e60
 #: Remedies for parts of MuJoCo's messages.
 _REMEDIES = {
     "Error opening file": "a path from the folder of the file, or assetdir, meshdir and texturedir of <compiler>",
@@ -94,7 +92,7 @@ class MjcfElements:
                 for word in value.split():
                     with suppress(ValueError):
                         size = abs(float(word))
-                        if not (size == 0.0 or 1.0 / _LARGE < size < _LARGE):
+                        if not (size == 0.0 or 1e-60 < size < 1e60):
                             return ElementPlace(file, element.line), word
         return None
 

@@ -8,16 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from eomgen.products.robots.leftovers import IDLE, NOTED, READ, REFUSED, ElementPlace, read_table
+from eomgen.products.robots.leftovers import ElementPlace, read_table
 from eomgen.products.robots.mjcf.draft import MjcfDraft
-
-#: Meaning of each status.
-MEANINGS: Mapping[str, str] = {
-    READ: "takes part in the equations, the names or the start, by MuJoCo's compiler or by eomgen",
-    IDLE: "pictures, contact, memory, the numbers of MuJoCo's solvers, or data of the user: no part of the equations",
-    NOTED: "left out with a note if it would act; refused with `--strict`",
-    REFUSED: "refused with line and name if it would act",
-}
 
 
 def key_of_path(path: str) -> str:

@@ -14,8 +14,6 @@ from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.mjcf.compiled import MjcfElements
 from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
 
-#: Most terms of a sum in one text.
-_TERMS = 20
 #: Flags of parts that MuJoCo solves as constraints, which the flag ``constraint`` switches off together.
 _CONSTRAINTS = ("CONTACT", "EQUALITY", "FRICTIONLOSS", "LIMIT")
 
@@ -146,7 +144,7 @@ class MjcfDraft(SceneDraft):
     def sum_of(self, word: str, terms: Sequence[str]) -> str:
         """Return the formula of the sum of any number of terms; more than 20 are summed in definitions, which are added
         under names that begin with ``word``."""
-        parts = [total(terms[k : k + _TERMS]) for k in range(0, len(terms), _TERMS)]
+        parts = [total(terms[k : k + 20]) for k in range(0, len(terms), 20)]
         return parts[0] if len(parts) == 1 else total([self.define(f"{word}_of_part", part) for part in parts])
 
     def is_disabled(self, flag: str) -> bool:

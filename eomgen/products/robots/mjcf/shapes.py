@@ -17,11 +17,8 @@ from eomgen.products.robots.visuals import color_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.rotations import snapped_rotation
 
-#: Groups of geoms that MuJoCo shows: the first three, unless its user asks for others.
-_SHOWN = 3
 #: MuJoCo's colour of a geom without a colour, in place of which the one of its material is shown.
 _PLAIN = (0.5, 0.5, 0.5, 1.0)
-_THICKNESS = 0.002
 
 
 def convert_geoms(draft: MjcfDraft) -> None:
@@ -31,7 +28,7 @@ def convert_geoms(draft: MjcfDraft) -> None:
     left_out: dict[str, list[str]] = {}
     for geom in range(model.ngeom):
         color = _color(draft, geom)
-        if int(model.geom_group[geom]) >= _SHOWN or color[3] == 0.0:
+        if int(model.geom_group[geom]) >= 3 or color[3] == 0.0:
             continue
         written = draft.element_name("geom", geom)
         carrier = draft.places[int(model.geom_bodyid[geom])]
@@ -73,8 +70,8 @@ def _solid(draft: MjcfDraft, geom: int, placement: LinkPlace) -> tuple[LinkPlace
         # a size of 0 is a plane without end; a large one would make the machine small in the picture
         widest = float(model.stat.extent)
         sides = [2.0 * (min(half, widest) or widest) for half in (x, y)]
-        under = placement.of(np.array([0.0, 0.0, -0.5 * _THICKNESS]))
-        return under, {"type": "box", "size": [*sides, _THICKNESS]}
+        under = placement.of(np.array([0.0, 0.0, -0.001]))
+        return under, {"type": "box", "size": [*sides, 0.002]}
     entries: dict[int, dict[str, Any]] = {
         int(kinds.mjGEOM_SPHERE): {"type": "sphere", "radius": x},
         int(kinds.mjGEOM_CAPSULE): {"type": "capsule", "radius": x, "length": 2.0 * y},

@@ -26,8 +26,7 @@ from eomgen.products.robots.draft import (
     WrittenPose,
 )
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers
-from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, SdfValues
+from eomgen.products.robots.sdf.values import STATUSES, Minor, SdfValues
 from eomgen.products.robots.sdf.visuals import SdfVisualReader
 from eomgen.products.robots.uris import is_remote, is_there, locate
 from eomgen.scene.inertia import Inertia, tensor
@@ -47,11 +46,7 @@ TYPES: Mapping[str, tuple[str, int]] = {
     "fixed": ("fixed", 0),
     "gearbox": ("", 2),
 }
-#: The oldest minor version of SDF 1 that is read, and the first ones with axes in the frames of joints and with gravity
-#: as a part of the world.
-FIRST, _SINCE_JOINT_AXES, _SINCE_WORLD_GRAVITY = 4, 5, 6
 _VERSION = re.compile(r"1\.([0-9]{1,4})")
-_DEEPEST = 20
 #: Numbers of elements with their defaults.
 _MOMENTS = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
 _MIMIC = {"multiplier": 1.0, "offset": 0.0, "reference": 0.0}
@@ -135,10 +130,10 @@ class _FileReader:
             return None
         written = root.get("version")
         match = _VERSION.fullmatch(written)
-        if match is None or not FIRST <= int(match[1]) <= NEWEST:
+        if match is None or not Minor.FIRST <= int(match[1]) <= Minor.NEWEST:
             fault = f"version {shown(written)} of SDF is not read [E1950]"
             fault = fault if written else "<sdf> has no version [E1951]"
-            self.values.refuse(root, fault, f'version="1.{FIRST}" to version="1.{NEWEST}"')
+            self.values.refuse(root, fault, f'version="1.{Minor.FIRST}" to version="1.{Minor.NEWEST}"')
             return None
         return int(match[1])
 
@@ -148,7 +143,7 @@ class _FileReader:
         result = self.values.vector(world, "gravity", WORLD_GRAVITY)
         for settings in world.children_with_tag("physics"):
             if settings.first("gravity") is not None:
-                if self.values.minor < _SINCE_WORLD_GRAVITY:
+                if self.values.minor < Minor.WORLD_GRAVITY:
                     result = self.values.vector(settings, "gravity", WORLD_GRAVITY)
                 else:
                     location = (self.place(settings), "")
@@ -167,7 +162,7 @@ class _FileReader:
             self.values.refuse(element, f"the {element.tag} has no name [E1701]", f'<{element.tag} name="...">')
         elif name == WORLD_FRAME or (name.startswith("__") and name.endswith("__")):
             self.values.refuse(element, f"the name {shown(name)} is reserved in SDF [E1952]", "another name")
-        elif "::" in name and self.values.minor >= SINCE_FRAMES:
+        elif "::" in name and self.values.minor >= Minor.FRAMES:
             fault = f"the name {shown(name)} has ::, which leads into a model [E1953]"
             self.values.refuse(element, fault, "another name")
         elif model.has(name):
@@ -367,8 +362,8 @@ class _FileReader:
         if not any(vector):
             values.refuse(element, f"the {tag} of the joint {shown(name)} has no direction [E1963]", "<xyz>0 0 1</xyz>")
             vector = (0.0, 0.0, 1.0)
-        if self.values.minor < SINCE_FRAMES:
-            of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < _SINCE_JOINT_AXES)
+        if self.values.minor < Minor.FRAMES:
+            of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < Minor.JOINT_AXES)
             frame = frame or (MODEL_FRAME if of_model else "")
         damping, friction, stiffness, rest = values.row(element, "dynamics", name, _DYNAMICS)
         result = Axis(self.place(element), vector, frame, damping, friction, stiffness, rest)
@@ -449,7 +444,7 @@ class _FileReader:
             return None
         path = locate(address, self.folder, self.reader.packages)
         path = _file_of_model(path) if is_there(path) and path.is_dir() else path
-        if path.resolve() in self.chain or len(self.chain) >= _DEEPEST:
+        if path.resolve() in self.chain or len(self.chain) >= 20:
             values.refuse(element, f"files include one another in a circle: {shown(address)} [E1590]", "another file")
             return None
         try:
@@ -488,5 +483,5 @@ def _file_of_model(folder: Path) -> Path:
     for element in root.children_with_tag("sdf"):
         match = _VERSION.fullmatch(element.get("version"))
         versions[int(match[1]) if match else 0] = element.text()
-    readable = [minor for minor in versions if minor <= NEWEST]
+    readable = [minor for minor in versions if minor <= Minor.NEWEST]
     return folder / (versions[max(readable)] if readable else "model.sdf")

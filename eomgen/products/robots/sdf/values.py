@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from enum import IntEnum
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -12,19 +14,27 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import WrittenPose
-from eomgen.products.robots.leftovers import ElementPlace, Leftovers
-from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, off_right, read_numbers
+from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
+from eomgen.products.robots.visuals import FEW_DIGITS, off_right, read_numbers
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
 
+#: How each child and attribute of an element is taken.
+STATUSES = read_table(Path(__file__).with_name("coverage.txt"))
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
-#: Limits beyond this are none: older files write 1e16 for infinity.
-NO_LIMIT = 1e16
-#: The newest minor version of SDF 1 that is read, and the first in which frames have names.
-NEWEST, SINCE_FRAMES = 12, 7
+
+
+class Minor(IntEnum):
+    """Minor versions of SDF 1: the oldest that is read, the first with axes in the frames of joints, with gravity as a
+    part of the world and with names of frames, and the newest."""
+
+    FIRST = 4
+    JOINT_AXES = 5
+    WORLD_GRAVITY = 6
+    FRAMES = 7
+    NEWEST = 12
 
 
 class SdfValues:
@@ -42,7 +52,7 @@ class SdfValues:
         Minor version of the file's format.
     """
 
-    def __init__(self, file: str, report: Report, leftovers: Leftovers, minor: int = NEWEST) -> None:
+    def __init__(self, file: str, report: Report, leftovers: Leftovers, minor: int = Minor.NEWEST) -> None:
         self.file, self.report, self.leftovers, self.minor = file, report, leftovers, minor
 
     def place(self, element: Element) -> ElementPlace:
@@ -87,7 +97,7 @@ class SdfValues:
         if infinite and text.lower() in _INFINITE:
             return _INFINITE[text.lower()]
         (value,) = self.numbers(child, tag, text, (default,))
-        return math.copysign(math.inf, value) if infinite and abs(value) >= NO_LIMIT else value
+        return math.copysign(math.inf, value) if infinite and abs(value) >= 1e16 else value
 
     def row(self, element: Element, tag: str, owner: str, defaults: Mapping[str, float]) -> list[float]:
         """Return the numbers of the grandchildren named in ``defaults`` within the child ``tag``, in this order, with
@@ -124,7 +134,7 @@ class SdfValues:
             return WrittenPose(self.place(element))
         # the attribute ``frame`` of 1.5 and 1.6 became ``relative_to`` of 1.7, which is read from older files, too
         naming, frame = "relative_to", child.get("relative_to")
-        if self.minor < SINCE_FRAMES and child.get("frame") not in ("", frame):
+        if self.minor < Minor.FRAMES and child.get("frame") not in ("", frame):
             if frame:
                 fault = f"pose: relative_to {shown(frame)} and frame {shown(child.get('frame'))} differ [E2209]"
                 self.refuse(child, fault, "relative_to alone")
@@ -149,7 +159,7 @@ class SdfValues:
     def _quaternion(self, element: Element, values: Sequence[float]) -> Array:
         x, y, z, w = values
         length = math.hypot(x, y, z, w)
-        if not abs(length - 1.0) <= UNIT_LENGTH:
+        if not abs(length - 1.0) <= FEW_DIGITS:
             fault = f"pose: the quaternion has the length {length:.6g}, and a rotation has 1 [E1728]"
             self.refuse(element, fault, "x y z w")
             return np.eye(3)
@@ -160,6 +170,6 @@ class SdfValues:
             return np.eye(3)
         roll, pitch, yaw = (math.radians(value) if degrees else value for value in values)
         for angle in (roll, pitch, yaw):
-            if SNAP < off_right(angle) <= NEARLY:
+            if SNAP < off_right(angle) <= FEW_DIGITS:
                 self.leftovers.nearly_right.setdefault(owner, f"{angle:.9g}")
         return snapped_rotation(roll_pitch_yaw(roll, pitch, yaw))

@@ -9,8 +9,7 @@ from typing import Any
 
 from eomgen.products.robots.draft import Visual
 from eomgen.products.robots.leftovers import Leftovers
-from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.sdf.values import SdfValues
+from eomgen.products.robots.sdf.values import STATUSES, SdfValues
 from eomgen.products.robots.uris import is_remote, locate
 from eomgen.products.robots.visuals import SDF_SIZES, NotDrawnError, color_of, solid_of, visuals_of
 from eomgen.scene.bodies.mesh_files import ENDINGS

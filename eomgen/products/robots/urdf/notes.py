@@ -16,8 +16,6 @@ from eomgen.products.robots.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
 
 #: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
 _TURN = 2.0 * math.pi + 1e-3
-#: Ratio of the radius of gyration to the size of a robot above which the moment of inertia is probably in another unit.
-_ABSURD = 100.0
 #: Elements left out of moving joints, without effect on held joints.
 _OF_MOVING_JOINTS = ("safety_controller", "calibration")
 
@@ -83,7 +81,7 @@ def notes_of_sizes(robot: Robot) -> list[str]:
             continue
         moment = float(np.linalg.norm(link.inertia.about_center, 2))
         radius = math.sqrt(moment / link.inertia.mass)
-        if radius >= _ABSURD * size:
+        if radius >= 100.0 * size:
             note = f"link {link.name}: the radius of gyration {radius:.3g} m is large for the robot, {size:.3g} m"
             notes.append(f"{note}; moments of inertia of URDF are in kg m^2 [W0188]")
     return notes

@@ -21,7 +21,7 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
 from eomgen.products.robots.urdf.visuals import UrdfVisualReader
-from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, Numbers, off_right, read_numbers
+from eomgen.products.robots.visuals import FEW_DIGITS, Numbers, off_right, read_numbers
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -239,7 +239,7 @@ class _UrdfReader:
         if max(map(abs, angles)) > 2.0 * math.pi:
             self.out.several_turns.append(name)
         orientation = snapped_rotation(exact)
-        nearly = next((angle for angle in angles if SNAP < off_right(angle) <= NEARLY), None)
+        nearly = next((angle for angle in angles if SNAP < off_right(angle) <= FEW_DIGITS), None)
         changed = orientation[orientation != exact]
         made_exact = changed.size > 0 and bool(np.any(np.isin(changed, (-1.0, 0.0, 1.0))))
         return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
@@ -262,7 +262,7 @@ class _UrdfReader:
             self.report.add_at(origin.line, key, fault, "one of them")
         x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
         length = math.hypot(x, y, z, w)
-        if not abs(length - 1.0) <= UNIT_LENGTH:
+        if not abs(length - 1.0) <= FEW_DIGITS:
             written = shown(origin.get("quat_xyzw"))
             fault = f"quat_xyzw: {written} has the length {length:.6g}, and a rotation has 1 [E1708]"
             self.report.add_at(origin.line, key, fault, "x, y, z and w of a unit quaternion")
