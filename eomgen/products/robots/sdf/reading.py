@@ -25,7 +25,7 @@ from eomgen.products.robots.draft import (
     Gear,
     WrittenPose,
 )
-from eomgen.products.robots.leftovers import ElementPlace, Leftovers
+from eomgen.products.robots.leftovers import Leftovers
 from eomgen.products.robots.sdf.values import STATUSES, Minor, SdfValues
 from eomgen.products.robots.sdf.visuals import SdfVisualReader
 from eomgen.products.robots.uris import is_remote, is_there, locate
@@ -83,7 +83,7 @@ class SdfReader:
         minor = reading.version(root)
         if minor is None:
             self.report.raise_problems()
-        reading.values.minor = minor or 0
+        reading.minor = minor or 0
         worlds = list(root.children_with_tag("world"))
         result = DraftModel(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
         gravity, name = None, ""
@@ -93,12 +93,12 @@ class SdfReader:
             name = element.get("name").replace("default", "")
             reading.contents(element, "world", result)
         for element in worlds[1:]:
-            reading.values.refuse(element, "a file with several worlds is not read [E1947]", "a file for each")
+            reading.refuse(element, "a file with several worlds is not read [E1947]", "a file for each")
         for element in root.children_with_tag("model"):
             reading.add(result, "models", reading.model(element), element)
         self.leftovers.keep(root, "sdf", file, "")
         if not result.models and not result.joints:
-            reading.values.refuse(root, "the file has no <model> [E1948]", '<model name="..."> with links')
+            reading.refuse(root, "the file has no <model> [E1948]", '<model name="..."> with links')
         self.report.raise_problems()
         notes = [*self.liberties]
         if gravity is None:
@@ -111,45 +111,42 @@ class SdfReader:
         return Draft(name, result, self.leftovers, gravity, self.visuals.left_out, notes)
 
 
-class _FileReader:
+class _FileReader(SdfValues):
     """Reads the elements of one file; ``chain`` has the paths of the files that include this file, from the
     outermost."""
 
     def __init__(self, reader: SdfReader, file: str, folder: Path, chain: Sequence[Path]) -> None:
-        self.reader, self.file, self.folder, self.chain = reader, file, folder, chain
-        self.values = SdfValues(file, reader.report, reader.leftovers)
-
-    def place(self, element: Element) -> ElementPlace:
-        return ElementPlace(self.file, element.line)
+        super().__init__(file, reader.report, reader.leftovers)
+        self.reader, self.folder, self.chain = reader, folder, chain
 
     def version(self, root: Element) -> int | None:
         """Return k of the file's version 1.k; None, after a report, for another root element or a version that is not
         read."""
         if root.tag != "sdf":
-            self.values.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf' [E1949]", "an SDF file")
+            self.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf' [E1949]", "an SDF file")
             return None
         written = root.get("version")
         match = _VERSION.fullmatch(written)
         if match is None or not Minor.FIRST <= int(match[1]) <= Minor.NEWEST:
             fault = f"version {shown(written)} of SDF is not read [E1950]"
             fault = fault if written else "<sdf> has no version [E1951]"
-            self.values.refuse(root, fault, f'version="1.{Minor.FIRST}" to version="1.{Minor.NEWEST}"')
+            self.refuse(root, fault, f'version="1.{Minor.FIRST}" to version="1.{Minor.NEWEST}"')
             return None
         return int(match[1])
 
     def gravity(self, world: Element) -> tuple[float, ...]:
         """Return the gravity (3 numbers) of a world, m/s^2; files before version 1.6 have gravity in ``<physics>``,
         which is otherwise not read there."""
-        result = self.values.vector(world, "gravity", WORLD_GRAVITY)
+        result = self.vector(world, "gravity", WORLD_GRAVITY)
         for settings in world.children_with_tag("physics"):
             if settings.first("gravity") is not None:
-                if self.values.minor < Minor.WORLD_GRAVITY:
-                    result = self.values.vector(settings, "gravity", WORLD_GRAVITY)
+                if self.minor < Minor.WORLD_GRAVITY:
+                    result = self.vector(settings, "gravity", WORLD_GRAVITY)
                 else:
                     location = (self.place(settings), "")
-                    self.reader.leftovers.unread.setdefault("elements <gravity> of <physics>", []).append(location)
+                    self.leftovers.unread.setdefault("elements <gravity> of <physics>", []).append(location)
             settings.read_whole()
-            self.reader.leftovers.count("physics")
+            self.leftovers.count("physics")
         return result
 
     def add(
@@ -159,15 +156,15 @@ class _FileReader:
         items. A name that is empty, reserved or already there is reported, and the item not added."""
         name = item.name
         if not name:
-            self.values.refuse(element, f"the {element.tag} has no name [E1701]", f'<{element.tag} name="...">')
+            self.refuse(element, f"the {element.tag} has no name [E1701]", f'<{element.tag} name="...">')
         elif name == WORLD_FRAME or (name.startswith("__") and name.endswith("__")):
-            self.values.refuse(element, f"the name {shown(name)} is reserved in SDF [E1952]", "another name")
-        elif "::" in name and self.values.minor >= Minor.FRAMES:
+            self.refuse(element, f"the name {shown(name)} is reserved in SDF [E1952]", "another name")
+        elif "::" in name and self.minor >= Minor.FRAMES:
             fault = f"the name {shown(name)} has ::, which leads into a model [E1953]"
-            self.values.refuse(element, fault, "another name")
+            self.refuse(element, fault, "another name")
         elif model.has(name):
             fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names [E1954]"
-            self.values.refuse(element, fault, "another name")
+            self.refuse(element, fault, "another name")
         else:
             getattr(model, kind)[name] = item
 
@@ -184,7 +181,7 @@ class _FileReader:
             self.add(result, "models", self.model(child), child)
         for child in element.children_with_tag("include"):
             self.include(child, result)
-        self.reader.leftovers.keep(element, key, self.file, result.name)
+        self.keep(element, key, result.name)
 
     def model(self, element: Element) -> DraftModel:
         """Return the model of an element with all content; a model without links that is not static is reported."""
@@ -192,8 +189,8 @@ class _FileReader:
         result = DraftModel(
             name,
             self.place(element),
-            self.values.pose(element, name),
-            self.values.flag(element, "static", default=False),
+            self.pose(element, name),
+            self.flag(element, "static", default=False),
             element.get("canonical_link"),
             element.get("placement_frame"),
         )
@@ -204,89 +201,89 @@ class _FileReader:
             del self.reader.defaulted[before:]
         if not result.links and not result.models and not result.static:
             fault = f"the model {shown(name)} has no link [E1955]"
-            self.values.refuse(element, fault, "one link, or <static>true</static>")
+            self.refuse(element, fault, "one link, or <static>true</static>")
         return result
 
     def note_wind(self, element: Element, name: str) -> None:
         """Note wind that acts on a model or on a link."""
         wind = element.first("enable_wind")
-        if wind is not None and self.values.flag(element, "enable_wind", default=False):
-            self.reader.leftovers.noted.setdefault("enable_wind", []).append((self.place(wind), name))
+        if wind is not None and self.flag(element, "enable_wind", default=False):
+            self.leftovers.noted.setdefault("enable_wind", []).append((self.place(wind), name))
 
     def frame(self, element: Element) -> DraftFrame:
         name = element.get("name")
-        result = DraftFrame(name, self.place(element), self.values.pose(element, name), element.get("attached_to"))
-        self.reader.leftovers.keep(element, "frame", self.file, name)
+        result = DraftFrame(name, self.place(element), self.pose(element, name), element.get("attached_to"))
+        self.keep(element, "frame", name)
         return result
 
     def link(self, element: Element) -> DraftLink:
         """Return a link; without mass properties in the file 1 kg and 1 kg m^2, as the format says."""
-        name, values = element.get("name"), self.values
+        name = element.get("name")
         inertia = self.inertia(element, name)
-        if values.flag(element, "kinematic", default=False):
+        if self.flag(element, "kinematic", default=False):
             fault = f"the link {shown(name)} is kinematic: Gazebo moves it without forces [E1956]"
-            values.refuse(element, fault, "a prescribed motion (drive) in a scene that includes the file")
+            self.refuse(element, fault, "a prescribed motion (drive) in a scene that includes the file")
         self.note_wind(element, name)
         decay = element.first("velocity_decay")
         if decay is not None:
-            if any(values.number(decay, part, 0.0) for part in ("linear", "angular")):
-                self.reader.leftovers.noted.setdefault("velocity_decay", []).append((self.place(decay), name))
-            self.reader.leftovers.keep(decay, "velocity_decay", self.file, name)
-        pulled = values.flag(element, "gravity", default=True)
-        pose = values.pose(element, name)
-        visuals = self.reader.visuals.link_visuals(name, element, values, self.folder, self.reader.packages)
-        self.reader.leftovers.keep(element, "link", self.file, name)
+            if any(self.number(decay, part, 0.0) for part in ("linear", "angular")):
+                self.leftovers.noted.setdefault("velocity_decay", []).append((self.place(decay), name))
+            self.keep(decay, "velocity_decay", name)
+        pulled = self.flag(element, "gravity", default=True)
+        pose = self.pose(element, name)
+        visuals = self.reader.visuals.link_visuals(name, element, self, self.folder, self.reader.packages)
+        self.keep(element, "link", name)
         return DraftLink(name, self.place(element), inertia, pose, pulled, visuals)
 
     def inertia(self, link: Element, name: str) -> Inertia:
         """Return the inertia of a link element in the link's frame: as in SDF, 1 kg and unit moments if missing.
         Negative masses, ``auto`` and added mass of a fluid are reported; ``name`` is the link."""
-        element, values = link.first("inertial"), self.values
+        element = link.first("inertial")
         if element is None:
             self.reader.defaulted.append(name)
             return Inertia(1.0, np.zeros(3), np.eye(3))
-        if values.flag_of(element, "auto"):
+        if self.flag_of(element, "auto"):
             fault = f"inertial: auto lets Gazebo compute the inertia of {shown(name)} from its collision"
             fault += " geometry [E1957]"
-            values.refuse(element, fault, "<mass> and <inertia> in numbers")
-        mass = values.number(element, "mass", 1.0)
+            self.refuse(element, fault, "<mass> and <inertia> in numbers")
+        mass = self.number(element, "mass", 1.0)
         if mass < 0.0:
-            values.refuse(element, f"the mass {mass:.6g} is negative [E1709]", "a positive number of kg")
-        entries = values.row(element, "inertia", name, _MOMENTS)
+            self.refuse(element, f"the mass {mass:.6g} is negative [E1709]", "a positive number of kg")
+        entries = self.row(element, "inertia", name, _MOMENTS)
         added = element.first("fluid_added_mass")
         if added is not None:
-            sizes = [values.number(added, child.tag, 0.0) for child in list(added.children())]
-            self.reader.leftovers.keep(added, "fluid_added_mass", self.file, name)
+            sizes = [self.number(added, child.tag, 0.0) for child in list(added.children())]
+            self.keep(added, "fluid_added_mass", name)
             if any(sizes):
-                values.refuse(added, "fluid_added_mass is not supported [E1958]", "an inertia without the fluid")
-        pose = values.pose(element, name, framed=False)
-        self.reader.leftovers.keep(element, "inertial", self.file, name)
+                self.refuse(added, "fluid_added_mass is not supported [E1958]", "an inertia without the fluid")
+        pose = self.pose(element, name, framed=False)
+        self.keep(element, "inertial", name)
         return Inertia(mass, np.zeros(3), tensor(entries)).transform(pose.orientation, pose.position)
 
     def joint(self, element: Element) -> DraftJoint:
         """Return the joint of an element, with axes, dynamics and limits; faults such as an unknown type or missing
         axes are reported."""
-        name, values, kind = element.get("name"), self.values, element.get("type")
+        name, kind = element.get("name"), element.get("type")
         if kind not in TYPES:
-            values.refuse(element, f"the joint type {shown(kind)} is not known [E1712]", nearest(kind, TYPES))
-        parent, child = (values.text(element, tag) for tag in ("parent", "child"))
+            self.refuse(element, f"the joint type {shown(kind)} is not known [E1712]", nearest(kind, TYPES))
+        parent, child = (self.text(element, tag) for tag in ("parent", "child"))
         for tag, text in (("parent", parent), ("child", child)):
             if not text:
-                values.refuse(element, f"the joint {shown(name)} has no <{tag}> [E1959]", f"<{tag}>link</{tag}>")
+                self.refuse(element, f"the joint {shown(name)} has no <{tag}> [E1959]", f"<{tag}>link</{tag}>")
         if child == WORLD_FRAME:
-            values.refuse(element, f"the child of the joint {shown(name)} is the world [E1960]", "the world as parent")
+            self.refuse(element, f"the child of the joint {shown(name)} is the world [E1960]", "the world as parent")
         axes = tuple(axis for tag in ("axis", "axis2") if (axis := self.axis(element, tag)) is not None)
         scene_type, count = TYPES.get(kind, ("", 0))
         if kind in TYPES and len(axes) < count:
             fault = f"the {kind} joint {shown(name)} has {len(axes)} of {count} axes [E1961]"
-            values.refuse(element, fault, "<axis><xyz>0 0 1</xyz></axis>" if not axes else "<axis2> as well")
+            self.refuse(element, fault, "<axis><xyz>0 0 1</xyz></axis>" if not axes else "<axis2> as well")
         gear = None
         if kind == "gearbox":
-            gear = Gear(values.number(element, "gearbox_ratio", 1.0), values.text(element, "gearbox_reference_body"))
+            gear = Gear(self.number(element, "gearbox_ratio", 1.0), self.text(element, "gearbox_reference_body"))
         result = DraftJoint(
             name,
             self.place(element),
-            values.pose(element, name),
+            self.pose(element, name),
             scene_type,
             kind,
             parent,
@@ -298,7 +295,7 @@ class _FileReader:
             axes[0] if kind == "ball" and axes else None,
         )
         self.without_effect(element, kind, len(axes) > count)
-        self.reader.leftovers.keep(element, "joint", self.file, name)
+        self.keep(element, "joint", name)
         return result
 
     def without_effect(self, element: Element, kind: str, surplus: bool) -> None:  # of one caller
@@ -306,32 +303,31 @@ class _FileReader:
         joint's type in SDF; ``surplus`` whether the joint has more axes than the type."""
         tags = ["axis" if kind == "fixed" else "axis2"] if surplus else []
         if kind == "ball" and surplus:
-            self.reader.leftovers.count("direction of ball joints")
+            self.leftovers.count("direction of ball joints")
         tags += ["gearbox_ratio", "gearbox_reference_body"] if kind != "gearbox" else []
         tags += ["thread_pitch", "screw_thread_pitch"] if kind != "screw" else []
         for tag in tags:
             child = element.first(tag)
             if child is not None:
                 child.read_whole()
-                self.reader.leftovers.count(f"{tag} of {kind} joints")
+                self.leftovers.count(f"{tag} of {kind} joints")
 
     def pitch(self, element: Element) -> float:
         """Return the travel of a screw joint, m/rad; a pitch of 0 is reported. ``screw_thread_pitch`` is in m per turn;
         ``thread_pitch``, before version 1.10, in radians per m of a left-handed thread."""
-        values = self.values
         if element.first("screw_thread_pitch") is not None:
-            travel = values.number(element, "screw_thread_pitch", 1.0) / (2.0 * math.pi)
+            travel = self.number(element, "screw_thread_pitch", 1.0) / (2.0 * math.pi)
             old = element.first("thread_pitch")
             if old is not None:
                 old.read_whole()
         elif element.first("thread_pitch") is not None:
-            turns = values.number(element, "thread_pitch", 1.0)
+            turns = self.number(element, "thread_pitch", 1.0)
             travel = -1.0 / turns if turns else 0.0
         else:
             travel = 1.0 / (2.0 * math.pi)
         if travel == 0.0:
             fault = "the thread pitch of a screw joint is not 0 [E1962]"
-            values.refuse(element, fault, "a revolute or a prismatic joint")
+            self.refuse(element, fault, "a revolute or a prismatic joint")
         return travel
 
     def is_cut(self, element: Element, owner: str) -> bool:
@@ -343,52 +339,51 @@ class _FileReader:
         simbody = physics.first("simbody")
         result = False
         if simbody is not None:
-            result = self.values.flag(simbody, "must_be_loop_joint", default=False)
-            self.reader.leftovers.keep(simbody, "simbody", self.file, owner)
-        self.reader.leftovers.keep(physics, "joint/physics", self.file, owner)
+            result = self.flag(simbody, "must_be_loop_joint", default=False)
+            self.keep(simbody, "simbody", owner)
+        self.keep(physics, "joint/physics", owner)
         return result
 
     def axis(self, joint: Element, tag: str) -> Axis | None:
         """Return the axis ``tag`` (``axis`` or ``axis2``) of a joint with dynamics, limits and mimic; None if the joint
         has none."""
-        element, values, name = joint.first(tag), self.values, joint.get("name")
+        element, name = joint.first(tag), joint.get("name")
         if element is None:
             return None
-        vector = values.vector(element, "xyz", (0.0, 0.0, 1.0))
+        vector = self.vector(element, "xyz", (0.0, 0.0, 1.0))
         written = element.first("xyz")
         frame = "" if written is None else written.get("expressed_in")
         if written is not None:
-            self.reader.leftovers.keep(written, "xyz", self.file, name)
+            self.keep(written, "xyz", name)
         if not any(vector):
-            values.refuse(element, f"the {tag} of the joint {shown(name)} has no direction [E1963]", "<xyz>0 0 1</xyz>")
+            self.refuse(element, f"the {tag} of the joint {shown(name)} has no direction [E1963]", "<xyz>0 0 1</xyz>")
             vector = (0.0, 0.0, 1.0)
-        if self.values.minor < Minor.FRAMES:
-            of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < Minor.JOINT_AXES)
+        if self.minor < Minor.FRAMES:
+            of_model = self.flag(element, "use_parent_model_frame", default=self.minor < Minor.JOINT_AXES)
             frame = frame or (MODEL_FRAME if of_model else "")
-        damping, friction, stiffness, rest = values.row(element, "dynamics", name, _DYNAMICS)
+        damping, friction, stiffness, rest = self.row(element, "dynamics", name, _DYNAMICS)
         result = Axis(self.place(element), vector, frame, damping, friction, stiffness, rest)
         if (limit := element.first("limit")) is not None:
             result = self.limits(limit, result, joint)
         if (mimic := element.first("mimic")) is not None:
             location, leader, of_axis = self.place(mimic), mimic.get("joint"), mimic.get("axis", "axis")
-            multiplier, offset, reference = values.row(element, "mimic", name, _MIMIC)
+            multiplier, offset, reference = self.row(element, "mimic", name, _MIMIC)
             result = replace(result, mimic=DraftMimic(location, leader, multiplier, offset, of_axis, reference))
-        self.reader.leftovers.keep(element, "axis", self.file, name)
+        self.keep(element, "axis", name)
         return result
 
     def limits(self, element: Element, axis: Axis, joint: Element) -> Axis:
         """Return a copy of the axis with the limits, effort and stops of the element ``<limit>``; a negative effort or
         velocity means no limit."""
-        values = self.values
         defaults = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
-        lower, upper, effort, speed = (values.number(element, tag, defaults[tag], infinite=True) for tag in defaults)
+        lower, upper, effort, speed = (self.number(element, tag, defaults[tag], infinite=True) for tag in defaults)
         ends = {"position": min(-lower, upper)}
         ends |= {word: end if end >= 0.0 else math.inf for word, end in (("velocity", speed), ("effort", effort))}
         if joint.get("type") == "continuous" and math.isfinite(ends.pop("position")):
-            self.reader.leftovers.count("limits of continuous joints")
+            self.leftovers.count("limits of continuous joints")
         written = any(element.first(tag) is not None for tag in ("stiffness", "dissipation"))
-        stop = (values.number(element, "stiffness", 1e8), values.number(element, "dissipation", 1.0))
-        self.reader.leftovers.keep(element, "limit", self.file, joint.get("name"))
+        stop = (self.number(element, "stiffness", 1e8), self.number(element, "dissipation", 1.0))
+        self.keep(element, "limit", joint.get("name"))
         return replace(
             axis,
             lower=lower,
@@ -402,13 +397,13 @@ class _FileReader:
         """Read the model of another file into the model or world ``into``, with the name, pose and ``static`` that the
         include gives. With ``merge`` the names of links, joints and frames count as names in ``into``; names that are
         there twice are reported."""
-        values, address = self.values, self.values.text(element, "uri")
-        name, merge = values.text(element, "name"), values.flag_of(element, "merge")
+        address = self.text(element, "uri")
+        name, merge = self.text(element, "name"), self.flag_of(element, "merge")
         static = element.first("static") is not None
-        held = values.flag(element, "static", default=False)
-        pose, placement = values.pose(element, name or address), values.text(element, "placement_frame")
+        held = self.flag(element, "static", default=False)
+        pose, placement = self.pose(element, name or address), self.text(element, "placement_frame")
         moved = element.first("pose") is not None
-        self.reader.leftovers.keep(element, "include", self.file, name or address)
+        self.keep(element, "include", name or address)
         inner = self.read_include(element, address)
         if inner is None:
             return
@@ -422,7 +417,7 @@ class _FileReader:
         twice = [twin for twin in inner.names if twin in into.names]
         if twice:
             fault = f"the included file has the name {shown(twice[0])}, which is there already [E1964]"
-            values.refuse(element, fault, "the include without merge, or another name")
+            self.refuse(element, fault, "the include without merge, or another name")
             return
         inner.name = f"_merged__{inner.name}__"
         while inner.name in into.models:
@@ -434,40 +429,39 @@ class _FileReader:
     def read_include(self, element: Element, address: str) -> DraftModel | None:
         """Return the only model of the file at an address (a path, or model://, package:// or file://); None after a
         reported fault: no, a remote or a faulty file, a circle of includes, or several models."""
-        values = self.values
         if not address:
-            values.refuse(element, "the include has no <uri> [E1965]", "<uri>model.sdf</uri>")
+            self.refuse(element, "the include has no <uri> [E1965]", "<uri>model.sdf</uri>")
             return None
         if is_remote(address):
             fault = f"{shown(address)} lies in a network, and only local files are read [E1966]"
-            values.refuse(element, fault, "a local path")
+            self.refuse(element, fault, "a local path")
             return None
         path = locate(address, self.folder, self.reader.packages)
         path = _file_of_model(path) if is_there(path) and path.is_dir() else path
         if path.resolve() in self.chain or len(self.chain) >= 20:
-            values.refuse(element, f"files include one another in a circle: {shown(address)} [E1590]", "another file")
+            self.refuse(element, f"files include one another in a circle: {shown(address)} [E1590]", "another file")
             return None
         try:
             file = shown_file(path)
             root = read_xml(read_text(path), file)
         except FileError as error:
             hint = 'packages=["NAME=FOLDER"]' if "://" in address else f"a path from the folder of {self.file}"
-            values.refuse(element, f"{shown(address)} {error.problems[0].what} [E1594]", hint)
+            self.refuse(element, f"{shown(address)} {error.problems[0].what} [E1594]", hint)
             return None
         except DescriptionError as error:
-            self.reader.report.noted += [(element.line, problem) for problem in error.problems]
+            self.report.noted += [(element.line, problem) for problem in error.problems]
             return None
         reading = _FileReader(self.reader, file, path.parent, [*self.chain, path.resolve()])
         self.reader.liberties += root.liberties
         minor = reading.version(root)
         if minor is None:
             return None
-        reading.values.minor = minor
+        reading.minor = minor
         models = list(root.children_with_tag("model"))
-        self.reader.leftovers.keep(root, "sdf", file, "")
+        self.leftovers.keep(root, "sdf", file, "")
         if len(models) != 1:
             fault = f"an included file has one model, and this one has {len(models)} [E1967]"
-            reading.values.refuse(root, fault, "one model")
+            reading.refuse(root, fault, "one model")
             return None
         return reading.model(models[0])
 

@@ -59,6 +59,11 @@ class SdfValues:
         """Return the place of an element."""
         return ElementPlace(self.file, element.line)
 
+    def keep(self, element: Element, key: str, owner: str) -> None:
+        """Record the parts of an element that are not read; ``key`` is its row in the table, ``owner`` the name in
+        notes."""
+        self.leftovers.keep(element, key, self.file, owner)
+
     def refuse(self, element: Element, fault: str, hint: str) -> None:
         """Report a fault of an element."""
         self.report.add_place(self.file, element.line, "", fault, hint)
@@ -69,7 +74,7 @@ class SdfValues:
         if child is None:
             return default
         text = child.text()
-        self.leftovers.keep(child, "value", self.file, element.get("name"))
+        self.keep(child, "value", element.get("name"))
         return text
 
     def flag(self, element: Element, tag: str, *, default: bool) -> bool:
@@ -106,7 +111,7 @@ class SdfValues:
         if child is None:
             return [*defaults.values()]
         numbers = [self.number(child, name, default) for name, default in defaults.items()]
-        self.leftovers.keep(child, tag, self.file, owner)
+        self.keep(child, tag, owner)
         return numbers
 
     def vector(self, element: Element, tag: str, default: tuple[float, ...]) -> tuple[float, ...]:
@@ -117,7 +122,7 @@ class SdfValues:
             return default
         text = child.text()
         if tag not in STATUSES:
-            self.leftovers.keep(child, "value", self.file, "")
+            self.keep(child, "value", "")
         return self.numbers(child, tag, text, default)
 
     def numbers(self, element: Element, name: str, text: str, default: tuple[float, ...]) -> tuple[float, ...]:
@@ -147,7 +152,7 @@ class SdfValues:
         if kind not in ("euler_rpy", "quat_xyzw"):
             self.refuse(child, f"rotation_format: {shown(kind)} is not known [E1726]", "euler_rpy or quat_xyzw")
         text = child.text()
-        self.leftovers.keep(child, "pose", self.file, owner)
+        self.keep(child, "pose", owner)
         size = 7 if kind == "quat_xyzw" else 6
         if kind == "quat_xyzw" and degrees:
             self.refuse(child, "pose: a quaternion has no degrees [E1727]", 'the pose without degrees="true"')
