@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
 from eomgen.products.fmu.interface import Interface, Unknown, Variable, unknown_by
-from eomgen.products.fmu.model_description import add_unknowns
+from eomgen.products.fmu.model_description import element, text_of, unknown_elements
 
 #: Version of the draft, and the commit in the repository of the standard.
 VERSION, COMMIT = "1.0.0-alpha.1", "78313f4"
@@ -29,24 +29,25 @@ def dae_manifest(interface: Interface) -> str:
     ET.register_namespace("fmi-ls", _NAMESPACE)
     names = {"name": "org.fmi-standard.fmi-ls-dae", "version": VERSION}
     names["description"] = "Layered standard for DAE support in FMI."
-    root = ET.Element("fmiDAEManifest", {f"{{{_NAMESPACE}}}fmi-ls-{key}": text for key, text in names.items()})
-    (switch,) = interface.of("switch")
-    ET.SubElement(root, "EnableDAEParameter", valueReference=str(switch.reference))
-    algebraic = ET.SubElement(root, "AlgebraicVariables")
-    for item in interface.of("algebraic"):
-        ET.SubElement(algebraic, "AlgebraicVariable", valueReference=str(item.reference))
-    structure = ET.SubElement(root, "ModelStructure")
+    (switch,), algebraic = interface.of("switch"), interface.of("algebraic")
+    references = [{"valueReference": str(item.reference)} for item in algebraic]
     rates = [item for item in interface.variables if item.derivative is not None]
-    for name, unknowns in (
-        ("Output", _unknowns(interface, interface.of("output"))),
-        ("ContinuousStateDerivative", _unknowns(interface, rates)),
-        ("InitialUnknown", interface.initial_unknowns),
-        ("EventIndicator", interface.indicators),
-        ("Residual", _unknowns(interface, interface.of("residual"))),
-    ):
-        add_unknowns(structure, interface, name, unknowns)
-    ET.indent(root)
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
+    structure = {
+        "Output": _unknowns(interface, interface.of("output")),
+        "ContinuousStateDerivative": _unknowns(interface, rates),
+        "InitialUnknown": interface.initial_unknowns,
+        "EventIndicator": interface.indicators,
+        "Residual": _unknowns(interface, interface.of("residual")),
+    }
+    entries = [entry for name, items in structure.items() for entry in unknown_elements(interface, name, items)]
+    root = element(
+        "fmiDAEManifest",
+        {f"{{{_NAMESPACE}}}fmi-ls-{key}": text for key, text in names.items()},
+        element("EnableDAEParameter", {"valueReference": str(switch.reference)}),
+        element("AlgebraicVariables", {}, *(element("AlgebraicVariable", item) for item in references)),
+        element("ModelStructure", {}, *entries),
+    )
+    return text_of(root)
 
 
 def _unknowns(interface: Interface, items: Iterable[Variable]) -> list[Unknown]:

@@ -5,7 +5,7 @@ FMI 2.0.5 numbers variables from 1 in dependencies and in ``derivative``; FMI 3.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from xml.etree import ElementTree as ET
 
 from eomgen.base.version import __version__
@@ -23,6 +23,19 @@ CATEGORIES: Mapping[str, str] = {
 }
 
 
+def element(tag: str, attributes: Mapping[str, str], *parts: ET.Element) -> ET.Element:
+    """Return an element of XML with its parts."""
+    result = ET.Element(tag, dict(attributes))
+    result.extend(parts)
+    return result
+
+
+def text_of(root: ET.Element) -> str:
+    """Return a document of XML."""
+    ET.indent(root)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
+
+
 def model_description(interface: Interface, simulation: Simulation, sources: Sequence[str]) -> str:
     """Return modelDescription.xml.
 
@@ -31,27 +44,26 @@ def model_description(interface: Interface, simulation: Simulation, sources: Seq
     simulation : default experiment
     sources : files to compile, which FMI 2.0 lists here
     """
-    root = _root(interface)
-    for name, attributes in _interfaces(interface, simulation.step):
-        element = ET.SubElement(root, name, attributes)
-        if interface.version == 2:
-            files = ET.SubElement(element, "SourceFiles")
-            for source in sources:
-                ET.SubElement(files, "File", name=source)
-    _units(root, interface.units)
-    _types(root, interface)
-    categories = ET.SubElement(root, "LogCategories")
-    for name, text in CATEGORIES.items():
-        ET.SubElement(categories, "Category", name=name, description=text)
+    old = interface.version == 2
+    files = [element("SourceFiles", {}, *(element("File", {"name": name}) for name in sources))] if old else []
     times = {"stopTime": simulation.duration, "stepSize": simulation.step, "tolerance": simulation.tolerance}
     numbers = {name: number(value) for name, value in times.items() if value is not None}
-    ET.SubElement(root, "DefaultExperiment", {"startTime": "0", **numbers})
-    variables, structure = ET.SubElement(root, "ModelVariables"), ET.SubElement(root, "ModelStructure")
-    if interface.version == 2:
-        _write_variables_2(interface, variables, structure)
-    else:
-        _write_variables_3(interface, variables, structure)
-    return _text(root)
+    groups = {
+        "UnitDefinitions": [_unit(unit) for unit in interface.units],
+        "TypeDefinitions": [_type(unit, name, interface) for unit, name in interface.types.items()],
+        "LogCategories": [element("Category", {"name": key, "description": text}) for key, text in CATEGORIES.items()],
+    }
+    variables = _variables_2(interface) if old else _variables_3(interface)
+    root = element(
+        "fmiModelDescription",
+        _attributes(interface),
+        *(element(name, flags, *files) for name, flags in _interfaces(interface, simulation.step)),
+        *(element(name, {}, *parts) for name, parts in groups.items() if parts),
+        element("DefaultExperiment", {"startTime": "0", **numbers}),
+        element("ModelVariables", {}, *variables),
+        element("ModelStructure", {}, *(_structure_2(interface) if old else _structure_3(interface))),
+    )
+    return text_of(root)
 
 
 def _interfaces(interface: Interface, step: float) -> list[tuple[str, dict[str, str]]]:
@@ -81,28 +93,20 @@ def build_description(interface: Interface, sources: Sequence[str], language: st
     Functions have a prefix for static linking unless FMI3_OVERRIDE_FUNCTION_PREFIX is defined; builders of shared
     libraries define this macro, and builders that do not know the prefix take the definition from here.
     """
-    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=interface.identifier)
-    files = ET.SubElement(configuration, "SourceFileSet", language=language)
-    for name in sources:
-        ET.SubElement(files, "SourceFile", name=name)
-    ET.SubElement(
-        files,
-        "PreprocessorDefinition",
-        name="FMI3_OVERRIDE_FUNCTION_PREFIX",
-        value="1",
-        optional="true",
-        description="for shared libraries; otherwise functions have the prefix of the model, for static linking",
-    )
-    return _text(root)
+    definition = {
+        "name": "FMI3_OVERRIDE_FUNCTION_PREFIX",
+        "value": "1",
+        "optional": "true",
+        "description": "for shared libraries; otherwise functions have the prefix of the model, for static linking",
+    }
+    files = [element("SourceFile", {"name": name}) for name in sources]
+    files.append(element("PreprocessorDefinition", definition))
+    source_set = element("SourceFileSet", {"language": language}, *files)
+    configuration = element("BuildConfiguration", {"modelIdentifier": interface.identifier}, source_set)
+    return text_of(element("fmiBuildDescription", {"fmiVersion": "3.0"}, configuration))
 
 
-def _text(root: ET.Element) -> str:
-    ET.indent(root)
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
-
-
-def _root(interface: Interface) -> ET.Element:
+def _attributes(interface: Interface) -> dict[str, str]:
     token = "guid" if interface.version == 2 else "instantiationToken"
     attributes = {"fmiVersion": f"{interface.version}.0", "modelName": interface.name, token: interface.token}
     about = interface.options.about
@@ -112,7 +116,7 @@ def _root(interface: Interface) -> ET.Element:
     attributes["variableNamingConvention"] = "structured" if interface.structured else "flat"
     if interface.version == 2 and interface.exchange:
         attributes["numberOfEventIndicators"] = str(len(event_rows(interface.program)))
-    return ET.Element("fmiModelDescription", attributes)
+    return attributes
 
 
 def described(interface: Interface) -> str:
@@ -128,30 +132,18 @@ def described(interface: Interface) -> str:
     return text
 
 
-def _units(root: ET.Element, units: Sequence[FmuUnit]) -> None:
-    if not units:
-        return
-    parent = ET.SubElement(root, "UnitDefinitions")
-    for unit in units:
-        item = ET.SubElement(parent, "Unit", name=unit.name)
-        base = {name: str(power) for name, power in unit.exponents.items()}
-        if unit.factor != 1.0:
-            base["factor"] = number(unit.factor)
-        ET.SubElement(item, "BaseUnit", base)
-        for name, factor in unit.displayed:
-            ET.SubElement(item, "DisplayUnit", name=name, factor=number(factor))
+def _unit(unit: FmuUnit) -> ET.Element:
+    base = {name: str(power) for name, power in unit.exponents.items()}
+    base |= {"factor": number(unit.factor)} if unit.factor != 1.0 else {}
+    shown = [element("DisplayUnit", {"name": name, "factor": number(factor)}) for name, factor in unit.displayed]
+    return element("Unit", {"name": unit.name}, element("BaseUnit", base), *shown)
 
 
-def _types(root: ET.Element, interface: Interface) -> None:
-    if not interface.types:
-        return
-    parent = ET.SubElement(root, "TypeDefinitions")
-    for unit, name in interface.types.items():
-        attributes = {"quantity": name.removesuffix("Type"), "unit": unit}
-        if interface.version == 3:
-            ET.SubElement(parent, "Float64Type", {"name": name, **attributes})
-        else:
-            ET.SubElement(ET.SubElement(parent, "SimpleType", name=name), "Real", attributes)
+def _type(unit: str, name: str, interface: Interface) -> ET.Element:
+    attributes = {"quantity": name.removesuffix("Type"), "unit": unit}
+    if interface.version == 3:
+        return element("Float64Type", {"name": name, **attributes})
+    return element("SimpleType", {"name": name}, element("Real", attributes))
 
 
 def _value_attributes(item: Variable, interface: Interface) -> dict[str, str]:
@@ -180,54 +172,50 @@ def _head(item: Variable) -> dict[str, str]:
     return result
 
 
-def _write_variables_3(interface: Interface, variables: ET.Element, structure: ET.Element) -> None:
-    """Add the variables and the model structure of FMI 3 to these two XML elements."""
+def _variables_2(interface: Interface) -> Iterator[ET.Element]:
+    for item in interface.variables:
+        yield element("ScalarVariable", _head(item), element("Real", _value_attributes(item, interface)))
+
+
+def _variables_3(interface: Interface) -> Iterator[ET.Element]:
     for whole in listed(interface):
         item = whole.variable
         attributes = {**_head(item), **_value_attributes(item, interface)}
         if item.kind == "switch":
-            ET.SubElement(variables, "Boolean", {**attributes, "start": "false"})
+            yield element("Boolean", {**attributes, "start": "false"})
             continue
         if whole.size > 1 and item.start is not None:
             attributes["start"] = " ".join(number(scalar.start or 0.0) for scalar in whole.numbers)
-        element = ET.SubElement(variables, "Float64", attributes)
-        if whole.size > 1:
-            ET.SubElement(element, "Dimension", start=str(whole.size))
-    for name, unknowns in (
-        ("Output", interface.outputs),
-        ("ContinuousStateDerivative", interface.derivatives),
-        ("InitialUnknown", interface.initial_unknowns),
-        ("EventIndicator", interface.indicators),
-    ):
-        add_unknowns(structure, interface, name, unknowns)
+        dimensions = [element("Dimension", {"start": str(whole.size)})] if whole.size > 1 else []
+        yield element("Float64", attributes, *dimensions)
 
 
-def add_unknowns(parent: ET.Element, interface: Interface, name: str, unknowns: Iterable[Unknown]) -> None:
-    """Add unknowns to a model structure, with arrays in place of their numbers."""
-    for unknown in folded(interface, unknowns):
-        ET.SubElement(parent, name, {"valueReference": str(unknown.reference), **_dependencies(unknown, 0)})
+def _structure_2(interface: Interface) -> Iterator[ET.Element]:
+    groups = {"Outputs": interface.outputs, "Derivatives": interface.derivatives}
+    for name, unknowns in {**groups, "InitialUnknowns": interface.initial_unknowns}.items():
+        if unknowns:
+            places = [{"index": str(item.reference + 1), **_dependencies(item, 1)} for item in unknowns]
+            yield element(name, {}, *(element("Unknown", attributes) for attributes in places))
+
+
+def _structure_3(interface: Interface) -> list[ET.Element]:
+    return [
+        *unknown_elements(interface, "Output", interface.outputs),
+        *unknown_elements(interface, "ContinuousStateDerivative", interface.derivatives),
+        *unknown_elements(interface, "InitialUnknown", interface.initial_unknowns),
+        *unknown_elements(interface, "EventIndicator", interface.indicators),
+    ]
+
+
+def unknown_elements(interface: Interface, name: str, unknowns: Iterable[Unknown]) -> list[ET.Element]:
+    """Return the entries of unknowns in a model structure, with arrays in place of their numbers."""
+    every = folded(interface, unknowns)
+    return [element(name, {"valueReference": str(item.reference), **_dependencies(item, 0)}) for item in every]
 
 
 def _dependencies(unknown: Unknown, first: int) -> dict[str, str]:
     """Return the attributes of dependencies, with the variables counted from ``first``."""
     if unknown.dependencies is None:
         return {}
-    return {
-        "dependencies": " ".join(str(reference + first) for reference in unknown.dependencies),
-        "dependenciesKind": " ".join(unknown.kinds),
-    }
-
-
-def _write_variables_2(interface: Interface, variables: ET.Element, structure: ET.Element) -> None:
-    for item in interface.variables:
-        parent = ET.SubElement(variables, "ScalarVariable", _head(item))
-        ET.SubElement(parent, "Real", _value_attributes(item, interface))
-    for name, unknowns in (
-        ("Outputs", interface.outputs),
-        ("Derivatives", interface.derivatives),
-        ("InitialUnknowns", interface.initial_unknowns),
-    ):
-        if unknowns:
-            parent = ET.SubElement(structure, name)
-            for unknown in unknowns:
-                ET.SubElement(parent, "Unknown", {"index": str(unknown.reference + 1), **_dependencies(unknown, 1)})
+    references = " ".join(str(reference + first) for reference in unknown.dependencies)
+    return {"dependencies": references, "dependenciesKind": " ".join(unknown.kinds)}

@@ -87,14 +87,10 @@ def loop_frame(kind: str, axes: Sequence[Array]) -> Array:
 def forces_of(axes: Sequence[Axis]) -> dict[str, Any]:
     """Return springs and dampers as the keys ``damping``, ``stiffness`` and ``rest`` of a joint in a scene: numbers for
     one axis, lists for several; keys without a value other than 0 are left out."""
-    entry: dict[str, Any] = {}
-    for key, values in (("damping", [a.damping for a in axes]), ("stiffness", [a.stiffness for a in axes])):
-        if any(values):
-            entry[key] = values[0] if len(values) == 1 else values
-    if "stiffness" in entry and any(axis.rest for axis in axes):
-        rests = [axis.rest for axis in axes]
-        entry["rest"] = rests[0] if len(rests) == 1 else rests
-    return entry
+    values = {key: [getattr(axis, key) for axis in axes] for key in ("damping", "stiffness", "rest")}
+    if not any(values["stiffness"]):
+        del values["rest"]
+    return {key: row[0] if len(row) == 1 else row for key, row in values.items() if any(row)}
 
 
 def friction_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
@@ -117,12 +113,8 @@ def stops_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
     if not any(bounded) or not all(stop for stop, some in zip(stops, bounded, strict=True) if some):
         return None
     stiff = [stop or (0.0, 0.0) for stop in stops]
-    values = {
-        "lower": [axis.lower for axis in axes],
-        "upper": [axis.upper for axis in axes],
-        "stiffness": [stop[0] for stop in stiff],
-        "damping": [stop[1] for stop in stiff],
-    }
+    values = {end: [getattr(axis, end) for axis in axes] for end in ("lower", "upper")}
+    values |= {"stiffness": [stop[0] for stop in stiff], "damping": [stop[1] for stop in stiff]}
     if len(axes) > 1:
         return values
     return {key: value for key, (value,) in values.items() if math.isfinite(value)}

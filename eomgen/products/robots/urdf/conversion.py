@@ -8,6 +8,7 @@ A joint at rest (fixed, or locked by the user) may be followed too; its follower
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
 
 from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
@@ -66,35 +67,17 @@ def held_and_following(
                 *most, last = (name for name, kind in JOINT_TYPES.items() if JOINTS[kind].v_size == 1)
                 report.add_at(line, key, fault, f"a {', '.join(most)} or {last} joint")
         leaders[joint.name] = leader.name
-    _check_circles(robot, leaders, report)
+    try:
+        for name in TopologicalSorter({name: [leader] for name, leader in leaders.items()}).static_order():
+            mimic = _mimic_of(robot.joints[name])
+            if mimic is not None and leaders.get(name) in held:
+                held[name] = mimic.multiplier * held[leaders[name]] + mimic.offset
+    except CycleError as error:
+        first, *others = reversed(error.args[1])
+        fault = f"the joints mimic one another in a circle: {listed([first, *others])} [E1690]"
+        report.add_at(robot.joints[first].place.line, f"joints.{first}", fault, "one joint that leads")
     report.raise_problems()
-    for name in leaders:
-        _resolve(robot, name, leaders, held)
     return held, {name: leader for name, leader in leaders.items() if name not in held}
-
-
-def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> None:
-    reported: set[str] = set()
-    for name in leaders:
-        path = [name]
-        while (leader := leaders.get(path[-1])) is not None and leader not in path:
-            path.append(leader)
-        if leader == name and name not in reported:
-            reported.update(path)
-            fault = f"the joints mimic one another in a circle: {listed([*path, name])} [E1690]"
-            report.add_at(robot.joints[name].place.line, f"joints.{name}", fault, "one joint that leads")
-
-
-def _resolve(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:
-    """Hold the joint ``name``, and all joints between it and the last leader of its leaders, if this last leader is
-    held; adds their coordinates to ``held``."""
-    path = [name]
-    while path[-1] not in held and path[-1] in leaders:
-        path.append(leaders[path[-1]])
-    for follower in reversed(path[:-1]):
-        mimic = _mimic_of(robot.joints[follower])
-        if mimic is not None and leaders[follower] in held:
-            held[follower] = mimic.multiplier * held[leaders[follower]] + mimic.offset
 
 
 def urdf_data(
