@@ -190,6 +190,7 @@ def test_four_bar_says_which_rows_it_left_out_and_how_far_the_guess_was_off(caps
     assert rocker_angle(model.initial_q[0]) == pytest.approx(model.initial_q[2], abs=1e-13)
 
 
+@pytest.mark.slow
 def test_four_bar_crank_goes_round_and_its_rocker_does_not() -> None:
     run = _model("four_bar").simulate(1.0, settings=SETTINGS)
     crank, rocker = run.outputs["angles"].T

@@ -204,7 +204,7 @@ def test_references_that_are_no_unknowns_or_knowns_are_named(unit_of: Any) -> No
             unit.directional(*wrong, np.ones(1))
 
 
-@pytest.mark.slow_cases("2")
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_derivatives_during_the_initialization(version: int, tmp_path: Path) -> None:
     """Of start values without constraints; a start with constraints is assembled at the end of the initialization."""

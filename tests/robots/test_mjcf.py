@@ -97,13 +97,9 @@ def scaled(text: str, factor: float) -> str:
     return smaller.replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>', 1)
 
 
-#: Cases of the first tier at other sizes: forces whose formulas divide.
-_SMALL = ("ellipsoids in a medium", "medium", "slider and crank")
-
-
 @pytest.mark.long_except_every(6)
 @pytest.mark.long_cases("site against site")
-@pytest.mark.slow_except(*_SMALL)
+@pytest.mark.slow_except("medium")
 @pytest.mark.parametrize("name", CASES)
 def test_small_machines_have_mujoco_s_mass_and_forces(name: str, file: Path) -> None:
     file.write_text(scaled(CASES[name], 0.01), encoding="utf-8")
