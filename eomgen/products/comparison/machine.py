@@ -6,6 +6,7 @@ Every reader of a description fills the same classes, so that a comparison knows
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -78,7 +79,6 @@ class MachineLink:
     pose : of the link's frame, which is the joint's frame, in the parent's with all coordinates at zero
     axis, second_axis : (3,) unit vectors, in the link's frame; None if the type has none
     bodies : each body of the link
-    whole : mass properties of all bodies together
     numbers : quantities of the joint by name, SI; a quantity that a reader does not know is absent
     held : whether the coordinates follow another joint, or time, and are not independent
     """
@@ -91,9 +91,13 @@ class MachineLink:
     axis: Array | None
     second_axis: Array | None
     bodies: Mapping[str, MachineBody]
-    whole: Inertia
     numbers: Mapping[str, float | str]
     held: bool = False
+
+    @cached_property
+    def whole(self) -> Inertia:
+        """Mass properties of all bodies together, in the frame of the link."""
+        return combine_inertias([body.in_link for body in self.bodies.values()] or [NOTHING])
 
 
 @dataclass(frozen=True)
@@ -206,10 +210,6 @@ class Lumps:
         number, placement = self.places[body]
         if number >= 0:
             self.bodies[number][body] = MachineBody(inertia, placement, self._joints.get(body, ""))
-
-    def whole(self, number: int) -> Inertia:
-        """Return the mass properties of a link."""
-        return combine_inertias([body.in_link for body in self.bodies[number].values()] or [NOTHING])
 
 
 class _Values:
@@ -347,7 +347,6 @@ def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int,
         axis,
         second,
         lumps.bodies[number],
-        lumps.whole(number),
         dict(_joint_numbers(joint, values)),
         held=joint.mimic is not None or bool(joint.drive),
     )

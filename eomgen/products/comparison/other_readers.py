@@ -82,11 +82,10 @@ def read_mujoco(path: Path) -> Machine:
         about = turned @ np.diag(model.body_inertia[body]) @ turned.T
         lumps.weigh(names[body], Inertia(float(model.body_mass[body]), np.array(model.body_ipos[body]), about))
     machine_links = []
-    for index, (joint, name, kind, body, number, pose) in enumerate(links):
+    for index, (joint, name, kind, carried, number, pose) in enumerate(links):
         axis = np.array(model.jnt_axis[joint]) if kind in ("revolute", "prismatic") else None
         numbers = _mujoco_numbers(model, joint) if axis is not None else {}
-        parts = lumps.bodies[index], lumps.whole(index)
-        machine_links.append(MachineLink(name, kind, body, number, pose, axis, None, *parts, numbers))
+        machine_links.append(MachineLink(name, kind, carried, number, pose, axis, None, lumps.bodies[index], numbers))
     forces = partial(_mujoco_forces, mujoco, model, [joint for joint, *_ in links])
     return _machine(path, "MuJoCo", np.array(model.opt.gravity), machine_links, forces)
 
@@ -176,7 +175,7 @@ def read_pinocchio(path: Path) -> Machine:
         parts: dict[str, MachineBody] = {body: MachineBody(whole, AT_ORIGIN, "")}
         numbers = {} if axis is None else {"rotor_inertia": float(model.armature[rate])}
         parent = int(model.parents[number]) - 1
-        links.append(MachineLink(name, kind, body, parent, pose, axis, None, parts, whole, numbers))
+        links.append(MachineLink(name, kind, body, parent, pose, axis, None, parts, numbers))
     forces = partial(_pinocchio_forces, pinocchio, model)
     return _machine(path, "Pinocchio", np.array(model.gravity.linear), links, forces)
 

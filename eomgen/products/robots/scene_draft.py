@@ -103,7 +103,7 @@ class SceneDraft:
 
     report: Report
     data: dict[str, Any]
-    lines: dict[str, int | str] = field(default_factory=dict)
+    lines: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     warnings: list[tuple[ElementPlace, str]] = field(default_factory=list)
     taken: dict[str, set[str]] = field(default_factory=dict)
@@ -189,8 +189,6 @@ class SceneDraft:
         """Return file and line of a joint, constraint or body by name in the scene; the file's first line if
         unknown."""
         keys = (f"{section}.{name}" for section in ("joints", "constraints", "bodies"))
-        line = next((self.lines[key] for key in keys if key in self.lines), 1)
-        if isinstance(line, int):
-            return ElementPlace(self.report.file, line)
-        file, _, number = line.rpartition(":")
-        return ElementPlace(file, int(number))
+        place = next((self.lines[key] for key in keys if key in self.lines), f"{self.report.file}:1")
+        file, _, line = place.rpartition(":")
+        return ElementPlace(file, int(line))

@@ -338,8 +338,9 @@ class _TermRecorder:
 
     @property
     def _along(self) -> dict[Ref | InputSymbol, Ref]:
-        along = {item.ref: rate.ref for item, rate in zip(self.blocks["q"], self.blocks["v"], strict=True)}
-        return {**along, InputSymbol("t", 0): ONE}
+        pairs = zip(self.blocks["q"], self.blocks["v"], strict=True)
+        along: dict[Ref | InputSymbol, Ref] = {item.ref: rate.ref for item, rate in pairs}
+        return along | {InputSymbol("t", 0): ONE}
 
     @cached_property
     def row_rates(self) -> list[Ref]:

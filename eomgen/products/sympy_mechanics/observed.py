@@ -97,7 +97,8 @@ class Observed:
         points = dict.fromkeys(point for body in bodies for point in joined_points(center_of(body)))
         best, most = None, -1
         for candidate in points:
-            if inertial not in candidate._vel_dict or getattr(candidate._vel_dict[inertial], "args", ()):
+            velocity = candidate._vel_dict.get(inertial)
+            if velocity is None or any(getattr(velocity, "args", ())):
                 continue
             self.origin = candidate
             placed = sum(self._is_placed(body) for body in bodies)
