@@ -1,4 +1,4 @@
-"""Sixty differences between descriptions of one machine, planted one by one: each is named first."""
+"""Differences between descriptions of one machine, planted one by one: each is named first."""
 
 from __future__ import annotations
 
@@ -28,40 +28,29 @@ class Planted(NamedTuple):
 
 
 OF_URDF = (
-    Planted('<mass value="3"/>', '<mass value="3000"/>', "bodies.upper", "mass"),
-    Planted('<mass value="2"/>', '<mass value="19.62"/>', "bodies.lower", "mass"),
     Planted('<mass value="0.5"/>', '<mass value="0.51"/>', "bodies.slide", "mass"),
     Planted('xyz="0.02 0 0.25"', 'xyz="0.02 0 -0.25"', "bodies.upper", "center_of_mass"),
-    Planted('xyz="0 0.01 0.2"', 'xyz="0.2 0.01 0"', "bodies.lower", "center_of_mass"),
     Planted('xyz="0 0 0.05"', 'xyz="0 0 50"', "bodies.slide", "center_of_mass"),
     Planted('ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002"', 'ixy="-0.003" ixz="-0.001" iyy="0.07" iyz="0.002"',
             "bodies.upper", "inertia"),
-    Planted('ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002"', 'ixy="0" ixz="0" iyy="0.07" iyz="0"',
-            "bodies.upper", "inertia"),
     Planted('rpy="0.3 0.2 0.1"', 'rpy="0 0 0"', "bodies.lower", "inertia"),
-    Planted('ixx="0.04" ixy="0" ixz="0" iyy="0.03"', 'ixx="0.03" ixy="0" ixz="0" iyy="0.04"',
-            "bodies.lower", "inertia"),
     Planted('ixx="0.08" ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002" izz="0.03"',
             'ixx="0.2675" ixy="0.003" ixz="-0.014" iyy="0.2587" iyz="-0.002" izz="0.0312"',
             "bodies.upper", "inertia"),
     Planted('ixx="0.001" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.0012"',
             'ixx="1000" ixy="0" ixz="0" iyy="2000" iyz="0" izz="1200"', "bodies.slide", "inertia"),
     Planted('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joints.shoulder", "axis"),
-    Planted('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>', "joints.shoulder", "axis"),
-    Planted('<axis xyz="0.6 0.8 0"/>', '<axis xyz="0.8 0.6 0"/>', "joints.elbow", "axis"),
     Planted('<axis xyz="0 0 1"/>', '<axis xyz="0.09983341664682815 0 0.9950041652780258"/>',
             "joints.wrist", "axis"),
     Planted('xyz="0.05 0 0.5" rpy="0.2 -0.4 0.3"', 'xyz="0.05 0 0.6" rpy="0.2 -0.4 0.3"', "joints.elbow", "position"),
-    Planted('xyz="0 0.02 0.4" rpy="0 0.1 0"', 'xyz="0 20 400" rpy="0 0.1 0"', "joints.wrist", "position"),
     Planted('rpy="0.1 0 0.2"', 'rpy="5.729577951308232 0 11.459155902616464"', "joints.shoulder", "orientation"),
     Planted('rpy="0.2 -0.4 0.3"', 'rpy="0 0 0"', "joints.elbow", "orientation"),
-    Planted('rpy="0.2 -0.4 0.3"', 'rpy="-0.2 0.4 -0.3"', "joints.elbow", "orientation"),
     Planted('damping="0.7"', 'damping="0.0122173"', "joints.shoulder", "damping"),
     Planted('<dynamics damping="0.3"/>', "", "joints.elbow", "damping"),
     Planted('friction="0.2"', 'friction="0"', "joints.shoulder", "coulomb"),
-    Planted('lower="-1.2" upper="1.5"', 'lower="-68.7549" upper="85.9437"', "joints.shoulder", "lower"),
     Planted('lower="-1.2" upper="1.5"', 'lower="-1.5" upper="1.2"', "joints.shoulder", "lower"),
     Planted('lower="-0.1" upper="0.2"', 'lower="-0.1" upper="200"', "joints.wrist", "upper"),
+    Planted('<limit lower="-1.2" upper="1.5" effort="50" velocity="3"/>', "", "joints.shoulder", "lower"),
     Planted('type="prismatic"', 'type="revolute"', "joints.wrist", "type"),
     Planted('<parent link="upper"/><child link="lower"/>', '<parent link="base_link"/><child link="lower"/>',
             "joints.elbow", "parent"),
@@ -82,9 +71,10 @@ OF_SCENE = (
     Planted("damping = 5", "damping = 0", "springs.return", "damping"),
     Planted("2 * sin(3 * t)", "2 * sin(3 * t * pi / 180)", "efforts.motor", "effort"),
     Planted("length = 0.3", "length = 0.15", "springs.return", "length"),
+    Planted("position = [0.1, 0, 0.5]", "position = [0.1, 0, 500]", "points.hook", "position.2"),
 )  # fmt: skip  # a table
 
-FURTHER_OF_BENCH = (
+OF_BENCH = (
     Planted("multiplier = -2.0", "multiplier = 2.0", "joints.j6", "multiplier"),
     Planted("offset = 0.1", "offset = 5.7295779513", "joints.j6", "offset"),
     Planted('mimic = { joint = "j5", multiplier = -2.0, offset = 0.1 }', "", "joints.j6", "mimic"),
@@ -101,22 +91,13 @@ FURTHER_OF_BENCH = (
     Planted("gravity = [0, 0, -9.81]", "gravity = [0, 0, 0]", "gravity", "gravity"),
     Planted('type = "spherical"', 'type = "free"', "joints.j3", "type"),
 )  # fmt: skip  # a table
-FURTHER_OF_SCENE = (
-    Planted("position = [0.1, 0, 0.5]", "position = [0.1, 0, 500]", "points.hook", "position.2"),
-    Planted("position = [0.2, 0, 0.05]", "position = [-0.2, 0, 0.05]", "points.tip", "position.0"),
-)  # fmt: skip  # a table
-FURTHER_OF_URDF = (
-    Planted('<limit lower="-1.2" upper="1.5" effort="50" velocity="3"/>', "", "joints.shoulder", "lower"),
-    Planted('<mass value="3"/>', '<mass value="6.613868"/>', "bodies.upper", "mass"),
-    Planted('rpy="0.2 -0.4 0.3"', 'rpy="0.3 -0.4 0.2"', "joints.elbow", "orientation"),
-)  # fmt: skip  # a table
 
 #: Descriptions with their differences.
 DESCRIPTIONS = {
-    "urdf": (".urdf", URDF, (*OF_URDF, *FURTHER_OF_URDF)),
+    "urdf": (".urdf", URDF, OF_URDF),
     "mjcf": (".xml", MJCF, OF_MJCF),
-    "scene": (".toml", SCENE, (*OF_SCENE, *FURTHER_OF_SCENE)),
-    "bench": (".toml", BENCH, FURTHER_OF_BENCH),
+    "scene": (".toml", SCENE, OF_SCENE),
+    "bench": (".toml", BENCH, OF_BENCH),
 }
 
 
@@ -137,7 +118,10 @@ def _check(folder: Path, ending: str, text: str, planted: Planted) -> None:
     assert first.places[1].startswith(f"second{ending}"), first.places
 
 
-@pytest.mark.parametrize("planted", [OF_URDF[6], OF_URDF[12], OF_URDF[22]], ids=["products", "axis", "damping"])
+FIRST = {item.quantity: item for item in OF_URDF if item.quantity in ("inertia", "axis", "damping")}
+
+
+@pytest.mark.parametrize("planted", FIRST.values(), ids=FIRST)
 def test_a_planted_difference_is_named_first(planted: Planted, tmp_path: Path) -> None:
     """Of a URDF; all others stand in the second tier."""
     _check(tmp_path, ".urdf", URDF, planted)

@@ -219,16 +219,6 @@ def test_other_roots_of_the_document() -> None:
     assert refusals("<robot/>")[0].startswith("arm.urdf:1: the robot has no link")
 
 
-def test_massless_leaf_names_the_joint() -> None:
-    text = ARM.replace('<mass value="1"/>', '<mass value="0"/>').replace(
-        'ixx="1" iyy="2" izz="2.5"', 'ixx="0" iyy="0" izz="0"'
-    )
-    text = text.replace('iyz="0.25"', 'iyz="0"').replace('"elbow" type="fixed"', '"elbow" type="revolute"')
-    notes = load_urdf(text).notes
-    assert any(note.startswith("no inertia resists elbow: ") and "lock=['elbow']" in note for note in notes)
-    assert len(load_urdf(text, lock=["elbow"]).joints) == 1
-
-
 def test_a_builder_knows_the_keys_of_the_source_of_an_included_file() -> None:
     wrong = SceneBuilder("one").include("arm", "arm.urdf", lck=["elbow"])
     with pytest.raises(DescriptionError, match=r"\(include\.arm\.lck\): the key 'lck' is unknown here; try: lock"):

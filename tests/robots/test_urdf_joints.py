@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
+from eomgen.products.robots.sources import URDF
 from eomgen.products.robots.urdf.reading import JOINT_TYPES
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import from_data, load
@@ -186,6 +187,8 @@ def test_a_leader_that_moves_nothing_is_noted() -> None:
     assert load_urdf(light).joints[0].name == "lead"
     notes = load_urdf(light.replace(LINK.format("A"), '<link name="A"/>')).notes
     assert any(note.startswith("no inertia resists lead: ") and "lock=['lead']" in note for note in notes)
+    held = load_urdf(light.replace(LINK.format("A"), '<link name="A"/>'), lock=["lead"])
+    assert [joint.name for joint in held.joints] == ["b"]  # and its follower rests
 
 
 def test_limits_become_stops_where_they_are_asked_for() -> None:
@@ -222,16 +225,6 @@ def test_ranges_of_version_1_2_are_open() -> None:
     scene = load_urdf(new.replace('effort="20"', 'lower="-1"'), limits=True)
     assert not scene.joints[0].stops
     assert "not modelled: limits of position, velocity and effort (1: a)" in scene.notes
-
-
-def test_limits_are_for_urdf(tmp_path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text("format = 1")
-    for asked in ({"limits": True}, {"friction": True}):
-        with pytest.raises(
-            UsageError, match="root, lock, limits, friction, actuated, transmissions and tunable are for URDF only"
-        ):
-            load(path, **asked)
 
 
 def test_dry_friction_is_taken_where_it_is_asked_for() -> None:
@@ -369,7 +362,7 @@ def test_a_loop_joint_is_the_constraint_that_one_would_write(rng: np.random.Gene
     ends = [[value_of(entry, {}) for entry in frame.position] for frame in (pin_of_file.first, pin_of_file.second)]
     np.testing.assert_allclose(ends, [[0.4, 0.0, 0.0], [0.3, 0.0, 0.0]], atol=1e-15)
     assert not [note for note in scene.notes if "loop" in note]
-    data = data_of_text(FOUR_BAR)
+    data = dict(URDF.read(FOUR_BAR).data)
     frames = [
         {"body": body, "position": [x, 0, 0], "axis": [0, 1, 0]} for body, x in (("coupler", 0.4), ("rocker", 0.3))
     ]
@@ -384,12 +377,6 @@ def test_a_loop_joint_is_the_constraint_that_one_would_write(rng: np.random.Gene
     # the frames' other axes may be chosen differently: the rows span the same
     one, two = of_file("constraint", state)["Phi"], of_hand("constraint", state)["Phi"]
     np.testing.assert_allclose(np.linalg.norm(one, axis=1), np.linalg.norm(two, axis=1), atol=1e-12)
-
-
-def data_of_text(text: str) -> dict[str, Any]:
-    from eomgen.products.robots.sources import URDF  # of this test alone
-
-    return dict(URDF.read(text).data)
 
 
 #: The same pin as the proposed element: each end has its own axis.
