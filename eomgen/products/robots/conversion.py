@@ -27,7 +27,6 @@ from eomgen.products.robots.frames import WORLD_NODE, Frames, Node, Pose, pose_o
 from eomgen.products.robots.joints import (
     are_perpendicular,
     axes_in_link,
-    axes_in_world,
     displacement,
     forces_of,
     friction_of,
@@ -524,7 +523,7 @@ class Conversion:
             self.draft.leftovers.count("joints within one body")
             return
         kind = "fixed" if edge.is_fixed else joint.type
-        axes = [] if edge.is_fixed else axes_in_world(self.frames, edge)
+        axes = [] if edge.is_fixed else axes_in_link(self.frames, edge, WORLD_NODE, unit=True)
         if kind == "universal" and not are_perpendicular(axes):
             fault = f"the axes of {shown(joint.name)}, which closes a loop, are not perpendicular [E1941]"
             self.scene.refuse(joint.place, f"joints.{name}", fault, "another joint of the loop with must_be_loop_joint")

@@ -9,7 +9,7 @@ from eomgen.base.messages import nearest, shown
 from eomgen.base.rounding import COMPUTED
 from eomgen.products.robots.draft import DraftMimic
 from eomgen.products.robots.frames import WORLD_NODE, Frames, Node
-from eomgen.products.robots.joints import axes_in_world
+from eomgen.products.robots.joints import axes_in_link
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
 from eomgen.products.robots.tree import Edge, Step
@@ -117,7 +117,7 @@ class Followers:
         if not self.frames.check_frame(path, reference, joint.place, "gearbox_reference_body"):
             return
         body = self.places[self.frames.link(path, reference)].body
-        axes = axes_in_world(self.frames, edge)
+        axes = axes_in_link(self.frames, edge, WORLD_NODE, unit=True)
         angles = []
         for link, axis in ((edge.parent, axes[0]), (edge.child, axes[1])):
             angle = self.angle(body, self.places[link].body, axis)
@@ -140,7 +140,7 @@ class Followers:
             ends = self.places[step.edge.parent].body, self.places[step.edge.child].body
             if joint.type != "revolute" or ends not in ((reference, body), (body, reference)):
                 continue
-            along = float(axes_in_world(self.frames, step.edge)[0] @ axis)
+            along = float(axes_in_link(self.frames, step.edge, WORLD_NODE, unit=True)[0] @ axis)
             if abs(along) < 1.0 - COMPUTED:
                 continue
             negative = (along < 0.0) != (ends == (body, reference))

@@ -26,26 +26,16 @@ DAMPING_TIME = 0.01
 STICKING = {"rad": 0.01, "m": 0.001}
 
 
-def axes_in_world(frames: Frames, edge: Edge) -> list[Array]:
-    """Return unit vectors (3,) along the axes of a joint, in world axes, in the configuration of the file. An axis
-    without direction is z; a missing frame of an axis is reported, and counts as the world."""
-    path, joint = edge.key
+def axes_in_link(frames: Frames, edge: Edge, link: Node, *, unit: bool = False) -> list[Array]:
+    """Return vectors (3,) along the axes of a joint in the frame of ``link``, with the lengths that they have in the
+    file, or of ``unit`` length in the configuration of the file; a unit axis without direction is z."""
+    path, name = edge.key
     result = []
     for axis in edge.joint.axes:
-        name = axis.expressed_in or joint
-        known = frames.check_frame(path, name, axis.place, "expressed_in")
-        vector = unit_axis(axis.vector)
-        turned = frames.pose((path, name)).orientation if known else np.eye(3)
-        result.append(turned @ (np.array([0.0, 0.0, 1.0]) if vector is None else vector))
+        vector = unit_axis(axis.vector) if unit else np.array(axis.vector)
+        turn = frames.between(link, (path, axis.expressed_in or name)).orientation
+        result.append(turn @ (np.array([0.0, 0.0, 1.0]) if vector is None else vector))
     return result
-
-
-def axes_in_link(frames: Frames, edge: Edge, link: Node) -> list[Array]:
-    """Return vectors (3,) along the axes of a joint in the frame of ``link``, with the lengths that they have in the
-    file."""
-    path, name = edge.key
-    turns = [frames.between(link, (path, axis.expressed_in or name)).orientation for axis in edge.joint.axes]
-    return [turn @ np.array(axis.vector) for turn, axis in zip(turns, edge.joint.axes, strict=True)]
 
 
 def displacement(joint: DraftJoint, value: float) -> tuple[Array, Array]:

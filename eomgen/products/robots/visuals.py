@@ -22,13 +22,6 @@ FEW_DIGITS = 1e-3
 Numbers = Callable[[Element, str, tuple[float, ...]], tuple[float, ...]]
 #: Sizes by type of geometry: name in the format, key of the section, and the default.
 _Sizes = Mapping[str, Sequence[tuple[str, str, tuple[float, ...]]]]
-URDF_SIZES: _Sizes = {
-    "box": (("size", "size", (0.0, 0.0, 0.0)),),
-    "cylinder": (("radius", "radius", (0.0,)), ("length", "length", (0.0,))),
-    "sphere": (("radius", "radius", (0.0,)),),
-    "capsule": (("radius", "radius", (0.0,)), ("length", "length", (0.0,))),
-    "mesh": (),
-}
 SDF_SIZES: _Sizes = {
     "box": (("size", "size", (1.0, 1.0, 1.0)),),
     "cylinder": (("radius", "radius", (1.0,)), ("length", "length", (1.0,))),
@@ -54,6 +47,14 @@ def read_numbers(
         refuse(f"{name}: {shown(text)} is too large [E1705]", "")
         return default
     return values
+
+
+#: Of URDF, which has no defaults, and no ellipsoids.
+URDF_SIZES: _Sizes = {
+    kind: [(name, key, (0.0,) * len(default)) for name, key, default in sizes]
+    for kind, sizes in SDF_SIZES.items()
+    if kind != "ellipsoid"
+}
 
 
 class NotDrawnError(Exception):

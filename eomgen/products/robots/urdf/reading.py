@@ -38,14 +38,8 @@ JOINT_TYPES = {
     "planar": "planar",
 }
 #: Types of constraints by the types of loop joints.
-LOOP_TYPES = {
-    "spherical": "spherical",
-    "ball": "spherical",
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "planar": "planar",
-    "fixed": "fixed",
+LOOP_TYPES = dict.fromkeys(("spherical", "ball"), "spherical") | {
+    written: kind for written, kind in JOINT_TYPES.items() if kind != "free"
 }
 #: The same by the types of constraints.
 _CONSTRAINT_TYPES = {**LOOP_TYPES, "universal": "universal"}
