@@ -114,7 +114,7 @@ def fmu(
         Initial values as of ``simulate``: the start values of the FMU, brought onto the constraints, which needs a
         compiler.
     author, model_version, copyright, license : str
-        Of the model, for the model description; ``license`` is a name, such as MIT or proprietary.
+        Of the model, for the model description. ``license`` is a name, such as MIT or proprietary.
     license_file : path
         Text of the licence of the model, for the documentation.
     description : str
