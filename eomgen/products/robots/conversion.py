@@ -223,12 +223,8 @@ class Conversion:
         if not self.scene.data["frames"]:
             del self.scene.data["frames"]
 
-    def result(
-        self, notes: Sequence[str], warnings: Sequence[tuple[ElementPlace, str]], *, strict: bool
-    ) -> ConvertedScene:
+    def result(self, *, strict: bool) -> ConvertedScene:
         """Return the converted scene with all notes, warnings last.
-
-        `notes` are further notes of the reader, `warnings` omissions, each a place in the file and a text.
 
         Raises
         ------
@@ -236,7 +232,7 @@ class Conversion:
             For problems reported so far; of a ``strict`` conversion also for each omission.
         """
         draft, scene = self.draft, self.scene
-        omissions = [*warnings, *scene.all_warnings(), *draft.leftovers.warnings()]
+        omissions = [*scene.all_warnings(), *draft.leftovers.warnings()]
         if strict:
             for location, note in omissions:
                 scene.refuse(location, "", note, "no --strict (strict=False), to go on without")
@@ -245,7 +241,7 @@ class Conversion:
             f"visuals that pictures leave out ({len(names)}: {listed(list(dict.fromkeys(names)))}): {reason} [W0175]"
             for reason, names in draft.undrawn.items()
         ]
-        said = [*draft.notes, *scene.notes, *self.notes(), *notes, *draft.leftovers.notes(), *undrawn]
+        said = [*draft.notes, *scene.notes, *self.notes(), *draft.leftovers.notes(), *undrawn]
         said += [note for _, note in omissions]
         return ConvertedScene(scene.data, scene.lines, said, inertias_checked=True)
 

@@ -112,7 +112,7 @@ def mjcf_data(
     _drop_unused_definitions(draft.data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)
-    return conversion.result([], [], strict=strict)
+    return conversion.result(strict=strict)
 
 
 def _name_of(mujoco: Any, model: Any) -> str:

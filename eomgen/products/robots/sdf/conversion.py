@@ -49,4 +49,4 @@ def sdf_data(
         draft.notes.append(f"joints locked at zero: {listed(sorted(locked))} [W0171]")
     if any("::" in conversion.name_of(node) for node in conversion.links):
         draft.notes.append("names of models within one another are joined: arm::hand is arm__hand [W0172]")
-    return conversion.result([], [], strict=strict)
+    return conversion.result(strict=strict)

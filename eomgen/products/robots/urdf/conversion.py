@@ -17,12 +17,12 @@ from eomgen.products.robots.draft import Draft, DraftJoint, DraftLink, DraftMimi
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.urdf.notes import (
+    note_versions,
     notes_of_friction,
     notes_of_mimics,
     notes_of_names_and_angles,
     notes_of_sizes,
     notes_of_what_has_no_effect,
-    version_warnings,
 )
 from eomgen.products.robots.urdf.reading import JOINT_TYPES, Robot, link_key, read_robot
 from eomgen.products.robots.urdf.transmissions import convert_transmissions, read_transmissions
@@ -130,17 +130,17 @@ def urdf_data(
     if gears is not None:
         convert_transmissions(conversion.scene, robot, *gears, {*held, *leaders})
     conversion.convert(actuated=actuated)
-    notes = [
+    conversion.scene.notes += [
         *([f"joints locked at zero: {listed(sorted(locked))} [W0171]"] if locked else []),
         *notes_of_names_and_angles(robot),
         *notes_of_sizes(robot),
         *notes_of_mimics(robot, locked, held, leaders),
+        *(notes_of_friction(robot) if friction else []),
+        *notes_of_what_has_no_effect(robot, held),
+        *robot.notes_of_visuals,
     ]
-    if friction:
-        notes += notes_of_friction(robot)
-    notes += [*notes_of_what_has_no_effect(robot, held), *robot.notes_of_visuals]
-    warnings = [(ElementPlace(file, line), note) for line, note in version_warnings(robot)]
-    return conversion.result(notes, warnings, strict=strict)
+    note_versions(conversion.scene, robot)
+    return conversion.result(strict=strict)
 
 
 def _joint_key(name: str) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 
 from eomgen.base.messages import listed, shown
 from eomgen.products.robots.draft import Axis
-from eomgen.products.robots.leftovers import beginning
+from eomgen.products.robots.leftovers import ElementPlace, beginning
+from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
 
 #: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
@@ -104,18 +105,14 @@ def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], l
     return notes
 
 
-def version_warnings(robot: Robot) -> list[tuple[int, str]]:
-    """Return line and text of warnings: a version newer than the ones that are read, and quaternions in an older
-    version."""
-    result = []
+def note_versions(scene: SceneDraft, robot: Robot) -> None:
+    """Note as left out a version newer than the ones that are read, and quaternions in an older version."""
+    file = scene.report.file
     if robot.minor > NEWEST:
         note = f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]"
-        result.append((1, note))
+        scene.leave_out(ElementPlace(file, 1), note)
     if robot.quaternions and robot.minor < WITH_QUATERNIONS:
-        note = (
-            f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"
-            f" 1.{robot.minor}"
-        )
-        names = [name for _, name in robot.quaternions]
-        result.append((robot.quaternions[0][0], f"{note} ({len(names)}: {listed(names)}) [W0195]"))
-    return result
+        names = f"({len(robot.quaternions)}: {listed([name for _, name in robot.quaternions])})"
+        version = f"version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version 1.{robot.minor}"
+        note = f"quat_xyzw belongs to {version} {names} [W0195]"
+        scene.leave_out(ElementPlace(file, robot.quaternions[0][0]), note)
