@@ -13,7 +13,7 @@ from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.fmu.arrays import listed
 from eomgen.products.fmu.dependencies import PATTERNS
-from eomgen.products.fmu.interface import Interface, event_rows, mode_parameters
+from eomgen.products.fmu.interface import Interface, Variable, event_rows, mode_parameters
 
 #: Before every source, so that no compiler fuses products with sums.
 _EXACT = """\
@@ -66,11 +66,8 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
     rotations = [factor for factor in program.factors if factor["group"] != "R"]
     continuous = [item.index for item in interface.of("z")]
     method = program.method
-    every, parameters = listed(interface), interface.of("parameter")
-    labels = {name: label for whole in every for name, label in whole.labels.items()}
+    labels = {name: label for whole in listed(interface) for name, label in whole.labels.items()}
     dynamics = str(derivatives["dynamics"][0]) if derivatives else ""
-    # at which forces or their first two derivatives jump, so that model exchange asks for an event
-    jumps = [item for item in program.discontinuities if item["order"] <= 2]
     return {
         "program": program,
         "interface": interface,
@@ -96,18 +93,14 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "events": event_rows(program),
         "modes": mode_parameters(program),
         "samples": method.get("samples"),
-        "once": sorted({item["time"] for item in jumps if not item["period"]}),
-        "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
+        **_time_events(program),
         "places": _places(interface),
         "names": [labels.get(item.name, item.name) for item in interface.variables],
-        "ranges": parameters if any(item.lower is not None or item.upper is not None for item in parameters) else (),
+        "ranges": _ranges(interface),
         "explicit": explicit,
         "dae": interface.options.dae,
         "minimal": interface.options.minimal,
-        # 0 for numbers within an array
-        "sizes_of_arrays": [size for whole in every for size in (whole.size, *[0] * (whole.size - 1))]
-        if interface.options.arrays
-        else (),
+        "sizes_of_arrays": _sizes(interface),
         "solved": not explicit,
         "scratch": () if derivatives is None else derivatives["scratch"],
         "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
@@ -127,6 +120,28 @@ def _inputs(interface: Interface, program: Program) -> dict[str, Any]:
         "follows_not_a_number": "jumps" in method or method["own_steps"] or method["inputs"] == "series",
         "linear": method["inputs"] == "sampled",
     }
+
+
+def _time_events(program: Program) -> dict[str, Any]:
+    """Return times, and times with periods, at which forces or their first two derivatives jump, so that model exchange
+    asks for an event."""
+    jumps = [item for item in program.discontinuities if item["order"] <= 2]
+    return {
+        "once": sorted({item["time"] for item in jumps if not item["period"]}),
+        "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
+    }
+
+
+def _ranges(interface: Interface) -> tuple[Variable, ...]:
+    """Return the parameters if one has a range."""
+    parameters = interface.of("parameter")
+    return parameters if any((item.lower, item.upper) != (None, None) for item in parameters) else ()
+
+
+def _sizes(interface: Interface) -> list[int]:
+    """Return the number of values by value references, 0 for numbers within an array; an empty list without arrays."""
+    every = listed(interface) if interface.options.arrays else ()
+    return [size for whole in every for size in (whole.size, *[0] * (whole.size - 1))]
 
 
 def _name_of_quaternion(interface: Interface, start: int) -> str:

@@ -145,7 +145,7 @@ class KaneKinematics:
         return [self.algebra.vector(column) for column in zip(*self.rows_of(vector), strict=True)]
 
 
-def reached(starts: Iterable[Any], neighbours: Callable[[Any], Iterable[Any]]) -> dict[Any, Any]:
+def reachable(starts: Iterable[Any], neighbours: Callable[[Any], Iterable[Any]]) -> dict[Any, Any]:
     """Return the nodes of a graph that are reached from ``starts``, the nearest first, each with the node before it."""
     before: dict[Any, Any] = dict.fromkeys(starts)
     waiting = list(before)
@@ -160,7 +160,7 @@ def reached(starts: Iterable[Any], neighbours: Callable[[Any], Iterable[Any]]) -
 def joined_points(*points: Any) -> dict[Any, Any]:
     """Return the points of SymPy that given positions join with some points, the nearest first, each with the point
     before it."""
-    return reached(points, lambda point: point._pos_dict)
+    return reachable(points, lambda point: point._pos_dict)
 
 
 def is_rigid(body: Any) -> bool:

@@ -28,7 +28,7 @@ from eomgen.products.sympy_mechanics.kane import (
     inertia_of,
     is_rigid,
     joined_points,
-    reached,
+    reachable,
 )
 from eomgen.products.sympy_mechanics.rows import values_at
 from eomgen.symbolic.calculus.partials import jacobian_vector
@@ -381,10 +381,10 @@ def quaternion_of(algebra: Algebra, matrix: Matrix) -> list[Scalar]:
 def _is_fixed(point: Any, center: Any, frame: Any) -> bool:
     """Return whether constant vectors of a frame lead from a point to a mass centre."""
 
-    def fixed(here: Any) -> Iterator[Any]:
+    def fixed_neighbours(here: Any) -> Iterator[Any]:
         for neighbour, vector in here._pos_dict.items():
             parts = getattr(vector, "args", ())
             if all(axes is frame and not components.atoms(AppliedUndef) for components, axes in parts):
                 yield neighbour
 
-    return center in reached([point], fixed)
+    return center in reachable([point], fixed_neighbours)

@@ -37,7 +37,7 @@ from eomgen.products.sympy_mechanics.kane import (
     is_rigid,
     joined_points,
     kane,
-    reached,
+    reachable,
 )
 from eomgen.products.sympy_mechanics.observed import (
     Energies,
@@ -209,7 +209,7 @@ class _Reading:
             self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
             if not system.bodies and not system.forcelist:
                 hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
-                raise self._refused("the KanesMethod has no bodies [E1151]", hint)
+                raise self._refusal("the KanesMethod has no bodies [E1151]", hint)
             self.q, self.u = list(system.q), list(system.u)
             # as given: SymPy solves these for the rates, which takes more expressions
             rates = system.q.diff(dynamicsymbols._t)
@@ -253,13 +253,13 @@ class _Reading:
         time = dynamicsymbols._t
         faults += [(item, "coordinate", "dynamicsymbols") for item in self.q if getattr(item, "args", ()) != (time,)]
         for item, noun, hint in faults:
-            raise self._refused(f"{shown(str(item))} is not a {noun} [E2180]", hint)
+            raise self._refusal(f"{shown(str(item))} is not a {noun} [E2180]", hint)
         if not names:
-            raise self._refused("the system has no coordinates [E2182]", "joints, or system.add_coordinates")
+            raise self._refusal("the system has no coordinates [E2182]", "joints, or system.add_coordinates")
         if twice := [name for name in names if names.count(name) > 1]:
-            raise self._refused(f"two coordinates have the name {shown(twice[0])} [E2183]", "other names")
+            raise self._refusal(f"two coordinates have the name {shown(twice[0])} [E2183]", "other names")
 
-    def _refused(self, fault: str, hint: str) -> DescriptionError:
+    def _refusal(self, fault: str, hint: str) -> DescriptionError:
         return DescriptionError(Problem(self.name, fault, hint))
 
     def _integrate_speeds(self) -> None:
@@ -304,19 +304,11 @@ class _Reading:
         elif isinstance(self.system, tuple | list):
             result += [entry for item in self.system for entry in item]
         result += [item for actuator in self.actuators if (item := stored_energy(actuator)) is not None]
-        frames, points = _reached(self.bodies, self.every_load, self.inertial)
         for body in self.bodies:
             result.append(body.mass)
             if is_rigid(body):
                 result += [factor for factor, _, _ in body.central_inertia.args]
-        vectors = [vector for _, vector in self.every_load]
-        for frame in frames:
-            result += [entry for matrix in frame._dcm_dict.values() for entry in matrix]
-            vectors += frame._ang_vel_dict.values()
-        for point in points:
-            vectors += [*point._pos_dict.values(), *(v for f, v in point._vel_dict.items() if f is self.inertial)]
-        parts = [part for vector in vectors for part, _ in getattr(vector, "args", ())]
-        return result + [entry for part in parts for entry in part]
+        return result + _placement_expressions(self.bodies, self.every_load, self.inertial)
 
     def _solve_speeds(self) -> None:
         """Record the user's speeds as functions of q and v by the kinematic equations; further equations become
@@ -326,7 +318,7 @@ class _Reading:
         if len(self.kdes) != len(self.q) or len(self.q) < len(self.u):
             counts = len(self.q), len(self.u), len(self.kdes)
             fault = "{} coordinates have {} speeds and {} kinematic equations [E1155]".format(*counts)
-            raise self._refused(fault, "one kinematic equation for the rate of each coordinate")
+            raise self._refusal(fault, "one kinematic equation for the rate of each coordinate")
         factors = sympy.Matrix(self.kdes).jacobian(self.u)
         record = self.expressions
         rows = [[record(entry) for entry in row] for row in factors.tolist()]
@@ -362,7 +354,7 @@ class _Reading:
         count = len(self.q)
         if matrix.shape != (count, count) or len(vector) != count:
             fault = f"M has the shape {matrix.shape} and f {len(vector)} entries for {count} coordinates [E1156]"
-            raise self._refused(fault, "one row for each coordinate")
+            raise self._refusal(fault, "one row for each coordinate")
         mass, force = ([self.expressions(entry) for entry in item] for item in (matrix, vector))
         return KaneTerms(mass, [self.algebra.zero] * count, force)
 
@@ -442,7 +434,7 @@ class _Reading:
         i, j = np.unravel_index(np.argmax(apart), apart.shape)
         if apart[i, j] > COMPUTED * np.abs(M).max():
             fault = f"M is not symmetric: M[{i}, {j}] is {M[i, j]:.6g} and M[{j}, {i}] is {M[j, i]:.6g} [E2184]"
-            raise self._refused(fault, "equations of Kane or Lagrange, of which M is symmetric")
+            raise self._refusal(fault, "equations of Kane or Lagrange, of which M is symmetric")
         if np.linalg.eigvalsh(M)[0] < -COMPUTED * np.abs(M).max():
             return ["the mass matrix has a negative eigenvalue at the start: a mass or an inertia is negative [W0261]"]
         if not rows.names and is_singular([M]):
@@ -466,7 +458,7 @@ class _Reading:
             if faults := observed.twisted():
                 fault = f"the angular velocity of the frame {faults[0]} is not the rate of the orientation [E2131]"
                 hint = f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call"
-                raise self._refused(fault, hint)
+                raise self._refusal(fault, hint)
         if isinstance(self.system, LagrangesMethod):
             lagrangian = self.expressions(self.system._L[0]).ref
             energies = lagrangian_energies(self.algebra, lagrangian, self.v_scalars, terms.force)
@@ -566,8 +558,9 @@ def _number(argument: str, key: object, value: Any) -> float:
     return number
 
 
-def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: Any) -> tuple[set[Any], set[Any]]:
-    """Return all frames and points that bodies, loads and the inertial frame are connected with, directly or not."""
+def _placement_expressions(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: Any) -> list[Any]:
+    """Return the expressions of loads, and of all frames and points that bodies, loads and the inertial frame are
+    connected with, directly or not."""
     frames, points = set() if inertial is None else {inertial}, set()
     for body in bodies:
         points.add(center_of(body))
@@ -575,11 +568,23 @@ def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: 
             frames |= {body.frame, *(vector.args[0][1] for _, vector, _ in body.central_inertia.args)}
     for location, _ in loads:
         (points if hasattr(location, "_pos_dict") else frames).add(location)
-    points = set(joined_points(*points))
-    vectors = [vector for point in points for vector in (*point._pos_dict.values(), *point._vel_dict.values())]
+    every = joined_points(*points)
+    vectors = [vector for point in every for vector in (*point._pos_dict.values(), *point._vel_dict.values())]
     vectors += [vector for _, vector in loads]
     frames |= {frame for vector in vectors for _, frame in getattr(vector, "args", ())}
-    return set(reached(frames, lambda frame: (*frame._dcm_dict, *frame._ang_vel_dict))), points
+    vectors = [vector for _, vector in loads]
+    for point in every:
+        vectors += [*point._pos_dict.values(), *(v for f, v in point._vel_dict.items() if f is inertial)]
+    result = []
+    for frame in reachable(frames, lambda frame: (*frame._dcm_dict, *frame._ang_vel_dict)):
+        result += [entry for matrix in frame._dcm_dict.values() for entry in matrix]
+        vectors += frame._ang_vel_dict.values()
+    return result + _components(vectors)
+
+
+def _components(vectors: Sequence[Any]) -> list[Any]:
+    """Return the components of vectors of SymPy in all frames."""
+    return [entry for vector in vectors for part, _ in getattr(vector, "args", ()) for entry in part]
 
 
 def _solved(

@@ -27,8 +27,8 @@ _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 
 
 class Minor(IntEnum):
-    """Minor versions of SDF 1: the oldest that is read, the first with axes in the frames of joints, with gravity as a
-    part of the world and with names of frames, and the newest."""
+    """Minor versions of SDF 1: the oldest and the newest that are read, and the first ones with axes in joints' frames,
+    with gravity in the world, and with named frames."""
 
     FIRST = 4
     JOINT_AXES = 5

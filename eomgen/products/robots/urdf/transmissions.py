@@ -143,6 +143,35 @@ def convert_transmissions(
     others (``still``), or have not one coordinate, are listed in a note, missing joints and transmissions of unknown
     types, by type, in warnings.
     """
+    shares = _shares(scene, robot, transmissions, still)
+    sums = dict[str, list[str]]()
+    for actuator, share in shares.items():
+        driven = " and ".join(f"{joint} ({factor:.6g})" for joint, factor in share.items() if factor)
+        entry = {"description": f"effort of actuator {actuator} on {driven}"}
+        entry |= {"unit": "N m"} if all(robot.joints[joint].unit == "rad" for joint in share) else {}
+        name = legal_name(actuator, RESERVED | scene.section("inputs").keys())
+        scene.section("inputs")[name] = entry
+        for joint, factor in share.items():
+            if factor:
+                sums.setdefault(joint, []).append(f"{factor!r} * {name}")
+    for joint, terms in sums.items():
+        scene.section("efforts")[joint] = {"joint": joint, "effort": " + ".join(terms)}
+    if shares:
+        scene.notes.append(f"inputs are efforts of actuators with transmissions: {listed(scene.data['inputs'])}")
+    for kind, names in unknown.items():
+        note = f"not modelled: transmissions of the type {shown(kind)} ({len(names)}: {listed(names)}) [W0197]"
+        scene.leave_out(ElementPlace(scene.report.file, 1), note)
+    if not transmissions and not unknown:
+        scene.notes.append(
+            "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
+        )
+
+
+def _shares(
+    scene: SceneDraft, robot: Robot, transmissions: Sequence[UrdfTransmission], still: Collection[str]
+) -> dict[str, dict[str, float]]:
+    """Return the efforts of joints by unit efforts of actuators, by actuator in the file and by joint; note joints that
+    are ``still`` or not there."""
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     shares: dict[str, dict[str, float]] = {}  # of actuators by name in the file, by joint
     idle: dict[str, None] = {}
@@ -159,33 +188,13 @@ def convert_transmissions(
             for actuator, factor in zip(transmission.actuators, row, strict=True):
                 share = shares.setdefault(actuator, {})
                 share[joint] = share.get(joint, 0.0) + factor
-    sums = dict[str, list[str]]()
-    for actuator, share in shares.items():
-        driven = " and ".join(f"{joint} ({factor:.6g})" for joint, factor in share.items() if factor)
-        entry = {"description": f"effort of actuator {actuator} on {driven}"}
-        entry |= {"unit": "N m"} if all(robot.joints[joint].unit == "rad" for joint in share) else {}
-        name = legal_name(actuator, RESERVED | scene.section("inputs").keys())
-        scene.section("inputs")[name] = entry
-        for joint, factor in share.items():
-            if factor:
-                sums.setdefault(joint, []).append(f"{factor!r} * {name}")
-    for joint, terms in sums.items():
-        scene.section("efforts")[joint] = {"joint": joint, "effort": " + ".join(terms)}
-    if shares:
-        scene.notes.append(f"inputs are efforts of actuators with transmissions: {listed(scene.data['inputs'])}")
     if idle:
         note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
         scene.notes.append(f"{note}: {listed(list(idle))} [W0198]")
-    for kind, names in unknown.items():
-        note = f"not modelled: transmissions of the type {shown(kind)} ({len(names)}: {listed(names)}) [W0197]"
-        scene.leave_out(ElementPlace(scene.report.file, 1), note)
     if missing:
         close = [name for written in missing for name in close_names(written, by_written, 1)]
         perhaps = f", perhaps {listed(dict.fromkeys(close))}" if close else ""
         names = f"({len(missing)}: {listed(list(missing))}){perhaps}"
         note = f"not modelled: transmissions to joints that are not there {names} [W0199]"
         scene.leave_out(ElementPlace(scene.report.file, next(iter(missing.values()))), note)
-    if not transmissions and not unknown:
-        scene.notes.append(
-            "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
-        )
+    return shares
