@@ -27,8 +27,8 @@ STICKING = {"rad": 0.01, "m": 0.001}
 
 
 def axes_in_link(frames: Frames, edge: Edge, link: Node, *, unit: bool = False) -> list[Array]:
-    """Return vectors (3,) along a joint's axes, in the frame of ``link`` while coordinates are zero: with the lengths in
-    the file, or ``unit`` vectors, z for an axis without direction."""
+    """Return vectors (3,) along a joint's axes, in the frame of ``link`` while coordinates are zero: as long as in the
+    file, or ``unit`` vectors, z for an axis without direction."""
     path, name = edge.key
     result = []
     for axis in edge.joint.axes:
