@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +13,7 @@ from scipy.integrate import simpson
 import eomgen
 from eomgen import Model, Solution
 from eomgen.base.random_inputs import road_harmonics
+from tests.examples.demos import run_demo
 
 FOLDER = Path(__file__).parents[2] / "examples" / "active_vehicle"
 BODY, ROLL, PITCH, WHEEL, FRONT, REAR, HALF_TRACK = 1500.0, 460.0, 2160.0, 59.0, 1.4, 1.7, 0.75
@@ -142,11 +140,8 @@ def test_skyhook_calms_the_body_without_costing_travel_or_grip(model: Model) -> 
 @pytest.mark.long
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
     out = tmp_path / "demo out"
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
-    command = [sys.executable, str(FOLDER / "demo.py"), "--out", str(out)]
-    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
-    assert result.returncode == 0, result.stderr
-    assert "Body acceleration, centre of mass" in result.stdout and "no wheel leaves the road" in result.stdout
+    said = run_demo("active_vehicle", "--out", out)
+    assert "Body acceleration, centre of mass" in said and "no wheel leaves the road" in said
     assert (out / "c" / "active_vehicle.c").stat().st_size > 10_000
     assert (out / "active_vehicle.png").read_bytes().startswith(b"\x89PNG")
     with (out / "rms.csv").open(encoding="utf-8") as stream:
@@ -164,8 +159,5 @@ def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) ->
 @pytest.mark.long
 def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
-    command = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path / "file" / "out")]
-    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
-    assert result.returncode == 7
-    assert "try: --out with a folder that can be written" in result.stderr and "Traceback" not in result.stderr
+    said = run_demo("active_vehicle", "--out", tmp_path / "file" / "out", exit_code=7)
+    assert "try: --out with a folder that can be written" in said and "Traceback" not in said

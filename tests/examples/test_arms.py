@@ -3,29 +3,15 @@ torque."""
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from tests.examples.demos import EXAMPLES, demo_module
 from tests.oracles.pinocchio_oracle import oracle_of_tree
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 ARM_RATE = np.array([150.0] * 4 + [30.0] * 3)
-
-
-def _demo(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"{name}_demo", EXAMPLES / name / "demo.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -40,14 +26,14 @@ def elastic_arm() -> eomgen.Model:
 
 @pytest.mark.long
 def test_feedforward_alone_tracks(links: eomgen.Model, elastic_arm: eomgen.Model) -> None:
-    demo = _demo("sea_arm")
+    demo = demo_module("sea_arm")
     _, deviation = demo.tracked(elastic_arm, demo.Feedforward(links), 2e-4)
     assert deviation.max() < 1e-10
 
 
 @pytest.mark.slow
 def test_feedforward_without_the_second_derivative_fails(links: eomgen.Model, elastic_arm: eomgen.Model) -> None:
-    demo = _demo("sea_arm")
+    demo = demo_module("sea_arm")
     run, deviation = demo.tracked(elastic_arm, demo.Feedforward(links, complete=False), 2e-4)
     at = [float(np.interp(t, run.t, deviation)) for t in (0.1, 0.5, 1.0)]
     np.testing.assert_allclose(at, [3.7e-5, 8.6e-4, 5.8e-3], rtol=0.02)  # the dossier's own simulation
@@ -56,7 +42,7 @@ def test_feedforward_without_the_second_derivative_fails(links: eomgen.Model, el
 
 @pytest.mark.slow
 def test_feedforward_tracks_under_another_solver(links: eomgen.Model, elastic_arm: eomgen.Model) -> None:
-    demo = _demo("sea_arm")
+    demo = demo_module("sea_arm")
     feedforward = demo.Feedforward(links)
     start = feedforward.start()
 
@@ -71,7 +57,7 @@ def test_feedforward_tracks_under_another_solver(links: eomgen.Model, elastic_ar
 
 @pytest.mark.slow
 def test_rates_of_torque_are_those_of_pinocchio(links: eomgen.Model) -> None:
-    demo = _demo("jerk_limited_arm")
+    demo = demo_module("jerk_limited_arm")
     move = demo.Move(links, 0.9)
     oracle = oracle_of_tree(eomgen.load(EXAMPLES / "sea_arm" / "links.toml"))
     h = 1e-3
@@ -84,7 +70,7 @@ def test_rates_of_torque_are_those_of_pinocchio(links: eomgen.Model) -> None:
 
 @pytest.mark.long
 def test_fastest_move_keeps_to_its_limits_and_is_tracked(links: eomgen.Model) -> None:
-    demo = _demo("jerk_limited_arm")
+    demo = demo_module("jerk_limited_arm")
     move, hasty = demo.fastest(links, ARM_RATE), demo.fastest(links, ARM_RATE, ("rate of torque",))
     assert 0.999 < max(move.load(ARM_RATE).values()) <= 1.0
     assert max(demo.Move(links, move.duration - 1e-3).load(ARM_RATE).values()) > 1.0

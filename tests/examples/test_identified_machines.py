@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -17,21 +13,12 @@ from scipy import stats
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.pipeline.pipeline import build_for_run
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
-
-def demo(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, EXAMPLES / name / "demo.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+from tests.examples.demos import demo_module, run_demo
 
 
 @pytest.fixture(scope="module")
 def quarter_car() -> Callable[[int], eomgen.Identification]:
-    code = demo("identified_quarter_car")
+    code = demo_module("identified_quarter_car")
     model = build_for_run(code.scene())
     return lambda seed: eomgen.identify(
         model, code.measured(model, seed), list(code.UNKNOWN), values=code.UNKNOWN, step=code.STEP
@@ -40,7 +27,7 @@ def quarter_car() -> Callable[[int], eomgen.Identification]:
 
 @pytest.fixture(scope="module")
 def arm() -> Callable[[int], eomgen.Identification]:
-    code = demo("identified_arm")
+    code = demo_module("identified_arm")
     measurement = code.Measurement(build_for_run(code.scene()))
     found: Callable[[int], eomgen.Identification] = measurement.identified
     return found
@@ -55,7 +42,7 @@ QUARTER_CAR = {"sprung_mass": 240.0, "unsprung_mass": 36.0, "spring": 16000.0, "
 
 
 def arm_parameters() -> dict[str, float]:
-    code = demo("identified_arm")
+    code = demo_module("identified_arm")
     true = {f"viscous{k}": value for k, value in enumerate(code.VISCOUS, 1)}
     true |= {f"dry{k}": value for k, value in enumerate(code.DRY, 1)}
     return true | {"payload_mass": 3.0} | {f"payload_{k}": value for k, value in (code.CENTRE | code.INERTIA).items()}
@@ -114,8 +101,6 @@ def check_coverage(identified: Callable[[int], eomgen.Identification], true: dic
     ],
 )
 def test_the_demos_print_and_draw(tmp_path: Path, name: str, told: list[str]) -> None:
-    command = [sys.executable, str(EXAMPLES / name / "demo.py"), "--out", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
-    assert all(text in done.stdout for text in told), done.stdout
+    said = run_demo(name, "--out", tmp_path)
+    assert all(text in said for text in told), said
     assert (tmp_path / f"{name}.png").stat().st_size > 20_000

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import runpy
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +12,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
+from tests.examples.demos import EXAMPLES, run_demo
 
 
 def _linear(example: str, output: str, *of_scene: float) -> eomgen.RandomVibration:
@@ -87,8 +84,5 @@ def test_the_frame_has_the_spread_of_lyapunovs_equation() -> None:
     [("quarter_car_on_random_road", "with stops"), ("frame_in_earthquake", "first passage of 60 mm")],
 )
 def test_the_demo_draws_its_distribution(example: str, says: str, tmp_path: Path) -> None:
-    command = [sys.executable, str(EXAMPLES / example / "demo.py"), "--samples", "400", "--out", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=500)
-    assert done.returncode == 0, done.stderr
-    assert says in done.stdout
+    assert says in run_demo(example, "--samples", "400", "--out", tmp_path)
     assert (tmp_path / f"{example}.png").stat().st_size > 20_000

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,6 +18,7 @@ from eomgen.codegen.targets.c.target import generate_files
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.symbolic.evaluate import evaluate
+from tests.examples.demos import run_demo
 from tests.models.cache import shared_cache
 from tests.models.scalar_wave import FOLDER, bar
 
@@ -205,9 +203,7 @@ def test_bars_that_are_none_are_refused(arguments: tuple[Any, ...], message: str
 
 @pytest.mark.long
 def test_the_demo_writes_tables_a_figure_and_c(tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
-    demo = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path)]
-    said = subprocess.run(demo, check=True, capture_output=True, text=True, env=environment, timeout=300).stdout
+    said = run_demo(FOLDER.name, "--out", tmp_path)
     with (tmp_path / "pulse.csv").open(encoding="utf-8", newline="") as stream:
         (_, *solves), *rows = csv.reader(stream)
     errors = {method: [float(x) for x in values] for method, *values in rows}

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -14,6 +11,7 @@ import pytest
 
 import eomgen
 from tests.anchors import anchor
+from tests.examples.demos import run_demo
 from tests.models.cache import shared_cache
 from tests.models.shear_frame import RESPONSE
 
@@ -104,9 +102,7 @@ def test_small_explicit_steps_have_the_digits_of_the_stiff_frame() -> None:
 
 @pytest.mark.long
 def test_the_demo_writes_its_table_and_its_figure(tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
-    demo = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path)]
-    said = subprocess.run(demo, check=True, capture_output=True, text=True, env=environment, timeout=300).stdout
+    said = run_demo(FOLDER.name, "--out", tmp_path)
     with (tmp_path / "errors.csv").open(encoding="utf-8", newline="") as stream:
         (_, _, *steps), *rows = csv.reader(stream)
     found = {(case, method): [float(x) for x in values] for case, method, *values in rows}

@@ -4,9 +4,6 @@ code."""
 from __future__ import annotations
 
 import csv
-import os
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +13,7 @@ import pytest
 import eomgen
 from eomgen import Solution
 from tests.anchors import anchor
+from tests.examples.demos import run_demo
 from tests.models.cache import shared_cache
 from tests.models.library import scene
 from tests.oracles.exudyn_beams import spin_up
@@ -25,8 +23,6 @@ __all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "spin_up_beam"
 TIMES = np.linspace(1.0, 20.0, 39)
-DEMO = [sys.executable, str(FOLDER / "demo.py")]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
 
 
 @cache
@@ -136,11 +132,8 @@ def test_planar_scene_holds_nothing_of_the_spatial_beam() -> None:
 @pytest.mark.long
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
     out = tmp_path / "demo out"
-    result = subprocess.run(
-        [*DEMO, "--out", str(out)], env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert result.returncode == 0, result.stderr
-    assert "set A, no stiffening" in result.stdout and "ran away" in result.stdout
+    said = run_demo("spin_up_beam", "--out", out)
+    assert "set A, no stiffening" in said and "ran away" in said
     assert (out / "spin_up_beam.png").read_bytes().startswith(b"\x89PNG")
     assert (out / "c" / "spin_up_beam.c").stat().st_size > 3_000
     with (out / "peaks.csv").open(encoding="utf-8") as stream:
