@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from eomgen.base.data import replace
 from eomgen.base.version import __version__
@@ -25,9 +25,9 @@ from eomgen.codegen.program import (
     ProgramExternal,
     ProgramFunction,
     ProgramLoop,
-    ProgramShared,
     SceneSource,
 )
+from eomgen.codegen.scheduling.bodies import Bodies, RunLoop
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import Message, ModelError
@@ -38,9 +38,6 @@ from eomgen.system.signals import CONTROLLER_ARGUMENTS
 from eomgen.system.sparsity import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 from eomgen.system.terms import NONZEROS, TERMS
-
-if TYPE_CHECKING:
-    from eomgen.codegen.scheduling.scheduler import RunLoop, SharedText
 
 #: Largest number of values between the parts and loops of one function: these values are on the stack, 16 MB as
 #: doubles.
@@ -84,18 +81,15 @@ def to_program(
             f"the model has no function {', '.join(unknown)} [E0205]", f"one of {', '.join(system.functions)}"
         )
     tape = system.tape
-    loops: list[RunLoop] = []
-    curve_numbers: dict[int, int] = {}
-    calls: list[Call] = []
-    shared: list[SharedText] | None = [] if scheduled and _is_long(system, wanted) else None
+    bodies = Bodies(shared=[] if scheduled and _is_long(system, wanted) else None)
     limits = (part_limit, nest_limit) if scheduled else None
-    made = _functions(names, system, wanted, loops, curve_numbers, calls, shared, limits)
+    made = _functions(names, system, wanted, bodies, limits)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
         from eomgen.codegen.series.functions import series_functions  # noqa: PLC0415  # few methods step by series
 
-        series, sizes, breakpoints = series_functions(system, curve_numbers)
+        series, sizes, breakpoints = series_functions(system, bodies)
         if breakpoints:
             data["jumps"] = jump_data((*system.discontinuities, *breakpoints), data["max_order"])
         data |= sizes
@@ -134,8 +128,8 @@ def to_program(
         base_read=base_read,
         base_of_step=base_of_step,
         functions=made,
-        loops=_program_loops(loops),
-        shared=tuple(ProgramShared(**{**vars(text), "labels": tuple(text.labels)}) for text in shared or ()),
+        loops=_program_loops(bodies.loops),
+        shared=tuple(bodies.shared or ()),
         initial_q=system.initial_q,
         initial_v=system.initial_v,
         initial_z=system.initial_z,
@@ -144,8 +138,8 @@ def to_program(
         dof_parent=system.dof_parent,
         discontinuities=tuple(map(asdict, system.discontinuities)),
         sampled=tuple(map(asdict, system.sampled)),
-        sources=_sources(system, names.model(system.name), calls),
-        external=tuple(map(_external, calls)),
+        sources=_sources(system, names.model(system.name), bodies.calls),
+        external=tuple(map(_external, bodies.calls)),
         validity=tuple(map(asdict, system.validity)),
         facts=asdict(system.facts),
         defaults=dict(system.defaults),
@@ -159,7 +153,7 @@ def to_program(
         version=__version__,
         method=data,
         series=series,
-        curves=tuple(_curve(curves[key]) for key in curve_numbers),
+        curves=tuple(_curve(curves[key]) for key in bodies.curves),
         patterns=_patterns(system, wanted),
     )
 
@@ -289,18 +283,14 @@ def _functions(
     names: Names,
     system: System,
     wanted: Sequence[str],
-    loops: list[RunLoop],
-    curve_numbers: dict[int, int],
-    calls: list[Call],
-    shared: list[SharedText] | None,
+    bodies: Bodies,
     limits: tuple[int, int] | None,
 ) -> tuple[ProgramFunction, ...]:
     """Return the wanted functions as functions of the Program, in the order of ``wanted``.
 
     A function with the same inputs and results as an earlier one has no statements and names this function in
-    ``same_as``; the outputs may have another shape. ``loops``, ``curve_numbers``, ``calls`` and ``shared`` (None: no
-    shared stretches) are lists of the whole Program, which grow in place. ``limits``: operations per part and per
-    statement at most; None for functions without statements.
+    ``same_as``; the outputs may have another shape. ``bodies`` are of the whole Program, and grow in place.
+    ``limits``: operations per part and per statement at most; None for functions without statements.
     """
     made: list[ProgramFunction] = []
     known: dict[tuple[object, ...], ProgramFunction] = {}
@@ -309,7 +299,7 @@ def _functions(
         key = (function.inputs, tuple(block.refs for block in function.outputs))
         first = known.get(key)
         if first is None:
-            made.append(_function(names, system, function, loops, curve_numbers, calls, shared, limits))
+            made.append(_function(names, system, function, bodies, limits))
             known[key] = made[-1]
             continue
         outputs = tuple(
@@ -350,18 +340,15 @@ def _function(
     names: Names,
     system: System,
     function: Function,
-    loops: list[RunLoop],
-    curve_numbers: dict[int, int],
-    calls: list[Call],
-    shared: list[SharedText] | None,
+    bodies: Bodies,
     limits: tuple[int, int] | None,
 ) -> ProgramFunction:
     """Return one function as a function of the Program, with scheduled statements and all outputs that have components.
 
-    ``loops``, ``curve_numbers``, ``calls`` and ``shared`` belong to the whole Program and are extended in place.
-    ``limits``: operations per part and per statement; None leaves the function without statements. The function
-    ``base`` has one output, the struct of ``BASE_SIZE`` numbers. Raises ModelError for an unknown input block, an
-    output with a wrong number of components, a value that depends on a block that is not an input, or a full stack.
+    ``bodies`` belong to the whole Program and are extended in place. ``limits``: operations per part and per statement;
+    None leaves the function without statements. The function ``base`` has one output, the struct of ``BASE_SIZE``
+    numbers. Raises ModelError for an unknown input block, an output with a wrong number of components, a value that
+    depends on a block that is not an input, or a full stack.
     """
     name = names.function(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
@@ -394,10 +381,7 @@ def _function(
             outputs,
             INPUT_BLOCKS,
             *limits,
-            loops,
-            curve_numbers,
-            calls,
-            shared,
+            bodies,
             fill=name != "base",
             sample=system.sample,
         )  # the base is a struct, whose components no loop can fill

@@ -30,12 +30,12 @@ from typing import NamedTuple, TypeVar, cast
 
 from eomgen.base.data import dataclass, replace
 from eomgen.symbolic.operations import Counts, InputSymbol, Op
-from eomgen.symbolic.tape import ZERO, Ref, Tape
+from eomgen.symbolic.tape import ZERO, Ref, Tape, record_node
 
 T = TypeVar("T")
 KERNEL_BLOCKS = ("element", "shared", "gather", "carry")
 #: Operations as globals: looking a member up in an enumeration takes five times as long.
-_CONST, _INPUT, _MAP, _CURVE = Op.CONST, Op.INPUT, Op.MAP, Op.CURVE
+_CONST, _INPUT, _MAP = Op.CONST, Op.INPUT, Op.MAP
 
 
 class MapResults(NamedTuple):
@@ -310,27 +310,8 @@ def splice(
             if number not in of_maps:
                 of_maps[number] = cast("Map", source.maps[number]).copy_to(target, there, unrolled=unrolled)
             copy[node] = of_maps[number][source.b[node]]
-        elif op is _CURVE:
-            copy[node] = target.curve(*source.curves[source.b[node]], there(source.a[node]))
         else:
-            copy[node] = record(target, op, [there(ref) for ref in source.operands(node)])
+            copy[node] = record_node(target, source, node, [there(ref) for ref in source.operands(node)])
     target.converged |= {abs(copy[node]) for node in source.converged.intersection(copy)}
     target.lengths |= {abs(copy[node]) for node in source.lengths.intersection(copy)}
     return [there(ref) for ref in refs]
-
-
-def record(tape: Tape, op: Op, operands: Sequence[Ref]) -> Ref:
-    """Record an operation by its code on the operands, and return the reference; not for leaves, Maps and curves."""
-    match op:
-        case Op.ADD:
-            return tape.add(operands[0], operands[1])
-        case Op.SUB:
-            return tape.sub(operands[0], operands[1])
-        case Op.MUL:
-            return tape.mul(operands[0], operands[1])
-        case Op.DIV:
-            return tape.div(operands[0], operands[1])
-        case Op.SELECT:
-            return tape.select(operands[0], operands[1], operands[2])
-        case _:
-            return tape.call(op, *operands)

@@ -14,10 +14,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from eomgen.symbolic.branches import choose, common_condition, note, plus, times, zero_unless
-from eomgen.symbolic.edges import logarithm_of_base, quotient
-from eomgen.symbolic.map import record
+from eomgen.symbolic.edges import logarithm_of_base
 from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
-from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape, quotient, record
 
 #: Blocks that coefficient k depends on, besides the coefficients k given by the caller: inner sums, order 0 of
 #: both factors of the products, values kept from order 0, coefficients k - 1 of slopes, and (k, 1/k, h/(k + 1), h) with

@@ -76,7 +76,7 @@ class _Order:
         else:
             operands = [self.there(ref) for ref in tape.operands(node)]
             with tape.block(tape.label(node)):
-                self.new[node] = record_node(tape, node, operands)
+                self.new[node] = record_node(tape, tape, node, operands)
             self.ready[node] = max(self.ready[abs(ref)] for ref in tape.operands(node)) + LATENCIES.get(op, FUNCTION)
             self._name(node)
 

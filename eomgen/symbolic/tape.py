@@ -18,7 +18,6 @@ from operator import or_
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.symbolic.edges import flat_zero, quotient
 from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, CurveLike, InputSymbol, Op, Ref
 
 __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref", "Tape", "dot"]
@@ -28,8 +27,12 @@ ONE: Ref = 2
 #: Second operand of constants with an unspecified value (``Tape.generic``); other constants have 0.
 GENERIC = 1
 #: Number of a node's operands that are references, by operation; results of Maps have the gathered references.
-_REFERENCES = [0 if op in LEAVES or op is Op.MAP else 1 if op in UNARY | {Op.CURVE} else 2 for op in [Op.CONST, *Op]]
-_REFERENCES[Op.SELECT] = 3
+ARITY = [
+    {Op.SELECT: 3, Op.CURVE: 1, **dict.fromkeys({Op.MAP, *LEAVES}, 0), **dict.fromkeys(UNARY, 1)}.get(op, 2)
+    for op in [Op.CONST, *Op]
+]
+#: Operations that may vanish in the first power of their operand.
+_FIRST_ORDER = frozenset({Op.ABS, Op.MAX, Op.MIN, Op.SQRT})
 #: Operations as globals: looking a member up in an enumeration takes five times as long.
 _ADD, _SUB, _MUL, _DIV, _CONST, _INPUT, _MAP, _CURVE, _SELECT = (
     Op.ADD,
@@ -138,6 +141,8 @@ class Tape:
 
     def copied_constant(self, source: Tape, node: int) -> Ref:
         """Return the reference of a constant that is a node of another tape."""
+        if source is self:
+            return node
         value = source.constants[source.a[node]]
         return self.generic(value) if source.b[node] == GENERIC else self.constant(value)
 
@@ -338,16 +343,15 @@ class Tape:
         """Return the operand references of a node; leaves have none; for results of a Map, the references that the Map
         gathers."""
         op = self.op[node]
-        if op in LEAVES:
-            return ()
-        if op is _SELECT:
-            return (self.a[node], self.b[node], self.c[node])
-        if op is _MAP:
-            # maps hold Map, which knows Tape
-            return tuple(self.maps[self.a[node]].references)  # type: ignore[attr-defined]
-        if op in UNARY or op is _CURVE:
+        count = ARITY[op]
+        if count == 2:
+            return (self.a[node], self.b[node])
+        if count == 1:
             return (self.a[node],)
-        return (self.a[node], self.b[node])
+        if count == 3:
+            return (self.a[node], self.b[node], self.c[node])
+        # maps hold Map, which knows Tape
+        return tuple(self.maps[self.a[node]].references) if op is _MAP else ()  # type: ignore[attr-defined]
 
     def live(self, outputs: Iterable[Ref]) -> list[int]:
         """Return the numbers of all nodes that the outputs depend on, outputs included, in ascending order."""
@@ -355,12 +359,12 @@ class Tape:
         gathered_maps: set[int] = set()
         for ref in set(outputs):  # whole matrices have many zeros
             needed[abs(ref)] = 1
-        op, a, b, c, references = self.op, self.a, self.b, self.c, _REFERENCES
+        op, a, b, c = self.op, self.a, self.b, self.c
         nodes: list[int] = []
         node = needed.rfind(1, 1)
         while node > 0:  # operands precede their operations
             nodes.append(node)
-            count = references[op[node]]
+            count = ARITY[op[node]]
             if count == 2:
                 needed[abs(a[node])] = 1
                 needed[abs(b[node])] = 1
@@ -389,11 +393,11 @@ class Tape:
             References of each group by the group's name.
         """
         bits = {block: 1 << index for index, block in enumerate(dict.fromkeys(symbol.block for symbol in self.inputs))}
-        a, b, references = self.a, self.b, _REFERENCES
+        a, b = self.a, self.b
         reads = [0] * len(self.op)
         of_maps: dict[int, int] = {}
         for node, op in enumerate(self.op):
-            count = references[op]
+            count = ARITY[op]
             if count == 2:
                 reads[node] = reads[abs(a[node])] | reads[abs(b[node])]
             elif count == 1:
@@ -474,44 +478,9 @@ def dot(tape: Tape, x: Sequence[Ref], y: Sequence[Ref]) -> Ref:
     return total
 
 
-def substitute(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -> list[Ref]:
-    """Return outputs recorded again on the same tape, with other references in place of some nodes, such as inputs.
-
-    ``values`` maps the replaced references to the new ones.
-
-    Raises
-    ------
-    ValueError
-        The outputs need loops or calls of external functions.
-    """
-    known = {abs(node): ref if node > 0 else -ref for node, ref in values.items()}
-
-    def there(ref: Ref) -> Ref:
-        return known[ref] if ref > 0 else -known[-ref]
-
-    for node in tape.live(outputs):
-        if node in known:
-            continue
-        op = tape.op[node]
-        operands = [there(ref) for ref in tape.operands(node)]
-        if op in LEAVES:
-            known[node] = node
-        elif op is _MAP:
-            raise ValueError("loops and calls are not recorded again")
-        else:
-            known[node] = record_node(tape, node, operands)
-    return [there(ref) for ref in outputs]
-
-
-def record_node(tape: Tape, node: int, operands: Sequence[Ref]) -> Ref:
-    """Record the operation of a node that has operands, but no loop or call, with other operands, and return the
-    reference."""
-    op = tape.op[node]
-    if op is _CURVE:
-        return tape.curve(*tape.curves[tape.b[node]], operands[0])
-    if op in _RECORDED:
-        return _RECORDED[op](tape, *operands)
-    return tape.call(op, *operands)
+def record(tape: Tape, op: Op, operands: Sequence[Ref]) -> Ref:
+    """Record an operation by its code on the operands, and return the reference; not for leaves, Maps and curves."""
+    return _RECORDED[op](tape, *operands) if op in _RECORDED else tape.call(op, *operands)
 
 
 #: Operations with rules of their own.
@@ -522,3 +491,89 @@ _RECORDED: Mapping[Op, Callable[..., Ref]] = {
     _DIV: Tape.div,
     _SELECT: Tape.select,
 }
+
+
+def record_node(tape: Tape, source: Tape, node: int, operands: Sequence[Ref]) -> Ref:
+    """Record the operation of a node of a source tape, which is no leaf, loop or call, on operands of ``tape``, and
+    return the reference."""
+    if source.op[node] is _CURVE:
+        return tape.curve(*source.curves[source.b[node]], operands[0])
+    return record(tape, source.op[node], operands)
+
+
+# -- edges of domains: see ``edges`` -----------------------------------------------------------------------------------
+
+
+def flat_zero(tape: Tape, x: Ref) -> Ref | None:
+    """Return the reference of a number that is zero only if x and all first derivatives of x are zero; None if none is
+    known. Squares, absolute values, max(0, y) and min(0, y), which are 0 beyond the edge, and sums, products and roots
+    of such numbers have one by their structure. The number is never negative."""
+    node = abs(x)
+    op, a, b = tape.op[node], tape.a[node], tape.b[node]
+    if op in (Op.ADD, Op.SUB):
+        return _flat_sum(tape, node)
+    if op is Op.MUL:
+        return _flat_product(tape, node)
+    if op is Op.ABS or (op is Op.MAX and ZERO in (a, b)):
+        return node
+    if op is Op.MIN and ZERO in (a, b):
+        return -node
+    if op in (Op.DIV, Op.POW):
+        return flat_zero(tape, a)
+    if op is Op.SQRT:
+        return node if flat_zero(tape, a) == a else flat_zero(tape, a)
+    if op is Op.SELECT:
+        branches = [ZERO if ref == ZERO else flat_zero(tape, ref) for ref in (b, tape.c[node])]
+        if branches == [None, None]:
+            return None
+        then, otherwise = (ONE if ref is None else ref for ref in branches)
+        return tape.select(a, then, otherwise)
+    return None
+
+
+def _flat_product(tape: Tape, node: Ref) -> Ref | None:
+    """Return the result of ``flat_zero`` for a product node."""
+    a, b = tape.a[node], tape.b[node]
+    if a == b:  # a root of a fourth power has second derivatives, which a selected slope would not have
+        return node if tape.op[a] in _FIRST_ORDER or flat_zero(tape, a) is None else None
+    second = flat_zero(tape, b)
+    if tape.op[a] is Op.CONST:
+        return node if second == b and tape.value(a) is not None else second
+    first = flat_zero(tape, a)
+    if first is None or second is None:
+        return second if first is None else first
+    return node if (first, second) == (a, b) else tape.mul(first, second)
+
+
+def _flat_sum(tape: Tape, node: Ref) -> Ref | None:
+    """Return the result of ``flat_zero`` for a sum or difference; None if it is None for one of the terms. Iterative,
+    since sums may have many terms."""
+    terms, pending, positive = list[Ref](), [node], True
+    while pending:
+        ref = pending.pop()
+        if tape.op[abs(ref)] in (Op.ADD, Op.SUB):
+            first, second = tape.operands(abs(ref))
+            second = -second if tape.op[abs(ref)] is Op.SUB else second
+            pending += [second, first] if ref > 0 else [-second, -first]
+            continue
+        flat = flat_zero(tape, ref)
+        if flat is None:
+            return None
+        positive = positive and flat == ref
+        terms.append(flat)
+    if positive:
+        return node
+    total = ZERO
+    for term in terms:
+        total = tape.add(total, term)
+    return total
+
+
+def quotient(tape: Tape, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
+    """Record numerator / divisor; 0 if ``flat_zero`` of x is known and 0, and infinite or not a number at other zeros.
+    The divisor must be 0 only with x."""
+    flat = flat_zero(tape, x)
+    if flat is None:
+        return tape.div(numerator, divisor)
+    regular = tape.call(Op.LT, ZERO, flat)
+    return tape.select(regular, tape.div(numerator, tape.select(regular, divisor, ONE)), ZERO)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.codegen.scheduling.bodies import Bodies
 from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.forces import springs
@@ -48,9 +49,11 @@ def statements(scene: eomgen.Scene, terms: tuple[str, ...]) -> int:
     count = 0
     for name in terms:
         function = system.functions[name]
-        made = schedule(system.tape, [block.refs for block in function.outputs], function.inputs, loops=(runs := []))
+        made = schedule(
+            system.tape, [block.refs for block in function.outputs], function.inputs, bodies=(bodies := Bodies())
+        )
         count += sum(len(part.statements) for part in made.parts)
-        count += sum(len(run.loop.kernel.op) for run in runs)
+        count += sum(len(run.loop.kernel.op) for run in bodies.loops)
     return count
 
 

@@ -8,11 +8,11 @@ from itertools import accumulate, chain
 from typing import cast
 
 from eomgen.codegen.scheduling.paragraphs import reorder
-from eomgen.codegen.scheduling.rerolling import ARITY, RerolledLoop, operands
+from eomgen.codegen.scheduling.rerolling import RerolledLoop
 from eomgen.codegen.scheduling.sharing import Occurrence, find_stretches
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
-from eomgen.symbolic.tape import ZERO, Ref, Tape
+from eomgen.symbolic.tape import ARITY, ZERO, Ref, Tape
 
 _CIRCULAR = (Op.SIN, Op.COS)
 _MAP = Op.MAP
@@ -128,7 +128,7 @@ class Plan:
                 x, y = abs(a[node]), abs(b[node])
                 reads[node] = (first_of(x, x), first_of(y, y))
             else:
-                refs = [abs(ref) for member in self.group(node) for ref in operands(tape, member)]
+                refs = [abs(ref) for member in self.group(node) for ref in tape.operands(member)]
                 reads[node] = [first_of(ref, ref) for ref in refs]
         return reorder(paragraphs, reads)
 
@@ -163,7 +163,7 @@ class Plan:
             read_at = max(position, last.get(node, position)) if self.uses[node] == 1 else position
             members = self.stretches[node].nodes if node in self.stretches else self.group(node)
             for member in members:
-                for ref in tape.operands(member) if tape.op[member] is _MAP else operands(tape, member):
+                for ref in tape.operands(member):
                     last[abs(ref)] = max(read_at, last.get(abs(ref), read_at))
         return last
 
@@ -194,7 +194,7 @@ class Plan:
             else:
                 members, times = [node], 1
             for member in members:
-                for ref in tape.operands(member) if tape.op[member] is _MAP else operands(tape, member):
+                for ref in tape.operands(member):
                     operand = abs(ref)
                     if operand in uses:
                         if operand in head and head[operand] != node:

@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 
 from eomgen.codegen.program import ProgramLoop
-from eomgen.codegen.scheduling.scheduler import RunLoop, schedule
+from eomgen.codegen.scheduling.bodies import RunLoop
+from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 

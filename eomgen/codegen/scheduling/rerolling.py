@@ -21,17 +21,9 @@ from numpy.typing import NDArray
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.scheduling.stretches import equal_windows
-from eomgen.symbolic.map import record
-from eomgen.symbolic.operations import UNARY, Op
-from eomgen.symbolic.tape import Ref, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
-
-#: Number of operands by operation; of results of a Map, whose operands the Map has, the same as of sums.
-ARITY = [2] * (max(Op) + 1)
-for _op in UNARY:
-    ARITY[_op] = 1
-ARITY[Op.SELECT] = 3
-ARITY[Op.CURVE] = 1
 
 #: Least number of operations that a loop removes from the text.
 MINIMUM_SAVED = 150
@@ -58,14 +50,6 @@ class RerolledLoop:
     @property
     def period(self) -> int:
         return len(self.iterations[0])
-
-
-def operands(tape: Tape, node: int) -> tuple[int, ...]:
-    """Return the operand references of an operation that is not the result of a Map (faster than ``Tape.operands``)."""
-    arity = ARITY[tape.op[node]]
-    if arity == 2:
-        return (tape.a[node], tape.b[node])
-    return (tape.a[node],) if arity == 1 else (tape.a[node], tape.b[node], tape.c[node])
 
 
 def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[RerolledLoop]:
@@ -115,7 +99,7 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
 
     def key(node: int) -> tuple[object, ...]:
         curve = node if tape.op[node] is _CURVE else 0  # the number of a curve is not an operand
-        return (tape.op[node], curve, *map(kind, operands(tape, node)))
+        return (tape.op[node], curve, *map(kind, tape.operands(node)))
 
     return np.array([numbers.setdefault(key(node), len(numbers)) for node in nodes], dtype=np.uint64)
 
@@ -294,8 +278,8 @@ def loop_iteration(
         if label and (not kernel.blocks or kernel.blocks[-1][1] != f"{label}, and so on"):
             kernel.blocks.append((len(kernel.op), f"{label}, and so on"))
         taken: list[Ref] = []
-        for number, ref in enumerate(operands(tape, iterations[0][j])):
-            refs = [operands(tape, iteration[j])[number] for iteration in iterations]
+        for number, ref in enumerate(tape.operands(iterations[0][j])):
+            refs = [tape.operands(iteration[j])[number] for iteration in iterations]
             if (position := _position_within(refs, position_of)) is not None:
                 taken.append(kernel_refs[position] if ref > 0 else -kernel_refs[position])
             elif len(set(refs)) == 1 and (value := tape.number(ref)) is not None:
@@ -327,7 +311,7 @@ def _exports(
     kept: set[int] = set()
     for k, iteration in enumerate(iterations):
         kept.update(j for j, node in enumerate(iteration) if node in read_outside)
-        reached = (position_of.get(abs(ref), (k, 0)) for node in iteration for ref in operands(tape, node))
+        reached = (position_of.get(abs(ref), (k, 0)) for node in iteration for ref in tape.operands(node))
         kept.update(position for number, position in reached if number != k)
     return tuple(sorted(kept))
 

@@ -13,8 +13,17 @@ from itertools import chain
 from types import MappingProxyType
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, Addition, Expression, FunctionPart, Statement
+from eomgen.codegen.program import (
+    NEST_LIMIT,
+    PART_LIMIT,
+    Addition,
+    Expression,
+    FunctionPart,
+    ProgramShared,
+    Statement,
+)
 from eomgen.codegen.scheduling.accumulation import accumulate_maps
+from eomgen.codegen.scheduling.bodies import Bodies, RunLoop
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import (
     READ,
@@ -25,7 +34,6 @@ from eomgen.codegen.scheduling.rerolling import (
     find_loops,
     is_circular,
     loop_iteration,
-    operands,
     rule,
     runs,
 )
@@ -39,33 +47,6 @@ from eomgen.symbolic.tape import ZERO, Ref, Tape
 from eomgen.system.system import WHOLE, Sample
 
 _CONST, _INPUT = Op.CONST, Op.INPUT
-
-
-@dataclass(frozen=True)
-class RunLoop:
-    """A Map run by a function, and the additions of the elements to outputs, with numbers for these outputs."""
-
-    loop: Map
-    additions: tuple[Addition, ...] = ()
-
-    @property
-    def outputs(self) -> int:
-        """Number of outputs to which the loop adds."""
-        return len({item.output for item in self.additions})
-
-
-@dataclass
-class SharedText:
-    """The statements of a shared stretch with the number of calls and the labels of the occurrences; see
-    ``program.ProgramShared`` for the fields. ``calls`` and ``labels`` grow while functions are scheduled."""
-
-    statements: tuple[Statement, ...]
-    reads: int
-    numbers: int
-    results: tuple[int, ...]
-    operations: int
-    calls: int = 0
-    labels: dict[str, None] = field(default_factory=dict)
 
 
 @dataclass
@@ -91,24 +72,18 @@ class Writer:
         outputs: Sequence[Sequence[Ref]],
         input_order: Sequence[str],
         nest_limit: int,
-        loops: list[RunLoop],
-        curve_numbers: dict[int, int],
-        calls: list[Call],
-        shared: list[SharedText],
+        bodies: Bodies,
     ) -> None:
         """Begin without statements. ``plan`` and ``outputs`` describe the function; ``input_order`` is the order of
-        input blocks in arguments and ``nest_limit`` the largest number of operations in a statement. ``loops``,
-        ``curve_numbers``, ``calls`` and ``shared`` are lists of the Program, to be extended."""
-        self.shared = shared
+        input blocks in arguments, ``nest_limit`` the largest number of operations in a statement, and ``bodies`` are
+        of the Program, to be extended."""
         self.plan = plan
         self.tape = plan.tape
         self.roles = Roles(plan.tape)
         self.outputs = outputs
         self.input_order = input_order
         self.nest_limit = nest_limit
-        self.loops = loops
-        self.curve_numbers = curve_numbers
-        self.calls = calls
+        self.bodies = bodies
         self.expressions: dict[int, Expression] = {}  # of nodes that have been written, or wait to be nested
         self.waiting: dict[int, int] = {}  # node -> operations in the expression
         self.locals = 0
@@ -122,7 +97,7 @@ class Writer:
         self.step = 0  # position in the order of the plan
         self.last_reads = plan.last_reads() if plan.stretches else {}
         self.ends: dict[int, list[int]] = {}  # position after which slots are free
-        self.bodies: dict[int, int] = {}  # id of a body -> number of its text
+        self.texts: dict[int, int] = {}  # id of the body of a stretch -> number of its text
 
     # -- expressions ----------------------------------------------------------------------------------------------
 
@@ -320,21 +295,23 @@ class LoopWriter(Writer):
     def _text_of(self, stretch: Occurrence) -> int:
         """Return the number of the stretch's statements among the shared texts of the Program, which equal statements
         share. The body is scheduled at the first occurrence; each call counts and adds a label."""
-        body = stretch.body
-        if id(body) not in self.bodies:
+        body, shared = stretch.body, self.bodies.shared
+        assert shared is not None  # a function without shared texts has no stretches
+        if id(body) not in self.texts:
             outputs = dict.fromkeys(output for output, _ in body.stores)
             stored = [[ref for output, ref in body.stores if output == number] for number in outputs]
             results = [body.results, *stored]
             made = schedule(body.kernel, results, (READ, NUMBER), part_limit=10**9, fill=False, reroll=False)
             statements = made.parts[0].statements
             sizes = len(stretch.reads), len(stretch.numbers), tuple(map(len, results))
-            known = next((k for k, text in enumerate(self.shared) if text.statements == statements), len(self.shared))
-            if known == len(self.shared):
-                self.shared.append(SharedText(statements, *sizes, made.operations))
-            self.bodies[id(body)] = known
-        number = self.bodies[id(body)]
-        self.shared[number].calls += 1
-        self.shared[number].labels.setdefault(self.tape.label(stretch.nodes[0]))
+            known = next((k for k, text in enumerate(shared) if text.statements == statements), len(shared))
+            if known == len(shared):
+                shared.append(ProgramShared((), 0, *sizes, made.operations, statements))
+            self.texts[id(body)] = known
+        number = self.texts[id(body)]
+        text, label = shared[number], self.tape.label(stretch.nodes[0])
+        labels = text.labels if label in text.labels else (*text.labels, label)
+        shared[number] = replace(text, calls=text.calls + 1, labels=labels)
         return number
 
     def _repeat(self, loop: RerolledLoop) -> None:
@@ -428,11 +405,11 @@ class _Scheduler(LoopWriter):
             if node not in self.expressions:
                 self._sine_and_cosine(node)
         else:
-            taken, total = self._take(operands(tape, node))
+            taken, total = self._take(tape.operands(node))
             expression = (_NAMES[code], *taken)
             if code is Op.CURVE:
                 curve, derivative = tape.curves[tape.b[node]]
-                number = self.curve_numbers.setdefault(id(curve), len(self.curve_numbers))
+                number = self.bodies.curves.setdefault(id(curve), len(self.bodies.curves))
                 expression = ("CURVE", taken[0], number, derivative)
             if plan.uses[node] > 1 or plan.last_part[node] > plan.part_of[node]:
                 self._emit("let", self._local(node), expression)
@@ -505,14 +482,15 @@ class _Scheduler(LoopWriter):
 
     def _call(self, node: int, call: Call) -> None:
         """Write the call of an external function: copy its operands into the workspace, and leave the results there.
-        Calls of the same routine share one number in ``self.calls``; results that are outputs are stored."""
+        Calls of the same routine share one number in ``bodies.calls``; results that are outputs are stored."""
         first = self.reserve(len(call.operands) + call.size)
         results = first + len(call.operands)
         self.open.workspace = True
         self._gather(call.operands, first)
-        number = next((k for k, known in enumerate(self.calls) if known.routine == call.routine), len(self.calls))
-        if number == len(self.calls):
-            self.calls.append(call)
+        calls = self.bodies.calls
+        number = next((k for k, known in enumerate(calls) if known.routine == call.routine), len(calls))
+        if number == len(calls):
+            calls.append(call)
         self._emit("call", number, first, results)
         members = self.plan.group(node)
         for result in members:
@@ -532,12 +510,12 @@ class _Scheduler(LoopWriter):
 
     def _loop_number(self, run: RunLoop) -> int:
         """Return the number of a loop in the Program; equal loops are one."""
-        for number, known in enumerate(self.loops):
+        for number, known in enumerate(self.bodies.loops):
             same = known.loop is run.loop or known.loop.key == run.loop.key
             if same and known.additions == run.additions:
                 return number
-        self.loops.append(run)
-        return len(self.loops) - 1
+        self.bodies.loops.append(run)
+        return len(self.bodies.loops) - 1
 
     def _place(self, result: int) -> int:
         """Return the place of a Map's result among the results of the loop."""
@@ -682,10 +660,7 @@ def schedule(
     input_order: Sequence[str],
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
-    loops: list[RunLoop] | None = None,
-    curve_numbers: dict[int, int] | None = None,
-    calls: list[Call] | None = None,
-    shared: list[SharedText] | None = None,
+    bodies: Bodies | None = None,
     *,
     fill: bool = True,
     reroll: bool = True,
@@ -698,26 +673,19 @@ def schedule(
     outputs : for each output array, the references row by row.
     input_order : the order of the input blocks read by parts.
     part_limit, nest_limit : operations per part and per statement at most.
-    loops : the loops of the Program, completed here.
-    curve_numbers : from the id of a curve to the curve's number in the Program; completed here.
-    calls : one call of each external function of the Program; completed here.
-    shared : the shared stretches of the Program, completed here; without, no stretches are shared.
+    bodies : of the Program, completed here; without, no stretches are shared.
     fill : whether many structural zeros may become a loop.
     reroll : whether repeats may become loops.
     sample : the longer scene for which loops are judged, if the tape belongs to a shorter sample of the scene.
     """
 
-    apart = accumulate_maps(tape, outputs)
+    apart, bodies = accumulate_maps(tape, outputs), bodies or Bodies()
 
     def reroll_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
         return _worthwhile(tape, live, sample) if reroll else []
 
-    plan = Plan(tape, apart.outputs, part_limit, reroll_loops, apart.nodes, share=shared is not None)
-    made = [] if loops is None else loops
-    curves = {} if curve_numbers is None else curve_numbers
-    external = [] if calls is None else calls
-    texts = [] if shared is None else shared
-    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, made, curves, external, texts)
+    plan = Plan(tape, apart.outputs, part_limit, reroll_loops, apart.nodes, share=bodies.shared is not None)
+    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, bodies)
     writer.additions = apart.additions
     return writer.run(fill)
 

@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass, field
-from eomgen.codegen.scheduling.rerolling import ARITY, READ, Unmatched, operands
-from eomgen.symbolic.map import record
+from eomgen.codegen.scheduling.rerolling import READ, Unmatched
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.tape import Ref, Tape
+from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 
 #: Least number of operations of a function in which stretches are looked for, and part of the operations below which
 #: stretches must reduce the text.
@@ -335,7 +334,7 @@ class _Occurrences:
         exported: list[set[int]] = [set() for _ in self.groups]
         for node in self.live:
             here = home.get(node, 0)
-            for ref in tape.operands(node) if tape.op[node] is Op.MAP else operands(tape, node):
+            for ref in tape.operands(node):
                 if home.get(abs(ref), here) != here:
                     number, _, offset = owner[abs(ref)]
                     exported[number].add(offset)
@@ -399,7 +398,7 @@ class _Occurrences:
 
 def _terms(tape: Tape, node: int) -> list[Ref]:
     """Return the operands of an operation, a difference as a sum."""
-    taken = list(operands(tape, node))
+    taken = list(tape.operands(node))
     if tape.op[node] is _SUB:
         taken[1] = -taken[1]
     return taken

@@ -13,6 +13,7 @@ from typing import Any
 
 from eomgen.base.messages import listed
 from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, OutputArray, ProgramFunction
+from eomgen.codegen.scheduling.bodies import Bodies
 from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.errors import ModelError, Problem
@@ -129,15 +130,15 @@ LANES = 8
 
 
 def series_functions(
-    system: System, curve_numbers: dict[int, int]
+    system: System, bodies: Bodies
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
     """Return the functions of the Taylor recurrence, the data of the stepper's templates, and the times at which a
     series ends.
 
     Functions: ``series_start``, ``series_next`` and, if the scene has scales of rounding, ``extent``. Data: sizes,
     ``products``, ``kept``, ``previous``, and ``room`` of a row of products; ``factors``, the places of both factors of
-    each product, and ``kinds``: which components of q and of v are angles, and which are lengths. ``curve_numbers``
-    maps the id of a curve to the number in the Program and is extended. Raises ModelError without a series.
+    each product, and ``kinds``: which components of q and of v are angles, and which are lengths. ``bodies`` are of
+    the Program, whose curves are extended. Raises ModelError without a series.
     """
     refuse_external(system)
     recurrence = Recurrence(system, by_inverse=inverse_serves(system))
@@ -160,14 +161,10 @@ def series_functions(
         coefficients = [tape.mul(per_next, term.next) for term in terms]
         later.append((f"{block}_next", coefficients, f"coefficient k + 1 of {block}"))
     functions = [
-        program_function(
-            tape, "series_start", "values at order 0, and coefficient 1", START_BLOCKS, start, curve_numbers
-        ),
-        program_function(
-            tape, "series_next", "coefficient k + 1 from those before it", NEXT_BLOCKS, later, curve_numbers
-        ),
+        program_function(tape, "series_start", "values at order 0, and coefficient 1", START_BLOCKS, start, bodies),
+        program_function(tape, "series_next", "coefficient k + 1 from those before it", NEXT_BLOCKS, later, bodies),
     ]
-    functions += extent_function(system, curve_numbers)
+    functions += extent_function(system, bodies)
     room = -(-len(series.left) // LANES) * LANES
     needed = {
         "products": len(series.left),
@@ -190,12 +187,12 @@ def _factors(series: Series) -> list[list[tuple[str, int]]]:
     return [[places[left], places[right]] for left, right in zip(series.left, series.right, strict=True)]
 
 
-def extent_function(system: System, curve_numbers: dict[int, int]) -> list[ProgramFunction]:
+def extent_function(system: System, bodies: Bodies) -> list[ProgramFunction]:
     """Return the function of the size of the machine and of gravity, if present."""
     if not system.extent:
         return []
     sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]
-    return [program_function(system.tape, "extent", "scales of rounding", ("p",), sizes, curve_numbers)]
+    return [program_function(system.tape, "extent", "scales of rounding", ("p",), sizes, bodies)]
 
 
 def kinds(system: System) -> list[dict[str, Any]]:
@@ -231,23 +228,14 @@ def program_function(
     description: str,
     blocks: Sequence[str],
     outputs: Sequence[tuple[str, Sequence[Ref], str]],
-    curve_numbers: dict[int, int],
+    bodies: Bodies,
 ) -> ProgramFunction:
     """Return a function of a Program from references on a tape. ``blocks`` are the possible input blocks in the order
     of arguments; unused ones are left out. ``outputs`` are (label, references, description); outputs without references
-    are left out. ``curve_numbers`` is extended."""
+    are left out. ``bodies`` is extended."""
     present = [output for output in outputs if output[1]]
-    made = schedule(
-        tape,
-        [refs for _, refs, _ in present],
-        blocks,
-        PART_LIMIT,
-        NEST_LIMIT,
-        None,
-        curve_numbers,
-        fill=False,
-        reroll=False,
-    )
+    refs, unshared = [of_output for _, of_output, _ in present], Bodies(curves=bodies.curves)
+    made = schedule(tape, refs, blocks, PART_LIMIT, NEST_LIMIT, unshared, fill=False, reroll=False)
     used = {block for part in made.parts for block in part.inputs}
     return ProgramFunction(
         name=name,

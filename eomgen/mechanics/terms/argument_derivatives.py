@@ -27,9 +27,10 @@ from eomgen.mechanics.terms.implicit_step import Entries, nonzeros
 from eomgen.mechanics.tree.base import BaseMotion, base_law
 from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, gradient_along
+from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, minus
-from eomgen.symbolic.tape import ONE, ZERO, Ref, substitute
+from eomgen.symbolic.tape import ONE, ZERO, Ref
 from eomgen.symbolic.zeros import vanishing
 from eomgen.system.system import Block
 from eomgen.system.terms import ARGUMENTS, TERMS
@@ -104,7 +105,7 @@ class _ForwardDynamics:
         self.equations = [value.ref for value in derivation.inverse()]
         partials = arguments.jacobian(self.equations)
         places = [entry for entry in partials if entry[1] not in self.of_a]
-        refs = substitute(tape, [partials[entry] for entry in places], self.accelerations)
+        refs = splice(tape, tape, [partials[entry] for entry in places], {}, known=self.accelerations)
         #: G_x by column and row.
         self.columns: dict[int, dict[int, Ref]] = {}
         for (row, column), ref in zip(places, refs, strict=True):
@@ -135,7 +136,7 @@ class _ForwardDynamics:
             multipliers = self.solve({row: -ref for row, ref in enumerate(weights)})
         whole = self.arguments.hessian(self.equations)
         new = {**self.accelerations, **{ref: multipliers.get(k, ZERO) for k, ref in enumerate(weights)}}
-        refs = substitute(tape, list(whole.values()), new)
+        refs = splice(tape, tape, list(whole.values()), {}, known=new)
         of_a: dict[int, dict[int, Ref]] = {}
         first = self.of_a.start
         for (row, column), ref in zip(whole, refs, strict=True):

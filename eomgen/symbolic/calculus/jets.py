@@ -16,11 +16,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from eomgen.base.data import replace
 from eomgen.symbolic.branches import choose, guarded_product, plus, times
 from eomgen.symbolic.calculus.loops import map_jets
-from eomgen.symbolic.edges import flat_zero, quotient
 from eomgen.symbolic.external import Call, add_call
-from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
-from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape, flat_zero, quotient, record
 
 Jet = Sequence[Ref]
 

@@ -17,7 +17,7 @@ the extended system).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from eomgen.symbolic.branches import (
     choose,
@@ -30,10 +30,10 @@ from eomgen.symbolic.branches import (
 )
 from eomgen.symbolic.calculus.configuration import tangent_seeds
 from eomgen.symbolic.calculus.loops import Tangent, map_adjoints, map_partials, signed_tangent
-from eomgen.symbolic.edges import logarithm_of_base, power_slope, quotient
+from eomgen.symbolic.edges import logarithm_of_base, power_slope
 from eomgen.symbolic.external import Call, call_adjoints
 from eomgen.symbolic.operations import ELEMENTARY, LEAVES, UNARY, InputSymbol, Op
-from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape, quotient
 
 __all__ = [
     "Seeds", "Tangent", "forward_partials", "gradient", "gradient_along", "jacobian_vector", "signed_tangent",
@@ -66,7 +66,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
     directions. Derivatives of a named node take the name with the number of the direction, ``length_d2``.
     """
     first = len(tape.op)
-    tangents = _tangents(tape, outputs, seeds)
+    tangents, _ = _tangents(tape, outputs, seeds)
     for node in [node for node in tangents if node in tape.names]:
         for direction, ref in tangents[node].items():
             if abs(ref) >= first:  # an older node means a quantity of motion, too
@@ -74,11 +74,15 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
     return [signed_tangent(tangents, ref) for ref in outputs]
 
 
-def _tangents(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> dict[int, Tangent]:
+def _tangents(
+    tape: Tape, outputs: Sequence[Ref], seeds: Seeds, cuts: Collection[int] = (), first: int = 0
+) -> tuple[dict[int, Tangent], dict[int, Tangent]]:
     """Return the derivatives {direction: reference} of the nodes that the outputs need, by node; see
-    ``forward_partials``. Nodes without a derivative are absent."""
+    ``forward_partials``. Nodes without a derivative are absent. Nodes among ``cuts`` become independent, with
+    directions from ``first`` on: the second mapping has the derivatives of their definitions."""
     seeded = seeds_by_node(tape, seeds)
     tangents: dict[int, Tangent] = {}
+    definitions: dict[int, Tangent] = {}
     maps: dict[int, list[Tangent]] = {}
     for node in tape.live(outputs):
         if node in seeded:
@@ -94,9 +98,11 @@ def _tangents(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> dict[int, Tan
             tangent = maps[number][tape.b[node]]
         else:
             tangent = node_tangent(tape, node, op, tangents)
+            if tangent and node in cuts:
+                tangent, definitions[node] = {first + len(definitions): ONE}, tangent
         if tangent:
             tangents[node] = tangent
-    return tangents
+    return tangents, definitions
 
 
 def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref | InputSymbol, Ref]) -> list[Ref]:
@@ -113,7 +119,7 @@ def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref |
     -------
     derivatives of the outputs; ``ZERO`` for structural zeros
     """
-    tangents = _tangents(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
+    tangents, _ = _tangents(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
     return [signed_tangent(tangents, ref).get(0, ZERO) for ref in outputs]
 
 
@@ -329,31 +335,5 @@ def cut_partials(
     With s the cut nodes and s = g(x, s) the definitions of the cut nodes, the results are rows of [f_x, f_s] and [g_x,
     g_s]. Results of Maps are not cut.
     """
-    wanted = {abs(ref) for ref in cuts}
-    seeded = seeds_by_node(tape, seeds)
-    tangents: dict[int, Tangent] = {}
-    definitions: list[Tangent] = []
-    used: list[int] = []
-    maps: dict[int, list[Tangent]] = {}
-    for node in tape.live(outputs):
-        if node in seeded:
-            tangents[node] = seeded[node]
-            continue
-        op = tape.op[node]
-        if op in LEAVES:
-            continue
-        if op is Op.MAP:
-            number = tape.a[node]
-            if number not in maps:
-                maps[number] = map_partials(tape, number, tangents, forward_partials)
-            if tangent := maps[number][tape.b[node]]:
-                tangents[node] = tangent
-            continue
-        tangent = node_tangent(tape, node, op, tangents)
-        if tangent and node in wanted:
-            tangents[node] = {first + len(definitions): ONE}
-            definitions.append(tangent)
-            used.append(node)
-        elif tangent:
-            tangents[node] = tangent
-    return [signed_tangent(tangents, ref) for ref in outputs], definitions, used
+    tangents, definitions = _tangents(tape, outputs, seeds, {abs(ref) for ref in cuts}, first)
+    return [signed_tangent(tangents, ref) for ref in outputs], list(definitions.values()), list(definitions)
