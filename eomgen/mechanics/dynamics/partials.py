@@ -24,13 +24,17 @@ from eomgen.mechanics.dynamics.separated import composites, field_wrenches, inve
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.fields import (
     AccelerationField,
+    Pair,
     Wrench,
+    bracket,
     carry,
     centripetal,
+    moved_load,
+    pair_dot,
+    pair_plus,
     project,
     relative,
     total_fields,
-    wrench_sum,
 )
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import RecordedInertia, wrench
@@ -63,28 +67,19 @@ class Screws:
 
     Attributes
     ----------
-    angular, linear : w and u
-    turn : w' of s' = V_parent x s, with ``slide`` as linear part
-    spin_field, spin_origin : s'' = A_parent x s + V_parent x s'
-    rate_field, rate_origin : s' + V x s, the derivative in the joint's velocity
+    screw : (w, u)
+    turned : s' = V_parent x s
+    accelerated : s'' = A_parent x s + V_parent x s'
+    rated : s' + V x s, the derivative in the joint's velocity
     """
 
-    angular: Vector
-    linear: Vector
-    turn: Vector
-    slide: Vector
-    spin_field: Vector
-    spin_origin: Vector
-    rate_field: Vector
-    rate_origin: Vector
+    screw: Pair
+    turned: Pair
+    accelerated: Pair
+    rated: Pair
 
 
-def _spatial_cross(omega: Vector, velocity: Vector, w: Vector, u: Vector) -> tuple[Vector, Vector]:
-    """Return the spatial cross product of the twist (omega, velocity) with the screw (w, u)."""
-    return cross(omega, w), plus(cross(omega, u), cross(velocity, w))
-
-
-def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tuple[Vector, Vector]]]:
+def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[Pair]]:
     """Return for each link the screws of its columns, and its inertial twist (angular velocity, velocity of the origin)
     in link axes. The base's linear velocity is zero: forces are the same in a frame that moves uniformly with the
     base."""
@@ -92,7 +87,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     start = plus(base.acceleration, scaled(-1.0, base.gravity))
     root = AccelerationField(start, base.alpha, centripetal(base.omega))
-    twists: list[tuple[Vector, Vector]] = []
+    twists: list[Pair] = []
     alphas: list[Vector] = []
     screws: list[list[Screws]] = []
     for link in tree.links:
@@ -108,28 +103,15 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
             alpha = link.rotation.rotate_back(alpha_up)
             origin = link.rotation.rotate_back(origin_up)
             spatial = minus(origin, cross(omega, velocity))
-            own_twist = (plus(omega, turn), plus(velocity, slide))
-            twists.append(own_twist)
+            twists.append((plus(omega, turn), plus(velocity, slide)))
             alphas.append(plus(plus(alpha, cross(omega, turn)), turn_rate))
             screws_of_link = []
             for column in link.columns:
-                w, u = column.angular, column.linear
-                first, first_origin = _spatial_cross(omega, velocity, w, u)
-                left, left_origin = _spatial_cross(alpha, spatial, w, u)
-                right, right_origin = _spatial_cross(omega, velocity, first, first_origin)
-                own_product, own_origin = _spatial_cross(*own_twist, w, u)
-                screws_of_link.append(
-                    Screws(
-                        w,
-                        u,
-                        first,
-                        first_origin,
-                        plus(left, right),
-                        plus(left_origin, right_origin),
-                        plus(first, own_product),
-                        plus(first_origin, own_origin),
-                    )
-                )
+                screw = column.angular, column.linear
+                turned = bracket((omega, velocity), screw)
+                left, right = bracket((alpha, spatial), screw), bracket((omega, velocity), turned)
+                own = bracket(twists[-1], screw)
+                screws_of_link.append(Screws(screw, turned, pair_plus(left, right), pair_plus(turned, own)))
             screws.append(screws_of_link)
     return screws, twists
 
@@ -153,14 +135,15 @@ class CompositeMomentum:
         H = self.moment
         return H[2][1] - H[1][2], H[0][2] - H[2][0], H[1][0] - H[0][1]
 
-    def adjoint(self, w: Vector, u: Vector) -> Vector:
-        """Return y with y . w' = virtual work of ``coriolis(w')`` along the screw (w, u)."""
+    def adjoint(self, screw: Pair) -> Vector:
+        """Return y with y . w' = virtual work of ``coriolis(w')`` along a screw."""
+        w, u = screw
         trace = self.moment[0][0] + self.moment[1][1] + self.moment[2][2]
         turned = minus(scaled(trace, w), apply(transpose(self.moment), w))
         return scaled(2.0, plus(cross(self.momentum, u), turned))
 
 
-def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[CompositeMomentum]:
+def _flows(tree: Tree, twists: Sequence[Pair]) -> list[CompositeMomentum]:
     """Return the momentum P and the first moments of momentum H of each link together with all outward links.
     ``twists`` are angular velocity and velocity of the origin of each link, in link axes."""
     total: list[CompositeMomentum] = []
@@ -170,22 +153,16 @@ def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[Composit
         total.append(
             CompositeMomentum(momentum, matrix_plus(outer(velocity, body.first), multiply(skew(omega), body.second)))
         )
-    for index in reversed(range(len(tree.links))):
-        link = tree.links[index]
-        if link.parent != ROOT:
-            with tree.algebra.tape.block(f"composite momentum of link {tree.links[link.parent].name}"):
-                momentum = link.rotation.rotate(total[index].momentum)
-                moment = matrix_plus(link.rotation.congruence(total[index].moment), outer(momentum, link.position))
-                above = total[link.parent]
-                total[link.parent] = CompositeMomentum(
-                    plus(above.momentum, momentum), matrix_plus(above.moment, moment)
-                )
+    for index, link in tree.inward():
+        with tree.algebra.tape.block(f"composite momentum of link {tree.links[link.parent].name}"):
+            momentum = link.rotation.rotate(total[index].momentum)
+            moment = matrix_plus(link.rotation.congruence(total[index].moment), outer(momentum, link.position))
+            above = total[link.parent]
+            total[link.parent] = CompositeMomentum(plus(above.momentum, momentum), matrix_plus(above.moment, moment))
     return total
 
 
-def _products(
-    tree: Tree, twists: Sequence[tuple[Vector, Vector]], virtual: Sequence[tuple[Vector, Vector]]
-) -> list[Vector]:
+def _products(tree: Tree, twists: Sequence[Pair], virtual: Sequence[Pair]) -> list[Vector]:
     """Return B = 2 int V x y dm of the subtree of each link, in link axes about the link's origin. V are velocities by
     ``twists`` and y virtual velocities by ``virtual``, an angular and a linear vector for each link."""
     total: list[Vector] = []
@@ -194,10 +171,8 @@ def _products(
         momentum = plus(scaled(body.mass, slide), cross(turn, body.first))
         turned = plus(cross(cross(omega, body.first), slide), apply(body.second, cross(omega, turn)))
         total.append(scaled(2.0, plus(cross(velocity, momentum), turned)))
-    for index in reversed(range(len(tree.links))):
-        link = tree.links[index]
-        if link.parent != ROOT:
-            total[link.parent] = plus(total[link.parent], link.rotation.rotate(total[index]))
+    for index, link in tree.inward():
+        total[link.parent] = plus(total[link.parent], link.rotation.rotate(total[index]))
     return total
 
 
@@ -205,12 +180,8 @@ def _loads(tree: Tree, base: BaseMotion) -> list[Wrench]:
     """Return for each link the wrench that its joint transmits for inertia and weight of the subtree, moment first, in
     link axes about the link's origin."""
     total = field_wrenches(tree, total_fields(tree, base, accelerations=True, gravity=True))
-    for index in reversed(range(len(tree.links))):
-        link = tree.links[index]
-        if link.parent != ROOT:
-            moment, force = carry(link, total[index])
-            above = total[link.parent]
-            total[link.parent] = (plus(above[0], moment), plus(above[1], force))
+    for index, link in tree.inward():
+        total[link.parent] = pair_plus(total[link.parent], carry(link, total[index]))
     return total
 
 
@@ -238,14 +209,13 @@ def _wrenches(
     algebra: Algebra, screw: Screws, body: RecordedInertia, flow: CompositeMomentum
 ) -> tuple[Wrench, Wrench, Wrench]:
     """Return the three changes of the inertia wrench of a subtree by q, v and a of a joint column, in moving axes."""
-    by_q = wrench_sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
-    by_v = wrench_sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
-    return by_q, by_v, wrench(algebra, body, screw.linear, screw.angular)
 
+    def by(change: Pair) -> Wrench:
+        return wrench(algebra, body, change[1], change[0])
 
-def _shift(screw: Screws, load: Wrench) -> Wrench:
-    """Return the change of a wrench that moves by a screw."""
-    return plus(cross(screw.angular, load[0]), cross(screw.linear, load[1])), cross(screw.angular, load[1])
+    by_q = pair_plus(by(screw.accelerated), flow.coriolis(screw.turned[0]))
+    by_v = pair_plus(by(screw.rated), flow.coriolis(screw.screw[0]))
+    return by_q, by_v, by(screw.screw)
 
 
 def _column(
@@ -268,8 +238,8 @@ def _column(
     rows = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
     for row, values in zip(link.dofs, rows, strict=True):
         _add(blocks, row, dof, ratio * ratio, values)
-    by_q = wrench_sum(by_q, _shift(screw, load))
-    work = flow.adjoint(screw.angular, screw.linear)
+    by_q = pair_plus(by_q, moved_load(screw.screw, load))
+    work = flow.adjoint(screw.screw)
     below = index
     while tree.links[below].parent != ROOT:
         below_link = tree.links[below]
@@ -281,8 +251,8 @@ def _column(
         projected = zip(project(above, by_q), project(above, by_v), project(above, by_a), strict=True)
         for row, there, values in zip(above.dofs, screws[below], projected, strict=True):
             _add(blocks, row, dof, both, values)
-            turned = dot(there.spin_field, by_a[0]) + dot(there.spin_origin, by_a[1]) + dot(there.turn, work)
-            rated = dot(there.rate_field, by_a[0]) + dot(there.rate_origin, by_a[1]) + dot(there.angular, work)
+            turned = pair_dot(there.accelerated, by_a) + dot(there.turned[0], work)
+            rated = pair_dot(there.rated, by_a) + dot(there.screw[0], work)
             _add(blocks, dof, row, both, (turned, rated, values[2]))
 
 
@@ -320,17 +290,16 @@ class Effect:
         return Effect(carry(link, self.of_virtual), turned, carry(link, self.of_acceleration))
 
     def __call__(self, change: Change) -> Scalar:
-        of_virtual = dot(change.virtual[0], self.of_virtual[0]) + dot(change.virtual[1], self.of_virtual[1])
-        first, second = change.acceleration, self.of_acceleration
-        return of_virtual + dot(change.turn, self.of_turn) + (dot(first[0], second[0]) + dot(first[1], second[1]))
+        of_virtual = pair_dot(change.virtual, self.of_virtual)
+        return of_virtual + dot(change.turn, self.of_turn) + pair_dot(change.acceleration, self.of_acceleration)
 
 
-def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[tuple[Vector, Vector]], list[list[Wrench]]]:
+def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[Pair], list[list[Pair]]]:
     """Return the virtual twists of all links for the velocity components ``weights``, (nv,), and their changes by q.
     For each column the change is the parent's virtual twist x screw. All are in link axes, angular part first."""
     algebra, zero = tree.algebra, tree.algebra.zero_vector
-    twists: list[tuple[Vector, Vector]] = []
-    changes: list[list[Wrench]] = []
+    twists: list[Pair] = []
+    changes: list[list[Pair]] = []
     for link in tree.links:
         turn_up, slide_up = (zero, zero) if link.parent == ROOT else twists[link.parent]
         with algebra.tape.block(f"virtual motion of link {link.name}"):
@@ -338,7 +307,7 @@ def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[tuple[
             turn, slide = relative(algebra, link, values)
             carried = link.rotation.rotate_back(turn_up)
             moved = link.rotation.rotate_back(plus(slide_up, cross(turn_up, link.position)))
-            changes.append([_spatial_cross(carried, moved, column.angular, column.linear) for column in link.columns])
+            changes.append([bracket((carried, moved), (column.angular, column.linear)) for column in link.columns])
             twists.append((plus(carried, turn), plus(moved, slide)))
     return twists, changes
 
@@ -382,9 +351,9 @@ class WorkHessian:
         self.changes = [
             [
                 (
-                    Change(turned, screw.turn, (screw.spin_field, screw.spin_origin)),
-                    Change(none, screw.angular, (screw.rate_field, screw.rate_origin)),
-                    Change(none, zero, (screw.angular, screw.linear)),
+                    Change(turned, screw.turned[0], screw.accelerated),
+                    Change(none, screw.screw[0], screw.rated),
+                    Change(none, zero, screw.screw),
                 )
                 for screw, turned in zip(*of_link, strict=True)
             ]
@@ -396,18 +365,13 @@ class WorkHessian:
                 spin = momentum.spin
                 for k, (screw, turned) in enumerate(zip(screws[index], moved[index], strict=True)):
                     by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
-                    by_q = wrench_sum(by_q, _shift(screw, loads[index]))
-                    turning = minus(flow.adjoint(*turned), momentum.adjoint(screw.turn, screw.slide))
-                    turning = plus(turning, cross(screw.angular, products[index]))
-                    pushed = wrench_sum(
-                        wrench(algebra, body, turned[1], turned[0]), _shift(screw, (spin, momentum.momentum))
-                    )
-                    twisting = scaled(-1.0, momentum.adjoint(screw.angular, screw.linear))
-                    effects = (
-                        Effect(by_q, turning, pushed),
-                        Effect(by_v, twisting, none),
-                        Effect(by_a, zero, none),
-                    )
+                    by_q = pair_plus(by_q, moved_load(screw.screw, loads[index]))
+                    turning = minus(flow.adjoint(turned), momentum.adjoint(screw.turned))
+                    turning = plus(turning, cross(screw.screw[0], products[index]))
+                    moved_momentum = moved_load(screw.screw, (spin, momentum.momentum))
+                    pushed = pair_plus(wrench(algebra, body, turned[1], turned[0]), moved_momentum)
+                    twisting = scaled(-1.0, momentum.adjoint(screw.screw))
+                    effects = Effect(by_q, turning, pushed), Effect(by_v, twisting, none), Effect(by_a, zero, none)
                     self._fill(index, k, effects)
 
     def _fill(self, index: int, k: int, effects: tuple[Effect, ...]) -> None:

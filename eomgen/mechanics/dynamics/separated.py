@@ -32,10 +32,10 @@ from eomgen.mechanics.kinematics.fields import (
     Wrench,
     base_fields,
     carry,
-    difference,
+    pair_minus,
+    pair_plus,
     project,
     total_fields,
-    wrench_sum,
 )
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.beam_body import ElasticBody, RelativeMotion
@@ -58,7 +58,7 @@ def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench
         tree.algebra.named(f"M_{link.name}", moment)
         tree.algebra.named(f"F_{link.name}", force)
     return [
-        load if applied is None else difference(load, applied) for load, applied in zip(demanded, loads, strict=True)
+        load if applied is None else pair_minus(load, applied) for load, applied in zip(demanded, loads, strict=True)
     ]
 
 
@@ -87,12 +87,9 @@ def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrenc
     """Return for each link the sum of the wrenches on the link and on all outward links, which its joint transmits.
     Wrenches are in link axes about the link's origin, moment first. ``label`` names the operations."""
     total = list(loads)
-    for index in reversed(range(len(tree.links))):
-        link = tree.links[index]
-        if link.parent != ROOT:
-            with tree.algebra.tape.block(f"{label} at joint {link.joint.name}"):
-                moment, force = carry(link, total[index])
-                total[link.parent] = (plus(total[link.parent][0], moment), plus(total[link.parent][1], force))
+    for index, link in tree.inward():
+        with tree.algebra.tape.block(f"{label} at joint {link.joint.name}"):
+            total[link.parent] = pair_plus(total[link.parent], carry(link, total[index]))
     return total
 
 
@@ -103,7 +100,7 @@ def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
             load = wrench(tree.algebra, link.inertia, field.origin, field.alpha, field.symmetric)
             if link.elastic is not None:
-                load = wrench_sum(load, link.elastic.wrench(field.spin, link.elastic.relative_motion(**field.relative)))
+                load = pair_plus(load, link.elastic.wrench(field.spin, link.elastic.relative_motion(**field.relative)))
             loads.append(load)
     return loads
 
@@ -153,17 +150,15 @@ def composites(tree: Tree) -> list[RecordedInertia]:
     """Return for each link the composite rigid-body inertia (mass, first and second moments, added masses) of the link
     and all outward links, in link axes about the link's origin."""
     total = [link.inertia for link in tree.links]
-    for index in reversed(range(len(tree.links))):
-        link = tree.links[index]
-        if link.parent != ROOT:
-            with tree.algebra.tape.block(f"composite body of link {tree.links[link.parent].name}"):
-                first, second = link.rotation.rotate(total[index].first), link.rotation.congruence(total[index].second)
-                added = tuple(
-                    AddedMass(link.rotation.rotate(item.position), link.rotation.congruence(item.matrix))
-                    for item in total[index].added
-                )
-                turned = RecordedInertia(total[index].mass, first, second, added)
-                total[link.parent] = total[link.parent] + turned.shift(link.position)
+    for index, link in tree.inward():
+        with tree.algebra.tape.block(f"composite body of link {tree.links[link.parent].name}"):
+            first, second = link.rotation.rotate(total[index].first), link.rotation.congruence(total[index].second)
+            added = tuple(
+                AddedMass(link.rotation.rotate(item.position), link.rotation.congruence(item.matrix))
+                for item in total[index].added
+            )
+            turned = RecordedInertia(total[index].mass, first, second, added)
+            total[link.parent] = total[link.parent] + turned.shift(link.position)
     return total
 
 

@@ -165,13 +165,14 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
     return fields
 
 
-Wrench = tuple[Vector, Vector]
+#: Moment and force, or the angular and the linear part of a twist.
+Pair = tuple[Vector, Vector]
+Wrench = Pair
 
 
 def project(link: Link, load: Wrench) -> list[Scalar]:
     """Return the generalized force of a wrench per column of the joint."""
-    moment, force = load
-    return [dot(column.angular, moment) + dot(column.linear, force) for column in link.columns]
+    return [pair_dot((column.angular, column.linear), load) for column in link.columns]
 
 
 def carry(link: Link, load: Wrench) -> Wrench:
@@ -180,9 +181,27 @@ def carry(link: Link, load: Wrench) -> Wrench:
     return plus(moment, cross(link.position, force)), force
 
 
-def difference(first: Wrench, second: Wrench) -> Wrench:
-    return minus(first[0], second[0]), minus(first[1], second[1])
+def pair_plus(x: Pair, y: Pair) -> Pair:
+    return plus(x[0], y[0]), plus(x[1], y[1])
 
 
-def wrench_sum(first: Wrench, second: Wrench) -> Wrench:
-    return plus(first[0], second[0]), plus(first[1], second[1])
+def pair_minus(x: Pair, y: Pair) -> Pair:
+    return minus(x[0], y[0]), minus(x[1], y[1])
+
+
+def pair_scaled(factor: Scalar | float, x: Pair) -> Pair:
+    return scaled(factor, x[0]), scaled(factor, x[1])
+
+
+def pair_dot(x: Pair, y: Pair) -> Scalar:
+    return dot(x[0], y[0]) + dot(x[1], y[1])
+
+
+def bracket(x: Pair, y: Pair) -> Pair:
+    """Return ad(x) y of twists."""
+    return cross(x[0], y[0]), plus(cross(x[0], y[1]), cross(x[1], y[0]))
+
+
+def moved_load(x: Pair, load: Wrench) -> Wrench:
+    """Return the change of a wrench that moves with the twist x, -ad(x)^T load."""
+    return plus(cross(x[0], load[0]), cross(x[1], load[1])), cross(x[0], load[1])

@@ -26,29 +26,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from eomgen.mechanics.kinematics.fields import carry
+from eomgen.mechanics.kinematics.fields import (
+    Pair,
+    bracket,
+    carry,
+    moved_load,
+    pair_dot,
+    pair_minus,
+    pair_plus,
+    pair_scaled,
+)
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled
+from eomgen.symbolic.scalar import Scalar, Vector, cross, negative, plus
 from eomgen.symbolic.scalar import skew as skew_of
 from eomgen.symbolic.tape import ZERO
 
-#: A twist (angular, linear) or a wrench (moment, force).
-Pair = tuple[Vector, Vector]
 #: One pair for each link and column.
 Columns = list[list[Pair]]
-
-
-def pair_plus(x: Pair, y: Pair) -> Pair:
-    return plus(x[0], y[0]), plus(x[1], y[1])
-
-
-def pair_minus(x: Pair, y: Pair) -> Pair:
-    return minus(x[0], y[0]), minus(x[1], y[1])
-
-
-def pair_scaled(factor: Scalar | float, x: Pair) -> Pair:
-    return scaled(factor, x[0]), scaled(factor, x[1])
 
 
 def is_zero(x: Pair) -> bool:
@@ -56,16 +51,10 @@ def is_zero(x: Pair) -> bool:
     return all(value.is_zero for part in x for value in part)
 
 
-def bracket(x: Pair, y: Pair) -> Pair:
-    """Return ad(x) y of twists (angular, linear)."""
-    return cross(x[0], y[0]), plus(cross(x[1], y[0]), cross(x[0], y[1]))
-
-
 def bracket_transposed(x: Pair, load: Pair) -> Pair:
     """Return ad(x)^T load of a wrench (moment, force)."""
-    moment = plus(cross(x[0], load[0]), cross(x[1], load[1]))
-    force = cross(x[0], load[1])
-    return (-moment[0], -moment[1], -moment[2]), (-force[0], -force[1], -force[2])
+    moment, force = moved_load(x, load)
+    return negative(moment), negative(force)
 
 
 def combine(x: Columns, y: Columns, operation: Callable[[Pair, Pair], Pair] = pair_plus) -> Columns:
@@ -143,13 +132,11 @@ class SystemMatrices:
     def inwards(self, x: Columns) -> Columns:
         """Return A^T x, for wrenches x: for each link the sum over this and all outward links, in the link's axes."""
         total = [list(row) for row in x]
-        for index in reversed(range(len(self.tree.links))):
-            link = self.tree.links[index]
-            if link.parent != ROOT:
-                above = total[link.parent]
-                total[link.parent] = [
-                    p if is_zero(q) else pair_plus(p, carry(link, q)) for p, q in zip(above, total[index], strict=True)
-                ]
+        for index, link in self.tree.inward():
+            above = total[link.parent]
+            total[link.parent] = [
+                p if is_zero(q) else pair_plus(p, carry(link, q)) for p, q in zip(above, total[index], strict=True)
+            ]
         return total
 
     def inertia(self, x: Columns) -> Columns:
@@ -167,8 +154,7 @@ class SystemMatrices:
             row = [self.tree.algebra.zero] * len(x[0])
             for subspace, loads in zip(self.X, x, strict=True):
                 if not is_zero(subspace[dof]):
-                    angular, linear = subspace[dof]
-                    row = [total + (dot(angular, m) + dot(linear, f)) for total, (m, f) in zip(row, loads, strict=True)]
+                    row = [total + pair_dot(subspace[dof], load) for total, load in zip(row, loads, strict=True)]
             rows.append(row)
         return rows
 

@@ -22,7 +22,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench, difference, project
+from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench, pair_minus, pair_plus, project
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.rotation import FactoredRotation
@@ -185,14 +185,11 @@ def inverse_dynamics_path(
         with algebra.tape.block(f"derivatives of the inertia forces of link {link.name}"):
             net = [wrench(algebra, link.inertia, field.origin, field.alpha, field.symmetric) for field in fields[index]]
             applied = loads[index]
-            total.append(net if applied is None else [difference(x, y) for x, y in zip(net, applied, strict=True)])
-    for index in reversed(range(len(tree.links))):
-        link = tree.links[index]
-        if link.parent != ROOT:
-            with algebra.tape.block(f"derivatives of the wrench at joint {link.joint.name}"):
-                carried = _wrench_on_parent(link, turns[index], drive, total[index])
-                above = total[link.parent]
-                total[link.parent] = [(plus(x[0], y[0]), plus(x[1], y[1])) for x, y in zip(above, carried, strict=True)]
+            total.append(net if applied is None else [pair_minus(x, y) for x, y in zip(net, applied, strict=True)])
+    for index, link in tree.inward():
+        with algebra.tape.block(f"derivatives of the wrench at joint {link.joint.name}"):
+            carried = _wrench_on_parent(link, turns[index], drive, total[index])
+            total[link.parent] = list(map(pair_plus, total[link.parent], carried))
     return [
         tree.by_dof({index: _efforts(link, drive, total[index][k], k) for index, link in enumerate(tree.links)})
         for k in range(order + 1)

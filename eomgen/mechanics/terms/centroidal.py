@@ -26,7 +26,7 @@ from eomgen.mechanics.dynamics.separated import (
     zero_base,
 )
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
-from eomgen.mechanics.kinematics.fields import Wrench, carry, total_fields, wrench_sum
+from eomgen.mechanics.kinematics.fields import Wrench, carry, pair_plus, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.inertia import RecordedInertia
@@ -103,7 +103,7 @@ class Centroidal:
                         load = carry(self.tree.links[below], load)
                         below = self.tree.links[below].parent
                     ratio = link.coordinates.ratio
-                    result[dof] = wrench_sum(result[dof], (scaled(ratio, load[0]), scaled(ratio, load[1])))
+                    result[dof] = pair_plus(result[dof], (scaled(ratio, load[0]), scaled(ratio, load[1])))
         return result
 
     def jacobian(self) -> list[Scalar]:
@@ -129,14 +129,14 @@ class Centroidal:
         moment, force = zero, zero
         for link, load in zip(self.tree.links, loads, strict=True):
             if link.parent == ROOT:
-                moment, force = wrench_sum((moment, force), carry(link, load))
+                moment, force = pair_plus((moment, force), carry(link, load))
         moment = minus(moment, cross(self._center, force))
         base = self.kinematics.base
         if base.turning:
             angular, linear = zero, zero
             for k, column in enumerate(self._columns):
                 rate = Scalar(self.algebra.tape, self.algebra.tape.input("v", k))
-                angular, linear = wrench_sum((angular, linear), (scaled(rate, column[0]), scaled(rate, column[1])))
+                angular, linear = pair_plus((angular, linear), (scaled(rate, column[0]), scaled(rate, column[1])))
             moment = plus(moment, cross(base.omega, minus(angular, cross(self._center, linear))))
             force = plus(force, cross(base.omega, linear))
         return [*apply(base.orientation, moment), *apply(base.orientation, force)]

@@ -21,7 +21,7 @@ from eomgen.mechanics.kinematics.fields import (
     angular_velocities,
     carry,
     centripetal,
-    difference,
+    pair_minus,
     relative,
     total_fields,
 )
@@ -128,7 +128,7 @@ def articulated_forward(
     for link, omega, applied in zip(tree.links, omegas, loads, strict=True):
         with algebra.tape.block(f"inertia forces of link {link.name} at rest of its joints"):
             bias = wrench(algebra, link.inertia, algebra.zero_vector, algebra.zero_vector, centripetal(omega))
-            bodies.append(_rigid(algebra, link.inertia, bias if applied is None else difference(bias, applied)))
+            bodies.append(_rigid(algebra, link.inertia, bias if applied is None else pair_minus(bias, applied)))
     kept: list[list[_Elimination]] = [[] for _ in tree.links]
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]

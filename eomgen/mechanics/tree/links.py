@@ -8,7 +8,7 @@ body in the frame of its link.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.lie.product import Factor
@@ -207,6 +207,10 @@ class Tree:
             for nearest, dof in zip([above, *ordered], ordered, strict=False):
                 parents[dof] = nearest
         return tuple(parents)
+
+    def inward(self) -> Iterator[tuple[int, Link]]:
+        """Yield the number and the link of each link that another link carries, from the tips to the root."""
+        return ((index, link) for index, link in reversed([*enumerate(self.links)]) if link.parent != ROOT)
 
     def children(self) -> list[list[int]]:
         """Return the child links of each link."""
