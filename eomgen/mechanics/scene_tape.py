@@ -35,7 +35,7 @@ from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.forces.section_loads import Fields, RecordedSectionLoads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
-from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.directions import motion_directions
 from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench, centripetal, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.reactions import Reactions, TransmittedWrenches
@@ -47,9 +47,9 @@ from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
-from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, plus, scaled
-from eomgen.symbolic.tape import ONE, Tape
+from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block
 from eomgen.system.terms import TERMS
 
@@ -319,10 +319,7 @@ class Derivation:
         """The blocks K, C and M, (nv, nv) each: partials of the residual in q (left-trivialised), v and a."""
         nv = self.tree.nv
         K, C, M = (inertial_partials if self.tree.rigid else differentiated_partials)(self.grouped, self.motion)
-        seeds = configuration_directions(self.tree)
-        for k in range(nv):
-            seeds[InputSymbol("v", k)] = {nv + k: ONE}
-        applied = self.applied_forces()
+        seeds, applied = motion_directions(self.tree, "v"), self.applied_forces()
         with self.tape.block("partials of applied forces"):
             tangents = forward_partials(self.tape, [value.ref for value in applied], seeds)
         for row, tangent in enumerate(tangents):

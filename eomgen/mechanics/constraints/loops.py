@@ -22,9 +22,9 @@ from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.model import Constraint, Frame
-from eomgen.symbolic.calculus.loops import Tangent, compact
+from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials
-from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import (
     Algebra,
@@ -203,16 +203,8 @@ class _JointKind:
         Constant values are copied as constants. ``meaning`` begins the label of the loop."""
         kernel, outer = inputs.algebra.tape, self.quantities.algebra
         varying = list(dict.fromkeys(abs(value.ref) for value in values if value.constant is None))
-        loop = Map(
-            kernel,
-            len(self.members),
-            tuple(inputs.elements),
-            tuple(inputs.shared),
-            tuple(inputs.gather),
-            stacked=tuple(varying),
-            label=self._label(meaning),
-        )
-        rows = add_map(outer.tape, compact(loop, ())).rows if varying else [()] * len(self.members)
+        loop = inputs.loop(len(self.members), self._label(meaning), stacked=[Scalar(kernel, ref) for ref in varying])
+        rows = add_map(outer.tape, loop).rows if varying else [()] * len(self.members)
         fixed = {value.ref: outer.scalar(value.constant) for value in values if value.constant is not None}
 
         def joint_values(row: Sequence[Ref]) -> list[Scalar]:

@@ -18,7 +18,7 @@ from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import DetachedSymbols, Quantities
-from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
+from eomgen.mechanics.kinematics.directions import Seeds, block_directions, configuration_directions, rates_of
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.model import Constraint, Frame, Joint
@@ -381,8 +381,7 @@ def _surface_functions(quantities: Quantities, item: Constraint) -> tuple[_Funct
 
 def _partials(algebra: Algebra, values: Sequence[Scalar]) -> list[tuple[Scalar, Scalar]]:
     """Return the partials of values in x and y, the first two inputs of a surface's functions."""
-    seeds: dict[Ref | InputSymbol, Tangent] = {InputSymbol(_MOTION, k): {k: ONE} for k in range(2)}
-    tangents = forward_partials(algebra.tape, [value.ref for value in values], seeds)
+    tangents = forward_partials(algebra.tape, [value.ref for value in values], block_directions(_MOTION, 2))
     x, y = ([Scalar(algebra.tape, tangent.get(k, ZERO)) for tangent in tangents] for k in range(2))
     return list(zip(x, y, strict=True))
 
@@ -462,7 +461,7 @@ class Equation:
 
         value = record(detached.algebra, self.formula, resolve)
         held = {number: symbol for number, symbol in enumerate(moving) if self.item.at_velocity == _is_rate(symbol)}
-        seeds: dict[Ref | InputSymbol, Tangent] = {InputSymbol(_MOTION, number): {number: ONE} for number in held}
+        seeds: Seeds = {InputSymbol(_MOTION, number): {number: ONE} for number in held}
         (tangent,) = forward_partials(tape, [value.ref], seeds)
         bound = {InputSymbol(_MOTION, number): self._resolve(symbol).ref for number, symbol in enumerate(moving)}
         refs = splice(target, tape, [tangent.get(number, ZERO) for number in held], bound)
@@ -556,10 +555,9 @@ class ConstraintCalculus:
     def tangents(self) -> list[Tangent]:
         """Rows of B as {velocity component: nonzero}, one mapping per equation, holonomic equations first. Raises
         ModelError for an equation written as a formula without a moving coordinate or point."""
-        by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
         with self.tape.block("Jacobian of the constraints"):
             result = forward_partials(self.tape, self.holonomic, self.seeds)
-            result += forward_partials(self.tape, self.level, by_v)
+            result += forward_partials(self.tape, self.level, block_directions("v", self.nv))
         for row, tangent in zip(self.rows.all, result, strict=True):
             if isinstance(row.owner, Constraint) and row.owner.equation is not None and not tangent:
                 fault = "the equation names no coordinate of a moving joint and no point of a moving body [E0490]"

@@ -21,7 +21,7 @@ from collections.abc import Mapping, Sequence
 
 from eomgen.base.data import dataclass
 from eomgen.mechanics.dynamics.separated import composites, field_wrenches, inverse_dynamics
-from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.directions import motion_directions
 from eomgen.mechanics.kinematics.fields import (
     AccelerationField,
     Pair,
@@ -40,7 +40,6 @@ from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import RecordedInertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.calculus.partials import forward_partials
-from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -58,7 +57,7 @@ from eomgen.symbolic.scalar import (
     skew,
     transpose,
 )
-from eomgen.symbolic.tape import ONE, ZERO
+from eomgen.symbolic.tape import ZERO
 
 
 @dataclass(frozen=True)
@@ -420,9 +419,7 @@ def differentiated_partials(tree: Tree, base: BaseMotion) -> tuple[Square, Squar
     recursion of inverse dynamics is differentiated on the tape."""
     algebra, nv = tree.algebra, tree.nv
     tau = inverse_dynamics(tree, base, [None] * len(tree.links))
-    seeds = configuration_directions(tree)
-    for k in range(nv):
-        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    seeds = motion_directions(tree)
     blocks = tuple([[algebra.zero] * nv for _ in range(nv)] for _ in range(3))
     with algebra.tape.block("partials of inertia forces"):
         tangents = forward_partials(algebra.tape, [value.ref for value in tau], seeds)

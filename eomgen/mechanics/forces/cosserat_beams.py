@@ -536,21 +536,8 @@ def _loop(
     section = SectionNumbers.of([columns.number(entries) for entries in of_sections])
     rest = [algebra.zero] * (_POSE + _TWIST - size)
     first, second = (SectionFrame.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
-    outputs = tuple(
-        value.ref for value in results(ElementStrain(algebra, section, first, second), *numbers[2 * size :])
-    )
-    loop = Map(
-        kernel,
-        len(pairs),
-        elements=tuple(columns.elements),
-        shared=tuple(columns.shared),
-        gather=tuple(columns.gather),
-        sums=outputs if summed else (),
-        stacked=() if summed else outputs,
-        label=label,
-    )
-    # a gathered value without use (twists, by results of strains alone) would count as an argument of the loop
-    return compact(loop, ())
+    outputs = results(ElementStrain(algebra, section, first, second), *numbers[2 * size :])
+    return columns.loop(len(pairs), label, **{"sums" if summed else "stacked": outputs})
 
 
 class LoopInputs:
@@ -575,6 +562,14 @@ class LoopInputs:
         if len(numbers) == len(refs):
             return self._input("element", self.elements, numbers)
         return self._input("gather", self.gather, refs)
+
+    def loop(self, count: int, label: str, *, sums: Sequence[Scalar] = (), stacked: Sequence[Scalar] = ()) -> Map:
+        """Return the loop over ``count`` elements with the given results of the kernel."""
+        columns = tuple(self.elements), tuple(self.shared), tuple(self.gather)
+        of_sums, of_rows = (tuple(value.ref for value in values) for values in (sums, stacked))
+        loop = Map(self.algebra.tape, count, *columns, sums=of_sums, stacked=of_rows, label=label)
+        # a gathered value without use (twists, by results of strains alone) would count as an argument of the loop
+        return compact(loop, ())
 
     def _input(self, block: str, known: list[T], entry: T) -> Scalar:
         if entry not in known:

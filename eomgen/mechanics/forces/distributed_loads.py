@@ -32,7 +32,6 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.beam_fields import DistributedMass
 from eomgen.mechanics.tree.links import Mount
 from eomgen.scene.forces.distributed_loads import DistributedLoad, NodeLoad
-from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.scalar import Algebra, Scalar, apply, cross, dot, multiply, plus, scaled, transpose
 from eomgen.symbolic.tape import Tape
@@ -84,7 +83,7 @@ class _LoadedNodes:
                 self._push(loads, load, self.alone(load, self.quantities.algebra.scalar(load.weight)))
             return
         tape = self.quantities.algebra.tape
-        wrenches, power = (add_map(tape, compact(part, ())) for part in loop)
+        wrenches, power = (add_map(tape, part) for part in loop)
         for load, row in zip(self.nodes, wrenches.rows, strict=True):
             self._push(loads, load, [Scalar(tape, ref) for ref in row])
         loads.power = loads.power + Scalar(tape, power.sums[0])
@@ -130,10 +129,9 @@ class _LoadedNodes:
         results = _wrench(algebra, node, base, patterns[0][0], weight, resolve, own_axes=self._own_axes)
         if kernel.maps:  # waves are loops
             return None
-        *wrench, power = (value.ref for value in results)
-        columns = tuple(inputs.elements), tuple(inputs.shared), tuple(inputs.gather)
-        wrenches = Map(kernel, len(rows), *columns, stacked=tuple(wrench), label=self.item.label)
-        return wrenches, Map(kernel, len(rows), *columns, sums=(power,), label=f"power of {self.item.label}")
+        *wrench, power = results
+        wrenches = inputs.loop(len(rows), self.item.label, stacked=wrench)
+        return wrenches, inputs.loop(len(rows), f"power of {self.item.label}", sums=[power])
 
     def _column(self, inputs: LoopInputs, numbers: Iterable[float]) -> Scalar:
         return inputs.number([self.quantities.algebra.scalar(number) for number in numbers])

@@ -6,13 +6,12 @@ from collections.abc import Iterator, Sequence
 
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
+from eomgen.mechanics.kinematics.directions import block_directions, motion_directions
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
-from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ONE, ZERO, Ref
+from eomgen.symbolic.tape import ZERO, Ref
 
 Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
 
@@ -47,10 +46,6 @@ class InternalStates:
                     self._rates.append(self.quantities.formula(item.rate))
         return self._rates
 
-    def seeds(self, first: int) -> Seeds:
-        """Return z as directions of differentiation, numbered from ``first``."""
-        return {InputSymbol("z", number): {first + number: ONE} for number in range(self.count)}
-
     def partials(self, applied: Sequence[Scalar]) -> dict[str, Matrix]:
         """Return shape, entries row by row, and description of the partials ``Rz``, ``Fq``, ``Fv`` and ``Fz``, by name.
 
@@ -63,10 +58,8 @@ class InternalStates:
         """
         tape, nv, nz = self.tree.algebra.tape, self.tree.nv, self.count
         with tape.block("partials of applied forces in the internal states"):
-            forces = forward_partials(tape, [value.ref for value in applied], self.seeds(0))
-        seeds = configuration_directions(self.tree) | self.seeds(2 * nv)
-        for k in range(nv):
-            seeds[InputSymbol("v", k)] = {nv + k: ONE}
+            forces = forward_partials(tape, [value.ref for value in applied], block_directions("z", nz))
+        seeds = motion_directions(self.tree, "v") | block_directions("z", nz, 2 * nv)
         with tape.block("partials of the rates of internal states"):
             rates = forward_partials(tape, [value.ref for value in self.rates()], seeds)
 

@@ -20,7 +20,6 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.tree.links import ROOT, WORLD_NAME
 from eomgen.scene.forces.springs import Spring, TorsionSpring
-from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
 from eomgen.symbolic.tape import Tape
@@ -99,9 +98,11 @@ class _SpringKind:
         # in the order of the bodies, so that springs of a row of a net are neighbours
         self.quantities, self.members = quantities, sorted(members, key=_place)
         self.names = f"{members[0][0].name} to {members[-1][0].name}"
-        rows = [[*self._node(first), *self._node(second), *self._law(spring)] for spring, first, second in self.members]
-        self.kernel = Tape()
-        algebra = Algebra(self.kernel)
+        rows = [
+            [*self._node(first), *self._node(second), *map(quantities.formula, (s.stiffness, s.damping, s.length))]
+            for s, first, second in self.members
+        ]
+        algebra = Algebra(Tape())
         self.inputs = LoopInputs(algebra, [])
         numbers = [self.inputs.number(entries) for entries in zip(*rows, strict=True)]
         ends = [numbers[start : start + _NODE + _POINT] for start in (0, _NODE + _POINT)]
@@ -113,9 +114,6 @@ class _SpringKind:
         orientation, origin = self.quantities.kinematics.pose(end.link)
         omega, velocity = self.quantities.kinematics.twist(end.link)
         return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.place]
-
-    def _law(self, spring: Spring) -> list[Scalar]:
-        return [self.quantities.formula(item) for item in (spring.stiffness, spring.damping, spring.length)]
 
     def add(self, loads: Loads) -> None:
         """Add to ``loads``, in place, the forces of all springs, the potential energy and the power of dampers."""
@@ -140,19 +138,9 @@ class _SpringKind:
         tape = self.quantities.algebra.tape
         return Scalar(tape, add_map(tape, self._loop(label, sums=[term])).sums[0])
 
-    def _loop(self, label: str, *, sums: Sequence[Scalar] = (), stacked: Sequence[Scalar] = ()) -> Map:
-        loop = Map(
-            self.kernel,
-            len(self.members),
-            tuple(self.inputs.elements),
-            tuple(self.inputs.shared),
-            tuple(self.inputs.gather),
-            sums=tuple(value.ref for value in sums),
-            stacked=tuple(value.ref for value in stacked),
-            label=f"{label} of {len(self.members)} springs, {self.names}",
-        )
-        # among gathered values, twists are needed by dampers alone
-        return compact(loop, ())
+    def _loop(self, label: str, **results: Sequence[Scalar]) -> Map:
+        count = len(self.members)
+        return self.inputs.loop(count, f"{label} of {count} springs, {self.names}", **results)
 
 
 def _place(member: tuple[Spring, _SpringEnd, _SpringEnd]) -> tuple[int, int]:

@@ -12,12 +12,12 @@ from collections.abc import Mapping
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joint_types import GROUPS
-from eomgen.symbolic.calculus.configuration import configuration_seeds, rotation
+from eomgen.symbolic.calculus.configuration import configuration_seeds, tangent_seeds
 from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import multiply, skew
-from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
-from eomgen.system.system import BASE_LAYOUT
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape, dot
+from eomgen.system.system import base_place
 
 Seeds = dict[Ref | InputSymbol, Tangent]
 
@@ -40,6 +40,19 @@ def configuration_directions(tree: Tree) -> Seeds:
                     seeds[R[i][j].ref] = {direction: ref for direction, ref in changes.items() if abs(ref) != ZERO}
         for k, position in enumerate(link.coordinates.q[4:]):
             seeds[position.ref] = {start + 3 + j: R[k][j].ref for j in range(3)}
+    return seeds
+
+
+def block_directions(block: str, count: int, first: int = 0) -> Seeds:
+    """Return the components of an input block as directions of differentiation, numbered from ``first``."""
+    return {InputSymbol(block, k): {first + k: ONE} for k in range(count)}
+
+
+def motion_directions(tree: Tree, blocks: str = "va") -> Seeds:
+    """Return the directions of q, and then of v and a, or of the blocks named."""
+    seeds = configuration_directions(tree)
+    for number, block in enumerate(blocks, 1):
+        seeds |= block_directions(block, tree.nv, number * tree.nv)
     return seeds
 
 
@@ -66,26 +79,11 @@ def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], base: BaseS
 def _base_rates(tape: Tape, base: BaseState) -> dict[Ref | InputSymbol, Ref]:
     """Return the time derivatives of the base struct's numbers that are not 0, by reference. Pose from twist, twist
     from the acceleration, which is held constant."""
-    start: dict[str, int] = {}
-    offset = 0
-    for name, size, _ in BASE_LAYOUT:
-        start[name], offset = offset, offset + size
-    rates: dict[Ref | InputSymbol, Ref] = {}
-
-    def block(name: str, size: int) -> list[Ref]:
-        return [value.ref for value in base.struct[start[name] : start[name] + size]]
-
-    quaternion, omega, velocity = block("quaternion", 4), block("omega", 3), block("velocity", 3)
-    half = tape.constant(0.5)
-    w, x, y, z = (tape.mul(half, ref) for ref in quaternion)
-    a, b, c = omega
-    rows = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
-    for ref, row in zip(quaternion, rows, strict=True):
-        rates[ref] = tape.add(tape.add(tape.mul(row[0], a), tape.mul(row[1], b)), tape.mul(row[2], c))
-    R = rotation(tape, quaternion)
-    for ref, line in zip(block("position", 3), R, strict=True):
-        terms = [tape.mul(entry, part) for entry, part in zip(line, velocity, strict=True)]
-        rates[ref] = tape.add(tape.add(terms[0], terms[1]), terms[2])
-    rates |= dict(zip(omega, block("omega_dot", 3), strict=True))
-    rates |= dict(zip(velocity, block("velocity_dot", 3), strict=True))
+    pose, twist, acceleration = (
+        [value.ref for value in base.struct[base_place(first) : base_place(first) + size]]
+        for first, size in (("quaternion", 7), ("omega", 6), ("omega_dot", 6))
+    )
+    rates: dict[Ref | InputSymbol, Ref] = dict(zip(twist, acceleration, strict=True))
+    for key, tangent in tangent_seeds(tape, "SE3", pose).items():
+        rates[key] = dot(tape, list(tangent.values()), [twist[direction] for direction in tangent])
     return {ref: rate for ref, rate in rates.items() if ref != ZERO}

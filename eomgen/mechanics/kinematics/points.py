@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
+from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.fields import AccelerationField, LinkField, centripetal, relative, total_fields
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import CARRIER, ROOT, WORLD, Mount, Tree
+from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    minus,
+    multiply,
+    negative,
+    plus,
+    transpose,
+)
 
 
 class LinkKinematics:
@@ -159,6 +175,12 @@ class Kinematics(LinkKinematics):
         if self._fields is None:
             self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         return self._fields[link]
+
+    def rates(self, values: Sequence[Scalar]) -> list[Scalar]:
+        """Return the time derivatives of values along the motion of the coordinates and of the base, v held."""
+        tape = self.algebra.tape
+        directions = rates_of(tape, configuration_directions(self.tree), self.carrier)
+        return [Scalar(tape, ref) for ref in jacobian_vector(tape, [value.ref for value in values], directions)]
 
     def inertial_twist(self, link: int) -> tuple[Vector, Vector]:
         """Return inertial angular velocity and origin velocity of a link, in link axes."""

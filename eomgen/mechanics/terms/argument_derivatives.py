@@ -21,7 +21,7 @@ from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.dynamics.partials import Change, WorkHessian, base_change
 from eomgen.mechanics.dynamics.separated import inverse_dynamics
 from eomgen.mechanics.forces.symbols import input_signal
-from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
+from eomgen.mechanics.kinematics.directions import Seeds, block_directions, configuration_directions
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.implicit_step import Entries, nonzeros
 from eomgen.mechanics.tree.base import BaseMotion, base_law
@@ -30,7 +30,7 @@ from eomgen.symbolic.calculus.partials import forward_partials, gradient_along
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, minus
-from eomgen.symbolic.tape import ONE, ZERO, Ref
+from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.symbolic.zeros import vanishing
 from eomgen.system.system import Block
 from eomgen.system.terms import ARGUMENTS, TERMS
@@ -66,8 +66,7 @@ def input_derivatives(derivation: Derivation) -> list[Block]:
     tunable parameters, then the time."""
     tape, scene = derivation.tape, derivation.scene
     tunable = sum(item.tunable for item in scene.parameters)
-    seeds: Seeds = {InputSymbol("t", 0): {tunable: ONE}}
-    seeds |= {InputSymbol("p", k): {k: ONE} for k in range(tunable)}
+    seeds = block_directions("p", tunable) | block_directions("t", 1, tunable)
     with tape.block("derivatives of the inputs that the scene gives"):
         values = [input_signal(derivation.quantities, item).ref for item in scene.inputs]
         tangents = forward_partials(tape, values, seeds)
@@ -181,7 +180,7 @@ class Arguments:
         self.seeds: Seeds = dict(configuration_directions(tree))
         self.firsts, self.size, law = {"q": 0}, tree.nv, dict[Ref | InputSymbol, Tangent]()
         for block in ARGUMENTS[1:]:
-            seeds: Seeds = {InputSymbol(block, k): {self.size + k: ONE} for k in range(sizes[block])}
+            seeds = block_directions(block, sizes[block], self.size)
             self.seeds |= seeds
             law |= seeds if block in ("p", "t") else {}
             self.firsts[block], self.size = self.size, self.size + sizes[block]

@@ -25,16 +25,16 @@ from eomgen.mechanics.dynamics.separated import (
     unit_acceleration,
     zero_base,
 )
-from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
+from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.fields import Wrench, carry, pair_plus, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.inertia import RecordedInertia
 from eomgen.mechanics.tree.links import ROOT, no_inertia
-from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
+from eomgen.symbolic.calculus.partials import gradient
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, minus, plus, scaled
-from eomgen.symbolic.tape import ZERO, Ref
+from eomgen.symbolic.tape import ZERO
 from eomgen.system.system import Block
 
 
@@ -145,11 +145,13 @@ class Centroidal:
         """Return dJ/dt v for the Jacobian J of the centre of mass, (3,)."""
         return [value / self._divisor for value in self.drift()[3:]]
 
-    def rate(self, values: Sequence[Scalar]) -> list[Scalar]:
-        """Return the time derivatives of values along the motion of the coordinates and of the base."""
-        tape = self.algebra.tape
-        directions = rates_of(tape, configuration_directions(self.tree), self.kinematics.carrier)
-        return [Scalar(tape, ref) for ref in jacobian_vector(tape, [value.ref for value in values], directions)]
+    def jacobian_rate(self) -> list[Scalar]:
+        """Return dJ/dt, (3, nv) row by row, of the centre of mass."""
+        return self.kinematics.rates(self.jacobian())
+
+    def momentum_rate(self) -> list[Scalar]:
+        """Return dA/dt, (6, nv) row by row, of the centroidal momentum matrix."""
+        return self.kinematics.rates(self.momentum())
 
 
 def _rows(columns: Sequence[Sequence[Scalar]]) -> list[Scalar]:
@@ -165,52 +167,34 @@ def center_of_mass(derivation: Derivation) -> list[Block]:
     ]
 
 
-def center_of_mass_jacobian(derivation: Derivation) -> list[Block]:
-    """Return J, (3, nv): the velocity of the centre of mass against the base, in world axes, is J v."""
-    return [_matrix(derivation, "J", 3, Centroidal(derivation.kinematics).jacobian(), "Jacobian of the centre of mass")]
+def _recorder(
+    name: str, values: Callable[[Centroidal], list[Scalar]], rows: int, description: str, *, has_columns: bool = True
+) -> Callable[[Derivation], list[Block]]:
+    """Return the function that records a block of (rows, nv) values, or of (rows,) without ``has_columns``."""
+
+    def record(derivation: Derivation) -> list[Block]:
+        shape = (rows, derivation.tree.nv) if has_columns else (rows,)
+        return [derivation.block(name, shape, values(Centroidal(derivation.kinematics)), description)]
+
+    return record
 
 
-def center_of_mass_jacobian_rate(derivation: Derivation) -> list[Block]:
-    """Return dJ/dt, (3, nv)."""
-    of_all = Centroidal(derivation.kinematics)
-    return [_matrix(derivation, "J_dot", 3, of_all.rate(of_all.jacobian()), "dJ/dt of the centre of mass")]
-
-
-def center_of_mass_drift(derivation: Derivation) -> list[Block]:
-    """Return dJ/dt v, (3,), m/s^2, world axes: on a base at rest the centre of mass accelerates with J a + dJ/dt v."""
-    values = Centroidal(derivation.kinematics).center_drift()
-    return [derivation.block("drift", (3,), values, "dJ/dt v of the centre of mass")]
-
-
-def centroidal_momentum(derivation: Derivation) -> list[Block]:
-    """Return A, (6, nv): the momentum about the centre of mass, in world axes, angular first, is A v."""
-    return [_matrix(derivation, "A", 6, Centroidal(derivation.kinematics).momentum(), "centroidal momentum matrix")]
-
-
-def centroidal_momentum_rate(derivation: Derivation) -> list[Block]:
-    """Return dA/dt, (6, nv), the time derivative of the centroidal momentum matrix along the motion."""
-    of_all = Centroidal(derivation.kinematics)
-    return [_matrix(derivation, "A_dot", 6, of_all.rate(of_all.momentum()), "dA/dt of the centroidal momentum matrix")]
-
-
-def centroidal_drift(derivation: Derivation) -> list[Block]:
-    """Return dA/dt v, (6,)."""
-    values = Centroidal(derivation.kinematics).drift()
-    return [derivation.block("drift", (6,), values, "dA/dt v of the centroidal momentum matrix")]
-
-
-def _matrix(derivation: Derivation, name: str, rows: int, values: list[Scalar], description: str) -> Block:
-    return derivation.block(name, (rows, derivation.tree.nv), values, description)
-
-
+#: J v is the velocity of the centre of mass against the base, A v the momentum about the centre of mass, angular first,
+#: both in world axes; a drift is dJ/dt v or dA/dt v.
 CENTROIDAL_RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "center_of_mass": center_of_mass,
-    "center_of_mass_jacobian": center_of_mass_jacobian,
-    "center_of_mass_jacobian_rate": center_of_mass_jacobian_rate,
-    "center_of_mass_drift": center_of_mass_drift,
-    "centroidal_momentum": centroidal_momentum,
-    "centroidal_momentum_rate": centroidal_momentum_rate,
-    "centroidal_drift": centroidal_drift,
+    "center_of_mass_jacobian": _recorder("J", Centroidal.jacobian, 3, "Jacobian of the centre of mass"),
+    "center_of_mass_jacobian_rate": _recorder("J_dot", Centroidal.jacobian_rate, 3, "dJ/dt of the centre of mass"),
+    "center_of_mass_drift": _recorder(
+        "drift", Centroidal.center_drift, 3, "dJ/dt v of the centre of mass", has_columns=False
+    ),
+    "centroidal_momentum": _recorder("A", Centroidal.momentum, 6, "centroidal momentum matrix"),
+    "centroidal_momentum_rate": _recorder(
+        "A_dot", Centroidal.momentum_rate, 6, "dA/dt of the centroidal momentum matrix"
+    ),
+    "centroidal_drift": _recorder(
+        "drift", Centroidal.drift, 6, "dA/dt v of the centroidal momentum matrix", has_columns=False
+    ),
 }
 
 
@@ -230,10 +214,6 @@ def momenta(derivation: Derivation) -> list[Block]:
             for direction, ref in tangent.items() if slope != ZERO else ():
                 along[direction] = tape.add(along[direction], tape.mul(slope, ref))
     return [
-        _vector("momentum", nv, p, "generalized momenta p = dT/dv"),
-        _vector("momentum_rate", nv, along, "dT/dq + Q, left-trivialised"),
+        Block("momentum", (nv,), tuple(p), "generalized momenta p = dT/dv"),
+        Block("momentum_rate", (nv,), tuple(along), "dT/dq + Q, left-trivialised"),
     ]
-
-
-def _vector(name: str, size: int, refs: list[Ref], description: str) -> Block:
-    return Block(name, (size,), tuple(refs), description)

@@ -13,19 +13,18 @@ from functools import partial
 
 from eomgen.mechanics.dynamics.elimination import half_solved, ltdl
 from eomgen.mechanics.kinematics.bodies import Orientations, jacobian_of_mount, link_columns
-from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.fields import AccelerationField, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion, quaternion_product
 from eomgen.mechanics.tree.links import ROOT, Mount
-from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.scalar import (
     Matrix,
     Scalar,
     Vector,
     apply,
     cross,
+    dot,
     minus,
     multiply,
     negative,
@@ -76,12 +75,12 @@ class FrameMotion:
 
     def jacobian_rate(self, mount: Mount) -> list[Scalar]:
         """Return dJ/dt along v, (6, nv) row by row."""
-        return self._differentiate(self.jacobian(mount))
+        return self.kinematics.rates(self.jacobian(mount))
 
     def drift(self, mount: Mount) -> list[Scalar]:
         """Return dJ/dt v, (6,): the rate of the twist J v at constant v; zeros for frames on the base."""
         if self.kinematics.carrier.moving or self.reference == "body":
-            return self._differentiate(self._twist(mount))
+            return self.kinematics.rates(self._twist(mount))
         if mount.link < 0:
             return [self.algebra.zero] * 6
         if self._fields is None:
@@ -149,13 +148,6 @@ class FrameMotion:
         for row, value in enumerate((*parts[0], *parts[1])):
             rows[row][dof] = rows[row][dof] + value
 
-    def _differentiate(self, values: Sequence[Scalar]) -> list[Scalar]:
-        """Return the time derivatives of values along the motion of the coordinates and of the base, v held."""
-        tape = self.algebra.tape
-        directions = rates_of(tape, configuration_directions(self.tree), self.kinematics.carrier)
-        rates = jacobian_vector(tape, [value.ref for value in values], directions)
-        return [Scalar(tape, ref) for ref in rates]
-
 
 def frame_mount(derivation: Derivation, frame: FixedFrame) -> Mount:
     """Return the mount of a frame on a link; on a beam, on the station at the frame's origin."""
@@ -178,29 +170,11 @@ def frame_poses(derivation: Derivation) -> list[Block]:
     return [_block(derivation, "frame_pose", (7,), values, "quaternion (w, x, y, z) and position")]
 
 
-def frame_jacobians(derivation: Derivation, reference: str) -> list[Block]:
-    """Return J of each frame, (frames, 6, nv)."""
-    motion = FrameMotion(derivation.kinematics, reference)
-    return [_record(derivation, "J", (6, derivation.tree.nv), motion.jacobian, "twist per unit of v")]
-
-
-def frame_jacobian_rates(derivation: Derivation, reference: str) -> list[Block]:
-    """Return dJ/dt of each frame, (frames, 6, nv)."""
-    motion = FrameMotion(derivation.kinematics, reference)
-    return [_record(derivation, "J_dot", (6, derivation.tree.nv), motion.jacobian_rate, "dJ/dt")]
-
-
-def frame_drifts(derivation: Derivation, reference: str) -> list[Block]:
-    """Return dJ/dt v of each frame, (frames, 6)."""
-    motion = FrameMotion(derivation.kinematics, reference)
-    return [_record(derivation, "drift", (6,), motion.drift, "dJ/dt v")]
-
-
 def frame_mobilities(derivation: Derivation) -> list[Block]:
     """Return the block of J M^-1 J^T of each frame, (frames, 6, 6), the inverse operational-space inertia. J is in
     world axes about the origin of the frame, angular first."""
     nv = derivation.tree.nv
-    (J,) = frame_jacobians(derivation, "local_world_aligned")
+    (J,) = _of_motion(derivation, "local_world_aligned", "frame_jacobians")
     rows = derivation.mass_rows
     values: list[Scalar] = []
     with derivation.tape.block("inverse operational-space inertias: M = L^T D L, halves L^-T J^T"):
@@ -209,27 +183,29 @@ def frame_mobilities(derivation: Derivation) -> list[Block]:
             refs = [J.refs[start + nv * k : start + nv * (k + 1)] for k in range(6)]
             halves = [half_solved(factors, [Scalar(derivation.tape, ref) for ref in row]) for row in refs]
             weighted = [[x * d for x, d in zip(half, inverse, strict=True)] for half in halves]
-            upper = {(i, j): _dot(derivation, weighted[i], halves[j]) for i in range(6) for j in range(i, 6)}
+            upper = {(i, j): dot(weighted[i], halves[j]) for i in range(6) for j in range(i, 6)}
             values += [upper[min(i, j), max(i, j)] for i in range(6) for j in range(6)]
     return [_block(derivation, "mobility", (6, 6), values, "J M^-1 J^T")]
 
 
-def _dot(derivation: Derivation, x: list[Scalar], y: list[Scalar]) -> Scalar:
-    total = derivation.algebra.zero
-    for first, second in zip(x, y, strict=True):
-        total = total + first * second
-    return total
+#: Quantities of the motion of frames: name of the block, method, whether there is a column for each component of v,
+#: words.
+_OF_MOTION: Mapping[str, tuple[str, Callable[[FrameMotion, Mount], list[Scalar]], bool, str]] = {
+    "frame_jacobians": ("J", FrameMotion.jacobian, True, "twist per unit of v"),
+    "frame_jacobian_rates": ("J_dot", FrameMotion.jacobian_rate, True, "dJ/dt"),
+    "frame_drifts": ("drift", FrameMotion.drift, False, "dJ/dt v"),
+}
 
 
-def _record(
-    derivation: Derivation, name: str, shape: tuple[int, ...], of: Callable[[Mount], list[Scalar]], description: str
-) -> Block:
-    values: list[Scalar] = []
+def _of_motion(derivation: Derivation, reference: str, term: str) -> list[Block]:
+    """Return the block of a quantity of ``_OF_MOTION`` of each frame, (frames, 6, nv) or (frames, 6)."""
+    name, of, has_columns, description = _OF_MOTION[term]
+    motion, values = FrameMotion(derivation.kinematics, reference), list[Scalar]()
     for frame in derivation.scene.frames_of_terms():
         mount = frame_mount(derivation, frame)
         with derivation.tape.block(f"{description} of frame {frame.name}"):
-            values += of(mount)
-    return _block(derivation, name, shape, values, description)
+            values += of(motion, mount)
+    return [_block(derivation, name, (6, derivation.tree.nv) if has_columns else (6,), values, description)]
 
 
 def _block(derivation: Derivation, name: str, shape: tuple[int, ...], values: list[Scalar], description: str) -> Block:
@@ -237,14 +213,12 @@ def _block(derivation: Derivation, name: str, shape: tuple[int, ...], values: li
     return derivation.block(name, (len(names), *shape), values, f"{description} of {', '.join(names)}")
 
 
-def _by_reference(record: Callable[..., list[Block]], name: str) -> dict[str, Callable[[Derivation], list[Block]]]:
-    return {f"{name}{ending}": partial(record, reference=reference) for reference, (ending, _) in REFERENCES.items()}
-
-
 FRAME_RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "frame_poses": frame_poses,
-    **_by_reference(frame_jacobians, "frame_jacobians"),
-    **_by_reference(frame_jacobian_rates, "frame_jacobian_rates"),
-    **_by_reference(frame_drifts, "frame_drifts"),
+    **{
+        f"{term}{ending}": partial(_of_motion, reference=reference, term=term)
+        for term in _OF_MOTION
+        for reference, (ending, _) in REFERENCES.items()
+    },
     "frame_mobilities": frame_mobilities,
 }

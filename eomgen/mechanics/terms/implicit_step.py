@@ -15,14 +15,13 @@ from collections.abc import Iterable, Sequence
 
 from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.internal_states import InternalStates
-from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.directions import block_directions, motion_directions
 from eomgen.mechanics.kinematics.fields import Wrench, angular_velocities, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.symbolic.calculus.partials import cut_partials, forward_partials
-from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref
 from eomgen.system.system import Block
@@ -46,11 +45,9 @@ def extended_partials(
     velocity components; of X: the unknowns s; of Rz: internal states. F: rows are the rates of internal states.
     """
     tape, nv = tree.algebra.tape, tree.nv
-    seeds = configuration_directions(tree)
-    for k in range(nv):
-        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    seeds = motion_directions(tree)
     first = 3 * nv + internal.count
-    seeds |= internal.seeds(3 * nv)
+    seeds |= block_directions("z", internal.count, 3 * nv)
     owners: dict[int, int] = {}
     alone = _alone(tree)
     if len(alone) < len(tree.links):
@@ -147,9 +144,7 @@ def differentiated_iteration(derivation: Derivation) -> list[Block]:
     recursions are cheaper."""
     tape, nv, calculus = derivation.tape, derivation.tree.nv, derivation.constraints
     residual = derivation.residual()[0].refs
-    seeds = configuration_directions(derivation.tree)
-    for k in range(nv):
-        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    seeds = motion_directions(derivation.tree)
     with tape.block("partials of the residual"):
         tangents = forward_partials(tape, residual, seeds)
     entries: dict[str, Entries] = {name: {} for name in ("K", "C", "M")}

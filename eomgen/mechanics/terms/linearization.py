@@ -35,14 +35,14 @@ from eomgen.base.data import replace
 from eomgen.mechanics.constraints.joints import joint_velocities
 from eomgen.mechanics.describe import base_disturbances
 from eomgen.mechanics.forces.symbols import input_signal
-from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
+from eomgen.mechanics.kinematics.directions import Seeds, block_directions, configuration_directions
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import base_law
 from eomgen.symbolic.calculus.partials import forward_partials, gradient_along, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
-from eomgen.system.system import BASE_LAYOUT, Block, SecondBlocks, second_blocks
+from eomgen.system.system import Block, SecondBlocks, base_place, second_blocks
 
 #: Groups of columns: the letter of their blocks, and the quantities of the columns.
 _OF_STATE = (("q", "dq, left-trivialised"), ("v", "dv"), ("a", "da"), ("z", "dz"), ("lam", "dlam"))
@@ -77,8 +77,7 @@ def output_partials(derivation: Derivation) -> list[Block]:
     sizes = {"q": tree.nv, "v": tree.nv, "a": tree.nv, "z": len(derivation.scene.states), "lam": multipliers}
     blocks = []
     for block, differential in _OF_STATE:
-        plain: Seeds = {InputSymbol(block, k): {k: ONE} for k in range(sizes[block])}
-        seeds = configuration_directions(tree) if block == "q" else plain
+        seeds = configuration_directions(tree) if block == "q" else block_directions(block, sizes[block])
         with tape.block(f"partials of outputs in {block}"):
             blocks += _matrix(derivation, values, seeds, sizes[block], f"Y{block}", f"d outputs / {differential}")
     with tape.block("partials of outputs in inputs and disturbances"):
@@ -154,7 +153,7 @@ def _by_state(
     """Return the partials of values in q (left-trivialised) and in v as two blocks with the given names. ``numerator``
     and ``held`` are parts of the descriptions."""
     nv = derivation.tree.nv
-    by_v: Seeds = {InputSymbol("v", k): {k: ONE} for k in range(nv)}
+    by_v = block_directions("v", nv)
     by_q = _matrix(
         derivation, values, configuration_directions(derivation.tree), nv, names[0], f"{numerator}/dq, {held}"
     )
@@ -173,7 +172,8 @@ class InputDirections:
         of_base = base_disturbances(scene)
         self.driven: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(driven)}
         self.disturbances: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(fixed)}
-        accelerations = _accelerations_of_base()[-len(of_base) :] if of_base else []
+        components = [base_place(part) + k for part in ("omega_dot", "velocity_dot") for k in range(3)]
+        accelerations = components[-len(of_base) :] if of_base else []
         for k, component in enumerate(accelerations):
             self.disturbances[InputSymbol("base", component)] = {len(fixed) + k: ONE}
         self.driven_names = ", ".join(scene.inputs[number].name for number in driven)
@@ -188,14 +188,6 @@ class InputDirections:
             *_matrix(self.derivation, values, self.driven, len(self.driven), of_inputs, driven),
             *_matrix(self.derivation, values, self.disturbances, len(self.disturbances), of_disturbances, disturbed),
         ]
-
-
-def _accelerations_of_base() -> list[int]:
-    """Return the offsets of the angular and then the linear acceleration in the base struct."""
-    components, start = {}, 0
-    for name, size, _ in BASE_LAYOUT:
-        components[name], start = range(start, start + size), start + size
-    return [*components["omega_dot"], *components["velocity_dot"]]
 
 
 def _matrix(
@@ -245,7 +237,7 @@ class ParameterDirections:
     def __init__(self, derivation: Derivation) -> None:
         self.derivation = derivation
         self.names = [item.name for item in derivation.scene.parameters if item.tunable]
-        self.seeds: Seeds = {InputSymbol("p", number): {number: ONE} for number in range(len(self.names))}
+        self.seeds = block_directions("p", len(self.names))
         scene, quantities = derivation.scene, derivation.quantities
         with derivation.tape.block("partials of prescribed motion in the parameters"):
             fixed = [(number, item) for number, item in enumerate(scene.inputs) if item.given]
@@ -327,17 +319,13 @@ def _directions(derivation: Derivation, blocks: SecondBlocks) -> Seeds:
     places = blocks.places("direction")
     seeds: Seeds = dict(configuration_directions(derivation.tree))
     for block in ("v", "a", "z", "lam"):
-        seeds |= {InputSymbol(block, k): {index: ONE} for k, index in enumerate(_numbers(places[block]))}
+        seeds |= block_directions(block, places[block].stop - places[block].start, places[block].start)
     of_parameters = places["p"].start
     for key, tangent in ParameterDirections(derivation).seeds.items():
         seeds[key] = {of_parameters + direction: ref for direction, ref in tangent.items()}
-    for k, index in enumerate(_numbers(places["u"])):
+    for k, index in enumerate(range(places["u"].start, places["u"].stop)):
         seeds[InputSymbol("u", k)] = {**seeds.get(InputSymbol("u", k), {}), index: ONE}
     return seeds
-
-
-def _numbers(part: slice) -> range:
-    return range(part.start, part.stop)
 
 
 def _along(tape: Tape, tangent: Mapping[int, Ref]) -> Ref:

@@ -14,41 +14,20 @@ from eomgen.system.system import Block
 Recorder = Callable[[Derivation], list[Block]]
 
 _RECORDERS: Mapping[str, Recorder] = {
-    "mass": Derivation.mass,
-    "coupling": Derivation.coupling,
-    "force": Derivation.force,
-    "base_motion": Derivation.base_motion,
-    "inverse_dynamics": Derivation.inverse_dynamics,
     "forward_dynamics": partial(forward_blocks, ordered=True),
-    "residual": Derivation.residual,
-    "partials": Derivation.partials,
-    "internal_rate": Derivation.internal_rate,
-    "internal_partials": Derivation.internal_partials,
-    "constraint": Derivation.constraint,
-    "constraint_velocity": Derivation.constraint_velocity,
-    "constraint_bias": Derivation.constraint_bias,
-    "constraint_jacobian": Derivation.constraint_jacobian,
-    "constraint_size": Derivation.constraint_size,
-    "velocity_partials": Derivation.velocity_partials,
-    "poses": Derivation.poses,
-    "twists": Derivation.twists,
-    "accelerations": Derivation.accelerations,
-    "jacobians": Derivation.jacobians,
     **FRAME_RECORDERS,
-    "outputs": Derivation.outputs,
     "events": events,
     "event_actions": event_actions,
     "event_impulse": event_impulse,
     "samples": samples,
-    "elastic": Derivation.elastic,
-    "energy": Derivation.energy,
 }
 
 
 def recorder(name: str) -> Recorder:
-    """Return the function that records a term."""
-    if name in _RECORDERS:
-        return _RECORDERS[name]
+    """Return the function that records a term: in the table, else the method of ``Derivation`` of this name."""
+    known: Recorder | None = _RECORDERS.get(name) or getattr(Derivation, name, None)
+    if known is not None:
+        return known
     from eomgen.mechanics.terms.further_recorders import FURTHER_RECORDERS  # noqa: PLC0415  # terms of few models
 
     return FURTHER_RECORDERS[name]
