@@ -5,15 +5,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
+
+from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
 from eomgen.lie.algebra import TapeAlgebra, Value
 from eomgen.lie.groups import Group
-from eomgen.symbolic.operations import LEAVES
+from eomgen.symbolic.calculus.partials import jacobian_vector
+from eomgen.symbolic.evaluate import Evaluation
+from eomgen.symbolic.operations import LEAVES, InputSymbol
 from eomgen.symbolic.scalar import Scalar, dot
 from eomgen.symbolic.tape import Ref, Tape
 
+Array = NDArray[Any]
 #: Most operations in one statement.
 _NESTED = 10
 
@@ -152,3 +158,29 @@ def _kernel(
     arguments = [[Scalar(tape, tape.input(block, k)) for k in range(size)] for block, size in inputs]
     refs = tuple(algebra.scalar(value).ref for value in function(algebra, *arguments))
     return GroupKernel(f"{name}_{group.name.lower()}", f"{description}, on {group.name}", inputs, tape, refs)
+
+
+def tangent_along(group: Group, theta: Array, direction: Array, *, inverse: bool = False) -> Array:
+    """Return the derivative of T(theta), or with ``inverse`` of T(theta)^-1, along a direction of theta.
+
+    The result has the shape (..., v_size, v_size).
+
+    Parameters
+    ----------
+    theta, direction : (..., v_size), of shapes that broadcast; real or complex
+    """
+    entries = _tangent_slopes(group, inverse).on_arrays({"theta": theta, "direction": direction})
+    return entries.reshape(*entries.shape[:-1], group.v_size, group.v_size)
+
+
+@cache
+def _tangent_slopes(group: Group, inverse: bool) -> Evaluation:
+    """Return the change of the entries of T(theta), or T(theta)^-1, along a direction, recorded on a tape."""
+    tape = Tape()
+    algebra = TapeAlgebra(tape)
+    symbols = [InputSymbol("theta", k) for k in range(group.v_size)]
+    theta = [Scalar(tape, tape.input(symbol.block, symbol.index)) for symbol in symbols]
+    rows = (group.tangent_inverse if inverse else group.tangent)(algebra, theta)
+    refs = [algebra.scalar(entry).ref for row in rows for entry in row]
+    moved = {symbol: tape.input("direction", symbol.index) for symbol in symbols}
+    return Evaluation(tape, jacobian_vector(tape, refs, moved))

@@ -1,5 +1,4 @@
-"""Group functions on NumPy arrays, batched: the last axis (of matrices the last two) holds the components; and numbers
-with an infinitesimal part, which give exact derivatives of group functions, of complex arguments too."""
+"""Group functions on NumPy arrays, batched: the last axis (of matrices the last two) holds the components."""
 
 from __future__ import annotations
 
@@ -120,78 +119,3 @@ def _matrix(rows: Rows, of: Array) -> Array:
         for column, entry in enumerate(entries):
             result[..., row, column] = entry
     return result
-
-
-class FirstOrder:
-    """Dual number x + e y with e^2 = 0, x (``value``) and y (``slope``) arrays of any batch shape, real or complex.
-    Sums, products, differences and quotients with numbers and arrays; a number stands left of + and * only."""
-
-    __array_ufunc__ = None  # products with arrays are defined by this class
-
-    def __init__(self, value: Any, slope: Any) -> None:
-        self.value, self.slope = value, slope
-
-    def __add__(self, other: Any) -> FirstOrder:
-        value, slope = _parts(other)
-        return FirstOrder(self.value + value, self.slope + slope)
-
-    def __mul__(self, other: Any) -> FirstOrder:
-        value, slope = _parts(other)
-        return FirstOrder(self.value * value, self.slope * value + self.value * slope)
-
-    def __truediv__(self, other: Any) -> FirstOrder:
-        value, slope = _parts(other)
-        quotient = self.value / value
-        return FirstOrder(quotient, (self.slope - quotient * slope) / value)
-
-    def __sub__(self, other: Any) -> FirstOrder:
-        value, slope = _parts(other)
-        return FirstOrder(self.value - value, self.slope - slope)
-
-    __radd__, __rmul__ = __add__, __mul__
-
-
-class FirstOrderAlgebra:
-    """Functions on dual numbers (``FirstOrder``); comparisons look at the real parts of values."""
-
-    def sqrt(self, x: FirstOrder) -> FirstOrder:
-        root = np.sqrt(x.value)
-        return FirstOrder(root, 0.5 * x.slope / root)
-
-    def sin(self, x: FirstOrder) -> FirstOrder:
-        return FirstOrder(np.sin(x.value), np.cos(x.value) * x.slope)
-
-    def cos(self, x: FirstOrder) -> FirstOrder:
-        return FirstOrder(np.cos(x.value), -np.sin(x.value) * x.slope)
-
-    def atan2(self, y: FirstOrder, x: FirstOrder) -> FirstOrder:
-        slope = (x.value * y.slope - y.value * x.slope) / (x.value * x.value + y.value * y.value)
-        return FirstOrder(NumpyAlgebra().atan2(y.value, x.value), slope)
-
-    def less(self, x: Any, y: Any) -> Any:
-        return np.real(_parts(x)[0]) < np.real(_parts(y)[0])
-
-    def select(self, condition: Any, then: Any, otherwise: Any) -> FirstOrder:
-        first, second = _parts(then), _parts(otherwise)
-        return FirstOrder(np.where(condition, first[0], second[0]), np.where(condition, first[1], second[1]))
-
-
-def _parts(x: Any) -> tuple[Any, Any]:
-    return (x.value, x.slope) if isinstance(x, FirstOrder) else (x, 0.0)
-
-
-def tangent_along(group: Group, theta: Array, direction: Array, *, inverse: bool = False) -> Array:
-    """Return the derivative of T(theta), or with ``inverse`` of T(theta)^-1, along a direction of theta.
-
-    The result has the shape (..., v_size, v_size).
-
-    Parameters
-    ----------
-    theta, direction : (..., v_size), of the same shape or one that broadcasts
-    """
-    theta, direction = np.broadcast_arrays(theta, direction)
-    moved = [FirstOrder(theta[..., k], direction[..., k]) for k in range(theta.shape[-1])]
-    function = group.tangent_inverse if inverse else group.tangent
-    rows: Rows = function(FirstOrderAlgebra(), moved)
-    entries = [np.broadcast_to(_parts(entry)[1], theta.shape[:-1]) for row in rows for entry in row]
-    return np.stack(entries, axis=-1).reshape(*theta.shape[:-1], len(rows), len(rows))

@@ -43,7 +43,7 @@ def kept_and_dropped(
     if followers:
         dropped.append(f"coordinates of {len(followers)} joint(s) that follow others: {', '.join(followers)}")
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
-    kept += [f"beam {name}: {_deformation_text(beam)}" for name, beam in beams.items()]
+    kept += [f"beam {text}" for text in describe_beams(tree)]
     dropped += _absent_deformations(beams)
     kept += [_strains(element.beam) for element in scene.elements if isinstance(element, CosseratBeam)]
     fixed = [joint.name for joint in joints if not joint.kind.moves and joint.child not in beams]
@@ -87,13 +87,6 @@ def _effects(
     yield "outputs" in functions, "outputs", "not asked for" if scene.outputs else "the scene names none"
     for term in ("partials", "energy"):
         yield term in functions, term, "not asked for"
-
-
-def _deformation_text(beam: Beam) -> str:
-    ways = ", ".join(f"{item.modes} of {item.kind}" for item in beam.deformations)
-    order = "to second order" if beam.order == 1 else "whole"
-    shortening = "with" if beam.stiffening else "without"
-    return f"elastic coordinates {ways}; kinetic energy {order} in them, {shortening} the shortening of the bent axis"
 
 
 #: Terms with partials in the accelerations of the base.

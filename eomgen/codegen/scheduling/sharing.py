@@ -353,12 +353,12 @@ class _Occurrences:
 
     def _make_stretches(self, group: _Group) -> list[Occurrence]:
         """Return the occurrences of a group, in order, which share one recorded body."""
-        recorder = _BodyRecorder(self.tape, group)
-        known = recorder.record()
+        made = _record_body(self.tape, group)
+        known = made.known
         stores, left = self._stores(group)
         exports = sorted({*group.exports, *(offset for items in left for offset, _ in items)})
         body = SharedBody(
-            recorder.kernel,
+            made.kernel,
             tuple(known[offset] for offset in exports),
             tuple((output, known[offset] if sign > 0 else -known[offset]) for offset, output, sign, _ in stores),
         )
@@ -370,7 +370,7 @@ class _Occurrences:
                 tuple(nodes[offset] for offset in exports),
                 tuple(components[k] for _, _, _, components in stores),
                 tuple(item for _, item in left[k]),
-                tuple(values[k] for values in recorder.numbers),
+                tuple(values[k] for values in made.numbers),
             )
             for k, nodes in enumerate(group.nodes)
         ]
@@ -404,54 +404,40 @@ def _terms(tape: Tape, node: int) -> list[Ref]:
     return taken
 
 
-class _BodyRecorder:
-    """Records the body of a group from the first occurrence.
+@dataclass(frozen=True)
+class _RecordedBody:
+    """The operations of a stretch: their tape, the reference of each by offset, and columns of ``NUMBER``, one number
+    for each occurrence, with their inputs."""
 
-    Attributes
-    ----------
-    kernel : the tape of the body
-    numbers : columns of numbers, one for each occurrence, in order of their components of ``NUMBER``
-    """
+    kernel: Tape
+    known: list[Ref]
+    numbers: dict[tuple[float, ...], Ref]
 
-    def __init__(self, tape: Tape, group: _Group) -> None:
-        self.kernel = Tape()
-        self.numbers: dict[tuple[float, ...], Ref] = {}
-        self._tape = tape
-        self._group = group
-        self._offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
 
-    def record(self) -> list[Ref]:
-        """Record the operations of the first occurrence on ``kernel``, and return the reference of each, by offset.
-        Numbers and signs that differ between occurrences become inputs of block ``NUMBER``."""
-        known: list[Ref] = []
-        for offset, node in enumerate(self._group.nodes[0]):
-            taken: list[Ref] = []
-            for column in self._group.taken[offset]:
-                signs = [1.0 if (ref > 0) == (column[0] > 0) else -1.0 for ref in column]
-                value = self._operand(column, signs, known)
-                taken.append(value if column[0] > 0 else -value)
-            code = self._tape.op[node]
-            known.append(record(self.kernel, _ADD if code is _SUB else code, taken))
-        return known
+def _record_body(tape: Tape, group: _Group) -> _RecordedBody:
+    """Record the operations of the first occurrence of a group on a tape. Numbers and signs that differ between
+    occurrences become inputs of block ``NUMBER``."""
+    kernel, known, numbers = Tape(), list[Ref](), dict[tuple[float, ...], Ref]()
+    offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
 
-    def _operand(self, column: Sequence[Ref], signs: Sequence[float], known: Sequence[Ref]) -> Ref:
-        """Return the reference on ``kernel`` of one operand, times a factor 1 or -1 for each occurrence. ``column`` is
-        the operand in each occurrence, ``signs`` the factors, ``known`` the references recorded so far by offset.
-        Constants that differ, and factors, become inputs of block ``NUMBER``."""
-        tape, first = self._tape, abs(column[0])
+    def number_input(values: Sequence[float]) -> Ref:
+        key = tuple(values)
+        if key not in numbers:
+            numbers[key] = kernel.input(NUMBER, len(numbers))
+        return numbers[key]
+
+    def operand(column: Sequence[Ref]) -> Ref:
+        """Return one operand of all occurrences. Constants that differ, and factors 1 or -1, become inputs."""
+        first = abs(column[0])
+        signs = [1.0 if (ref > 0) == (column[0] > 0) else -1.0 for ref in column]
         if tape.op[first] is _CONST:
             values = [sign * tape.constants[tape.a[abs(ref)]] for ref, sign in zip(column, signs, strict=True)]
-            return self.kernel.constant(values[0]) if len(set(values)) == 1 else self._number_input(values)
-        value = known[self._offsets[first]] if first in self._offsets else self._input(column)
-        return self.kernel.mul(self._number_input(signs), value) if -1.0 in signs else value
+            return kernel.constant(values[0]) if len(set(values)) == 1 else number_input(values)
+        outside = first not in offsets
+        value = kernel.input(READ, group.columns[tuple(map(abs, column))]) if outside else known[offsets[first]]
+        return kernel.mul(number_input(signs), value) if -1.0 in signs else value
 
-    def _number_input(self, values: Sequence[float]) -> Ref:
-        """Return the input for a number of each occurrence."""
-        key = tuple(values)
-        if key not in self.numbers:
-            self.numbers[key] = self.kernel.input(NUMBER, len(self.numbers))
-        return self.numbers[key]
-
-    def _input(self, column: Sequence[Ref]) -> Ref:
-        """Return the input for a value from outside, read by the operands of a column."""
-        return self.kernel.input(READ, self._group.columns[tuple(map(abs, column))])
+    for node, columns in zip(group.nodes[0], group.taken, strict=True):
+        taken = [operand(column) if column[0] > 0 else -operand(column) for column in columns]
+        known.append(record(kernel, _ADD if tape.op[node] is _SUB else tape.op[node], taken))
+    return _RecordedBody(kernel, known, numbers)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import accumulate
-from typing import Protocol
+from typing import Any, Protocol
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
@@ -16,7 +16,7 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 from eomgen.system.events import Assignment, EventRow, Mode, mode_parameter
-from eomgen.system.signals import SampledController, SampleRow, Sampling, State
+from eomgen.system.signals import SampleRow, Sampling
 from eomgen.system.system import Block
 
 #: Quantities without a recorded rate along the motion, on which functions may depend.
@@ -152,30 +152,15 @@ def _words(blocks: set[str]) -> str:
     return " and ".join(names[block] for block in sorted(blocks))
 
 
-class _Scene(Protocol):
-    """The states of a scene, and the controllers that are called at samples."""
-
-    @property
-    def states(self) -> Sequence[State]: ...
-    @property
-    def sampled(self) -> Sequence[SampledController]: ...
-
-
-class _Formulas(Protocol):
-    def formula(self, formula: Formula) -> Scalar:
-        """Record a formula."""
-        ...
-
-
 class SampledStates(Protocol):
-    """States on a tape: of a whole scene, or of a controller alone."""
+    """States on a tape, with the controllers called at samples: of a whole scene, or of a controller alone."""
 
     @property
-    def scene(self) -> _Scene: ...
+    def scene(self) -> Any: ...
     @property
     def tape(self) -> Tape: ...
     @property
-    def quantities(self) -> _Formulas: ...
+    def quantities(self) -> Any: ...
 
 
 def samples(derivation: SampledStates) -> list[Block]:

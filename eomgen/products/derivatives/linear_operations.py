@@ -16,6 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import group_named
+from eomgen.lie.kernels import tangent_along
 from eomgen.products.derivatives.equations import EquationPartials, rows_of, solve
 from eomgen.products.derivatives.linear_run import LinearRun
 from eomgen.products.derivatives.momenta import momenta
@@ -167,7 +168,7 @@ class LinearOperations(StepOperations[Moved]):
             group, part, theta = group_named(factor.group, factor.v_size), factor.v, increment.value[:, factor.v]
             C[:, part, part] = np.swapaxes(numeric.tangent_inverse(group, theta), 1, 2)
             for k, unit in enumerate(np.eye(factor.v_size)):
-                change = numeric.tangent_along(group, theta, unit, inverse=True)
+                change = tangent_along(group, theta, unit, inverse=True)
                 along[:, part, part.start + k] = np.einsum("nji,nj->ni", change, momentum.value[:, part])
         value = (C @ momentum.value[:, :, np.newaxis])[:, :, 0]
         return Moved(value, add((C, momentum), (along, increment)))

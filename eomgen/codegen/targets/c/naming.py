@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache
 
-from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop, ProgramShared
+from eomgen.codegen.program import Addition, OutputArray, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.stretches import ranges
 from eomgen.codegen.targets.c.tables import Lookup, RowLookup, chosen, place, shift
 from eomgen.codegen.targets.target import Names
@@ -213,7 +213,8 @@ class CNames:
             parts += [f"real *{qualifier}{output.argument}" for output in function.outputs]
         return ", ".join(parts) or "void"
 
-    def call_arguments(self, function: ProgramFunction) -> str:
+    @staticmethod
+    def call_arguments(function: ProgramFunction) -> str:
         """Return the arguments with which a function calls another of the same inputs and outputs."""
         return ", ".join([*function.inputs, *(output.argument for output in function.outputs)])
 
@@ -273,31 +274,31 @@ class CNames:
         """Return whether a function has statements of the tape engine, which declare their registers."""
         return any(item.kind in ("data", "registers") for part in function.parts for item in part.statements)
 
+    @staticmethod
+    def _call(
+        function: ProgramFunction,
+        output: Callable[[int, OutputArray], str],
+        array: Callable[[int, str], str] = lambda _, block: block,
+    ) -> str:
+        """Return the arguments of a call with local copies of ``p``, ``t`` and ``base``. ``array`` and ``output`` give
+        the texts of the other inputs and of the outputs, by number."""
+        copies = {"p": "&p", "t": "t", "base": "&base"}
+        texts = [copies.get(block) or array(number, block) for number, block in enumerate(function.inputs)]
+        outputs = ["&base"] if function.name == "base" else [output(*item) for item in enumerate(function.outputs)]
+        return ", ".join([*texts, *outputs])
+
     def direct_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments with which the interface for doubles calls a function for sample ``i``, on the caller's
-        arrays. ``t``, ``p`` and ``base`` are local copies."""
-        texts = [
-            (
-                f"&{block}"
-                if block in ("p", "base")
-                else block
-                if block == "t"
-                else f"inputs[{index}] + i * strides[{index}]"
-            )
-            for index, block in enumerate(function.inputs)
-        ]
-        if function.name == "base":
-            return ", ".join([*texts, "&base"])
-        return ", ".join(
-            [*texts, *(f"outputs[{index}] + i * {output.size}" for index, output in enumerate(function.outputs))]
+        arrays."""
+        return self._call(
+            function,
+            lambda number, output: f"outputs[{number}] + i * {output.size}",
+            lambda number, _: f"inputs[{number}] + i * strides[{number}]",
         )
 
     def buffered_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments of a call from the other interfaces, as local copies."""
-        texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
-        return ", ".join(
-            [*texts, *(["&base"] if function.name == "base" else [output.argument for output in function.outputs])]
-        )
+        return self._call(function, lambda _, output: output.argument)
 
     def buffers(self, function: ProgramFunction) -> list[tuple[str, str]]:
         """Return (name, C text of the size) of each local array into which a wrapper copies arguments. Such wrappers
@@ -320,13 +321,10 @@ class CNames:
         rows = [*inputs, *(f"outputs[{number}] + here * {output.size}" for number, output in enumerate(outputs))]
         return rows if len(rows) <= MOST_ROWS else []
 
-    def main_arguments(self, function: ProgramFunction, target: str) -> str:
-        """Return the arguments with which the stand-alone program calls a function. All results go to the array
-        ``target``, or, if empty, to arrays named ``<function>_<output>``."""
-        texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
-        if function.name == "base":
-            return ", ".join([*texts, "&base"])
-        return ", ".join([*texts, *(target or f"{function.name}_{output.name}" for output in function.outputs)])
+    def main_arguments(self, function: ProgramFunction) -> str:
+        """Return the arguments with which the stand-alone program calls a function: results go to arrays named
+        ``<function>_<output>``."""
+        return self._call(function, lambda _, output: f"{function.name}_{output.name}")
 
     def derivative_blocks(self) -> list[str]:
         """Return the blocks of time derivatives that functions take or drivers fill, in the order of arguments."""
@@ -334,11 +332,9 @@ class CNames:
         taken = {block for function in self.program.functions for block in function.inputs}
         return [block for block in _DERIVATIVES if block in taken | filled]
 
-    @staticmethod
-    def driver_arguments(function: ProgramFunction) -> str:
+    def driver_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments of a call of a driver that fills input blocks."""
-        inputs = [f"&{block}" if block == "p" else block for block in function.inputs]
-        return ", ".join([*inputs, *(output.name for output in function.outputs)])
+        return self._call(function, lambda _, output: output.name)
 
     def zeros_of_base(self) -> str:
         """Return the components of the base's state that are zero at all times, ``omega[0]``, in words."""

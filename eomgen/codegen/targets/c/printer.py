@@ -402,47 +402,40 @@ class Printer:
             kind, data = statement.kind, statement.data
             if kind in ("let", "save"):
                 self._add_value(lines, kind, data)
-            elif kind == "out":
-                lines.append(f"{self._target(data[0], data[1])} = {self._print(data[2])[0]};")
             elif kind == "label":
                 lines += [*([""] if lines or not first else []), _headline(data[0])]
-            elif kind == "sincos":
-                sine, cosine = (self._local(number) for number in data[:2])
-                lines.append(f"real {sine}, {cosine};")
-                lines.append(f"EG_SINCOS({self._print(data[2])[0]}, &{sine}, &{cosine});")
-            elif kind == "angles":
-                lines += self._angles(data[0])
-            elif kind == "circular":
-                sine, cosine, block, start, step, length = data
-                if length == 1:
-                    lines.append(f"EG_SINCOS({self._print(('in', block, start))[0]}, &w[{sine}], &w[{cosine}]);")
-                    continue
-                angle = self._array(block).format(place(start, step))
-                call = f"EG_SINCOS({angle}, &w[{place(sine, 1)}], &w[{place(cosine, 1)}]);"
-                lines += [f"for (i = 0; i < {length}; ++i) {{", f"    {call}", "}"]
-            elif kind == "repeat":
-                lines += self._repeat(*data)
-            elif kind == "loop":
-                lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
-            elif kind == "call":
-                lines.append(f"{self.prefix}_external{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
-            elif kind == "share":
-                lines += self._share(*data)
-            elif kind == "add":
-                arguments = ", ".join(str(self.outputs[output]) for output in data[2])
-                lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], {arguments});")
-            elif kind in ("data", "registers", "run", "curve"):
-                lines += self._on_tape(kind, data)
-            elif kind == "gather":
-                to, to_step, block, start, step, length = data
-                lines += self._copy(f"w[{place(to, to_step)}]", self._array(block).format(place(start, step)), length)
-            elif kind == "spread":
-                lines += self._spread(*data)
-            elif kind == "fill":
-                lines += self._fill(data[0], data[1])
+            elif (printed := getattr(self, f"_print_{kind}", None)) is not None:
+                lines += printed(*data)
             else:
                 raise ValueError(f"no C for a statement of kind {kind!r}")
         return lines
+
+    def _print_out(self, output: int, component: int, expression: Expression) -> list[str]:
+        return [f"{self._target(output, component)} = {self._print(expression)[0]};"]
+
+    def _print_sincos(self, sine: int, cosine: int, angle: Expression) -> list[str]:
+        names = [self._local(number) for number in (sine, cosine)]
+        return [f"real {names[0]}, {names[1]};", f"EG_SINCOS({self._print(angle)[0]}, &{names[0]}, &{names[1]});"]
+
+    def _print_circular(self, sine: int, cosine: int, block: str, start: int, step: int, length: int) -> list[str]:
+        if length == 1:
+            return [f"EG_SINCOS({self._print(('in', block, start))[0]}, &w[{sine}], &w[{cosine}]);"]
+        angle = self._array(block).format(place(start, step))
+        call = f"EG_SINCOS({angle}, &w[{place(sine, 1)}], &w[{place(cosine, 1)}]);"
+        return [f"for (i = 0; i < {length}; ++i) {{", f"    {call}", "}"]
+
+    def _print_loop(self, number_: int, first: int, results: int) -> list[str]:
+        return [f"{self.prefix}_loop{number_ + 1}(&w[{first}], &w[{results}]);"]
+
+    def _print_call(self, number_: int, first: int, results: int) -> list[str]:
+        return [f"{self.prefix}_external{number_ + 1}(&w[{first}], &w[{results}]);"]
+
+    def _print_add(self, number_: int, first: int, outputs: Sequence[int]) -> list[str]:
+        arguments = ", ".join(str(self.outputs[output]) for output in outputs)
+        return [f"{self.prefix}_loop{number_ + 1}(&w[{first}], {arguments});"]
+
+    def _print_gather(self, to: int, to_step: int, block: str, start: int, step: int, length: int) -> list[str]:
+        return self._copy(f"w[{place(to, to_step)}]", self._array(block).format(place(start, step)), length)
 
     def _add_value(self, lines: list[str], kind: str, data: Sequence[Any]) -> None:
         """Append the line of a ``let`` (local value) or ``save`` (copy into the workspace) statement to ``lines``, in
@@ -459,7 +452,9 @@ class Printer:
                 line = f"{lines.pop()[:-1]}, {line.removeprefix('const real ')}"
         lines.append(line)
 
-    def _share(self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]) -> list[str]:
+    def _print_share(
+        self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]
+    ) -> list[str]:
         """Return the C lines that call shared stretch ``number_`` (from 0), with tables of places and numbers
         (``values``). ``outputs`` are the numbers of the outputs passed on."""
         lines = [f"    {line}" for line in _table(f"static const {self.place_type} at", list(map(str, places)))]
@@ -471,36 +466,39 @@ class Printer:
             arguments.append("k")
         return ["{", *lines, f"    {self.prefix}_shared{number_ + 1}({', '.join(arguments)});", "}"]
 
-    def _on_tape(self, kind: str, data: Sequence[Any]) -> list[str]:
-        """Return the C lines of a statement of the tape engine: kinds ``data``, ``run``, ``curve`` and ``registers``.
-        ``registers`` declares the array ``w`` of registers and switches the printer to local values in it; see
-        ``tape_code``."""
-        if kind == "data":
-            number_, blocks = data
-            pointers = {"t": "&t", "p": "(const real *)p", "base": "(const real *)base"}
-            inputs = ", ".join(pointers.get(block, block) for block in blocks)
-            return [
-                f"const real *const in[] = {{ {inputs or 'NULL'} }};",
-                f"real *const out[] = {{ {', '.join(map(str, self.outputs)) or 'NULL'} }};",
-                f"eomgen_tape_function(&{self.prefix}_tape, {number_}, in, out);",
-            ]
-        if kind == "run":
-            return [f"eomgen_tape(w, out, {self.prefix}_tape.code + {data[0]});"]
-        if kind == "curve":
-            target, argument, curve, derivative = data
-            return [f"w[{target}] = {self.prefix}_curve{curve + 1}(w[{argument}], {derivative});"]
-        registers, copies, (first, start, count), self._first_local = data
+    # statements of the tape engine, see ``tape_code``
+
+    def _print_data(self, number_: int, blocks: Sequence[str]) -> list[str]:
+        pointers = {"t": "&t", "p": "(const real *)p", "base": "(const real *)base"}
+        inputs = ", ".join(pointers.get(block, block) for block in blocks)
+        return [
+            f"const real *const in[] = {{ {inputs or 'NULL'} }};",
+            f"real *const out[] = {{ {', '.join(map(str, self.outputs)) or 'NULL'} }};",
+            f"eomgen_tape_function(&{self.prefix}_tape, {number_}, in, out);",
+        ]
+
+    def _print_run(self, begin: int) -> list[str]:
+        return [f"eomgen_tape(w, out, {self.prefix}_tape.code + {begin});"]
+
+    def _print_curve(self, target: int, argument: int, curve: int, derivative: int) -> list[str]:
+        return [f"w[{target}] = {self.prefix}_curve{curve + 1}(w[{argument}], {derivative});"]
+
+    def _print_registers(
+        self, registers: int, copies: Sequence[tuple[str, int, int]], numbers: Sequence[int], first_local: int
+    ) -> list[str]:
+        """Return the C lines that declare the array ``w`` of registers and fill inputs and numbers; from here on local
+        values are in it."""
+        self._first_local = first_local
         lines = [f"real w[{registers}];", f"real *const out[] = {{ {', '.join(map(str, self.outputs))} }};"]
         for block, to, size in copies:
-            if block == "t":
-                lines.append(f"w[{to}] = t;")
-            else:
-                lines.append(f"memcpy(&w[{to}], {block}, {size} * sizeof(real));")
+            copied = f"w[{to}] = t;" if block == "t" else f"memcpy(&w[{to}], {block}, {size} * sizeof(real));"
+            lines.append(copied)
+        first, start, count = numbers
         if count:
             lines.append(f"eomgen_tape_numbers(&w[{first}], {self.prefix}_tape.numbers + {start}, {count});")
         return lines
 
-    def _angles(self, angles: Sequence[tuple[int, int, Expression]]) -> list[str]:
+    def _print_angles(self, angles: Sequence[tuple[int, int, Expression]]) -> list[str]:
         """Return the C lines that take sines and cosines of many angles in one loop, which compilers can vectorise.
         ``angles`` are (number of the local sine, number of the local cosine, angle)."""
         size = -(-len(angles) // LANES) * LANES
@@ -513,7 +511,7 @@ class Printer:
             lines.append(f"const real {pair};")
         return lines
 
-    def _repeat(
+    def _print_repeat(
         self,
         count: int,
         statements: Sequence[Statement],
@@ -584,13 +582,15 @@ class Printer:
         target = self.outputs[output]
         return f"{target}[{component}]" if isinstance(target, str) else target[component]
 
-    def _fill(self, output: int, size: int) -> list[str]:
+    def _print_fill(self, output: int, size: int) -> list[str]:
         target = self.outputs[output]
         if not isinstance(target, str):
             return [f"{component} = K(0.0);" for component in target]
         return self._copy(f"{target}[i]", "K(0.0)", size)
 
-    def _spread(self, output: int, to: int, to_step: int, start: int, step: int, length: int, sign: int) -> list[str]:
+    def _print_spread(
+        self, output: int, to: int, to_step: int, start: int, step: int, length: int, sign: int
+    ) -> list[str]:
         target, minus = self.outputs[output], "-" if sign < 0 else ""
         if not isinstance(target, str):
             return [f"{target[to + k * to_step]} = {minus}w[{start + k * step}];" for k in range(length)]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
-from eomgen.codegen.program import Expression, ProgramFunction, Statement
+from eomgen.codegen.program import Expression, Program, ProgramFunction, Statement
 from eomgen.codegen.scheduling.matrix_loops import assembly
 from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indent_lines, number
 from eomgen.codegen.targets.c.tables import Lookup, offset
@@ -24,34 +24,14 @@ _WHOLE, _PART = 1000, 200
 FEW_PRODUCTS = 40
 
 
-class StepperProgram(Protocol):
-    """Fields and functions of a Program that the texts of a stepper need; see ``codegen.program.Program``."""
-
-    @property
-    def prefix(self) -> str: ...
-    @property
-    def sizes(self) -> Mapping[str, int]: ...
-    @property
-    def parameters(self) -> Sequence[Any]: ...
-    @property
-    def method(self) -> Mapping[str, Any]: ...
-    @property
-    def angles(self) -> tuple[str, ...]: ...
-    @property
-    def function_names(self) -> tuple[str, ...]: ...
-    @property
-    def series(self) -> tuple[ProgramFunction, ...]: ...
-    def function(self, name: str) -> ProgramFunction: ...
-
-
-def row_of_factors(program: StepperProgram) -> str:
+def row_of_factors(program: Program) -> str:
     """Return the text of the distance of the coefficients of a factor: whole vectors, except in lanes."""
     method = program.method
     padded = method["room"] != method["products"]
     return f"{program.prefix.upper()}_ROOM" if padded else str(method["room"])
 
 
-def stepper_names(program: StepperProgram) -> dict[str, Any]:
+def stepper_names(program: Program) -> dict[str, Any]:
     """Return the names that every template of a stepper may use, in addition to ``program``.
 
     ``P``, ``N``: prefix of functions and of constants; ``nq, nv, nz, nu``: sizes; ``method``; ``turns``: numbers in q
@@ -115,7 +95,7 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
     return names
 
 
-def _linear_system(program: StepperProgram) -> dict[str, Any]:
+def _linear_system(program: Program) -> dict[str, Any]:
     """Return the facts by which templates choose the linear systems of implicit steps. ``solver``; ``scaled``: kinetic
     energy measures the unknowns; ``assembled``: gives the function that fills the iteration matrix; ``partials``:
     position of the first number of the matrix; ``entries_are_finite``; ``unrolled`` rows and ``substitution`` of an
@@ -131,7 +111,7 @@ def _linear_system(program: StepperProgram) -> dict[str, Any]:
     }
 
 
-def _newton(program: StepperProgram) -> dict[str, Any]:
+def _newton(program: Program) -> dict[str, Any]:
     """Return the facts by which templates choose steps with iterations.
 
     ``direct``: accelerations are a function of the model; ``perturbed``: positions alone are constrained (index 3);
@@ -163,7 +143,7 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
     }
 
 
-def _good_settings(program: StepperProgram) -> str:
+def _good_settings(program: Program) -> str:
     """Return the condition that settings meet the bounds of the method."""
 
     def text(side: str | float) -> str:
@@ -179,7 +159,7 @@ def _good_settings(program: StepperProgram) -> str:
     )
 
 
-def _tolerances(program: StepperProgram) -> dict[str, str]:
+def _tolerances(program: Program) -> dict[str, str]:
     """Return C texts of ``tolerance`` and ``rounding`` of velocities, and of ``multiplier_rounding``. Velocities are
     measured by kinetic energy, or if M is not known by the largest component of the same kind."""
     un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
@@ -200,7 +180,7 @@ def _tolerances(program: StepperProgram) -> dict[str, str]:
     return {"tolerance": tolerance, "rounding": rounding, "multiplier_rounding": with_positions}
 
 
-def _elimination(program: StepperProgram) -> dict[str, Any]:
+def _elimination(program: Program) -> dict[str, Any]:
     """Return the data by which templates print an elimination with pivots chosen beforehand. For one that is written
     out, ``unrolled`` (rows by function, with the test of each pivot) and ``substitution`` (text, and text of each
     unknown by column); else ``kinds`` of fronts, empty for other eliminations."""
@@ -404,7 +384,7 @@ POINT = {
 class FunctionCalls:
     """Calls of functions, as texts: a stepper never assumes the arguments or results of a function."""
 
-    def __init__(self, program: StepperProgram) -> None:
+    def __init__(self, program: Program) -> None:
         self.program = program
 
     @staticmethod

@@ -195,9 +195,10 @@ class _Assembler:
         self.first_local = at
         at += 1 + max((_last_local(part.statements) for part in function.parts), default=0)
         self.first_number = at
-        for part in function.parts:
-            for expression in _expressions(part.statements):
-                self._collect(expression)
+        for number in (number for part in function.parts for number in _numbers(part.statements)):
+            if (key := number.hex()) not in self._constants:
+                self._constants[key] = self.first_number + len(self.numbers)
+                self.numbers.append(number)
         self._temporary = at + len(self.numbers)
 
     @property
@@ -215,20 +216,6 @@ class _Assembler:
             self._emit("END", 0)
             self._done.append(Statement("run", (self._run,)))
         return self._done
-
-    def _collect(self, expression: Expression) -> None:
-        if isinstance(expression, int):
-            return
-        if expression[0] == "K":
-            key = float(expression[1]).hex()
-            if key not in self._constants:
-                self._constants[key] = self.first_number + len(self.numbers)
-                self.numbers.append(float(expression[1]))
-        elif expression[0] == "CURVE":
-            self._collect(expression[1])
-        elif expression[0] not in ("in", "w"):
-            for operand in expression[1:]:
-                self._collect(operand)
 
     def _emit(self, name: str, target: int, first: int = 0, second: int = 0) -> None:
         self.code += (_CODES[name], target, first, second)
@@ -356,12 +343,16 @@ def _last_local(statements: tuple[Statement, ...]) -> int:
     return last
 
 
-def _expressions(statements: tuple[Statement, ...]) -> Iterator[Expression]:
-    """Yield the expressions that the engine evaluates."""
-    for kind, data in ((statement.kind, statement.data) for statement in statements):
-        if kind in ("let", "save"):
-            yield data[1]
-        elif kind in ("sincos", "out"):
-            yield data[2]
-        elif kind == "angles":
-            yield from (angle for _, _, angle in data[0])
+def _numbers(statements: tuple[Statement, ...]) -> Iterator[float]:
+    """Yield the constants in the expressions that the engine evaluates."""
+
+    def constants(data: Any) -> Iterator[float]:
+        if isinstance(data, tuple) and data[0] == "K":
+            yield float(data[1])
+        elif isinstance(data, tuple):
+            for part in data:
+                yield from constants(part)
+
+    for statement in statements:
+        if statement.kind in ("let", "save", "sincos", "out", "angles"):
+            yield from constants(statement.data)
