@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.data import fields, is_dataclass, replace
+from eomgen.base.rounding import SUMMED
 from eomgen.codegen.program import Program
 from eomgen.codegen.scheduling.matrix_loops import with_assembly
 from eomgen.system.sparsity import packed_places, unpacked_places
@@ -87,7 +88,7 @@ def extrapolate(samples: Samples, number: int, known: Known = lambda _: None) ->
 
 def continued_sums(samples: tuple[Sequence[float], ...], number: int) -> list[float]:
     """Return the list of numbers for n + ``number`` d parts, from the lists for n, n + d and n + 2 d parts. Numbers are
-    equal in all samples, or grow evenly up to relative rounding of 1e-13, as sums along a chain do; the list may grow.
+    equal in all samples, or grow evenly up to rounding, as sums along a chain do; the list may grow.
     Raises IrregularSamples."""
     rows = [np.array([[0.0, value] for value in sample]).reshape(-1, 2) for sample in samples]
     made: list[float] = _extrapolate_rows(rows, number)[:, 1].tolist()
@@ -175,13 +176,11 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
 _Table = NDArray[Any]
 #: Of three samples the rows of a list: the kind of an item, which items of other samples share, and the item's numbers.
 _Rows = Sequence[_Table]
-#: Deviation of numbers from even growth that counts as rounding, as a part of the number.
-_ROUNDING = 1e-13
 
 
 def _same(first: _Table, second: _Table) -> NDArray[np.bool_]:
     """Return whether integers are equal, or numbers but for rounding."""
-    slack = 0 if first.dtype == np.int64 else _ROUNDING * np.maximum(np.abs(first), np.abs(second))
+    slack = 0 if first.dtype == np.int64 else SUMMED * np.maximum(np.abs(first), np.abs(second))
     return np.asarray(np.abs(first - second) <= slack)
 
 

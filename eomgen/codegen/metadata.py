@@ -51,20 +51,14 @@ def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
     return {key: scalars(value) if key == "solver" else value for key, value in method.items()}
 
 
-#: Numbers on the stack for each velocity and internal state, in the deepest calls of a stepper: copies of states, and
-#: vectors.
-_OF_STEPPER = 60
-#: Square matrices of the partials of internal states on the stack, in the deepest calls of an implicit stepper.
-_OF_STATES = 2
-
-
 def stack_bytes(program: Program) -> int:
     """Return an estimate of the stack in bytes for the deepest call of a Program's functions or stepper."""
     of_functions = max((function.workspace for function in program.functions), default=0)
     if not program.method:
         return 8 * of_functions
     states = program.sizes["z"]
-    return 8 * (of_functions + _OF_STEPPER * (program.sizes["v"] + states) + _OF_STATES * states**2)
+    copies = 60 * (program.sizes["v"] + states)  # copies of states, and vectors, in the deepest calls of a stepper
+    return 8 * (of_functions + copies + 2 * states**2)  # two matrices of partials of internal states
 
 
 def loop_operations(program: Program) -> int:

@@ -22,6 +22,9 @@ PART_LIMIT = 1500
 #: Largest number of operations in one statement; longer statements are harder to read, not faster.
 NEST_LIMIT = 6
 
+#: Numbers in the widest vector of processors.
+WIDEST = 8
+
 Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time by readers of the type
 
 

@@ -20,8 +20,6 @@ from eomgen.symbolic.scalar import Scalar, dot
 from eomgen.symbolic.tape import Ref, Tape
 
 Array = NDArray[Any]
-#: Most operations in one statement.
-_NESTED = 10
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class GroupKernel:
 
     def _numbers(self) -> dict[int, int]:
         """Return numbers from 1 by node, in order, for the nodes that become statements. These are nodes of results,
-        nodes that are used more than once, and nodes whose expression has many operations."""
+        nodes that are used more than once, and nodes whose expression has ten operations or more."""
         tape = self.tape
         nodes = [node for node in tape.live(self.refs) if tape.op[node] not in LEAVES]
         uses = Counter(abs(ref) for node in nodes for ref in tape.operands(node))
@@ -67,7 +65,7 @@ class GroupKernel:
         numbers: dict[int, int] = {}
         for node in nodes:
             size = 1 + sum(sizes.get(abs(ref), 0) for ref in tape.operands(node))
-            if uses[node] > 1 or size >= _NESTED or node in results:
+            if uses[node] > 1 or size >= 10 or node in results:
                 numbers[node] = len(numbers) + 1
             else:
                 sizes[node] = size

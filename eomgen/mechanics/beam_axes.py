@@ -13,9 +13,6 @@ from eomgen.mechanics.tree.beam_fields import DEFLECTS, ROTATIONS
 from eomgen.mechanics.tree.links import Tree
 from eomgen.system.system import BeamAxis
 
-#: Pieces in which a beam is drawn.
-_PIECES = 16
-
 
 def beam_axes(tree: Tree) -> tuple[BeamAxis, ...]:
     """Return the axes of all elastic bodies (links with elastic coordinates) of a tree, as numbers for drawings.
@@ -35,7 +32,7 @@ def _axis(name: str, body: ElasticBody, attached: set[float]) -> BeamAxis:
     ``attached`` holds places, m, in addition to the evenly spaced places.
     """
     beam, integrals = body.beam, body.mass.integrals
-    places = sorted(attached.union(np.linspace(beam.start, beam.start + beam.length, _PIECES + 1).tolist()))
+    places = sorted(attached.union(np.linspace(beam.start, beam.start + beam.length, 17).tolist()))
     stations = integrals.along(places)
     shape = (len(places), 3, len(integrals.kinds))
     deflections, rotations = np.zeros(shape), np.zeros(shape)

@@ -299,8 +299,6 @@ def _drawing(scene: Scene) -> Drawing:
 
 #: Width of the drawn wheel of a tyre, and of a rolling disc, by its radius.
 _TYRE_WIDTH, _DISC_WIDTH = Number(0.5), Number(0.15)
-#: Vertical component of an axis below which a wheel spins about the axis.
-_LEVEL = 0.5
 
 
 def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
@@ -326,7 +324,7 @@ def _spin_axis(center: Point, scene: Scene) -> tuple[float, ...]:
     """Return the axis of a wheel with the given centre, (3,), in the axes of the centre's body. It is the axis of a
     revolute joint at the centre, unless nearly vertical; else y, which lies across the road."""
     for joint in scene.joints:
-        if joint.type == "revolute" and abs(joint.axis[2]) < _LEVEL:
+        if joint.type == "revolute" and abs(joint.axis[2]) < 0.5:
             if joint.child == center.body and center.position == ZERO_VECTOR:
                 return joint.axis
             if joint.parent == center.body and center.position == joint.position:

@@ -54,9 +54,6 @@ def validity(scene: Scene) -> tuple[Validity, ...]:
     return tuple(dict.fromkeys(ranges))
 
 
-#: Limit of the overshoot of a spline over its points, as a part of the range of the points, above which a note is
-#: written.
-_NOTED = 0.1
 #: Numbers by which files mark missing values.
 _MISSING = frozenset({999.0, 9999.0, 99999.0, -999.0, -9999.0, -99999.0, 1e20, 1e30})
 
@@ -70,7 +67,7 @@ def overshoots(curves: Iterable[AnyCurve]) -> Iterator[str]:
         low, high = float(np.min(curve.y)), float(np.max(curve.y))
         point, value = curve.farthest()
         share = max(value - high, low - value) / (high - low) if high > low else 0.0
-        if share > _NOTED:
+        if share > 0.1:
             beyond = f"{100.0 * share:.2g} % of the range of its points, {low:.4g} to {high:.4g}, beyond them"
             hint = 'more points where they turn, or interpolation = "linear", keep it within'
             if {low, high} & _MISSING:

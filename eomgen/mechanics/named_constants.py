@@ -26,7 +26,6 @@ _MASS = {
     "g0": ("int H dm, stiffening by axial acceleration", "kg/m", "1"),
     "g1": ("int x H dm, centrifugal stiffening", "kg", "m"),
 }
-_DIGITS = 8  # shorter numbers are clear without a name
 
 
 def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
@@ -39,7 +38,7 @@ def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
                 x for (body, x), number in tree.stations.items() if body == link.name and tree.links[number].station
             ]
             for suffix, value, unit, meaning in _numbers(link.elastic, stations, quantities.formula):
-                if len(repr(abs(value)).replace(".", "")) > _DIGITS:
+                if len(repr(abs(value)).replace(".", "")) > 8:  # shorter numbers are clear without a name
                     constants.setdefault(
                         f"{link.name}_{suffix}", Quantity(f"{link.name}_{suffix}", abs(value), 1, unit, meaning)
                     )

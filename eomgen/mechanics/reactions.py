@@ -55,7 +55,7 @@ from eomgen.system.description import BASE, WORLD
 
 #: Links of the two frames on the separate tape, and the blocks of this tape: axes, origin and twist of the second
 #: frame.
-_FIRST, _SECOND = 0, 1
+_FIRST, _SECOND = range(2)
 _PLACE, _TWIST = "place", "twist"
 
 

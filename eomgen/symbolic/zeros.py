@@ -17,7 +17,8 @@ from eomgen.symbolic.evaluate import Arithmetic, run
 from eomgen.symbolic.operations import ELEMENTARY, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
-_PRIME, _SAMPLES = 2**31 - 1, 3
+#: Modulus, and shape of the random samples.
+_PRIME, _SAMPLES = 2**31 - 1, (3,)
 
 
 def vanishing(tape: Tape, refs: Iterable[Ref]) -> set[Ref]:
@@ -60,7 +61,7 @@ class _Residues:
         return self._numbers(())
 
     def _numbers(self, shape: tuple[int, ...]) -> Any:
-        return self._random.integers(1, _PRIME, np.broadcast_shapes(shape, (_SAMPLES,)))
+        return self._random.integers(1, _PRIME, np.broadcast_shapes(shape, _SAMPLES))
 
     def _unknown(self, function: Any, *operands: Any) -> Any:
         """Return random residues for values of a function, the same at equal arguments; arrays broadcast."""
@@ -104,8 +105,8 @@ def _side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[
     count = len(slots[0]) if slots else 0
     together = []
     for slot in slots:
-        array = np.empty((count, _SAMPLES), np.int64)
+        array = np.empty((count, *_SAMPLES), np.int64)
         for element, number in enumerate(slot):
             array[element] = number
         together.append(array)
-    return together, lambda result: np.broadcast_to(result, (count, _SAMPLES))
+    return together, lambda result: np.broadcast_to(result, (count, *_SAMPLES))

@@ -14,6 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass, field
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.features import may_be_fast, summands
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
@@ -29,8 +30,6 @@ BASE = "base"
 WORLD = "world"
 #: Largest argument of compiled sines and cosines, rad: up to it, range reduction subtracts exact products.
 LARGEST_ANGLE = 1e10
-#: Part of a limit, and of 1 rad or 1 m, that is rounding.
-_ROUNDING = 1e-9
 #: Codes of sentences on a start: values that the constraints change; initial values that are lost among them although
 #: the constraints leave as many free; beams that a loop strains. Messages of runs have the last two.
 CORRECTED, LOST, STRAINED = "W0305", "W0306", "W0287"
@@ -116,7 +115,7 @@ class CoordinateLimit:
             for bound, sign in ((self.lower, -1.0), (self.upper, 1.0))
         ]
         size = sum(abs(bound) for bound in bounds if math.isfinite(bound))
-        rounding = _ROUNDING * (size + 1.0 if self.unit == "rad" or not size else size)
+        rounding = COMPUTED * (size + 1.0 if self.unit == "rad" or not size else size)
         for side, limit, sign in (("lower", bounds[0], -1.0), ("upper", bounds[1], 1.0)):
             depth = sign * (position - limit)
             if depth > rounding:

@@ -8,15 +8,12 @@ from typing import Any
 
 from eomgen.base.html import formula, page, paragraph, table
 
-#: Functions that are counted in one line.
-_COUNTED = 5
-
 
 def line(name: str, sizes: Mapping[str, int], flops: Mapping[str, int]) -> str:
     """Return a line on a system: ``<System arm: nq 2, nv 2; operations: mass 12, coupling 30, force 20, and 8 more>``.
     ``sizes`` are numbers of coordinates and the like, ``flops`` the operations of functions, both by name."""
-    counted = ", ".join(f"{function} {count}" for function, count in list(flops.items())[:_COUNTED])
-    if (more := len(flops) - _COUNTED) > 0:
+    counted = ", ".join(f"{function} {count}" for function, count in list(flops.items())[:5])
+    if (more := len(flops) - 5) > 0:
         counted += f", and {more} more"
     return f"<System {name}: {_sizes(sizes)}; operations: {counted}>"
 

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Addition
+from eomgen.codegen.scheduling.stretches import FEWEST
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 
-#: Loops of fewer elements keep the rows in the workspace.
-_FEW = 4
-#: Stretches of elements that add to equally spaced places, at most.
-_STRETCHES = 12
+#: Runs of equally spaced places that get code of their own, at most.
+FEW_RUNS = 12
 #: Operations as globals: looking a member up in an enumeration takes five times as long.
 _ADD, _SUB, _MAP = Op.ADD, Op.SUB, Op.MAP
 
@@ -53,12 +52,13 @@ class AccumulatedOutputs:
 
 def accumulate_maps(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> AccumulatedOutputs:
     """Return the outputs without results of Maps that loops can add themselves, and the additions of these loops. A Map
-    qualifies with ``_FEW`` elements or more and only rows as results, if all used results are summands of outputs. The
-    remaining sums are recorded on the tape; ``outputs`` itself stays unchanged."""
+    qualifies with ``FEWEST`` elements or more and only rows as results, if all used results are summands of outputs;
+    with fewer elements the rows stay in the workspace. The remaining sums are recorded on the tape; ``outputs`` itself
+    stays unchanged."""
     numbers = {
         number
         for number, loop in enumerate(tape.maps)
-        if isinstance(loop, Map) and loop.count >= _FEW and loop.stacked and not (loop.sums or loop.last)
+        if isinstance(loop, Map) and loop.count >= FEWEST and loop.stacked and not (loop.sums or loop.last)
     }
     rest = [list(refs) for refs in outputs]
     if not numbers:
@@ -163,7 +163,7 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
         places[column][element] = item.component
         kinds[column][element] = 2 * item.output + (item.sign < 0)
     pieces = _pieces(np.array([*places, *kinds], dtype=np.int64).T, width)
-    if len(pieces) > _STRETCHES:
+    if len(pieces) > FEW_RUNS:
         return _tabulate(np.array(places, dtype=np.int64), np.array(kinds, dtype=np.int64))
     result: list[Addition] = []
     for first, end in pieces:

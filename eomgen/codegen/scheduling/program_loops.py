@@ -5,21 +5,18 @@ from __future__ import annotations
 
 import math
 
-from eomgen.codegen.program import ProgramLoop
+from eomgen.codegen.program import WIDEST, ProgramLoop
 from eomgen.codegen.scheduling.bodies import RunLoop
 from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 
-#: Elements taken side by side if elements depend only on constants and shared values: two vectors of four doubles.
-_SIDE_BY_SIDE = 8
-
 
 def _lanes(loop: Map) -> int:
     """Return the number of elements taken side by side: a divisor of the number of elements, 1 if elements depend on
-    other elements."""
+    other elements or gathered values."""
     alone = loop.sums and not (loop.gather or loop.last or loop.stacked)
-    return math.gcd(loop.count, _SIDE_BY_SIDE) if alone else 1
+    return math.gcd(loop.count, WIDEST) if alone else 1
 
 
 def program_loop(run: RunLoop) -> ProgramLoop:

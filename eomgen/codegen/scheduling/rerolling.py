@@ -20,18 +20,15 @@ from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
-from eomgen.codegen.scheduling.stretches import equal_windows
+from eomgen.codegen.scheduling.stretches import DISTANCES, FEWEST, equal_windows
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
 
 #: Least number of operations that a loop removes from the text.
 MINIMUM_SAVED = 150
-#: Least number of iterations of a loop.
-MINIMUM_ITERATIONS = 4
-#: Length of the hashed windows, in operations, and number of candidate periods.
+#: Length of the hashed windows, in operations.
 _WINDOW = 24
-_DISTANCES = 12
 
 #: Input blocks that are not arrays: structs and a number, with components that a loop cannot index.
 UNINDEXED = frozenset({"p", "t", "base"})
@@ -123,14 +120,14 @@ def _search(
 def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] | None:
     """Return start, period and iterations of the repetition that saves most operations; None if none saves enough."""
     best: tuple[int, int, int, int] | None = None
-    for period, _ in equal_windows(codes, _WINDOW).most_common(_DISTANCES):
+    for period, _ in equal_windows(codes, _WINDOW).most_common(DISTANCES):
         same = np.concatenate(([False], codes[:-period] == codes[period:], [False]))
         edges = np.flatnonzero(same[1:] != same[:-1])
         starts, lengths = edges[::2], edges[1::2] - edges[::2]
         longest = int(np.argmax(lengths))
         iterations = int(lengths[longest]) // period + 1
         saved = (sample.iterations(iterations) - 1) * period
-        enough = iterations >= MINIMUM_ITERATIONS and saved >= MINIMUM_SAVED
+        enough = iterations >= FEWEST and saved >= MINIMUM_SAVED
         if enough and (best is None or (saved, -period) > best[:2]):
             best = (saved, -period, int(starts[longest]), iterations)
     return None if best is None else (best[2], -best[1], best[3])
@@ -139,7 +136,7 @@ def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] 
 def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sample) -> RerolledLoop | None:
     """Return the loop of the longest run of iterations around the middle one whose local operands are at equal
     positions. ``iterations`` holds the nodes of each candidate iteration. None if the run has fewer than
-    ``MINIMUM_ITERATIONS`` iterations or saves fewer than ``MINIMUM_SAVED`` operations in the longer scene
+    ``FEWEST`` iterations or saves fewer than ``MINIMUM_SAVED`` operations in the longer scene
     ``sample``."""
     alike = _alike(tape, np.array(iterations, dtype=np.int64))
     first = last = len(iterations) // 2
@@ -149,7 +146,7 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sampl
         last += 1
     kept = iterations[first : last + 1]
     saved = (sample.iterations(len(kept)) - 1) * len(kept[0])
-    return RerolledLoop(tuple(kept)) if len(kept) >= MINIMUM_ITERATIONS and saved >= MINIMUM_SAVED else None
+    return RerolledLoop(tuple(kept)) if len(kept) >= FEWEST and saved >= MINIMUM_SAVED else None
 
 
 def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -374,11 +371,7 @@ def rule(indices: Sequence[int]) -> tuple[object, ...]:
     return (tuple(indices),)
 
 
-#: Least number of copies with equally spaced indices that become a loop.
-RUN_FROM = 4
-
-
-def runs(pairs: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
+def runs(pairs: Sequence[tuple[int, int]], shortest: int = FEWEST) -> Iterator[tuple[int, int, int, int, int]]:
     """Yield equally spaced runs of pairs (to, from): first to, first from, step of to, step of from, length. Runs of
     fewer than ``shortest`` pairs are yielded pair by pair, with steps 0 and length 1."""
     start = 0

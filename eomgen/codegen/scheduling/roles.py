@@ -12,8 +12,6 @@ from eomgen.symbolic.tape import ZERO, Ref, Tape
 
 #: Inputs that are called by the letter of their block and a number, and words of a label.
 _INPUT, _WORD = re.compile(r"[qvauz]|lam"), re.compile(r"[a-z]+")
-#: Characters of the name of a product.
-_LONGEST = 16
 
 
 class Roles:
@@ -38,7 +36,7 @@ class Roles:
         first, second = map(self._operand, self.tape.operands(node) if self.tape.op[node] is Op.MUL else (ZERO, ZERO))
         start, _, last = second.rpartition("_")
         name = f"{first}_{last if start and first.startswith(f'{start}_') else second}"
-        return name if first and second and len(name) <= _LONGEST else ""
+        return name if first and second and len(name) <= 16 else ""
 
     def _operand(self, ref: Ref) -> str:
         if (symbol := self.tape.symbol(ref)) and ref > 0 and _INPUT.fullmatch(symbol.block):

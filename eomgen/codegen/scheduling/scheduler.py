@@ -22,7 +22,7 @@ from eomgen.codegen.program import (
     ProgramShared,
     Statement,
 )
-from eomgen.codegen.scheduling.accumulation import accumulate_maps
+from eomgen.codegen.scheduling.accumulation import FEW_RUNS, accumulate_maps
 from eomgen.codegen.scheduling.bodies import Bodies, RunLoop
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import (
@@ -211,8 +211,6 @@ class Writer:
 
 #: Least number of occurrences of a value in an output for which a loop stores the value.
 REPEATED_FROM = 64
-#: Gathered values of a Map are copied by a loop for each run of equally spaced places up to this many runs.
-FEW_RUNS = 12
 #: Values stored in one loop, if a function has loops, from this many on.
 COPIED_FROM = 8
 
@@ -357,12 +355,9 @@ class LoopWriter(Writer):
         return True
 
 
-#: Number of structural zeros of an output up to which zeros are stored one by one; more zeros are stored by a loop if
-#: they are the majority.
-FILL_FROM = 9
 #: Functions with more operations are searched for repetitions, and written with loops if the loops reduce the number of
 #: operations below this part.
-REROLL_FROM = 1500
+REROLL_FROM = PART_LIMIT
 REROLLED_PART = 0.6
 #: Least number of angles whose sines and cosines are computed in one loop.
 TOGETHER = 3
@@ -585,10 +580,10 @@ class _Scheduler(LoopWriter):
 
     def _leaves_out(self, may_fill: bool) -> None:
         """Write the components of outputs that are constants or inputs, before all operations. An output with
-        ``FILL_FROM`` zeros or more, if these are the majority, is filled with zeros by a loop if ``may_fill``."""
+        more than ``COPIED_FROM`` zeros, if these are the majority, is filled with zeros by a loop if ``may_fill``."""
         for number, refs in enumerate(self.outputs):
             zeros = refs.count(ZERO)
-            fill = may_fill and zeros >= FILL_FROM and 2 * zeros > len(refs)
+            fill = may_fill and zeros > COPIED_FROM and 2 * zeros > len(refs)
             if fill:
                 self.open.outputs.add(number)
                 self._emit("fill", number, len(refs))

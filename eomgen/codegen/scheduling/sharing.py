@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass, field
+from eomgen.codegen.program import PART_LIMIT
 from eomgen.codegen.scheduling.rerolling import READ, Unmatched
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 
 #: Least number of operations of a function in which stretches are looked for, and part of the operations below which
 #: stretches must reduce the text.
-SHARE_FROM, SHARED_PART = 1500, 0.8
+SHARE_FROM, SHARED_PART = PART_LIMIT, 0.8
 #: Least and largest number of operations of a stretch: a call takes as long as ten operations, an operand from a table
 #: twice as long as one from a fixed place, and compilers take more than proportional time for long functions.
 SHORTEST, LONGEST = 48, 1100
@@ -33,7 +34,7 @@ _OCCURRENCES = (4, 3, 2)
 #: Distances up to which an operand's distance is part of the operation's code.
 _NEAR = 12
 #: Places of operands in place of positions in a function: of values from outside, of constants, and of no operand.
-_BEFORE, _OF_CONSTANT, _ABSENT = -1, -2, -3
+_BEFORE, _OF_CONSTANT, _ABSENT = range(-1, -4, -1)
 #: Block of the numbers of a stretch, besides ``READ``.
 NUMBER = "number"
 

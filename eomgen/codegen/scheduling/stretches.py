@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
 
-#: Least number of periods of a stretch, and least number of rows saved by the stretch.
-_COUNT, _SAVED = 4, 12
+#: Least number of repetitions that become a loop, and of rows that a loop saves.
+FEWEST, _SAVED = 4, 12
 #: Lengths of the hashed windows, and candidate periods of each.
-_WINDOWS, _DISTANCES = (1, 5, 24), 8
+_WINDOWS, DISTANCES = (1, 5, 24), 12
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
 
 
 #: Largest integer of C.
-_LARGEST = 2**31 - 1
+_LARGEST = int(np.iinfo(np.int32).max)
 
 
 def ranges(indices: Sequence[int]) -> list[tuple[int, int, int]]:
@@ -114,7 +114,7 @@ def _longest(
         for start, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             count = (end - start + period + 1) // period
             saved = (count - 1) * period
-            if count < _COUNT or saved < _SAVED or (best is not None and (saved, -period) <= best[:2]):
+            if count < FEWEST or saved < _SAVED or (best is not None and (saved, -period) <= best[:2]):
                 continue
             first = low + start
             if not np.any(table[first + period, fixed] != table[first, fixed]):
@@ -127,7 +127,7 @@ def _periods(codes: NDArray[np.intp]) -> list[int]:
     result: set[int] = set()
     for window in _WINDOWS:
         distances = equal_windows(codes.astype(np.uint64), window)
-        result |= {distance for distance, _ in distances.most_common(_DISTANCES)}
+        result |= {distance for distance, _ in distances.most_common(DISTANCES)}
     return sorted(result)
 
 
@@ -143,8 +143,6 @@ def equal_windows(codes: NDArray[np.uint64], window: int) -> Counter[int]:
     return Counter((order[1:] - order[:-1])[equal].tolist())
 
 
-#: Loops of fewer iterations keep tables.
-_LONG = 12
 #: A loop of no more statements is cut.
 _FEW = 8
 #: A table of more ranges is not printed as a choice.
@@ -158,7 +156,7 @@ def repeat_statements(
     iterations. ``statements`` is the body, ``read`` and ``targets`` the expressions of inputs and outputs. Long loops
     of few statements with tables are cut into counting loops; tables of longer bodies become choices between ranges."""
     whole = (count, tuple(statements), tuple(read), tuple(targets))
-    if count < _LONG or not any(_is_table(expression) for expression in (*read, *targets)):
+    if count < _SAVED or not any(_is_table(expression) for expression in (*read, *targets)):
         return [whole]
     if len(statements) > _FEW:
         return [(count, tuple(statements), tuple(map(_choice, read)), tuple(map(_choice, targets)))]

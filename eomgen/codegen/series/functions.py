@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from eomgen.base.messages import listed
-from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, OutputArray, ProgramFunction
+from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, WIDEST, OutputArray, ProgramFunction
 from eomgen.codegen.scheduling.bodies import Bodies
 from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
@@ -125,8 +125,6 @@ def _breakpoints(tape: Tape, node: int, lines: list[tuple[float, float]]) -> Ite
 #: Input blocks of both functions, in the order of arguments.
 START_BLOCKS = ("p", "t", "q", "v", "z", "u", "followed")
 NEXT_BLOCKS = (*NEXT.values(), SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER)
-#: Numbers in the widest vector; rows of products are padded to a multiple of this number.
-LANES = 8
 
 
 def series_functions(
@@ -165,7 +163,7 @@ def series_functions(
         program_function(tape, "series_next", "coefficient k + 1 from those before it", NEXT_BLOCKS, later, bodies),
     ]
     functions += extent_function(system, bodies)
-    room = -(-len(series.left) // LANES) * LANES
+    room = -(-len(series.left) // WIDEST) * WIDEST  # whole vectors
     needed = {
         "products": len(series.left),
         "kept": len(series.kept),

@@ -14,7 +14,7 @@ from itertools import chain
 from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.constraints.rows import ConstraintRow, rows_of_pair
-from eomgen.mechanics.forces.cosserat_beams import LoopInputs
+from eomgen.mechanics.forces.cosserat_beams import POSE, LoopInputs
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, lengths
 from eomgen.mechanics.forces.loads import add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
@@ -42,7 +42,6 @@ from eomgen.symbolic.tape import ONE, Ref, Tape
 
 #: Least number of joints of a kind for a loop: code of fewer joints is shorter without it.
 FEWEST = 16
-_POSE, _FRAME = 12, 12
 #: Returns the generalized forces, (nv,), of a wrench for each link, None for links without one; takes a label, too.
 Generalized = Callable[[Sequence[Wrench | None], str], list[Scalar]]
 
@@ -150,12 +149,12 @@ class _JointKind:
         further = more or [()] * len(self.members)
         entries = zip(*[[*row, *others] for row, others in zip(self.numbers, further, strict=True)], strict=True)
         numbers = [inputs.number(column) for column in entries]
-        first, second = (_pose(numbers[start : start + _POSE]) for start in (0, _POSE))
-        start = 2 * _POSE
-        frames = [_pose(numbers[start + k * _FRAME : start + (k + 1) * _FRAME]) for k in (0, 1)]
+        first, second = (_pose(numbers[start : start + POSE]) for start in (0, POSE))
+        start = 2 * POSE
+        frames = [_pose(numbers[start + k * POSE : start + (k + 1) * POSE]) for k in (0, 1)]
         still = [member.link < 0 for member in self.members[0].ends]
         pair = _pair(algebra, (first, second), frames, still)
-        end = start + 2 * _FRAME
+        end = start + 2 * POSE
         rows = rows_of_pair(_KernelSymbols(algebra, numbers[end]), self.members[0].item, pair).holonomic
         return inputs, rows, _LoopKernel(algebra, (first, second), still, numbers[end + 1 :])
 

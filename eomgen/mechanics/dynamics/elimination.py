@@ -78,8 +78,6 @@ def _ancestors(parents: Sequence[int], k: int) -> list[int]:
 #: Largest ratio of composite to articulated inertia with which M is factored. Robots have up to 1200, chains of equal
 #: links 1000 at 30 links.
 MOST_CANCELLATION = 3e3
-#: Number of positions in which the ratio is evaluated.
-_POSITIONS = 6
 
 
 def loses_digits(
@@ -96,15 +94,16 @@ def loses_digits(
     start : (nq,) position from which joints are turned by up to 3 rad; travels stay
     parameters : values of the tunable parameters
     """
+    positions = 6
     uniform = partial(random.Random(0).uniform, -3.0, 3.0)  # numpy.random takes a thirtieth of a build to import
-    turns = np.reshape([uniform() for _ in range(_POSITIONS * tree.nv)], (_POSITIONS, tree.nv)) * tree.angular()
-    q = update(tree.factors, np.tile(start, (_POSITIONS, 1)), turns)
+    turns = np.reshape([uniform() for _ in range(positions * tree.nv)], (positions, tree.nv)) * tree.angular()
+    q = update(tree.factors, np.tile(start, (positions, 1)), turns)
     with np.errstate(all="ignore"):  # numbers that are not finite are refused elsewhere
         for joints in _coupled_joints(M, [factor.v for factor in tree.factors]):
             first, end = joints[0].start, joints[-1].stop
             places = [(i, j) for i in range(first, end) for j in M[i]]
             values = evaluate(tree.algebra.tape, [M[i][j].ref for i, j in places], {"p": parameters, "q": q})
-            matrices = np.zeros((_POSITIONS, end - first, end - first))
+            matrices = np.zeros((positions, end - first, end - first))
             for (i, j), value in zip(places, values.T, strict=True):
                 matrices[:, i - first, j - first] = matrices[:, j - first, i - first] = value
             slices = [slice(joint.start - first, joint.stop - first) for joint in joints]

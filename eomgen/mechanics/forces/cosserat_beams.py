@@ -215,8 +215,8 @@ T = TypeVar("T")
 Six = Sequence[Scalar]
 #: Function that records a requested quantity of an element; further arguments are numbers of the quantity.
 Results = Callable[..., list[Scalar]]
-_POSE = 12
-_TWIST = 6
+#: Numbers of the pose and of the twist of a frame.
+POSE, TWIST = 12, 6
 
 
 @dataclass(frozen=True)
@@ -525,7 +525,7 @@ def _loop(
     further numbers for each element, which ``results`` takes. ``summed``: the loop gives sums over the elements."""
     kernel = Tape()
     algebra = Algebra(kernel)
-    size = _POSE + _TWIST if any(sections[first].has_damping for first, _ in pairs) else _POSE
+    size = POSE + TWIST if any(sections[first].has_damping for first, _ in pairs) else POSE
     gathered = [[number.ref for number in node.numbers[:size]] for node in nodes]
     rows = [[*gathered[first], *gathered[second]] for first, second in pairs]
     if more:
@@ -534,7 +534,7 @@ def _loop(
     numbers = algebra.block("gather", len(rows[0]))
     of_sections = zip(*(sections[first].numbers for first, _ in pairs), strict=True)
     section = SectionNumbers.of([columns.number(entries) for entries in of_sections])
-    rest = [algebra.zero] * (_POSE + _TWIST - size)
+    rest = [algebra.zero] * (POSE + TWIST - size)
     first, second = (SectionFrame.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
     outputs = results(ElementStrain(algebra, section, first, second), *numbers[2 * size :])
     return columns.loop(len(pairs), label, **{"sums" if summed else "stacked": outputs})

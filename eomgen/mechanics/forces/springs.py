@@ -14,21 +14,20 @@ from itertools import chain
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import ZERO, Symbol
-from eomgen.mechanics.forces.cosserat_beams import LoopInputs, SectionFrame
+from eomgen.mechanics.forces.cosserat_beams import POSE, TWIST, LoopInputs, SectionFrame
 from eomgen.mechanics.forces.loads import Law, Loads, add_effort, add_wrench, push
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.fields import Wrench
+from eomgen.mechanics.tree.alike import FEWEST
 from eomgen.mechanics.tree.links import ROOT, WORLD_NAME
 from eomgen.scene.forces.springs import Spring, TorsionSpring
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
 from eomgen.symbolic.tape import Tape
 
-#: Least number of springs of a kind for a loop; code without a loop is shorter for fewer springs.
-FEWEST = 8
-#: Largest number of velocity components between the base and a link for springs in a loop: a free body.
-_FREEDOMS = 6
-_NODE, _POINT = 18, 3
+#: Numbers of the frame of a link, and of an end of a spring: the frame and a place.
+_NODE = POSE + TWIST
+_END = _NODE + 3
 #: Kinds and freedoms of the links from a link to the base.
 Chain = tuple[tuple[str, int], ...]
 
@@ -56,7 +55,7 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
         ends = _end(quantities, spring.first), _end(quantities, spring.second)
         links = [_chain(quantities, end.link, chains) for end in ends]
         freedoms = [sum(size for _, size in carried) for carried in links]
-        if ends[0].link == ends[1].link or max(freedoms) > _FREEDOMS:
+        if ends[0].link == ends[1].link or max(freedoms) > TWIST:  # more than those of a free body
             alone.append(spring)
             continue
         still = tuple(min(end.link, 0) for end in ends)
@@ -105,8 +104,8 @@ class _SpringKind:
         algebra = Algebra(Tape())
         self.inputs = LoopInputs(algebra, [])
         numbers = [self.inputs.number(entries) for entries in zip(*rows, strict=True)]
-        ends = [numbers[start : start + _NODE + _POINT] for start in (0, _NODE + _POINT)]
-        self.results = _results(algebra, ends, numbers[2 * (_NODE + _POINT) :])
+        ends = [numbers[start : start + _END] for start in (0, _END)]
+        self.results = _results(algebra, ends, numbers[2 * _END :])
 
     def _node(self, end: _SpringEnd) -> list[Scalar]:
         """Return orientation, origin and twist of the link at an end, and the position of the end in link axes: 21

@@ -10,6 +10,7 @@ tangents of a circle and the arc between them: Scholz, Sherman, Stavness, Delp a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
@@ -43,8 +44,6 @@ Plane = tuple[Scalar, Scalar]
 _Contacts = tuple[Scalar, tuple[Plane, Plane], Scalar]
 #: From the ends of a path in the plane, and the direction of the side.
 _OnCircle = Callable[[Sequence[Plane], Plane | None], _Contacts]
-#: Newton's steps for the angle at a ring, from a right angle: the last step is below rounding.
-_STEPS = 8
 
 
 @dataclass(frozen=True)
@@ -226,8 +225,8 @@ def _through_ring(algebra: Algebra, ends: Sequence[Plane], radius: Scalar) -> _C
     between = algebra.call(Op.ATAN2, algebra.call(Op.ABS, turn), ax * bx + ay * by)
     touches = outside * (1.0 - _meets_circle(algebra, ends, radius))
     between = algebra.select(touches, between, algebra.one)
-    x = algebra.scalar(0.5 * _PI)
-    for _ in range(_STEPS):
+    x = algebra.scalar(0.5 * math.pi)
+    for _ in range(8):  # the last step is below rounding
         sine, cosine = algebra.call(Op.SIN, x), algebra.call(Op.COS, x)
         value, slope = between - 2.0 * x, algebra.scalar(-2.0)
         for share in shares:
@@ -266,10 +265,7 @@ def _angle(algebra: Algebra, contacts: tuple[Plane, Plane], turn: Scalar) -> Sca
     """Return the angle of the arc between two points of contact, 0 to 2 pi; ``turn`` is 1 for clockwise, or -1."""
     (ax, ay), (bx, by) = contacts
     turned = algebra.call(Op.ATAN2, turn * (ay * bx - ax * by), ax * bx + ay * by)
-    return algebra.select(_less(algebra, turned, algebra.zero), turned + 2.0 * _PI, turned)
-
-
-_PI = 3.141592653589793
+    return algebra.select(_less(algebra, turned, algebra.zero), turned + 2.0 * math.pi, turned)
 
 
 def _less(algebra: Algebra, x: Scalar, y: Scalar) -> Scalar:

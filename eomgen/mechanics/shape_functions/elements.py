@@ -32,8 +32,6 @@ from eomgen.mechanics.shape_functions.uniform_beams import (
 )
 from eomgen.scene.bodies.model import Beam, Deformation
 
-_STEPS = 4
-
 
 class BandedMatrix:
     """A symmetric matrix of numbers of mpmath; ``rows[i][j]`` is the entry (i, i - j), j up to ``width``."""
@@ -113,7 +111,7 @@ def modes(stiffness: BandedMatrix, mass: BandedMatrix, first: int, count: int) -
     shapes = []
     for square, guess in zip(squares, guesses.T, strict=True):
         mode, shift = [mpmath.mpf(float(entry)) for entry in guess], mpmath.mpf(float(square))
-        for _ in range(_STEPS):
+        for _ in range(4):
             mode = stiffness.less(shift, mass).solve(mass.apply(mode))
             length = mpmath.sqrt(mass.product(mode, mode))
             mode = [entry / length for entry in mode]

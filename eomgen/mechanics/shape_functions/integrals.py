@@ -35,8 +35,6 @@ from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Sta
 from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, integrate, product
 from eomgen.scene.bodies.model import Beam, Deformation, Ends, Normalisation
 
-_SAMPLES = 40  # for each function: enough for the largest half-wave
-
 
 def normalise(family: ShapeFunctions, ends: Ends, normalisation: Normalisation) -> ShapeFunctions:
     """Return shape functions scaled: ``natural`` functions unchanged, ``unit`` functions to a greatest value of 1,
@@ -56,7 +54,7 @@ def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:
     The sign of the latter is the sign of the function near the start."""
     if ends != "pinned_pinned":
         return [int(value) for value in family.values(np.array([ONE], dtype=object))[0][:, 0]]
-    count = _SAMPLES * family.size
+    count = 40 * family.size  # enough for the largest half-wave
     positions = np.array([(number << BITS) // count for number in range(count + 1)], dtype=object)
     extremes = []
     for number, row in enumerate(family.values(positions)[0]):

@@ -129,9 +129,6 @@ def _power(base: Coefficients, exponent: int) -> Coefficients:
     return result
 
 
-_BITS_PER_MODE = 10  # cosh(lambda) grows by 4.5 bits a mode, and is squared on the way
-
-
 class Root(NamedTuple):
     """One mode: wave number lambda, sigma, A = (1 - sigma) e^lambda, and e^-lambda, in mpmath numbers."""
 
@@ -144,7 +141,7 @@ class Root(NamedTuple):
 @functools.cache
 def root(sign: int, number: int) -> Root:
     """Return the mode ``number`` = 1, 2, ... of cos x cosh x = -sign: 1 for clamped-free, -1 for free-free bending."""
-    with mpmath.workprec(WORKING + _BITS_PER_MODE * number):
+    with mpmath.workprec(WORKING + 10 * number):  # cosh(lambda) grows by 4.5 bits a mode, and is squared on the way
         guess = (number - sign * mpmath.mpf(1) / 2) * mpmath.pi
         wave = mpmath.findroot(lambda x: mpmath.cos(x) + sign * mpmath.sech(x), guess)
         sigma = (mpmath.cosh(wave) + sign * mpmath.cos(wave)) / (mpmath.sinh(wave) + sign * mpmath.sin(wave))

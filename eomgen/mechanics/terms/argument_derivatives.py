@@ -35,10 +35,6 @@ from eomgen.symbolic.zeros import vanishing
 from eomgen.system.system import Block
 from eomgen.system.terms import ARGUMENTS, TERMS
 
-#: Velocity components up to which forward dynamics is also differentiated operation by operation, to take the way with
-#: fewer operations.
-_FEW = 4
-
 
 def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]) -> list[Block]:
     """Return the block of nonzeros of the term ``name``, the Jacobian or the Hessian of the values in ``blocks``.
@@ -50,7 +46,7 @@ def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]
     if TERMS[name].differentiated == "forward_dynamics" and _implicit(derivation):
         implicit = _ForwardDynamics(arguments, values)
         ways.append(implicit.hessian() if second else implicit.jacobian())
-    if not ways or derivation.tree.nv <= _FEW:
+    if not ways or derivation.tree.nv <= 4:  # of few components both ways are tried
         ways.append(arguments.hessian(values) if second else arguments.jacobian(values))
     tape = derivation.tape
     entries = min(ways, key=lambda way: tape.counts(way.values()).weight)

@@ -25,18 +25,16 @@ LONG_TREE = 20_000
 #: Trees with more velocity components are stepped with the sparse extended system, even if branches are short: above
 #: this number, forming and factoring whole matrices takes longer.
 MANY = 64
-#: Fewer links than these are not printed as a loop.
+#: Least number of links, or of springs, of a kind for a loop: code of fewer is shorter without it.
 FEWEST = 8
 #: Share of links up to which a nonzero number at a place makes a link different from links with a zero at this place.
 RARE = 0.02
-#: Links are regular if, for some period up to LONGEST_PERIOD, this share of links equals the link one period earlier.
-REGULAR, LONGEST_PERIOD = 0.9, 6
 
 
 def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
     """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity. ``grouped``
-    is the tree with grouped inertias. Links equal to the link one to six places earlier are regular: loops over these
-    links need no change of axes. False for short trees."""
+    is the tree with grouped inertias. Nine of ten links equal to the link one to six places earlier are regular: loops
+    over these need no change of axes. False for short trees."""
     if not _long(scene):
         return False
     patterns: dict[tuple[object, ...], int] = {}
@@ -45,9 +43,9 @@ def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
         for link, grouped_link in zip(tree.links, grouped.links, strict=True)
         if link.motion is not None
     ]
-    periods = range(1, min(LONGEST_PERIOD, len(order) - 1) + 1)
+    periods = range(1, min(6, len(order) - 1) + 1)
     return len(order) >= FEWEST and not any(
-        sum(map(eq, order, order[period:])) >= REGULAR * (len(order) - period) for period in periods
+        sum(map(eq, order, order[period:])) >= 0.9 * (len(order) - period) for period in periods
     )
 
 
@@ -139,7 +137,8 @@ def _kind(link: Link, has_body: bool) -> tuple[object, ...]:
 
 
 #: Slices of a link's row of numbers: orientation, position, inertia, grouped inertia, pitch; rotors and mount follow.
-_ORIENTATION, _POSITION, _INERTIA, _GROUPED, _PITCH = slice(0, 9), slice(9, 12), slice(12, 22), slice(22, 32), 32
+_ORIENTATION, _POSITION, _INERTIA, _GROUPED = slice(0, 9), slice(9, 12), slice(12, 22), slice(22, 32)
+_PITCH = _GROUPED.stop
 _UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
 
 

@@ -22,9 +22,7 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import FactoredRotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
 
-ROOT = -1
-CARRIER = -2
-WORLD = -3
+ROOT, CARRIER, WORLD = range(-1, -4, -1)
 WORLD_NAME = "world"
 
 

@@ -36,12 +36,10 @@ INNER = "n"
 _LOCALS = re.compile(rf"[xy]\d+|r\d+|[wijk{INNER}]|angle|sine|cosine|table\d+|eg_.*|EG_.*")
 #: Names of generated code.
 _TAKEN = ("main", "interface", "eg", "eomgen", "eomgen_real")
-#: Numbers of a table that stand in one line.
-_IN_ONE_LINE = 100
 #: Blocks of a function whose rows are fetched while lanes compute, see ``templates/c/interface/rows.c.jinja``.
 MOST_ROWS = 16
 #: Number of places that 16 bits can hold.
-_MOST_SHORT = 1 << 16
+MOST_SHORT = 1 << 16
 
 
 def mangle(name: str, prefix: str = "p_") -> str:
@@ -113,18 +111,14 @@ def output_name(name: str, inputs: tuple[str, ...]) -> str:
     return f"{name}_out" if clash else name
 
 
-#: Largest number of characters in the name of a local value; longer names make statements harder to read, not easier.
-_LONGEST_LOCAL = 40
-
-
 def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dict[int, str]:
     """Return C identifiers for local values, by number, from names in mechanics, (number, text). Names that are illegal
-    in C, too long, or equal to an earlier one or to one of ``taken`` are left out."""
+    in C, longer than 40 characters, or equal to an earlier one or to one of ``taken`` are left out."""
     texts: dict[int, str] = {}
     used = set(taken)
     for number, text in names:
         name = re.sub(r"[^A-Za-z0-9_]+", "_", text)
-        if name not in used and len(name) <= _LONGEST_LOCAL and _LOCAL.fullmatch(name) and not _C_WORDS.fullmatch(name):
+        if name not in used and len(name) <= 40 and _LOCAL.fullmatch(name) and not _C_WORDS.fullmatch(name):
             used.add(name)
             texts[number] = name
     return texts
@@ -153,7 +147,7 @@ def _starts(items: Sequence[Addition]) -> dict[tuple[int, ...], int]:
 
 @lru_cache(64)  # of the additions of a loop, declared before they are read
 def _lookup(name: str, values: tuple[int, ...]) -> Lookup:
-    return Lookup(name, values, len(values) > _IN_ONE_LINE)
+    return Lookup(name, values, len(values) > 100)  # shorter ones stand in one line
 
 
 class CNames:
@@ -224,7 +218,7 @@ class CNames:
         functions = self.program.functions
         sizes = [max((output.size for output in function.outputs), default=0) for function in functions]
         most = max([*sizes, *(function.workspace for function in functions)], default=0)
-        return "unsigned short" if most <= _MOST_SHORT else "int"
+        return "unsigned short" if most <= MOST_SHORT else "int"
 
     @staticmethod
     def shared_outputs(text: ProgramShared) -> list[str]:

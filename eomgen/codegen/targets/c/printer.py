@@ -16,10 +16,7 @@ from typing import Any, cast
 from eomgen.base.data import dataclass, field
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.targets.c.naming import INNER, comment
-from eomgen.codegen.targets.c.tables import chosen, place, shift
-
-#: Characters in a line.
-WIDTH = 120
+from eomgen.codegen.targets.c.tables import WIDTH, chosen, place, shift
 
 #: Characters of a line that are looked at together.
 _WINDOW = 4000
@@ -29,8 +26,6 @@ _COMMENT_LINE = re.compile(r"\s*(/\*|\*) ")
 #: A line of a comment without indentation, and a line of a comment whose sentence goes on in the next line.
 _PARAGRAPH = re.compile(r"\s*\* ([^\s*].*)")
 _UNENDED = re.compile(r"(?:/\*|^\s*\*) [^\s*](?:.*[^.:;])?$")
-#: Further lines of an item in a comment are indented by as much more.
-_ITEM = 2
 #: Places at which a line may end: after a comma or an assignment, before an operator.
 _BREAK = re.compile(
     r"(?<=,) (?=\S)|(?<= =) (?=\S)| (?=(?:&&|\|\||[+?:-]) )|(?<=:) (?=return )|(?<=[;{]) (?=return |\(void\))"
@@ -123,7 +118,7 @@ def _folded_comment(line: str) -> list[str]:
     indent = line[: len(line) - len(line.lstrip())]
     prefix = f"{indent} * " if line.lstrip().startswith("/*") else f"{indent}* "
     item = re.match(r"\s*\*( {2,})\S", line)
-    prefix += " " * (len(item[1]) - 1 + _ITEM) if item else ""
+    prefix += " " * (len(item[1]) + 1) if item else ""  # further lines of an item are indented by two more
     pieces = []
     while len(line) > WIDTH:
         cut = line.rfind(" ", len(prefix) + 1, WIDTH + 1)
@@ -185,7 +180,7 @@ def _cut(line: str, start: int, closed: Sequence[tuple[int, int]]) -> tuple[int,
     return cut, cut + 1
 
 
-_SUM, _PRODUCT, _PREFIX, _ATOM = 1, 2, 3, 4
+_SUM, _PRODUCT, _PREFIX, _ATOM = range(1, 5)
 _OPERATORS = {"ADD": (" + ", _SUM), "SUB": (" - ", _SUM), "MUL": (" * ", _PRODUCT), "DIV": (" / ", _PRODUCT)}
 
 

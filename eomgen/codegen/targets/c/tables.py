@@ -50,8 +50,8 @@ def chosen(ranges: Sequence[tuple[int, str]], counter: str = "k") -> str:
     return text
 
 
-#: Characters in a line of a table.
-_WIDTH = 120
+#: Characters in a line.
+WIDTH = 120
 #: Tables of fewer entries stay tables.
 _LONG = 72
 #: Least number of equal items at equally spaced places for a loop.
@@ -187,7 +187,7 @@ class RowLookup:
 def integers(name: str, values: Sequence[int], depth: int = 0) -> str:
     """Return the lines that declare a table of integers, each ended."""
     indent, texts = "    " * depth, [*map(str, values)]
-    batch = max(1, (_WIDTH - len(indent) - 4) // (2 + max(map(len, texts), default=1)))
+    batch = max(1, (WIDTH - len(indent) - 4) // (2 + max(map(len, texts), default=1)))
     rows = [f"{indent}    {', '.join(texts[k : k + batch])},\n" for k in range(0, len(texts), batch)]
     return "".join([f"{indent}static const int {name}[{len(texts)}] = {{\n", *rows, f"{indent}}};\n"])
 

@@ -17,6 +17,7 @@ from typing import Any
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import Expression, FunctionPart, Program, ProgramFunction, Statement
 from eomgen.codegen.scheduling.rerolling import READ
+from eomgen.codegen.targets.c.naming import MOST_SHORT
 from eomgen.symbolic.operations import NAMES
 
 #: Functions of one number.
@@ -27,8 +28,6 @@ OPERATIONS = (
     "SINCOS", "TARGET", "OUT", "ZERO",
 )  # fmt: skip  # a table
 _CODES = {name: code for code, name in enumerate(OPERATIONS)}
-#: Registers of a function at most: numbers of registers have 16 bits.
-_MOST_REGISTERS = 1 << 16
 #: Operations of all functions from which on these may become loops: chains of some 20 hinges do, and arms have 10 000.
 _MOST_OPERATIONS = 15_000
 #: Length from which on a copy stays a loop of C.
@@ -64,7 +63,7 @@ class TapeCode:
 
 def on_tape(program: Program) -> tuple[Program, TapeCode]:
     """Return a Program whose functions run on the tape engine, and the code of these functions. Functions with more
-    than ``_MOST_REGISTERS`` registers keep their statements, and so does the state of the base, whose result is a
+    than ``MOST_SHORT`` registers keep their statements, and so does the state of the base, whose result is a
     struct. Shared stretches are copied into the functions that call them."""
     tape = TapeCode()
     numbered = enumerate(program.functions)
@@ -109,7 +108,7 @@ def _encode(program: Program, function: ProgramFunction, number: int, tape: Tape
         return None
     made = _Assembler(program, _without_calls(program, function), len(tape.code))
     begin, statements = len(tape.code), made.statements()
-    if made.registers > _MOST_REGISTERS:
+    if made.registers > MOST_SHORT:
         return None
     constants = (made.first_number, len(tape.numbers), len(made.numbers))
     tape.code += made.code

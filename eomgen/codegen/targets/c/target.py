@@ -17,9 +17,10 @@ from types import MappingProxyType
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
+from eomgen.base.rounding import COMPUTED
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
-from eomgen.codegen.program import FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
+from eomgen.codegen.program import PART_LIMIT, FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.matrix_loops import in_loops
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
@@ -33,7 +34,7 @@ from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
 from eomgen.system.system import INPUT_BLOCKS
 
 #: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.
-FILE_LIMIT = 3000
+FILE_LIMIT = 2 * PART_LIMIT
 #: Number of files from which on these become longer instead of more, up to twice the limit: compilers take 45 ms for
 #: each file before its first function, and no more run at once.
 _MANY_FILES = 8
@@ -145,7 +146,7 @@ SIZES = ("functions", "q", "v", "z", "u", "p", "lam", "bodies", "base")
 #: Distance at which an argument of a curve counts as a break, relative to the argument, or as an end, relative to the
 #: range.
 SNAP = 8.0 * sys.float_info.epsilon
-EDGE = 1e-9
+EDGE = COMPUTED
 #: Tables of numbers are private to a library, so that code reads entries without a lookup of addresses.
 _HIDDEN = '__attribute__((visibility("hidden")))'
 #: The function by which a library takes its tables from the loader.

@@ -26,7 +26,7 @@ from eomgen.integrators.families.register import family_named
 from eomgen.symbolic.operations import NAMES
 from eomgen.system.description import LARGEST_ANGLE
 
-_DIGEST = 32
+_DIGEST = hashlib.sha256().digest_size
 
 
 class TemplateBytecode(jinja2.BytecodeCache):
