@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import replace
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import VECTORS, Application, Formula, Operation, Symbol, infix
@@ -21,7 +21,7 @@ from eomgen.scene.control.model import Controller
 from eomgen.scene.reading.formula_units import unit_of_symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Ref, Tape
+from eomgen.symbolic.tape import Tape
 from eomgen.system.events import mode_parameter
 from eomgen.system.signals import SampledController, State
 from eomgen.system.system import Block, Facts, Function, Quantity, System
@@ -57,7 +57,7 @@ def derive_controller(scene: Scene) -> System:
         functions=functions,
         parameters=parts.parameters,
         inputs=parts.inputs,
-        outputs=tuple(Quantity(item.name, 0.0, 1, item.unit, item.description) for item in parts.commands),
+        outputs=tuple(quantity for quantity, _ in parts.commands),
         bodies=(),
         initial_q=(),
         initial_v=(),
@@ -70,16 +70,6 @@ def derive_controller(scene: Scene) -> System:
         description=f"controller of {scene.name}" + (f": {scene.description}" if scene.description else ""),
         defaults=dict(vars(scene.simulation)),
     )
-
-
-@dataclass(frozen=True)
-class _Command:
-    """A value of the controller that the plant reads."""
-
-    name: str
-    formula: Formula
-    unit: str
-    description: str
 
 
 class _ControllerParts:
@@ -111,10 +101,14 @@ class _ControllerParts:
         self._outputs = self._measurable_outputs()
         self.measured: dict[Formula, Quantity] = {}
         self._used: set[str] = set()  # inputs of the scene
-        self.own = self._digital_states() if self.digital else self._states_of_controllers()
-        read = self._read_by_plant() or self._read_by_outputs()
+        sampled = {state.name for state in scene.states if state.sampling is not None}
+        self.own = sampled or self._states_of_controllers()
+        rates = (state.rate for state in scene.states if state.name not in self.own)
+        read = self._commands_in([*self._forces(), *rates]) or self._read_by_outputs()
         if not read:
-            raise ModelError(self._no_controller())
+            fault = "the scene has no controller: neither sampled states nor [controllers] [E0491]"
+            hint = "sample and formula of a state, or with_controller(scene, law) of a design"
+            raise ModelError(Problem(scene.name, fault, hint))
         self._check_actions()
         self.sampled = tuple(map(self._check, scene.sampled)) if self.digital else ()
         self.controllers: dict[str, Formula] = {}
@@ -122,9 +116,6 @@ class _ControllerParts:
         self.commands = tuple(self._command(name) for name in read)
 
     # -- the controller and its commands -------------------------------------------------------------------------------
-
-    def _digital_states(self) -> set[str]:
-        return {state.name for state in self.scene.states if state.sampling is not None}
 
     def _states_of_controllers(self) -> set[str]:
         """Return the names of the continuous states that controllers read, directly or by rates of other states,
@@ -139,10 +130,6 @@ class _ControllerParts:
 
     def _forces(self) -> Iterator[Formula]:
         return (formula for element in self.scene.elements for formula, _ in element.formulas())
-
-    def _read_by_plant(self) -> list[str]:
-        rates = (state.rate for state in self.scene.states if state.name not in self.own)
-        return self._commands_in([*self._forces(), *rates])
 
     def _read_by_outputs(self) -> list[str]:
         """Return the names of the controllers and states that outputs of the scene read, or of all controllers and
@@ -187,11 +174,6 @@ class _ControllerParts:
                 yield from self._expand(self._by_name[symbol.name].output)
             else:
                 yield symbol
-
-    def _no_controller(self) -> Problem:
-        fault = "the scene has no controller: neither sampled states nor [controllers] [E0491]"
-        hint = "sample and formula of a state, or with_controller(scene, law) of a design"
-        return Problem(self.scene.name, fault, hint)
 
     def _check_actions(self) -> None:
         """Raise ModelError if an event changes a state of the controller."""
@@ -239,12 +221,13 @@ class _ControllerParts:
         formula = self._alone(state.sampling.formula, state.sampling.place or where)
         return replace(state, sampling=replace(state.sampling, formula=formula))
 
-    def _command(self, name: str) -> _Command:
-        if name in self._states:
-            state = self._states[name]
-            return _Command(name, Symbol("state", name), state.unit, state.description)
-        item = self._by_name[name]
-        return _Command(name, self._alone(item.output, f"controllers.{name}"), item.unit, item.description)
+    def _command(self, name: str) -> tuple[Quantity, Formula]:
+        """Return a value of the controller that the plant reads, with its formula."""
+        item = self._states[name] if name in self._states else self._by_name[name]
+        quantity = Quantity(name, 0.0, 1, item.unit, item.description)
+        if isinstance(item, State):
+            return quantity, Symbol("state", name)
+        return quantity, self._alone(item.output, f"controllers.{name}")
 
     def _alone(self, formula: Formula, where: str) -> Formula:
         """Return a formula with inputs in place of quantities of the plant, which are added to ``measured``. The last
@@ -264,7 +247,12 @@ class _ControllerParts:
         motion."""
         match symbol.kind:
             case "time" | "parameter" | "number":
-                return self._checked_mode(symbol, where)
+                modes = {mode_parameter(name): name for name in self.scene.modes}
+                if symbol.kind == "parameter" and symbol.name in modes:
+                    mode = modes[symbol.name]
+                    fault = f"the mode {mode} is switched by events, and the controller has no events [E0495]"
+                    raise ModelError(Problem(where, fault, "a sampled state in place of the mode"))
+                return symbol
             case "input":
                 self._used.add(symbol.name)
                 return symbol
@@ -282,13 +270,6 @@ class _ControllerParts:
             item = self._states[symbol.name] if symbol.kind == "state" else self._by_name[symbol.name]
             return self._input(symbol, Quantity(symbol.name, 0.0, 1, item.unit, item.description))
         return self._input(symbol, Quantity(infix(symbol, self._size), 0.0, 1, unit))
-
-    def _checked_mode(self, symbol: Symbol, where: str) -> Symbol:
-        modes = {mode_parameter(name): name for name in self.scene.modes}
-        if symbol.kind == "parameter" and symbol.name in modes:
-            fault = f"the mode {modes[symbol.name]} is switched by events, and the controller has no events [E0495]"
-            raise ModelError(Problem(where, fault, "a sampled state in place of the mode"))
-        return symbol
 
     def _continuous(self, name: str) -> bool:
         """Return whether a controller depends on states outside of the controller; a digital controller measures such
@@ -310,7 +291,7 @@ class _ControllerParts:
         """Yield all formulas of the controller."""
         for state in self.states:
             yield state.rate if state.sampling is None else state.sampling.formula
-        yield from (item.formula for item in self.commands)
+        yield from (formula for _, formula in self.commands)
 
     @cached_property
     def inputs(self) -> tuple[Quantity, ...]:
@@ -368,20 +349,17 @@ class _ControllerTape:
         (continuous). Each takes those blocks among "p", "t", "z" and "u" that the controller has."""
         made: list[tuple[str, str, list[Block]]] = []
         with self.tape.block("commands"):
-            refs = tuple(self.formula(item.formula).ref for item in self.scene.commands)
-        made.append(("commands", "commands at present states and measured signals", [_vector("y", refs, "commands")]))
+            refs = tuple(self.formula(formula).ref for _, formula in self.scene.commands)
+        commands = Block("y", (len(refs),), refs, "commands")
+        made.append(("commands", "commands at present states and measured signals", [commands]))
         if self.scene.digital:
             made.append(("samples", "new values of the sampled states", samples(self)))
         elif self.scene.states:
             with self.tape.block("rates"):
                 refs = tuple(self.formula(item.rate).ref for item in self.scene.states)
-            made.append(("rates", "time derivatives of the states", [_vector("zdot", refs, "rates")]))
+            made.append(("rates", "time derivatives of the states", [Block("zdot", (len(refs),), refs, "rates")]))
         every = [ref for _, _, blocks in made for block in blocks for ref in block.refs]
         timed = any(symbol.block == "t" for symbol in self.tape.depends_on(every))
         present = {"p": self.scene.parameters, "t": timed, "z": self.scene.states, "u": self.scene.inputs}
         inputs = tuple(block for block, there in present.items() if there)
         yield from (Function(name, text, inputs, tuple(blocks)) for name, text, blocks in made)
-
-
-def _vector(name: str, refs: tuple[Ref, ...], description: str) -> Block:
-    return Block(name, (len(refs),), refs, description)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import islice
 
 from eomgen.errors import Message, ModelError, Problem
@@ -221,7 +221,9 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     sizes = extent(scene, derivation.algebra, derivation.constant)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
-    notes = (*_equation_notes(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene))
+    # compiled libraries keep their notes, and shapes change without them
+    of_equations = [note for note in scene.notes if not note.startswith("shapes.")]
+    notes = (*of_equations, *overshoots(scene.curves), *_overshoots_of_parts(scene))
     if derivation.start is None:
         derivation.start = (absolute_start if derivation.absolute else joint_start)(derivation)
     initial_q, initial_v = derivation.start
@@ -363,9 +365,9 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     """Return the facts of the equations by which methods and checks are chosen; ``made`` are the functions by name."""
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied_forces()]
+    masses = [] if derivation.deep else [value.ref for row in derivation.mass_rows for value in row.values()]
     return Facts(
-        constant_mass=not derivation.deep
-        and "q" not in {symbol.block for symbol in tape.depends_on(derivation.mass_entries())},
+        constant_mass=not derivation.deep and "q" not in {symbol.block for symbol in tape.depends_on(masses)},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
         smooth=not any(_non_smooth(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
@@ -405,11 +407,6 @@ def _prune(derivation: Derivation, function: Function, used: Collection[str], ti
     }
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))
     return Function(function.name, function.description, inputs, function.outputs)
-
-
-def _equation_notes(notes: Iterable[str]) -> Iterator[str]:
-    """Yield the notes without notes on shapes: compiled libraries keep their notes, and shapes change without them."""
-    return (note for note in notes if not note.startswith("shapes."))
 
 
 def _overshoots_of_parts(scene: Scene) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import chain, groupby
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,17 +157,7 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
 
     The references of counted angles follow the poses in q.
     """
-    made = _AbsoluteBodies(derivation.scene, derivation.tape, derivation.tree)
-    q, v = _absolute_start(made, BodiesAtStart(made.scene), _defaults(made.scene))
-    return tuple(map(float, q)), tuple(map(float, v))
-
-
-class _AbsoluteBodies(NamedTuple):
-    """The absolute bodies of a scene, recorded on a tape."""
-
-    scene: Scene
-    tape: Tape
-    tree: Tree
+    return AbsoluteStartEquations(derivation.scene, derivation.tree).at({})
 
 
 class AbsoluteStartEquations:
@@ -176,24 +166,20 @@ class AbsoluteStartEquations:
     Parameters
     ----------
     scene : with absolute coordinates
+    tree : of the bodies; recorded on a tape of its own by default
     """
 
-    def __init__(self, scene: Scene) -> None:
-        tape = Tape()
-        self._recorded = _AbsoluteBodies(scene, tape, build_absolute_tree(Algebra(tape), scene, scene.groups))
-        self._with_beams = any(isinstance(element, CosseratBeam) for element in scene.elements)
-        self._bodies = None if self._with_beams else BodiesAtStart(scene)
-        #: Numbers of the parameters that move the bodies; masses do not.
-        self._moving: set[int] = set()
-        if self._bodies is not None:
-            inputs = self._recorded.tape.depends_on(_places(self._recorded.tree)) | self._bodies.depends_on()
-            self._moving = {symbol.index for symbol in inputs if symbol.block == "p"}
+    def __init__(self, scene: Scene, tree: Tree | None = None) -> None:
+        self._scene = scene
+        self._tree = build_absolute_tree(Algebra(Tape()), scene, scene.groups) if tree is None else tree
+        # nodes of beams are placed in numbers
+        with_beams = any(isinstance(element, CosseratBeam) for element in scene.elements)
+        self._bodies = None if with_beams else BodiesAtStart(scene)
 
     def at(self, parameters: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return q, (nq,), and v, (nv,), for values of parameters by name; other parameters have the scene's values."""
-        scene = _with_parameters(self._recorded.scene, parameters)
-        bodies = self._bodies or BodiesAtStart(scene)  # nodes of beams are placed in numbers
-        q, v = _absolute_start(self._recorded, bodies, _defaults(scene))
+        scene = _with_parameters(self._scene, parameters)
+        q, v = _absolute_start(self._tree, self._bodies or BodiesAtStart(scene), _defaults(scene))
         return tuple(map(float, q)), tuple(map(float, v))
 
     def slopes(
@@ -203,17 +189,18 @@ class AbsoluteStartEquations:
         steps. None with nodes of geometrically exact beams, which are placed in real numbers."""
         if self._bodies is None:
             return None
-        scene, factors = _with_parameters(self._recorded.scene, parameters), self._recorded.tree.factors
+        scene, factors = _with_parameters(self._scene, parameters), self._tree.factors
         tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
         values = _defaults(scene)["p"]
-        slopes = np.zeros((2, self._recorded.tree.nv, len(names)))
-        moving = [(column, tunable.index(name)) for column, name in enumerate(names)]
-        moving = [(column, number) for column, number in moving if number in self._moving]
-        q = np.array(_absolute_start(self._recorded, self._bodies, {"p": values})[0]) if moving else slopes[0]
+        slopes = np.zeros((2, self._tree.nv, len(names)))
+        inputs = self._tree.algebra.tape.depends_on(_places(self._tree)) | self._bodies.depends_on()
+        numbers = {symbol.index for symbol in inputs if symbol.block == "p"}  # masses do not move the bodies
+        moving = [(column, number) for column, name in enumerate(names) if (number := tunable.index(name)) in numbers]
+        q = np.array(_absolute_start(self._tree, self._bodies, {"p": values})[0]) if moving else slopes[0]
         for column, number in moving:
             moved = values.astype(complex)
             moved[number] += 1j * _TINY
-            at, v = _absolute_start(self._recorded, self._bodies, {"p": moved})
+            at, v = _absolute_start(self._tree, self._bodies, {"p": moved})
             slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
         return slopes[0], slopes[1]
 
@@ -225,16 +212,16 @@ def _with_parameters(scene: Scene, parameters: Mapping[str, float]) -> Scene:
 
 
 def _absolute_start(
-    recorded: _AbsoluteBodies, bodies: BodiesAtStart, p: Mapping[str, NDArray[Any]]
+    tree: Tree, bodies: BodiesAtStart, p: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return q, (nq,), and v, (nv,), of the absolute bodies for real or complex parameters ``p`` (``{"p": values}``).
     ``bodies`` gives poses and twists of the bodies at the joints' initial state."""
     poses, twists, angles = bodies(p)
-    numbers = {body.name: number for number, body in enumerate(recorded.scene.bodies)}
-    offsets = -evaluate(recorded.tape, _places(recorded.tree), p).reshape(-1, 3)
-    nq = sum(factor.q_size for factor in recorded.tree.factors)
-    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(recorded.tree.nv, dtype=angles.dtype)
-    for link, factor, offset in zip(recorded.tree.links, recorded.tree.factors, offsets, strict=True):
+    numbers = {body.name: number for number, body in enumerate(bodies.scene.bodies)}
+    offsets = -evaluate(tree.algebra.tape, _places(tree), p).reshape(-1, 3)
+    nq = sum(factor.q_size for factor in tree.factors)
+    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(tree.nv, dtype=angles.dtype)
+    for link, factor, offset in zip(tree.links, tree.factors, offsets, strict=True):
         pose, twist = poses[numbers[link.name]], twists[numbers[link.name]]
         R = numeric.rotation_matrix(pose[:4])
         velocity = twist[3:] + np.cross(twist[:3], offset)
@@ -264,6 +251,7 @@ class BodiesAtStart:
     parameters."""
 
     def __init__(self, scene: Scene) -> None:
+        self.scene = scene
         beams = tuple(element for element in scene.elements if isinstance(element, CosseratBeam))
         bare = replace(scene, constraints=(), states=(), controllers=(), elements=beams)
         tree = Derivation(replace(bare, coordinates="joint"))

@@ -293,14 +293,11 @@ class Reactions:
     def __init__(self, scene: Scene, wrenches: Callable[[Collection[str]], TransmittedWrenches]) -> None:
         self.scene = scene
         self._made = wrenches
-        self._wrenches: TransmittedWrenches | None = None
         self._found: dict[str, tuple[Scalar, ...]] = {}
 
-    @property
+    @cached_property
     def wrenches(self) -> TransmittedWrenches:
-        if self._wrenches is None:
-            self._wrenches = self._made(self._fixed_joints())
-        return self._wrenches
+        return self._made(self._fixed_joints())
 
     def __call__(self, symbol: Symbol) -> Scalar:
         """Return a component of a reaction, moment first, N m or N, or the effort of a drive.

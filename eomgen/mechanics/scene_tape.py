@@ -182,10 +182,6 @@ class Derivation:
         M = separated.mass_matrix(self.grouped, self.composites)
         return [self._matrix("M", M, "inertia matrix")]
 
-    def mass_entries(self) -> list[int]:
-        """Return the references of the entries of M's lower triangle without structural zeros."""
-        return [value.ref for row in self.mass_rows for value in row.values()]
-
     @cached_property
     def mass_rows(self) -> list[dict[int, Scalar]]:
         """The lower triangle of M row by row, by column, without structural zeros."""
@@ -411,17 +407,12 @@ class Derivation:
 
     def internal_rate(self) -> list[Block]:
         """Return zdot, (nz,)."""
-        return [self._vector("zdot", self.internal.rates(), "rates of the internal states")]
+        return [self._vector("zdot", self.internal.rates, "rates of the internal states")]
 
     def internal_partials(self) -> list[Block]:
         """Return the blocks Rz, Fq, Fv, Fz: partials of the residual in z, and of zdot in q (left-trivialised), v and
         z. Empty without internal states."""
-        if not self.scene.states:
-            return []
-        return [
-            Block(name, shape, refs, description)
-            for name, (shape, refs, description) in self.internal.partials(self.applied_forces()).items()
-        ]
+        return self.internal.partials(self.applied_forces()) if self.scene.states else []
 
     # -- constraints --------------------------------------------------------------------------------------------------
 

@@ -26,7 +26,7 @@ def choose(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
     result = tape.select(condition, then, otherwise)
     if ZERO in (then, otherwise) or tape.conditions:
         holds = _truth(tape, condition) if then != ZERO else ZERO
-        fails = _negation(tape, condition) if otherwise != ZERO else ZERO
+        fails = tape.select(_truth(tape, condition), ZERO, ONE) if otherwise != ZERO else ZERO
         holds, fails = (
             _both(tape, case, tape.conditions.get(abs(branch), ONE))
             for case, branch in ((holds, then), (fails, otherwise))
@@ -105,10 +105,6 @@ def _truth(tape: Tape, condition: Ref) -> Ref:
     if condition > 0 and tape.op[condition] in (Op.LT, Op.LE):
         return condition
     return tape.call(Op.LT, ZERO, tape.call(Op.ABS, condition))
-
-
-def _negation(tape: Tape, condition: Ref) -> Ref:
-    return tape.select(_truth(tape, condition), ZERO, ONE)
 
 
 def _both(tape: Tape, first: Ref, second: Ref) -> Ref:

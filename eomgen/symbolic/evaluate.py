@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -40,6 +41,21 @@ class Arithmetic:
     constant: Callable[[float], Any]
     side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]] | None = None
     call: Callable[[Call, Sequence[Any]], list[Any]] = call_values
+
+
+def side_by_side(
+    shape: tuple[int, ...], dtype: Any, slots: Sequence[Sequence[Any]]
+) -> tuple[list[Any], Callable[[Any], Any]]:
+    """Return an array of each slot's numbers, one after the other, and the function that gives as many results: the
+    function ``side_by_side`` of an Arithmetic of arrays of a shape and type."""
+    count = len(slots[0]) if slots else 0
+    together = []
+    for slot in slots:
+        array = np.empty((count, *shape), dtype)
+        for element, number in enumerate(slot):
+            array[element] = number
+        together.append(array)
+    return together, lambda result: np.broadcast_to(result, (count, *shape))
 
 
 class Evaluation:
@@ -161,21 +177,7 @@ class Evaluation:
             check_component(symbol, size)
             return arrays[symbol.block][..., symbol.index][()]
 
-        def side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[Any], Any]]:
-            count = len(slots[0]) if slots else 0
-            together = []
-            for slot in slots:
-                array = np.empty((count, *shape), dtype)
-                for element, number in enumerate(slot):
-                    array[element] = number
-                together.append(array)
-
-            def apart(result: Any) -> NDArray[Any]:
-                return np.broadcast_to(result, (count, *shape))
-
-            return together, apart
-
-        results = self._distinct(leaf, Arithmetic(_NUMPY_RULES, dtype.type, side_by_side))
+        results = self._distinct(leaf, Arithmetic(_NUMPY_RULES, dtype.type, partial(side_by_side, shape, dtype)))
         output = np.empty((*shape, len(results)), dtype)
         for position, result in enumerate(results):
             output[..., position] = result

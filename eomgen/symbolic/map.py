@@ -134,16 +134,9 @@ class Map:
     def counts(self) -> Counts:
         """Return the operation counts of the whole loop: the kernel's times the number of elements, plus additions of
         the sums."""
-        kernel_counts = self.kernel.counts(self.kernel_refs)
-        n = self.count
-        return Counts(
-            n * (kernel_counts.additions + len(self.sums)),
-            n * kernel_counts.multiplications,
-            n * kernel_counts.divisions,
-            n * kernel_counts.functions,
-            n * kernel_counts.selections,
-            n * (kernel_counts.statements + len(self.sums)),
-        )
+        sums = Counts(additions=len(self.sums), statements=len(self.sums))
+        of_element = self.kernel.counts(self.kernel_refs) + sums
+        return Counts(*(self.count * number for number in vars(of_element).values()))
 
     def join(self, other: Map) -> Map | None:
         """Return one loop with the sums of both loops, this loop's first; None if both cannot be joined, or no

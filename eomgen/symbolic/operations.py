@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum, auto
+from operator import add
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -285,11 +286,4 @@ class Counts:
         return self.flops + 8 * self.divisions + 20 * self.functions + self.selections
 
     def __add__(self, other: Counts) -> Counts:
-        return Counts(
-            self.additions + other.additions,
-            self.multiplications + other.multiplications,
-            self.divisions + other.divisions,
-            self.functions + other.functions,
-            self.selections + other.selections,
-            self.statements + other.statements,
-        )
+        return Counts(*map(add, vars(self).values(), vars(other).values()))

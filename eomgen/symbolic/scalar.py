@@ -285,6 +285,22 @@ def cross(x: Vector, y: Vector) -> Vector:
     return (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
 
 
+def all_zero(*x: Sequence[Scalar]) -> bool:
+    """Return whether all components of vectors are zero by structure.
+
+    Parameters
+    ----------
+    *x : sequence of Scalar
+        Vectors of any length, such as the rows of a matrix.
+
+    Returns
+    -------
+    bool
+        Whether each component is the constant 0.
+    """
+    return all(entry.is_zero for part in x for entry in part)
+
+
 def apply(A: Matrix, x: Vector) -> Vector:
     """Return the product of a matrix and a vector in space.
 

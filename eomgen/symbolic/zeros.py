@@ -8,12 +8,13 @@ properties of these functions are kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from eomgen.symbolic.evaluate import Arithmetic, run
+from eomgen.symbolic.evaluate import Arithmetic, run, side_by_side
 from eomgen.symbolic.operations import ELEMENTARY, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
@@ -54,7 +55,10 @@ class _Residues:
         }
         rules |= {op: lambda x, y, op=op: self._mix(self._unknown(op, x, y), x, y) for op in (Op.MIN, Op.MAX)}
         self.arithmetic = Arithmetic(
-            rules, self._constant, _side_by_side, lambda call, _: [self._numbers(()) for _ in range(call.size)]
+            rules,
+            self._constant,
+            partial(side_by_side, _SAMPLES, np.int64),
+            lambda call, _: [self._numbers(()) for _ in range(call.size)],
         )
 
     def leaf(self, symbol: InputSymbol) -> Any:
@@ -99,14 +103,3 @@ class _Residues:
 
 def _product(x: Any, y: Any) -> Any:
     return (x % _PRIME) * (y % _PRIME) % _PRIME
-
-
-def _side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[Any], Any]]:
-    count = len(slots[0]) if slots else 0
-    together = []
-    for slot in slots:
-        array = np.empty((count, *_SAMPLES), np.int64)
-        for element, number in enumerate(slot):
-            array[element] = number
-        together.append(array)
-    return together, lambda result: np.broadcast_to(result, (count, *_SAMPLES))

@@ -3,15 +3,14 @@ mpmath."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.system import Block, Function, System
+from eomgen.system.system import Block, Function
+from eomgen.toolchain.library import Library
 from tests.codegen.hand_made import call, compile_system, make_system
 from tests.oracles.fifty_digits import evaluate_mpmath
 
@@ -19,9 +18,8 @@ SIZE = 11
 BUILDS = [("quick", "double"), ("fast", "float"), ("quick", "complex"), ("fast", "lanes")]
 
 
-def every_operation() -> tuple[System, list[Ref], list[Op]]:
-    """Return a System whose one output has every operation, on arguments of both signs inside its domain."""
-    tape = Tape()
+def every_operation(tape: Tape) -> tuple[list[Ref], list[Op]]:
+    """Return every operation, on arguments of both signs inside its domain."""
     x = [tape.input("q", k) for k in range(2)] + [tape.input("v", k) for k in range(2)] + [tape.input("t")]
     refs: list[Ref] = []
     ops: list[Op] = []
@@ -47,8 +45,37 @@ def every_operation() -> tuple[System, list[Ref], list[Op]]:
                 ref = tape.call(op, first, second)
             refs += [ref, -ref]
             ops += [op, op]
-    function = Function("everything", "every operation", ("t", "q", "v"), (Block("y", (len(refs),), tuple(refs)),))
-    return make_system("everything", tape, [function]), refs, ops
+    return refs, ops
+
+
+def choices(tape: Tape) -> list[Ref]:
+    x, y, one, two = tape.input("q", 0), tape.input("q", 1), tape.constant(1.0), tape.constant(2.0)
+    refs = [tape.call(Op.LT, x, y), tape.call(Op.LE, y, x), tape.select(tape.call(Op.LT, x, y), one, two)]
+    return [*refs, tape.select(tape.call(Op.LE, x, one), tape.call(Op.SQRT, y), two)]  # others may be anything
+
+
+def bounds(tape: Tape) -> list[Ref]:
+    x, y, zero = tape.input("q", 0), tape.input("q", 1), tape.constant(0.0)
+    refs = [tape.call(Op.MIN, x, y), tape.call(Op.MIN, y, zero), tape.call(Op.MAX, y, x), tape.call(Op.MAX, zero, y)]
+    return [*refs, tape.call(Op.MAX, tape.call(Op.MIN, y, x), zero), tape.call(Op.ABS, y), tape.call(Op.SIGN, y)]
+
+
+TAPE = Tape()
+EVERYTHING, OPS = every_operation(TAPE)
+REFS = {"everything": EVERYTHING, "choices": choices(TAPE), "bounds": bounds(TAPE)}
+REFS["power"] = [TAPE.call(Op.POW, TAPE.input("q", 0), TAPE.input("q", 1))]
+INPUTS = {"everything": ("t", "q", "v"), "choices": ("q",), "bounds": ("q",), "power": ("q",)}
+
+
+@pytest.fixture(scope="module", params=BUILDS, ids="-".join)
+def library(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Library:
+    """Return all functions, once of each number type."""
+    functions = [
+        Function(name, "", INPUTS[name], (Block("y", (len(refs),), tuple(refs)),)) for name, refs in REFS.items()
+    ]
+    profile, real = request.param
+    folder = tmp_path_factory.mktemp("arithmetic")
+    return compile_system(make_system("everything", TAPE, functions), folder, profile=profile, real=real)
 
 
 def samples() -> dict[str, np.ndarray]:
@@ -56,92 +83,72 @@ def samples() -> dict[str, np.ndarray]:
     return {"t": rng.uniform(-2, 2, (SIZE, 1)), "q": rng.uniform(-2, 2, (SIZE, 2)), "v": rng.uniform(-2, 2, (SIZE, 2))}
 
 
-def expected(system: System, refs: list[Ref], inputs: dict[str, np.ndarray]) -> np.ndarray:
-    rows = [evaluate(system.tape, refs, {name: rows[k] for name, rows in inputs.items()}) for k in range(SIZE)]
-    return np.array(rows)
+def expected(inputs: dict[str, np.ndarray]) -> np.ndarray:
+    return np.array([evaluate(TAPE, EVERYTHING, {name: rows[k] for name, rows in inputs.items()}) for k in range(SIZE)])
 
 
-@pytest.mark.parametrize(
-    ("real", "tolerance"), [("double", 4e-15), ("float", 4e-6), ("lanes", 4e-15), ("complex", 4e-15)]
-)
-def test_every_operation_agrees_with_the_tape(real: str, tolerance: float, tmp_path: Path) -> None:
-    system, refs, ops = every_operation()
+def worse(errors: np.ndarray, tolerance: float) -> set[str]:
+    """Return the names of the operations with an error above a tolerance."""
+    return {op.name for op, error in zip(OPS, errors, strict=True) if not error <= tolerance}
+
+
+def test_every_operation_agrees_with_the_tape(library: Library) -> None:
     inputs = samples()
-    (found,) = call(compile_system(system, tmp_path, real=real), "everything", inputs)
-    wanted = expected(system, refs, inputs)
-    scale = np.maximum(1.0, np.abs(wanted))
-    worst = np.max(np.abs(found - wanted) / scale, axis=0)
-    assert {op.name for op, error in zip(ops, worst, strict=True) if not error <= tolerance} == set()
+    (found,) = call(library, "everything", inputs)
+    wanted = expected(inputs)
+    worst = np.max(np.abs(found - wanted) / np.maximum(1.0, np.abs(wanted)), axis=0)
+    assert worse(worst, 4e-6 if library.real == "float" else 4e-15) == set()
 
 
-def test_double_agrees_with_fifty_digits(tmp_path: Path) -> None:
-    system, refs, ops = every_operation()
+@pytest.mark.parametrize("library", [("quick", "double")], indirect=True, ids="-".join)
+def test_double_agrees_with_fifty_digits(library: Library) -> None:
     inputs = samples()
-    (found,) = call(compile_system(system, tmp_path), "everything", inputs)
-    exact = evaluate_mpmath(system.tape, refs, {name: [float(x) for x in rows[3]] for name, rows in inputs.items()})
+    (found,) = call(library, "everything", inputs)
+    exact = evaluate_mpmath(TAPE, EVERYTHING, {name: [float(x) for x in rows[3]] for name, rows in inputs.items()})
     errors = [
         abs(float(value - float(y))) / max(1.0, abs(float(value))) for value, y in zip(exact, found[3], strict=True)
     ]
-    assert {op.name for op, error in zip(ops, errors, strict=True) if not error <= 1e-15} == set()
+    assert worse(np.array(errors), 1e-15) == set()
 
 
-def test_complex_step_on_the_compiled_code_gives_derivatives(tmp_path: Path) -> None:
-    """d/dq0 by a step of 1e-200 i in C, against central differences of the NumPy evaluation."""
-    system, refs, ops = every_operation()
+@pytest.mark.parametrize("library", [("quick", "complex")], indirect=True, ids="-".join)
+def test_complex_step_on_the_compiled_code_gives_derivatives(library: Library) -> None:
+    """d/dq0 by a step of 1e-200 i in C, against central differences of the NumPy evaluation; of powers of negative
+    bases in closed form."""
     inputs = samples()
     shifted = {name: rows.astype(complex) for name, rows in inputs.items()}
     shifted["q"] = shifted["q"] + np.array([1e-200j, 0.0])
-    (found,) = call(compile_system(system, tmp_path, real="complex"), "everything", shifted)
+    (found,) = call(library, "everything", shifted)
     step = 1e-6
-    ahead = expected(system, refs, {**inputs, "q": inputs["q"] + [step, 0.0]})
-    behind = expected(system, refs, {**inputs, "q": inputs["q"] - [step, 0.0]})
+    ahead, behind = (expected({**inputs, "q": inputs["q"] + [off, 0.0]}) for off in (step, -step))
     error = np.max(np.abs(found.imag * 1e200 - (ahead - behind) / (2 * step)), axis=0)
-    assert {op.name for op, worst in zip(ops, error, strict=True) if not worst < 1e-8} == set()
+    assert worse(error, 1e-8) == set()
     assert np.max(np.abs(found.imag)) * 1e200 > 0.5
-
-
-def test_negative_bases_of_powers_keep_their_derivative(tmp_path: Path) -> None:
-    tape = Tape()
-    power = tape.call(Op.POW, tape.input("q", 0), tape.input("q", 1))
-    system = make_system("power", tape, [Function("power", "", ("q",), (Block("y", (1,), (power,)),))])
-    (found,) = call(compile_system(system, tmp_path, real="complex"), "power", {"q": np.array([-1.5 + 1e-200j, 3.0])})
+    (found,) = call(library, "power", {"q": np.array([-1.5 + 1e-200j, 3.0])})
     assert found[0].real == pytest.approx(-3.375, rel=1e-15)
     assert found[0].imag * 1e200 == pytest.approx(3 * 1.5**2, rel=1e-14)
 
 
-@pytest.mark.parametrize(("profile", "real"), BUILDS)
-def test_not_a_number_passes_through_comparisons_and_choices(real: str, profile: str, tmp_path: Path) -> None:
-    tape = Tape()
-    x, y, one, two = tape.input("q", 0), tape.input("q", 1), tape.constant(1.0), tape.constant(2.0)
-    refs = [tape.call(Op.LT, x, y), tape.call(Op.LE, y, x), tape.select(tape.call(Op.LT, x, y), one, two)]
-    refs += [tape.select(tape.call(Op.LE, x, one), tape.call(Op.SQRT, y), two)]  # what is not chosen may be anything
-    system = make_system("choices", tape, [Function("choices", "", ("q",), (Block("y", (len(refs),), tuple(refs)),))])
-    library = compile_system(system, tmp_path, profile=profile, real=real)
+def all_values(library: Library, name: str, q: np.ndarray) -> list[np.ndarray]:
+    """Return the values of a function in C, in NumPy and in mpmath."""
+    (found,) = call(library, name, {"q": q})
+    rows = [[complex(value) for value in evaluate_mpmath(TAPE, REFS[name], {"q": list(map(float, row))})] for row in q]
+    return [found, evaluate(TAPE, REFS[name], {"q": q}), np.array(rows)]
+
+
+def test_not_a_number_passes_through_comparisons_and_choices(library: Library) -> None:
     q = np.array([[2.0, np.nan], [np.nan, 2.0], [2.0, -np.inf], [-np.inf, 4.0], [2.0, 2.0]])
-    (found,) = call(library, "choices", {"q": q})
-    in_numpy = evaluate(tape, refs, {"q": q})
-    in_mpmath = [[complex(value) for value in evaluate_mpmath(tape, refs, {"q": list(map(float, row))})] for row in q]
     nan = np.nan
     wanted = [[nan, nan, nan, 2], [nan, nan, nan, nan], [0, 1, 2, 2], [1, 0, 1, 2], [0, 1, 2, 2]]
-    for values in (found, in_numpy, np.array(in_mpmath)):
+    for values in all_values(library, "choices", q):
         assert np.array_equal(values.real, wanted, equal_nan=True)
 
 
-@pytest.mark.parametrize(("profile", "real"), BUILDS)
-def test_not_a_number_passes_through_min_max_abs_and_sign(real: str, profile: str, tmp_path: Path) -> None:
-    tape = Tape()
-    x, y, zero = tape.input("q", 0), tape.input("q", 1), tape.constant(0.0)
-    refs = [tape.call(Op.MIN, x, y), tape.call(Op.MIN, y, zero), tape.call(Op.MAX, y, x), tape.call(Op.MAX, zero, y)]
-    refs += [tape.call(Op.MAX, tape.call(Op.MIN, y, x), zero), tape.call(Op.ABS, y), tape.call(Op.SIGN, y)]
-    system = make_system("bounds", tape, [Function("bounds", "", ("q",), (Block("y", (len(refs),), tuple(refs)),))])
-    library = compile_system(system, tmp_path, profile=profile, real=real)
+def test_not_a_number_passes_through_min_max_abs_and_sign(library: Library) -> None:
     q = np.array(
         [[0.0, np.nan], [1.0, np.nan], [np.inf, np.nan], [np.nan, np.nan], [np.inf, -np.inf], [-2.0, 3.0], [3.0, -2.0]]
     )
-    (found,) = call(library, "bounds", {"q": q})
-    in_numpy = evaluate(tape, refs, {"q": q})
-    in_mpmath = [[complex(value) for value in evaluate_mpmath(tape, refs, {"q": list(map(float, row))})] for row in q]
-    for values in (found, in_numpy, np.array(in_mpmath)):
+    for values in all_values(library, "bounds", q):
         assert np.all(np.isnan(values[:4]))
         assert values[4:].real.tolist() == [
             [-np.inf, -np.inf, np.inf, 0, 0, np.inf, -1],

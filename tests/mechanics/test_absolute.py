@@ -97,6 +97,7 @@ def check_same_motion(joint: System, absolute: System, state: dict[str, Array], 
         np.testing.assert_allclose(moved["lam"][:, -own:], state["lam"], rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.slow_except("0-SE3-resting", "1-R3xSO3-translating", "2-mixed-turning")
 @pytest.mark.parametrize(
     ("seed", "groups", "base"),
     [(3 * k + j, GROUPS[(k + j) % 3], BASES[j]) for k in range(2) for j in range(3)] + [(4, "R3xSO3", "resting")],
@@ -124,6 +125,7 @@ def over_turns(absolute: System, moved: dict[str, Array], angles: Array, rng: np
     return {**moved, "q": np.concatenate([moved["q"][:, : absolute.nq - len(absolute.angles)], references], axis=1)}
 
 
+@pytest.mark.slow_cases("5")
 @pytest.mark.parametrize("seed", [0, 5])
 def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
     """Springs, torsion springs, efforts, formulas and outputs of angles of up to 60 turns, wherever the references
@@ -147,6 +149,7 @@ LOOPS = [("distance", False, "SE3"), ("point_on_line", False, "R3xSO3"), ("cylin
 LOOPS += [("rolling", False, "R3xSO3")]
 
 
+@pytest.mark.slow_except("point_on_line-False-R3xSO3", "cylindrical-True-mixed")
 @pytest.mark.parametrize(("kind", "driven", "groups"), LOOPS)
 def test_loops_mean_the_same_in_both(kind: str, driven: bool, groups: str, rng) -> None:
     """A constraint on the tree gives the same multipliers whether the tree's joints are coordinates or constraints."""
@@ -188,6 +191,7 @@ def with_followers(seed: int) -> Scene:
     return point_outputs(Scene("followers", bodies, joints, points=(Point("tip", "d", vector((0.1, 0.2, 0.3))),)))
 
 
+@pytest.mark.slow_except("mixed")
 @pytest.mark.parametrize("groups", GROUPS)
 def test_joints_that_follow_others(groups: str, rng) -> None:
     """Four joints lead or follow; the follower of a follower too. In absolute coordinates each follower is one row
@@ -229,6 +233,7 @@ def test_what_follows_an_angle_over_turns(follower: str, multiplier: float, rng)
     check_same_motion(joint, absolute, state, over_turns(absolute, moved, joint_angles(joint, absolute, state), rng))
 
 
+@pytest.mark.slow_except("2-R3xSO3")
 @pytest.mark.parametrize(("seed", "groups"), [(0, "SE3"), (2, "R3xSO3"), (3, "mixed")])
 def test_initial_state_and_its_accelerations(seed: int, groups: str, rng) -> None:
     """The initial state of the joints becomes that of the bodies, on a base that moves at t = 0."""

@@ -41,6 +41,7 @@ def model(name: str) -> tuple[System, Evaluate, PinocchioOracle, Array]:
     return system, tape_evaluator(system), oracle_from_urdf(robot_file(path), scene, root, lock), by_component
 
 
+@pytest.mark.slow_cases("talos")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_term_of_a_robot(name: str, rng: np.random.Generator) -> None:
     """Both readers agree before right angles are made exact; forward dynamics errs by the condition of M."""
@@ -59,6 +60,7 @@ def test_every_term_of_a_robot(name: str, rng: np.random.Generator) -> None:
         assert relative_error(evaluate(term, state)[block], expected) <= 1e-12, term
 
 
+@pytest.mark.slow_cases("anymal_b")
 @pytest.mark.parametrize("name", ["panda", "anymal_b", "solo12"])
 def test_partials(name: str, rng: np.random.Generator) -> None:
     path, root, lock, _ = ROBOTS[name]

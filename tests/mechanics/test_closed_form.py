@@ -73,6 +73,7 @@ def both_ways(scene: Scene) -> System:
     )
 
 
+@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("chunk", range(CHUNKS))
 def test_closed_form_recursion_and_complex_step_on_random_trees(chunk: int) -> None:
     for seed in range(chunk, TREES, CHUNKS):
@@ -102,6 +103,7 @@ def matrix_scenes() -> dict[str, Scene]:
 SCENES = matrix_scenes()
 
 
+@pytest.mark.slow_cases("panda", "following")
 @pytest.mark.parametrize("name", SCENES)
 def test_matrices_and_their_derivatives(name: str, rng: np.random.Generator) -> None:
     """Derivatives against complex steps of the matrices; the matrices against M, h and what defines them."""
@@ -142,6 +144,7 @@ HUMANOIDS = {
 }
 
 
+@pytest.mark.slow_cases("talos")
 @pytest.mark.parametrize("name", HUMANOIDS)
 def test_humanoids(name: str, rng: np.random.Generator) -> None:
     """Some 400 operations per degree of freedom for tau and two derivatives, by both derivations the same numbers."""

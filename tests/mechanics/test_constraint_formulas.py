@@ -152,6 +152,7 @@ def _with_points(seed: int, *, base: bool, coordinates: str) -> Scene:
     return replace(scene, points=points, coordinates=coordinates, groups=groups, elements=())
 
 
+@pytest.mark.slow_except("1-joint-True", "2-absolute-False")
 @pytest.mark.parametrize(
     ("seed", "coordinates", "base"),
     [(0, "joint", False), (1, "joint", True), (2, "absolute", False), (0, "absolute", True)],
@@ -217,6 +218,7 @@ def _by_formula(scene: Scene, *, at_velocity: bool) -> Scene:
     return replace(scene, constraints=(item,))
 
 
+@pytest.mark.slow_except("1-joint-True", "2-absolute-False")
 @pytest.mark.parametrize(
     ("seed", "coordinates", "at_velocity"),
     [(0, "joint", False), (1, "joint", True), (2, "absolute", False), (0, "absolute", True)],
@@ -234,6 +236,7 @@ def test_derivatives_and_powers(seed: int, coordinates: str, at_velocity: bool, 
     check_powers(system, kkt(evaluate, moving), 1e-10)
 
 
+@pytest.mark.slow_except("1-True-False", "2-False-True")
 @pytest.mark.parametrize(
     ("seed", "at_velocity", "base"), [(0, False, False), (1, True, False), (2, False, True), (3, True, True)]
 )

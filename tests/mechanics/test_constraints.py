@@ -118,6 +118,7 @@ def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, rng) -> 
     check_derivatives(system, states_of(system, rng))
 
 
+@pytest.mark.slow_except("0", "1", "3")
 @pytest.mark.parametrize("seed", range(6))
 def test_derivatives_of_trees_with_loops(seed: int, rng) -> None:
     """Joints of the tree as constraints, springs and efforts between absolute bodies, and a loop besides."""
@@ -222,6 +223,7 @@ def test_rolling_without_slip(shape: str, rng) -> None:
     assert np.linalg.matrix_rank(evaluate("constraint_jacobian", {"q": q, "v": v})["B"]) == 3
 
 
+@pytest.mark.slow_except("0-resting-joint", "4-translating-absolute", "5-turning-absolute", "3-turning-joint")
 @pytest.mark.parametrize(
     ("seed", "base", "coordinates"),
     [(seed, ("resting", "translating", "turning")[seed % 3], ("joint", "absolute")[seed // 3]) for seed in range(6)]

@@ -38,10 +38,10 @@ def loaded(
     ("ends", "shapes", "profile", "where", "deflection"),
     [
         ("clamped_free", "polynomial", [1], "tip", LENGTH**4 / 8),
-        ("clamped_free", "finite_elements", [1], "tip", LENGTH**4 / 8),
+        pytest.param("clamped_free", "finite_elements", [1], "tip", LENGTH**4 / 8, marks=pytest.mark.slow),
         ("clamped_free", "finite_elements", [1, -1], "tip", LENGTH**4 / 30),
-        ("clamped_free", "finite_elements", [0, 1], "tip", 11 * LENGTH**4 / 120),
-        ("clamped_free", "polynomial", [2], "middle", 2 * 17 * LENGTH**4 / 384),
+        pytest.param("clamped_free", "finite_elements", [0, 1], "tip", 11 * LENGTH**4 / 120, marks=pytest.mark.slow),
+        pytest.param("clamped_free", "polynomial", [2], "middle", 2 * 17 * LENGTH**4 / 384, marks=pytest.mark.slow),
     ],
 )
 def test_static_deflections_are_those_of_handbooks(

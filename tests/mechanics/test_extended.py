@@ -39,6 +39,7 @@ def with_force_elements(scene: Scene, seed: int) -> Scene:
     return replace(scene, points=(*scene.points, hub), elements=elements_with(scene, bushings=bushings, tyres=(tyre,)))
 
 
+@pytest.mark.slow_cases("4-False", "5-False", "6-False", "7-False")
 @pytest.mark.parametrize(("seed", "following"), [*((seed, False) for seed in range(8)), (4, True), (5, True)])
 def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, following: bool, rng: np.random.Generator) -> None:
     scene = with_loads(random_scene(seed, 2 + seed), seed)

@@ -73,6 +73,7 @@ def check_by_complex_steps(scene: Scene, rng: np.random.Generator, reach: float 
         assert relative_error(found, mobility, 3) <= 1e-10
 
 
+@pytest.mark.slow_except("1-False", "2-True")
 @pytest.mark.parametrize(("seed", "absolute"), [(0, True), (1, False), (2, True), (3, False)])
 def test_by_complex_steps(seed: int, absolute: bool, rng: np.random.Generator) -> None:
     check_by_complex_steps(with_frames(scene_of(seed), absolute=absolute), rng)

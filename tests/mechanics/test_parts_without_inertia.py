@@ -58,6 +58,7 @@ def along_the_jack(angle: Any) -> Any:
     return head - [0.3, -0.7]
 
 
+@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45_partitioned"])
 def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None:
     """The boom moves as the boom alone, and the jack lies along the line between its ends."""

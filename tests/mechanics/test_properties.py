@@ -51,7 +51,7 @@ def test_mass_matrix_is_symmetric_positive_and_that_of_the_bodies(seed: int) -> 
     assert relative_error(M, direct_kinematics.mass_matrix(scene, system.factors, state["q"]), 2) <= 1e-12
 
 
-@few
+@settings(few, max_examples=5)
 @given(seeds)
 def test_coupling_is_what_kinetic_energy_demands(seed: int) -> None:
     """Boltzmann and Hamel: h_j = (dM/dt v)_j - 1/2 (dT/dq)_j + [ad(v)^T M v]_j, all from M by complex step."""
@@ -136,6 +136,7 @@ def with_inertias_as_parameters(scene: Scene) -> Scene:
     return replace(scene, bodies=bodies, parameters=tuple(parameters))
 
 
+@pytest.mark.slow_cases("3", "5", "6", "7")
 @pytest.mark.parametrize("seed", range(8))
 def test_grouping_changes_no_generalized_force(seed: int) -> None:
     scene = with_base(with_loads(random_scene(seed, 1 + seed), seed), seed)

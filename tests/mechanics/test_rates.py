@@ -101,6 +101,7 @@ def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Ge
         assert relative_error(found[f"{block}_ddot"], second, axes, floor) <= 1e-12, block
 
 
+@pytest.mark.slow_cases("loaded 10", "based 20", "following", "states, absolute")
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "elastic"])
 def test_recursion_against_jets_of_the_operations_of_tau(name: str, rng: np.random.Generator) -> None:
     """Both are exact; the one that needs fewer operations is kept, which without applied forces is the recursion."""
@@ -121,6 +122,7 @@ def test_recursion_against_jets_of_the_operations_of_tau(name: str, rng: np.rand
 FREE = [name for name in SCENES if "absolute" not in name]
 
 
+@pytest.mark.slow_cases("based 20", "based 21", "following", "random 1")
 @pytest.mark.parametrize("name", [*FREE, "long chain"])
 def test_forward_dynamics_along_its_own_motion(name: str, rng: np.random.Generator) -> None:
     """Jerk and its rate, against complex steps of vdot and of the jerk along the motion that vdot itself causes."""

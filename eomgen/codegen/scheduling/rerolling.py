@@ -13,17 +13,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
-from typing import Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
-from eomgen.codegen.scheduling.stretches import DISTANCES, FEWEST, equal_windows
+from eomgen.codegen.scheduling.stretches import FEWEST, repetitions
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
+
+if TYPE_CHECKING:
+    from eomgen.codegen.scheduling.scheduler import Scheduler
 
 #: Least number of operations that a loop removes from the text.
 MINIMUM_SAVED = 150
@@ -59,13 +62,17 @@ def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[
     sample : the longer scene for which the saved operations are judged, if the tape belongs to a shorter sample
     """
     loops = []
+
+    def judge(_: int, period: int, length: int) -> tuple[int, int]:
+        iterations = length // period + 1
+        saved = (sample.iterations(iterations) - 1) * period
+        return iterations, saved if iterations >= FEWEST and saved >= MINIMUM_SAVED else 0
+
     for is_map, nodes in groupby(live, lambda node: tape.op[node] is _MAP):
         if is_map:
             continue
         fixed = [node for node in nodes if not is_circular(tape, node)]
-        repeats: list[tuple[int, int, int]] = []
-        _search(_codes(tape, fixed), 0, len(fixed), repeats, sample)
-        for start, period, iterations in sorted(repeats):
+        for start, period, iterations in sorted(repetitions(_codes(tape, fixed), (_WINDOW,), judge)):
             groups = [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
             loop = _consistent(tape, groups, sample)
             if loop is not None:
@@ -99,38 +106,6 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
         return (tape.op[node], curve, *map(kind, tape.operands(node)))
 
     return np.array([numbers.setdefault(key(node), len(numbers)) for node in nodes], dtype=np.uint64)
-
-
-def _search(
-    codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[int, int, int]], sample: Sample
-) -> None:
-    """Append to ``repeats`` the (start, period, iterations) of the repeats of codes in the range [low, high). The
-    repeat that saves most is taken first, then the search continues on both sides. ``sample`` judges the saving."""
-    pending = [(low, high)]
-    while pending:
-        low, high = pending.pop()
-        best = _longest(codes[low:high], sample)
-        if best is None:
-            continue
-        start, period, iterations = best
-        repeats.append((low + start, period, iterations))
-        pending += [(low, low + start), (low + start + period * iterations, high)]
-
-
-def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] | None:
-    """Return start, period and iterations of the repetition that saves most operations; None if none saves enough."""
-    best: tuple[int, int, int, int] | None = None
-    for period, _ in equal_windows(codes, _WINDOW).most_common(DISTANCES):
-        same = np.concatenate(([False], codes[:-period] == codes[period:], [False]))
-        edges = np.flatnonzero(same[1:] != same[:-1])
-        starts, lengths = edges[::2], edges[1::2] - edges[::2]
-        longest = int(np.argmax(lengths))
-        iterations = int(lengths[longest]) // period + 1
-        saved = (sample.iterations(iterations) - 1) * period
-        enough = iterations >= FEWEST and saved >= MINIMUM_SAVED
-        if enough and (best is None or (saved, -period) > best[:2]):
-            best = (saved, -period, int(starts[longest]), iterations)
-    return None if best is None else (best[2], -best[1], best[3])
 
 
 def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sample) -> RerolledLoop | None:
@@ -202,48 +177,33 @@ class Iteration:
     unmatched: tuple[Unmatched, ...]
 
 
-class LoopServices(Protocol):
-    """The services of the enclosing function that a loop uses."""
-
-    def reserve(self, count: int) -> int:
-        """Return the first index of ``count`` new workspace entries."""
-
-    def leaf(self, ref: Ref) -> Expression:
-        """Return the expression of a value that all iterations share."""
-
-    def slot(self, node: int) -> int:
-        """Return the workspace index of a value; the value is stored there at the first call."""
-
-
 Stores = Mapping[int, Sequence[tuple[int, int, int]]]
 
 
-def copies(expressions: Sequence[Expression], output: int, components: Sequence[int]) -> tuple[Any, ...] | None:
-    """Return the data of a ``repeat`` statement that copies values to components of output number ``output``.
+def copies(expressions: Sequence[Expression], output: int | Literal["w"], components: Sequence[int]) -> Any:
+    """Return the data of a ``repeat`` statement that copies values to components of output number ``output``, or of
+    the workspace.
     ``expressions`` are the values, one for each of ``components``: all constants, all workspace slots, or all
     components of one input block, without or all with a minus. None for other or mixed expressions."""
-    minus = all(isinstance(item, tuple) and item[0] == "neg" for item in expressions)
-    if minus:
-        expressions = [cast("tuple[str, Expression]", item)[1] for item in expressions]
-    if all(isinstance(item, tuple) and item[0] == "K" for item in expressions):
-        read: Expression = ("numbers", tuple(cast("tuple[str, float]", item)[1] for item in expressions))
-    elif all(isinstance(item, tuple) and item[0] == "w" for item in expressions):
-        read = ("row", "w", *rule([cast("tuple[str, int]", item)[1] for item in expressions]))
-    elif len({item[:2] if isinstance(item, tuple) else () for item in expressions}) == 1 and expressions[0][0] == "in":  # type: ignore[index]  # of tuples alone
-        read = (
-            "row",
-            cast("tuple[str, str]", expressions[0])[1],
-            *rule([cast("tuple[str, str, int]", item)[2] for item in expressions]),
-        )
-    else:
-        return None
-    read = ("neg", read) if minus else read
+    read = _row(expressions)
     copied = Statement("out", (0, 0, ("in", READ, 0)))
-    return len(components), (copied,), (read,), (("row", output, *rule(components)),)
+    return read and (len(components), (copied,), (read,), (("row", output, *rule(components)),))
+
+
+def _row(expressions: Sequence[Any]) -> Any:
+    """Return the expression of values by their number, as ``copies`` takes them; None for other or mixed ones."""
+    if minus := all(isinstance(item, tuple) and item[0] == "neg" for item in expressions):
+        expressions = [item for _, item in expressions]
+    heads = {item[:-1] if isinstance(item, tuple) else () for item in expressions}
+    if len(heads) > 1 or not (head := heads.pop()) or head[0] not in ("K", "w", "in"):
+        return None
+    last = [item[-1] for item in expressions]
+    read = ("numbers", tuple(last)) if head == ("K",) else ("row", head[-1], *rule(last))
+    return ("neg", read) if minus else read
 
 
 def loop_iteration(
-    tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: LoopServices
+    tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: Scheduler
 ) -> Iteration:
     """Return the body of a loop and the rules of its indices; workspace for the exports is reserved by ``values``.
 
@@ -341,24 +301,16 @@ def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tup
     return columns, unmatched
 
 
-def _read(tape: Tape, refs: Sequence[Ref], values: LoopServices, slot: Callable[[int], int]) -> Expression:
+def _read(tape: Tape, refs: Sequence[Ref], values: Scheduler, slot: Callable[[int], int]) -> Expression:
     """Return an operand of all iterations as an expression of the iteration number k. ``refs`` is the operand in each
     iteration; ``slot`` gives the workspace index of a node. Equal references give the expression of the shared value;
     constants a table; inputs and workspace values a row of indices."""
     if len(set(refs)) == 1:
         return values.leaf(refs[0])
-    minus = refs[0] < 0
-    nodes = [abs(ref) for ref in refs]
-    op = tape.op[nodes[0]]
-    expression: Expression
-    if op is Op.CONST:
-        return ("numbers", tuple((1.0 if ref > 0 else -1.0) * tape.constants[tape.a[abs(ref)]] for ref in refs))
-    if op is Op.INPUT:
-        symbols = [tape.inputs[tape.a[node]] for node in nodes]
-        expression = ("row", symbols[0].block, *rule([symbol.index for symbol in symbols]))
-    else:
-        expression = ("row", "w", *rule([slot(node) for node in nodes]))
-    return ("neg", expression) if minus else expression
+    if tape.op[abs(refs[0])] in (Op.CONST, Op.INPUT):
+        return cast("Expression", _row([values.leaf(ref) for ref in refs]))
+    row = ("row", "w", *rule([slot(abs(ref)) for ref in refs]))
+    return ("neg", row) if refs[0] < 0 else row
 
 
 def rule(indices: Sequence[int]) -> tuple[object, ...]:

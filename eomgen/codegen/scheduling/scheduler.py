@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
-from types import MappingProxyType
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import (
@@ -46,7 +45,27 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 from eomgen.system.system import WHOLE, Sample
 
-_CONST, _INPUT = Op.CONST, Op.INPUT
+_CONST, _INPUT, _MAP = Op.CONST, Op.INPUT, Op.MAP
+_NAMES = {op: op.name for op in Op}
+#: Least number of occurrences of a value in an output for which a loop stores the value.
+REPEATED_FROM = 64
+#: Values stored in one loop, if a function has loops, from this many on.
+COPIED_FROM = 8
+#: Functions with more operations are searched for repetitions, and written with loops if the loops reduce the number of
+#: operations below this part.
+REROLL_FROM = PART_LIMIT
+REROLLED_PART = 0.6
+#: Least number of angles whose sines and cosines are computed in one loop.
+TOGETHER = 3
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Parts of a function, size of the workspace, and number of operations (a loop's kernel counts once)."""
+
+    parts: tuple[FunctionPart, ...]
+    workspace: int
+    operations: int
 
 
 @dataclass
@@ -63,24 +82,26 @@ class OpenPart:
     loaded: dict[int, int] = field(default_factory=dict)  # named values of earlier parts -> local values
 
 
-class Writer:
-    """The state of a function that is being written, part after part."""
+class Scheduler:
+    """Writes a function, part after part, and operation by operation in the order of the plan."""
 
     def __init__(
         self,
         plan: Plan,
         outputs: Sequence[Sequence[Ref]],
+        additions: Mapping[int, tuple[Addition, ...]],
         input_order: Sequence[str],
         nest_limit: int,
         bodies: Bodies,
     ) -> None:
-        """Begin without statements. ``plan`` and ``outputs`` describe the function; ``input_order`` is the order of
-        input blocks in arguments, ``nest_limit`` the largest number of operations in a statement, and ``bodies`` are
-        of the Program, to be extended."""
+        """Begin without statements. ``plan`` and ``outputs`` describe the function; ``additions`` are of the loops of
+        Maps to outputs, by number of the Map; ``input_order`` is the order of input blocks in arguments, ``nest_limit``
+        the largest number of operations in a statement, and ``bodies`` are of the Program, to be extended."""
         self.plan = plan
         self.tape = plan.tape
         self.roles = Roles(plan.tape)
         self.outputs = outputs
+        self.additions = additions
         self.input_order = input_order
         self.nest_limit = nest_limit
         self.bodies = bodies
@@ -101,7 +122,7 @@ class Writer:
 
     # -- expressions ----------------------------------------------------------------------------------------------
 
-    def _leaf(self, ref: Ref) -> Expression:
+    def leaf(self, ref: Ref) -> Expression:
         """Return the expression that reads the value of a reference: a constant, an input, a local value or a workspace
         slot. A negative reference gives the negative of the value. Notes in the open part which input blocks and
         whether the workspace are read."""
@@ -143,9 +164,9 @@ class Writer:
         into a local value of this name, once per part."""
         node, loaded = abs(ref), self.open.loaded
         if node not in self.crossed or isinstance(self.expressions[node], int) or not self.roles.names[node]:
-            return self._leaf(ref)
+            return self.leaf(ref)
         if node not in loaded:
-            self._emit("let", self._local(node), self._leaf(node))
+            self._emit("let", self._local(node), self.leaf(node))
             loaded[node] = self.locals
         return loaded[node] if ref > 0 else -loaded[node]
 
@@ -192,7 +213,7 @@ class Writer:
             stores = self._store_repeated(node, stores)
         for number, component, sign in stores:
             self.open.outputs.add(number)
-            self._emit("out", number, component, self._leaf(sign * node))
+            self._emit("out", number, component, self.leaf(sign * node))
 
     def _store_repeated(self, node: int, stores: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
         """Write a value by one loop for each (output, sign) with at least ``REPEATED_FROM`` components. ``stores`` and
@@ -204,20 +225,11 @@ class Writer:
         stored = Statement("out", (0, 0, ("in", READ, 0)))
         for (number, sign), components in many.items():
             self.open.outputs.add(number)
-            read = (self._leaf(sign * node),)
+            read = (self.leaf(sign * node),)
             self._emit_loops(len(components), (stored,), read, (("row", number, *rule(components)),))
         return [(number, component, sign) for number, component, sign in stores if (number, sign) not in many]
 
-
-#: Least number of occurrences of a value in an output for which a loop stores the value.
-REPEATED_FROM = 64
-#: Values stored in one loop, if a function has loops, from this many on.
-COPIED_FROM = 8
-
-
-class LoopWriter(Writer):
-    """Writer that also writes loops: rerolled loops, shared stretches, and sines and cosines of inputs. Implements
-    ``LoopServices`` for the loops of ``rerolling``: workspace slots and expressions of the function."""
+    # -- loops: rerolled loops, shared stretches, and sines and cosines of inputs -------------------------------------
 
     def _circular(self) -> None:
         """Write loops that compute the sines and cosines of all input angles of the function into the workspace. The
@@ -249,10 +261,6 @@ class LoopWriter(Writer):
         symbol = self.tape.inputs[self.tape.a[leaf]]
         return symbol.block, symbol.index
 
-    def leaf(self, ref: Ref) -> Expression:
-        """Return the expression of a value that all iterations share."""
-        return self._leaf(ref)
-
     def slot(self, node: int) -> int:
         """Return the workspace index of the value of a node; the value is saved there at the first call. For a value
         kept as a negative, the index of the value without the minus is returned."""
@@ -265,7 +273,7 @@ class LoopWriter(Writer):
             return self.crossed[node]
         if node not in self.kept:
             self.kept[node] = self._slot_of(node)
-            self._emit("save", self.kept[node], self._leaf(node))
+            self._emit("save", self.kept[node], self.leaf(node))
         return self.kept[node]
 
     def _slot_of(self, node: int) -> int:
@@ -339,7 +347,7 @@ class LoopWriter(Writer):
             if not self._copy(number, items):
                 for component, ref in items:
                     self.open.outputs.add(number)
-                    self._emit("out", number, component, self._leaf(ref))
+                    self._emit("out", number, component, self.leaf(ref))
 
     def _copy(self, number: int, items: Sequence[tuple[int, Ref]]) -> bool:
         """Write existing values to an output by one loop and return True; return False without writing if no loop fits.
@@ -347,40 +355,14 @@ class LoopWriter(Writer):
         values of different kinds (see ``rerolling.copies``)."""
         if len(items) < COPIED_FROM:
             return False
-        data = copies([self._leaf(ref) for _, ref in items], number, [component for component, _ in items])
+        data = copies([self.leaf(ref) for _, ref in items], number, [component for component, _ in items])
         if data is None:
             return False
         self.open.outputs.add(number)
         self._emit_loops(*data)
         return True
 
-
-#: Functions with more operations are searched for repetitions, and written with loops if the loops reduce the number of
-#: operations below this part.
-REROLL_FROM = PART_LIMIT
-REROLLED_PART = 0.6
-#: Least number of angles whose sines and cosines are computed in one loop.
-TOGETHER = 3
-_NAMES: list[str] = [""] * (max(Op) + 1)
-for _op in Op:
-    _NAMES[_op] = _op.name
-_MAP = Op.MAP
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """Parts of a function, size of the workspace, and number of operations (a loop's kernel counts once)."""
-
-    parts: tuple[FunctionPart, ...]
-    workspace: int
-    operations: int
-
-
-class _Scheduler(LoopWriter):
-    """Writes the operations of a function one by one, in the order of the plan; ``run`` returns the Schedule."""
-
-    #: Additions of the loops of Maps to outputs, by number of the Map.
-    additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
+    # -- operations one by one ----------------------------------------------------------------------------------------
 
     def _node(self, node: int) -> None:
         """Write the statements of an operation, or keep the expression to be nested in the only operation that reads
@@ -419,14 +401,16 @@ class _Scheduler(LoopWriter):
                 self.waiting[node] = total
 
     def _sine_and_cosine(self, node: int) -> None:
-        tape = self.tape
-        (member,) = self.plan.members[node]
-        sine, cosine = (node, member) if tape.op[node] is Op.SIN else (member, node)
-        (argument,), _ = self._take((tape.a[sine],))
+        sine, cosine = self._sine_then_cosine(node)
+        (argument,), _ = self._take((self.tape.a[sine],))
         self.expressions[sine], self.expressions[cosine] = self._local(sine), self._local(cosine)
         self._emit("sincos", self.locals - 1, self.locals, argument)
         self._store(sine)
         self._store(cosine)
+
+    def _sine_then_cosine(self, node: int) -> tuple[int, int]:
+        (member,) = self.plan.members[node]
+        return (node, member) if self.tape.op[node] is Op.SIN else (member, node)
 
     def _angles(self, nodes: Sequence[int]) -> None:
         """Write one statement that computes sine and cosine of all angles of a part that are inputs, which compilers
@@ -441,10 +425,9 @@ class _Scheduler(LoopWriter):
             return
         angles = []
         for node in leaders:
-            (member,) = self.plan.members[node]
-            sine, cosine = (node, member) if tape.op[node] is Op.SIN else (member, node)
+            sine, cosine = self._sine_then_cosine(node)
             self.expressions[sine], self.expressions[cosine] = self._local(sine), self._local(cosine)
-            angles.append((self.locals - 1, self.locals, self._leaf(tape.a[sine])))
+            angles.append((self.locals - 1, self.locals, self.leaf(tape.a[sine])))
         self._emit("angles", tuple(angles))
         for node in leaders:
             for member in (node, *self.plan.members[node]):
@@ -453,44 +436,40 @@ class _Scheduler(LoopWriter):
     def _map(self, node: int) -> None:
         """Write the statements of a Map by its kind, for all its results at once.
 
-        A loop copies the gathered values into the workspace, is called, and leaves the results there; results that are
-        outputs are stored. External functions and loops that add to outputs are passed on to ``_call`` and ``_add``.
+        A loop or an external function copies the gathered values into the workspace, is called, and leaves the results
+        there; results that are outputs are stored. Loops that add to outputs are passed on to ``_add``.
         ``node`` is one result of the Map.
         """
         tape = self.tape
         loop = self.plan.maps[tape.a[node]][0]
-        if isinstance(loop, Call):
-            self._call(node, loop)
-            return
-        if tape.a[node] in self.additions:
+        is_call = isinstance(loop, Call)
+        if tape.a[node] in self.additions and not is_call:
             self._add(node, loop, self.additions[tape.a[node]])
             return
-        first = self.reserve(len(loop.references) + loop.size)
-        results = first + len(loop.references)
+        operands = loop.operands if is_call else loop.references
+        first = self.reserve(len(operands) + loop.size)
+        results = first + len(operands)
         self.open.workspace = True
-        self._gather(loop.references, first)
-        self._emit("loop", self._loop_number(RunLoop(loop)), first, results)
+        self._gather(operands, first)
+        if is_call:
+            self._emit("call", self._call_number(loop), first, results)
+        else:
+            self._emit("loop", self._loop_number(RunLoop(loop)), first, results)
         members = self.plan.group(node)
         for result in members:
             self.expressions[result] = ("w", results + self._place(result))
-        self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
+        if is_call:
+            self._spread(members, 0, loop.size)
+        else:
+            self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
 
-    def _call(self, node: int, call: Call) -> None:
-        """Write the call of an external function: copy its operands into the workspace, and leave the results there.
-        Calls of the same routine share one number in ``bodies.calls``; results that are outputs are stored."""
-        first = self.reserve(len(call.operands) + call.size)
-        results = first + len(call.operands)
-        self.open.workspace = True
-        self._gather(call.operands, first)
+    def _call_number(self, call: Call) -> int:
+        """Return the number of an external function in the Program; calls of one routine share it."""
         calls = self.bodies.calls
         number = next((k for k, known in enumerate(calls) if known.routine == call.routine), len(calls))
         if number == len(calls):
             calls.append(call)
-        self._emit("call", number, first, results)
-        members = self.plan.group(node)
-        for result in members:
-            self.expressions[result] = ("w", results + self.tape.b[result])
-        self._spread(members, 0, call.size)
+        return number
 
     def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
         """Write the run of a loop whose elements add rows to outputs, after all other operations of the function."""
@@ -522,7 +501,7 @@ class _Scheduler(LoopWriter):
         sources: dict[tuple[str, bool], list[tuple[int, int]]] = {}
         for position, ref in enumerate(refs, slot):
             node = abs(ref)
-            expression = self._leaf(ref)
+            expression = self.leaf(ref)
             if node in self.waiting:
                 del self.waiting[node]
             operand, is_minus = expression, False
@@ -536,27 +515,20 @@ class _Scheduler(LoopWriter):
                 self._emit("save", position, expression)
         for (block, is_minus), places in sources.items():
             stretches = list(runs(places))
-            if len(stretches) > FEW_RUNS or is_minus:
-                self._copy_to_workspace(block, places, is_minus=is_minus)
-                continue
-            for to, start, to_step, step, length in stretches:
-                if length == 1:
-                    self._emit("save", to, ("w", start) if block == "w" else ("in", block, start))
-                else:
-                    self._emit("gather", to, to_step, block, start, step, length)
-
-    def _copy_to_workspace(self, block: str, places: Sequence[tuple[int, int]], *, is_minus: bool) -> None:
-        """Write copies of components of an input block, or of the workspace (``"w"``), to workspace slots. ``places``
-        are (target slot, source component); ``is_minus`` copies the negatives. Many copies become a loop."""
-        if len(places) < COPIED_FROM:
-            for to, start in places:
-                source: Expression = ("w", start) if block == "w" else ("in", block, start)
-                self._emit("save", to, ("neg", source) if is_minus else source)
-            return
-        row = ("row", block, *rule([start for _, start in places]))
-        copied = Statement("out", (0, 0, ("in", READ, 0)))
-        read = ("neg", row) if is_minus else row
-        self._emit_loops(len(places), (copied,), (read,), (("row", "w", *rule([to for to, _ in places])),))
+            values = [("w", start) if block == "w" else ("in", block, start) for _, start in places]
+            if is_minus:
+                values = [("neg", value) for value in values]
+            if not is_minus and len(stretches) <= FEW_RUNS:
+                for to, start, to_step, step, length in stretches:
+                    if length == 1:
+                        self._emit("save", to, ("w", start) if block == "w" else ("in", block, start))
+                    else:
+                        self._emit("gather", to, to_step, block, start, step, length)
+            elif len(places) >= COPIED_FROM:
+                self._emit_loops(*copies(values, "w", [to for to, _ in places]))
+            else:
+                for (to, _), value in zip(places, values, strict=True):
+                    self._emit("save", to, value)
 
     def _spread(self, members: Sequence[int], head: int, width: int) -> None:
         """Write the results of a Map or an external call that are outputs to these outputs, equally spaced ones by
@@ -598,7 +570,7 @@ class _Scheduler(LoopWriter):
                     left = [item for item in left if self.tape.number(item[1]) is None]
             for component, ref in self._without_inputs(number, left):
                 self.open.outputs.add(number)
-                self._emit("out", number, component, self._leaf(ref))
+                self._emit("out", number, component, self.leaf(ref))
 
     def _without_inputs(self, number: int, items: list[tuple[int, Ref]]) -> list[tuple[int, Ref]]:
         """Write the components of output ``number`` that copy inputs by loops if they are many, and return the other
@@ -680,9 +652,7 @@ def schedule(
         return _worthwhile(tape, live, sample) if reroll else []
 
     plan = Plan(tape, apart.outputs, part_limit, reroll_loops, apart.nodes, share=bodies.shared is not None)
-    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, bodies)
-    writer.additions = apart.additions
-    return writer.run(fill)
+    return Scheduler(plan, apart.outputs, apart.additions, input_order, nest_limit, bodies).run(fill)
 
 
 def _worthwhile(tape: Tape, live: Sequence[int], sample: Sample) -> list[RerolledLoop]:

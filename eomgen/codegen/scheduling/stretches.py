@@ -11,9 +11,9 @@ tables become choices between a few ranges of its counter.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from eomgen.codegen.program import Expression, Statement
 #: Least number of repetitions that become a loop, and of rows that a loop saves.
 FEWEST, _SAVED = 4, 12
 #: Lengths of the hashed windows, and candidate periods of each.
-_WINDOWS, DISTANCES = (1, 5, 24), 12
+_WINDOWS, _DISTANCES = (1, 5, 24), 12
 
 
 @dataclass(frozen=True)
@@ -83,55 +83,62 @@ def ranges(indices: Sequence[int]) -> list[tuple[int, int, int]]:
     return result
 
 
-def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[RowStretch]:
-    """Yield the stretch of a table that saves most rows, then stretches on both sides, in no order. Columns ``fixed``
-    must not move from period to period."""
+def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> list[RowStretch]:
+    """Return stretches of a table, disjoint, in no order. Columns ``fixed`` must not move from period to period."""
     if len(table) < 2:
-        return
+        return []
     codes = np.unique(np.diff(table, axis=0), axis=0, return_inverse=True)[1].reshape(-1)
-    pending = [(0, len(table))]
+
+    def judge(start: int, period: int, length: int) -> tuple[int, int]:
+        count = (length + period + 1) // period
+        saved = (count - 1) * period
+        if count < FEWEST or saved < _SAVED or np.any(table[start + period, fixed] != table[start, fixed]):
+            return count, 0
+        return count, saved
+
+    return [RowStretch(*found) for found in repetitions(codes.astype(np.uint64), _WINDOWS, judge, between=1)]
+
+
+#: From start, period and number of equal pairs of a repetition to its count, and what it saves; 0 for too little.
+Judge = Callable[[int, int, int], tuple[int, int]]
+
+
+def repetitions(
+    codes: NDArray[np.uint64], windows: Sequence[int], judge: Judge, between: int = 0
+) -> Iterator[tuple[int, int, int]]:
+    """Yield start, period and count of repetitions in a sequence of codes, disjoint, in no order: the one that saves
+    most, then those on both sides of it.
+
+    Parameters
+    ----------
+    windows : lengths of the windows whose distances are candidates of periods
+    between : 1 for codes of differences of neighbours, 0 for codes of the items themselves
+    """
+    pending = [(0, len(codes) + between)]
     while pending:
         low, high = pending.pop()
-        if high - low <= _SAVED:
-            continue
-        best = _longest(table, codes, fixed, low, high)
+        inside = codes[low : max(low, high - between)]
+        best: tuple[int, int, int, int] | None = None
+        for period in _periods(inside, windows):
+            same = np.concatenate(([False], inside[:-period] == inside[period:], [False]))
+            edges = np.flatnonzero(same[1:] != same[:-1])
+            for start, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+                count, saved = judge(low + start, period, end - start)
+                if saved and (best is None or (saved, -period) > best[:2]):
+                    best = (saved, -period, low + start, count)
         if best is not None:
-            yield best
-            pending += [(low, best.start), (best.stop, high)]
+            _, negative, start, count = best
+            yield start, -negative, count
+            pending += [(low, start), (start - negative * count, high)]
 
 
-def _longest(
-    table: NDArray[np.int64], codes: NDArray[np.intp], fixed: Sequence[int], low: int, high: int
-) -> RowStretch | None:
-    """Return the stretch of repeated rows in the range [low, high) that saves most rows; None if no stretch saves
-    enough. ``codes`` are integers of the differences of neighbouring rows, equal for equal differences; columns
-    ``fixed`` must not move."""
-    inside = codes[low : high - 1]
-    best: tuple[int, int, RowStretch] | None = None
-    for period in _periods(inside):
-        same = np.concatenate(([False], inside[:-period] == inside[period:], [False]))
-        edges = np.flatnonzero(same[1:] != same[:-1])
-        for start, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-            count = (end - start + period + 1) // period
-            saved = (count - 1) * period
-            if count < FEWEST or saved < _SAVED or (best is not None and (saved, -period) <= best[:2]):
-                continue
-            first = low + start
-            if not np.any(table[first + period, fixed] != table[first, fixed]):
-                best = (saved, -period, RowStretch(first, period, count))
-    return None if best is None else best[2]
-
-
-def _periods(codes: NDArray[np.intp]) -> list[int]:
+def _periods(codes: NDArray[np.uint64], windows: Sequence[int]) -> list[int]:
     """Return candidate periods of the codes, sorted: the most frequent distances of equal windows by length."""
-    result: set[int] = set()
-    for window in _WINDOWS:
-        distances = equal_windows(codes.astype(np.uint64), window)
-        result |= {distance for distance, _ in distances.most_common(DISTANCES)}
-    return sorted(result)
+    distances = [_equal_windows(codes, window).most_common(_DISTANCES) for window in windows]
+    return sorted({distance for common in distances for distance, _ in common})
 
 
-def equal_windows(codes: NDArray[np.uint64], window: int) -> Counter[int]:
+def _equal_windows(codes: NDArray[np.uint64], window: int) -> Counter[int]:
     """Return the frequencies of the distances between a window of codes and the next window of equal codes. Windows are
     compared by hashes of ``window`` codes."""
     size = max(0, len(codes) - window + 1)
@@ -218,11 +225,8 @@ def _plain(expression: Expression) -> tuple[Any, ...]:
     """Return an expression without a minus; for a local value, an empty table."""
     if not isinstance(expression, tuple):
         return ("local",)
-    return cast("tuple[Any, ...]", expression[1]) if expression[0] == "neg" and _is_tuple(expression[1]) else expression
-
-
-def _is_tuple(expression: object) -> bool:
-    return isinstance(expression, tuple)
+    inner: Any = expression[1]
+    return inner if expression[0] == "neg" and isinstance(inner, tuple) else expression
 
 
 def _varies(expression: Expression) -> bool:

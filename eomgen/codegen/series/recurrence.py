@@ -59,7 +59,7 @@ class Recurrence:
         if by_inverse:
             self.rates["v"] = _AffineAccelerations(
                 self.series, self.source, self._copy("residual"), self._given, self._known
-            ).solve(self._at_start("mass"), system.dof_parent)
+            ).solve(splice(self.series.tape, self.source, self._copy("mass"), {}), system.dof_parent)
         else:
             self.rates["v"] = self._terms(self._copy("forward_dynamics"))
 
@@ -85,9 +85,6 @@ class Recurrence:
 
     def _terms(self, refs: Sequence[Ref]) -> list[SeriesTerm]:
         return record_series(self.series, self.source, refs, self._given, self._known)
-
-    def _at_start(self, name: str) -> list[Ref]:
-        return splice(self.series.tape, self.source, self._copy(name), {})
 
     def _kinematic_rates(self) -> list[Ref]:
         """Return references of dq/dt on the source tape, (nq,): v, 1/2 q (0, omega) for quaternions, R(q) v for

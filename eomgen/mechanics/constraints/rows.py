@@ -21,6 +21,7 @@ from eomgen.mechanics.forces.symbols import DetachedSymbols, Quantities
 from eomgen.mechanics.kinematics.directions import Seeds, block_directions, configuration_directions, rates_of
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.joint_types import Connection
 from eomgen.scene.joints.model import Constraint, Frame, Joint
 from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
@@ -185,7 +186,6 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
 
     length, angle = partial(row, "m", pair.size), partial(row, "1", quantities.algebra.one)
 
-    meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
     parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
     spin = angle("x stays perpendicular to y", dot(first.axis(0), second.axis(1)))
     driven = []
@@ -212,17 +212,24 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
         residual = _screw_residual(quantities, item, pair, local)
-        return [*meeting[:2], *turned, length("travel follows the angle", residual, quantities.formula(item.pitch))]
-    along = {kind.frame_axes[axis] for axis in kind.travels}
-    across = [k for k in range(3) if k not in along]
-    if len(along) > 1:
-        position_rows = [length("origin stays in the plane", dot(gap, first.axis(k))) for k in across]
-    elif along and (kind.has("ball") or turns > 1):  # along an axis of the first frame alone
-        from_first = apply(transpose(first.axes), gap)
-        position_rows = [length(f"point stays on the line along {'xyz'[k]}", from_first[k]) for k in across]
-    else:
-        position_rows = [meeting[k] for k in across]
-    return [*position_rows, *turned, *driven]
+        driven = [length("travel follows the angle", residual, quantities.formula(item.pitch))]
+    return [*(length(label, value) for label, value in _across(kind, first, gap, local)), *turned, *driven]
+
+
+def _across(kind: Connection, first: FramePose, gap: Vector, local: Vector) -> Iterator[tuple[str, Scalar]]:
+    """Yield the label and the length, m, of each position equation, across the travels of a joint. ``gap`` is from the
+    second origin to the first, ``local`` the same in axes of the second frame."""
+    along = {2} if kind.has("screw") else {kind.frame_axes[axis] for axis in kind.travels}
+    from_first = bool(along) and (kind.has("ball") or len(kind.turned_about) > 1)  # along an axis of the first alone
+    for k, axis in enumerate("xyz"):
+        if k in along:
+            continue
+        if len(along) > 1:
+            yield "origin stays in the plane", dot(gap, first.axis(k))
+        elif from_first:
+            yield f"point stays on the line along {axis}", apply(transpose(first.axes), gap)[k]
+        else:
+            yield f"origins meet along {axis}", local[k]
 
 
 def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FramePose, second: FramePose) -> Scalar:

@@ -198,9 +198,8 @@ def inertial_partials(
         with algebra.tape.block(f"partials, joint {link.joint.name}"):
             for k, screw in enumerate(screws[index]):
                 _column(tree, index, k, screw, screws, bodies[index], flows[index], loads[index], (K, C, M))
-    for link in tree.links:
-        for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
-            M[dof][dof] = M[dof][dof] + link.coordinates.ratio * link.coordinates.ratio * rotor
+    for dof, rotor in tree.rotors():
+        M[dof][dof] = M[dof][dof] + rotor
     return K, C, M
 
 

@@ -46,6 +46,7 @@ from eomgen.symbolic.scalar import (
     Matrix,
     Scalar,
     Vector,
+    all_zero,
     apply,
     cross,
     dot,
@@ -110,7 +111,7 @@ def with_linear_moments(
     for i in _SIX:
         if i not in free or result[i][i].ref == stiffness[i][i].ref:
             of_section[i][i] = algebra.one
-    if all(entry.is_zero for row in damping for entry in row):
+    if all_zero(*damping):
         return RecordedStiffness(result, [list(row) for row in damping], of_section)
     # Rates of strain in the middle, and s times the rates of its change along the element.
     varying = _matrix_product(section, _matrix_product(list(zip(*along, strict=True)), result))
@@ -121,7 +122,7 @@ def with_linear_moments(
 
 def _free_strains(stiffness: ScalarRows) -> list[int]:
     """Return the indices of the strains that a beam has: rows of the stiffness that are not zero."""
-    return [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
+    return [i for i in _SIX if not all_zero(stiffness[i])]
 
 
 def with_varying_sections(
@@ -160,12 +161,8 @@ def with_varying_sections(
             following[i] = [algebra.zero] * 6
         else:
             of_section[i][i] = algebra.one
-    damping = _congruent(shift(dissipation), result) if any(map(_is_there, dissipation)) else []
+    damping = [] if all_zero(*chain.from_iterable(dissipation)) else _congruent(shift(dissipation), result)
     return RecordedStiffness(result, damping or [[algebra.zero] * 6 for _ in _SIX], of_section, following)
-
-
-def _is_there(rows: ScalarRows) -> bool:
-    return any(not entry.is_zero for row in rows for entry in row)
 
 
 def _adjoint(twist: Sequence[float]) -> np.ndarray:
@@ -262,7 +259,7 @@ class SectionNumbers:
 
     @property
     def has_damping(self) -> bool:
-        return any(not entry.is_zero for row in self.damping for entry in row)
+        return not all_zero(*self.damping)
 
     @property
     def numbers(self) -> list[Scalar]:

@@ -14,7 +14,7 @@ from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.links import ROOT, Mount
 from eomgen.scene.joints.model import Frame
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, minus, multiply, plus
+from eomgen.symbolic.scalar import Matrix, Scalar, Vector, all_zero, apply, cross, minus, multiply, plus
 
 
 @dataclass(frozen=True)
@@ -79,11 +79,11 @@ def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair
     (position, travel), (other_position, other_travel) = (side.start(quantities, shared) for side in sides)
     # Origin: the start of the first chain, or of the second chain if only the second is fixed, so that large offsets
     # cancel first.
-    if _is_zero(travel) or not _is_zero(other_travel):
+    if all_zero(travel) or not all_zero(other_travel):
         starts = [zero, plus(minus(other_position, position), minus(other_travel, travel))]
     else:
         starts = [plus(minus(position, other_position), minus(travel, other_travel)), zero]
-    apart = starts[1] if _is_zero(starts[0]) else starts[0]
+    apart = starts[1] if all_zero(starts[0]) else starts[0]
     poses: dict[int, tuple[Matrix, Vector]] = {sides[0].chain[shared - 1]: (algebra.identity, zero)}
     twists: dict[int, tuple[Vector, Vector]] = {sides[0].chain[shared - 1]: (zero, zero)}
     for side, start in zip(sides, starts, strict=True):
@@ -100,10 +100,6 @@ def lengths(steps: Sequence[Vector]) -> Scalar:
     """Return the sum of the magnitudes of all components."""
     first, *others = (magnitude(part) for step in steps for part in step)
     return sum(others, first)
-
-
-def _is_zero(x: Vector) -> bool:
-    return all(part.is_zero for part in x)
 
 
 def magnitude(value: Scalar) -> Scalar:

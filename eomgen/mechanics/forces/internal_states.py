@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.forces.symbols import Quantities
@@ -12,8 +13,7 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ZERO, Ref
-
-Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
+from eomgen.system.system import Block
 
 
 def state_formulas(scene: Scene) -> Iterator[Formula]:
@@ -31,23 +31,22 @@ class InternalStates:
         self.scene = scene
         self.tree = tree
         self.quantities = quantities
-        self._rates: list[Scalar] | None = None
 
     @property
     def count(self) -> int:
         return len(self.scene.states)
 
+    @cached_property
     def rates(self) -> list[Scalar]:
-        """Return the rates zdot = f(q, v, z, t, u), (nz,), recorded at the first call."""
-        if self._rates is None:
-            self._rates = []
-            for item in self.scene.states:
-                with self.tree.algebra.tape.block(f"rate of state {item.name}"):
-                    self._rates.append(self.quantities.formula(item.rate))
-        return self._rates
+        """The rates zdot = f(q, v, z, t, u), (nz,), recorded at the first use."""
+        result = []
+        for item in self.scene.states:
+            with self.tree.algebra.tape.block(f"rate of state {item.name}"):
+                result.append(self.quantities.formula(item.rate))
+        return result
 
-    def partials(self, applied: Sequence[Scalar]) -> dict[str, Matrix]:
-        """Return shape, entries row by row, and description of the partials ``Rz``, ``Fq``, ``Fv`` and ``Fz``, by name.
+    def partials(self, applied: Sequence[Scalar]) -> list[Block]:
+        """Return the blocks of the partials ``Rz``, ``Fq``, ``Fv`` and ``Fz``.
 
         Rz are the partials of the residual in z, the others of zdot in q (left-trivialised), v and z.
 
@@ -61,15 +60,15 @@ class InternalStates:
             forces = forward_partials(tape, [value.ref for value in applied], block_directions("z", nz))
         seeds = motion_directions(self.tree, "v") | block_directions("z", nz, 2 * nv)
         with tape.block("partials of the rates of internal states"):
-            rates = forward_partials(tape, [value.ref for value in self.rates()], seeds)
+            rates = forward_partials(tape, [value.ref for value in self.rates], seeds)
 
         def block(first: int, columns: int) -> tuple[Ref, ...]:
             return tuple(tangent.get(first + k, ZERO) for tangent in rates for k in range(columns))
 
         by_state = tuple(-tangent[k] if k in tangent else ZERO for tangent in forces for k in range(nz))
-        return {
-            "Rz": ((nv, nz), by_state, "d residual / dz"),
-            "Fq": ((nz, nv), block(0, nv), "d zdot / dq, left-trivialised"),
-            "Fv": ((nz, nv), block(nv, nv), "d zdot / dv"),
-            "Fz": ((nz, nz), block(2 * nv, nz), "d zdot / dz"),
-        }
+        return [
+            Block("Rz", (nv, nz), by_state, "d residual / dz"),
+            Block("Fq", (nz, nv), block(0, nv), "d zdot / dq, left-trivialised"),
+            Block("Fv", (nz, nv), block(nv, nv), "d zdot / dv"),
+            Block("Fz", (nz, nz), block(2 * nv, nz), "d zdot / dz"),
+        ]

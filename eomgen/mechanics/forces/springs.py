@@ -22,7 +22,20 @@ from eomgen.mechanics.tree.alike import FEWEST
 from eomgen.mechanics.tree.links import ROOT, WORLD_NAME
 from eomgen.scene.forces.springs import Spring, TorsionSpring
 from eomgen.symbolic.map import Map, add_map
-from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Scalar,
+    Vector,
+    all_zero,
+    apply,
+    cross,
+    dot,
+    minus,
+    negative,
+    plus,
+    scaled,
+    transpose,
+)
 from eomgen.symbolic.tape import Tape
 
 #: Numbers of the frame of a link, and of an end of a spring: the frame and a place.
@@ -75,7 +88,7 @@ def _end(quantities: Quantities, name: str) -> _SpringEnd:
     link that carries the ball."""
     body, r = quantities.at(quantities.points[name])
     link, point = quantities.kinematics.local(body, r)
-    while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in point):
+    while link >= 0 and quantities.tree.links[link].kind == "ball" and all_zero(point):
         link, point = quantities.tree.links[link].parent, quantities.tree.links[link].position
     return _SpringEnd(name, body, link, point)
 
@@ -198,7 +211,7 @@ def _span(quantities: Quantities, spring: Spring) -> tuple[Vector, Vector]:
     velocities = [algebra.named(f"v_{name}", kinematics.velocity_in_base(*point)) for name, point in points.items()]
     span = minus(positions[1], positions[0])
     speed = minus(velocities[1], velocities[0])
-    if all(part.is_zero for part in span):
+    if all_zero(span):
         fault = (
             f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no"
             f" direction [E0501]"

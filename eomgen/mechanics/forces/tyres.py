@@ -13,12 +13,12 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.forces.contacts import Contact, contact
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
-from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.forces.symbols import DetachedSymbols, Quantities
 from eomgen.scene.forces.tyres import Slip, Tyre
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled, transpose
+from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled, transpose
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 
 
@@ -68,16 +68,14 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
     are taken on a separate tape, on which x and y are independent; on the scene's tape x and y depend on common
     quantities."""
     tape, kernel = quantities.algebra.tape, Tape()
+    detached = DetachedSymbols(quantities, kernel)
 
     def resolve(symbol: Symbol) -> Scalar:
         if symbol.kind == "position":
             return Scalar(kernel, kernel.input("place", symbol.index))
-        value = quantities(symbol)
-        source = tape.symbol(value.ref)
-        ref = kernel.constant(value.number or 0.0) if source is None else kernel.input(source.block, source.index)
-        return Scalar(kernel, ref)
+        return detached(symbol)
 
-    height = record(Algebra(kernel), formula, resolve)
+    height = record(detached.algebra, formula, resolve)
     coordinates = [InputSymbol("place", 0), InputSymbol("place", 1)]
     (tangent,) = forward_partials(
         kernel, [height.ref], {symbol: {k: ONE} for k, symbol in enumerate([*coordinates, InputSymbol("t", 0)])}
@@ -90,10 +88,6 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
 
 def _load(quantities: Quantities, tyre: Tyre) -> Scalar:
     return tyre_contact(quantities, tyre).load
-
-
-def _deflection(quantities: Quantities, tyre: Tyre) -> Scalar:
-    return tyre_contact(quantities, tyre).deflection
 
 
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
@@ -154,6 +148,10 @@ def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) ->
     share = dot(demanded, demanded) / (limit * limit)
     size = -(state.load / algebra.call(Op.SQRT, share + 1.0))
     return arm, patch_velocity, scaled(size, plus(scaled(demanded[0], forward), scaled(demanded[1], sideways)))
+
+
+def _deflection(quantities: Quantities, tyre: Tyre) -> Scalar:
+    return tyre_contact(quantities, tyre).deflection
 
 
 LAW = Law(Tyre, add_tyre, {"load": _load, "deflection": _deflection})

@@ -28,7 +28,6 @@ from collections.abc import Callable, Sequence
 
 from eomgen.mechanics.kinematics.fields import (
     Pair,
-    bracket,
     carry,
     moved_load,
     pair_dot,
@@ -38,7 +37,7 @@ from eomgen.mechanics.kinematics.fields import (
 )
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.scalar import Scalar, Vector, cross, negative, plus
+from eomgen.symbolic.scalar import Scalar, Vector, all_zero, cross, negative, plus
 from eomgen.symbolic.scalar import skew as skew_of
 from eomgen.symbolic.tape import ZERO
 
@@ -46,9 +45,9 @@ from eomgen.symbolic.tape import ZERO
 Columns = list[list[Pair]]
 
 
-def is_zero(x: Pair) -> bool:
-    """Return whether a pair is 0 by structure, as are most columns of most links."""
-    return all(value.is_zero for part in x for value in part)
+def bracket(x: Pair, y: Pair) -> Pair:
+    """Return ad(x) y of twists, with the sum in the order of this form's operations."""
+    return cross(x[0], y[0]), plus(cross(x[1], y[0]), cross(x[0], y[1]))
 
 
 def bracket_transposed(x: Pair, load: Pair) -> Pair:
@@ -67,7 +66,7 @@ def by_link(
     """Return the product of a block diagonal matrix and columns ``x``, times ``factor``. The block of a link is
     ``operation(operator, .)``, by default ad of the link's twist."""
     rows = [
-        [pair if is_zero(pair) else operation(operator, pair) for pair in row]
+        [pair if all_zero(*pair) else operation(operator, pair) for pair in row]
         for operator, row in zip(operators, x, strict=True)
     ]
     return rows if factor == 1.0 else [[pair_scaled(factor, pair) for pair in row] for row in rows]
@@ -109,7 +108,7 @@ class SystemMatrices:
     def _times(self, row: Sequence[Pair], order: int) -> Pair:
         total = self.zero
         for pair, path in zip(row, self.velocities, strict=True):
-            if not is_zero(pair):
+            if not all_zero(*pair):
                 total = pair_plus(total, pair_scaled(path[order], pair))
         return total
 
@@ -125,7 +124,7 @@ class SystemMatrices:
                 sums.append(list(row))
             else:
                 sums.append(
-                    [p if is_zero(q) else pair_plus(p, to_link(link, q)) for p, q in zip(row, above, strict=True)]
+                    [p if all_zero(*q) else pair_plus(p, to_link(link, q)) for p, q in zip(row, above, strict=True)]
                 )
         return sums
 
@@ -135,7 +134,7 @@ class SystemMatrices:
         for index, link in self.tree.inward():
             above = total[link.parent]
             total[link.parent] = [
-                p if is_zero(q) else pair_plus(p, carry(link, q)) for p, q in zip(above, total[index], strict=True)
+                p if all_zero(*q) else pair_plus(p, carry(link, q)) for p, q in zip(above, total[index], strict=True)
             ]
         return total
 
@@ -143,7 +142,7 @@ class SystemMatrices:
         """Return M x per link, spatial inertia times each column, in link axes."""
         algebra = self.tree.algebra
         return [
-            [pair if is_zero(pair) else wrench(algebra, link.inertia, pair[1], pair[0]) for pair in row]
+            [pair if all_zero(*pair) else wrench(algebra, link.inertia, pair[1], pair[0]) for pair in row]
             for link, row in zip(self.tree.links, x, strict=True)
         ]
 
@@ -153,7 +152,7 @@ class SystemMatrices:
         for dof in range(self.tree.nv):
             row = [self.tree.algebra.zero] * len(x[0])
             for subspace, loads in zip(self.X, x, strict=True):
-                if not is_zero(subspace[dof]):
+                if not all_zero(*subspace[dof]):
                     row = [total + pair_dot(subspace[dof], load) for total, load in zip(row, loads, strict=True)]
             rows.append(row)
         return rows
@@ -297,10 +296,8 @@ def mass_path(system: SystemMatrices, order: int) -> list[Rows]:
     path = [
         system.project(z) for z in system.with_transpose([system.inertia(system.jacobian(k)) for k in range(order + 1)])
     ]
-    for link in system.tree.links:
-        for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
-            ratio = link.coordinates.ratio
-            path[0][dof][dof] = path[0][dof][dof] + ratio * ratio * rotor
+    for dof, rotor in system.tree.rotors():
+        path[0][dof][dof] = path[0][dof][dof] + rotor
     return path
 
 
@@ -350,11 +347,9 @@ def inverse_dynamics_closed(
             [row if load is None else [pair_minus(row[0], load[n])] for row, load in zip(total, loads, strict=True)]
         )
     tau = [[row[0] for row in system.project(z)] for z in system.with_transpose(paths)]
-    for link in system.tree.links:
-        for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
-            ratio = link.coordinates.ratio
-            for n in range(order + 1):
-                tau[n][dof] = tau[n][dof] + ratio * ratio * rotor * system.velocities[dof][n + 1]
+    for dof, rotor in system.tree.rotors():
+        for n in range(order + 1):
+            tau[n][dof] = tau[n][dof] + rotor * system.velocities[dof][n + 1]
     return tau
 
 

@@ -116,7 +116,7 @@ class MotionJets:
         for k in range(order if symbols else 0):
             known: dict[Ref | InputSymbol, Jet] = dict(seeds)
             known |= dict(zip(symbols, paths, strict=True))
-            rates = jets(self.tape, [value.ref for value in self.internal.rates()], known, k)
+            rates = jets(self.tape, [value.ref for value in self.internal.rates], known, k)
             for path, rate in zip(paths, rates, strict=True):
                 path.append(self.tape.mul(self.tape.constant(1.0 / (k + 1)), rate[k]))
         return dict(zip(symbols, paths, strict=True))

@@ -22,6 +22,7 @@ import numpy as np
 import scipy.linalg
 
 from eomgen.base.data import dataclass, replace
+from eomgen.mechanics.shape_functions.families import ShapeFunctions, Values
 from eomgen.mechanics.shape_functions.fixed_point import BITS, ONE, WORKING, Fixed, array, from_fixed, polynomial, times
 from eomgen.mechanics.shape_functions.uniform_beams import (
     Coefficients,
@@ -141,30 +142,14 @@ class Elements:
     stride: int
     nodal: Fixed
 
-    @property
-    def size(self) -> int:
-        """Number of functions."""
-        return int(self.nodal.shape[1])
-
-    @property
-    def breaks(self) -> tuple[Fraction, ...]:
-        """Ends of elements, at which derivatives jump."""
-        return tuple(Fraction(number, self.count) for number in range(1, self.count))
-
-    @property
-    def wave_number(self) -> float:
-        """Wave number 1, since no panel needs to be shorter than an element."""
-        return 1.0
-
-    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return values, first and second derivatives by s of the n functions at m positions, (n, m) each. Numbers are
-        fixed-point. At a node they belong to the element that begins there."""
+    def values(self, s: Fixed) -> Values:
+        """Return values and derivatives of the n functions. At a node they belong to the element that begins there."""
         element = np.minimum((s * self.count) >> BITS, self.count - 1)
         within = s * self.count - (element << BITS)
         first = element.astype(int) * self.stride
         result = []
         for order in range(3):
-            total = np.zeros((self.size, len(s)), dtype=object)
+            total = np.zeros((self.nodal.shape[1], len(s)), dtype=object)
             for number, function in enumerate(self.local):
                 values = polynomial(differentiate(function, order), within) * self.count**order
                 total = total + times(self.nodal[first + number].T, values)
@@ -173,17 +158,16 @@ class Elements:
         return f, slope, curvature
 
 
-def elements(deformation: Deformation, beam: Beam) -> Elements:
+def elements(deformation: Deformation, beam: Beam) -> ShapeFunctions:
     """Return the shape functions of a uniform mesh over s = 0 .. 1 for a deformation of a beam. These are the nodal
     functions with ``deformation.nodal``, else the lowest modes without rigid motions, scaled to ``int f^2 = 1`` over s,
     with a positive value, slope or curvature at the start."""
     bending = deformation.kind.startswith("bending")
     whole = _mesh(deformation.elements, Fraction(beam.length), bending)
-    size = whole.size
     free = deformation.free_nodal
     mesh = replace(whole, nodal=whole.nodal[:, free])
     if deformation.nodal:
-        return mesh
+        return _family(mesh)
     with mpmath.workprec(WORKING):
         K = _assemble(whole, beam, deformation.kind, 2 if bending else 1)
         M = _assemble(whole, beam, "polar" if deformation.kind == "torsion" else "mass", 0)
@@ -197,12 +181,18 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
         shapes = modes(K.submatrix(free), M.submatrix(free), rigid, deformation.modes)
         squares = _assemble(whole, Beam(0.0, 1.0, beam.mass_per_length, ()), "mass", 0).submatrix(free)
         lengths = [mpmath.sqrt(squares.product(mode, mode)) for mode in shapes]
-        reduced = np.zeros((size, len(shapes)), dtype=object)
+        reduced = np.zeros((len(whole.nodal), len(shapes)), dtype=object)
         for number, (mode, length) in enumerate(zip(shapes, lengths, strict=True)):
             reduced[free, number] = array(entry / length for entry in mode)
         order = {"clamped_free": 2 if bending else 1, "free_free": 0, "pinned_pinned": 1}[deformation.ends]
         at_start = replace(mesh, nodal=reduced).values(np.array([0], dtype=object))[order][:, 0]
-        return replace(mesh, nodal=np.where(at_start < 0, -reduced, reduced))
+        return _family(replace(mesh, nodal=np.where(at_start < 0, -reduced, reduced)))
+
+
+def _family(mesh: Elements) -> ShapeFunctions:
+    """Return a mesh as shape functions: derivatives jump at ends of elements, no panel is shorter than an element."""
+    breaks = tuple(Fraction(number, mesh.count) for number in range(1, mesh.count))
+    return ShapeFunctions(mesh.nodal.shape[1], 1.0, mesh.values, breaks)
 
 
 def _mesh(count: int, length: Fraction, bending: bool) -> Elements:

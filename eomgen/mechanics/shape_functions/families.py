@@ -5,67 +5,47 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import mpmath
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, round_to_doubles, times, to_fixed
 
+#: Values, first and second derivatives by s of n functions at m positions, (n, m) each, fixed-point.
+Values = tuple[Fixed, Fixed, Fixed]
 
-class ShapeFunctions(Protocol):
+
+@dataclass(frozen=True)
+class ShapeFunctions:
     """Shape functions f_0 .. f_(n-1) of s.
 
     Attributes
     ----------
     size : n
-    breaks : places at which functions or derivatives are not smooth, within 0 < s < 1, in order
     wave_number : largest wave number of the functions between breaks, rad; of polynomials, a quarter of the degree
+    values : the function that returns Values at m positions
+    breaks : places at which functions or derivatives are not smooth, within 0 < s < 1, in order
     """
 
-    @property
-    def size(self) -> int: ...
-    @property
-    def breaks(self) -> tuple[Fraction, ...]: ...
-    @property
-    def wave_number(self) -> float: ...
+    size: int
+    wave_number: float
+    values: Callable[[Fixed], Values]
+    breaks: tuple[Fraction, ...] = ()
 
-    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return values, first and second derivatives by s at m positions, (n, m) each."""
-        ...
+    def scaled(self, factors: Fixed) -> ShapeFunctions:
+        """Return the functions multiplied by factors (n,)."""
 
+        def values(s: Fixed) -> Values:
+            f, slope, curvature = (times(factors[:, None], part) for part in self.values(s))
+            return f, slope, curvature
 
-@dataclass(frozen=True)
-class ScaledShapeFunctions:
-    """A family with functions multiplied by factors (n,)."""
-
-    family: ShapeFunctions
-    factors: Fixed
-
-    @property
-    def size(self) -> int:
-        """Number of functions."""
-        return self.family.size
-
-    @property
-    def breaks(self) -> tuple[Fraction, ...]:
-        """Positions at which functions are not smooth."""
-        return self.family.breaks
-
-    @property
-    def wave_number(self) -> float:
-        """Largest wave number."""
-        return self.family.wave_number
-
-    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return (n, m) values, first and second derivatives by s."""
-        f, slope, curvature = (times(self.factors[:, None], part) for part in self.family.values(s))
-        return f, slope, curvature
+        return replace(self, values=values)
 
 
 _NODES = 24

@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.mechanics.shape_functions import uniform_beams
 from eomgen.mechanics.shape_functions.elements import elements
-from eomgen.mechanics.shape_functions.families import QuadratureGrid, ScaledShapeFunctions, ShapeFunctions
+from eomgen.mechanics.shape_functions.families import QuadratureGrid, ShapeFunctions
 from eomgen.mechanics.shape_functions.fixed_point import (
     BITS,
     ONE,
@@ -43,10 +43,10 @@ def normalise(family: ShapeFunctions, ends: Ends, normalisation: Normalisation) 
         return family
     with mpmath.workprec(WORKING):
         if normalisation == "unit":
-            return ScaledShapeFunctions(family, array(1 / from_fixed(greatest) for greatest in _greatest(family, ends)))
+            return family.scaled(array(1 / from_fixed(greatest) for greatest in _greatest(family, ends)))
         grid = QuadratureGrid([family])
         squares = [grid.integral(f, f) for f in family.values(grid.positions)[0]]
-        return ScaledShapeFunctions(family, array(1 / mpmath.sqrt(from_fixed(square)) for square in squares))
+        return family.scaled(array(1 / mpmath.sqrt(from_fixed(square)) for square in squares))
 
 
 def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import mpmath
 import numpy as np
 
-from eomgen.base.data import dataclass
+from eomgen.mechanics.shape_functions.families import ShapeFunctions, Values
 from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, from_fixed, polynomial, to_fixed
 from eomgen.scene.bodies.model import DeformationKind, Ends
 
@@ -41,43 +41,21 @@ _OTHERS: dict[Ends, tuple[int, int, int]] = {
 }
 
 
-@dataclass(frozen=True)
-class Polynomials:
-    """Polynomials of s; f = 1 at a free second end.
-
-    Attributes
-    ----------
-    coefficients : of each function, constant first
-    """
-
-    coefficients: tuple[Coefficients, ...]
-    breaks: tuple[Fraction, ...] = ()
-
-    @property
-    def size(self) -> int:
-        """Number of functions."""
-        return len(self.coefficients)
-
-    @property
-    def wave_number(self) -> float:
-        """A quarter of the highest degree."""
-        return max(len(entry) - 1 for entry in self.coefficients) / 4.0
-
-    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return (n, m) values, first and second derivatives by s."""
-        f, slope, curvature = (
-            np.array([polynomial(differentiate(entry, times), s) for entry in self.coefficients]) for times in range(3)
-        )
-        return f, slope, curvature
-
-
-def family(kind: DeformationKind, ends: Ends, size: int) -> Polynomials:
+def family(kind: DeformationKind, ends: Ends, size: int) -> ShapeFunctions:
     """Return ``size`` polynomials of a kind of deformation, orthogonal over s with constant weight, for conditions at
-    the ends."""
+    the ends; f = 1 at a free second end."""
     at_first, at_second, lowest = (_BENDING if kind.startswith("bending") else _OTHERS)[ends]
     weight = product(_power((Fraction(0), Fraction(1)), at_first), _power((Fraction(1), Fraction(-1)), at_second))
     numbers = range(lowest, lowest + size)
-    return Polynomials(tuple(product(weight, _jacobi(number, 2 * at_second, 2 * at_first)) for number in numbers))
+    polynomials = [product(weight, _jacobi(number, 2 * at_second, 2 * at_first)) for number in numbers]
+
+    def values(s: Fixed) -> Values:
+        f, slope, curvature = (
+            np.array([polynomial(differentiate(entry, times), s) for entry in polynomials]) for times in range(3)
+        )
+        return f, slope, curvature
+
+    return ShapeFunctions(size, (len(polynomials[-1]) - 1) / 4.0, values)
 
 
 def _jacobi(degree: int, alpha: int, beta: int) -> Coefficients:
@@ -148,79 +126,30 @@ def root(sign: int, number: int) -> Root:
         return Root(wave, sigma, (1 - sigma) * mpmath.exp(wave), mpmath.exp(-wave))
 
 
-@dataclass(frozen=True)
-class BendingModes:
-    """Bending modes of a clamped-free or a free-free uniform beam, of int f^2 = 1.
-
-    At a free end f = 2 (-1)^(k+1), or 2.
-
-    Attributes
-    ----------
-    sign : 1 for a clamped-free, -1 for a free-free beam, without rigid motions
-    size : number of modes
-    """
-
-    sign: int
-    size: int
-    breaks: tuple[Fraction, ...] = ()
-
-    @property
-    def wave_number(self) -> float:
-        """Wave number of the highest mode, rad."""
-        return float(root(self.sign, self.size).wave_number)
-
-    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return (n, m) values, first and second derivatives by s."""
-        return _table([root(self.sign, number) for number in range(1, self.size + 1)], self.bending, s)
-
-    def bending(self, mode: Root, s: Any) -> tuple[Any, Any, Any]:
-        """Return value, first and second derivative by s of one mode at one position, in mpmath numbers."""
-        wave, sigma, growing, decay = mode
-        x = wave * s
-        cos, sin = mpmath.cos_sin(x)
-        grown = mpmath.exp(x - wave)
-        rising, falling = growing * grown / 2, (1 + sigma) * decay / (2 * grown)
-        even = self.sign * (cos - sigma * sin)
-        odd = self.sign * (sin + sigma * cos)
-        return rising + falling - even, wave * (rising - falling + odd), wave * wave * (rising + falling + even)
+def _bending(sign: int, mode: Root, s: Any) -> tuple[Any, Any, Any]:
+    """Return value, first and second derivative by s of one mode at one position (mpmath). ``sign`` is 1 for a
+    clamped-free, -1 for a free-free beam."""
+    wave, sigma, growing, decay = mode
+    x = wave * s
+    cos, sin = mpmath.cos_sin(x)
+    grown = mpmath.exp(x - wave)
+    rising, falling = growing * grown / 2, (1 + sigma) * decay / (2 * grown)
+    even = sign * (cos - sigma * sin)
+    odd = sign * (sin + sigma * cos)
+    return rising + falling - even, wave * (rising - falling + odd), wave * wave * (rising + falling + even)
 
 
-@dataclass(frozen=True)
-class UniformModes:
-    """Modes of uniform bars and shafts, or of a beam between pins; the greatest value is 1.
-
-    Attributes
-    ----------
-    ends : sin((k - 1/2) pi s) of ``clamped_free``, cos(k pi s) of ``free_free``, sin(k pi s) of ``pinned_pinned``
-    size : number of modes
-    """
-
-    ends: Ends
-    size: int
-    breaks: tuple[Fraction, ...] = ()
-
-    @property
-    def wave_number(self) -> float:
-        """Wave number of the highest mode, rad."""
-        return np.pi * self.size
-
-    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return (n, m) values, first and second derivatives by s."""
-        with mpmath.workprec(WORKING):
-            half = mpmath.mpf(1) / 2 if self.ends == "clamped_free" else 0
-            return _table([number - half for number in range(1, self.size + 1)], self.wave, s)
-
-    def wave(self, turns: Any, s: Any) -> tuple[Any, Any, Any]:
-        """Return value, first and second derivative by s of one function, with ``turns`` half waves, at one position
-        (mpmath)."""
-        wave = turns * mpmath.pi
-        cos, sin = mpmath.cospi(turns * s), mpmath.sinpi(turns * s)
-        if self.ends == "free_free":
-            return cos, -wave * sin, -wave * wave * cos
-        return sin, wave * cos, -wave * wave * sin
+def _harmonic(ends: Ends, turns: Any, s: Any) -> tuple[Any, Any, Any]:
+    """Return value, first and second derivative by s of one function, with ``turns`` half waves, at one position
+    (mpmath)."""
+    wave = turns * mpmath.pi
+    cos, sin = mpmath.cospi(turns * s), mpmath.sinpi(turns * s)
+    if ends == "free_free":
+        return cos, -wave * sin, -wave * wave * cos
+    return sin, wave * cos, -wave * wave * sin
 
 
-def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
+def _table(modes: list[Any], function: Any, s: Fixed) -> Values:
     """Return values, first and second derivatives of modes at fixed-point positions ``s``, (n, m) each, fixed-point.
     ``function(mode, position)`` returns the three in mpmath numbers."""
     result = np.zeros((3, len(modes), len(s)), dtype=object)
@@ -233,11 +162,20 @@ def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fix
     return f, slope, curvature
 
 
-def modes(bends: bool, ends: Ends, size: int) -> BendingModes | UniformModes:
+def modes(bends: bool, ends: Ends, size: int) -> ShapeFunctions:
     """Return the lowest ``size`` modes of a uniform beam in bending (``bends``), or in stretch or torsion, by
-    conditions at the ends."""
-    return (
-        BendingModes(1 if ends == "clamped_free" else -1, size)
-        if bends and ends != "pinned_pinned"
-        else UniformModes(ends, size)
-    )
+    conditions at the ends, without rigid motions.
+
+    Bending modes of clamped-free and free-free beams have int f^2 = 1, and f = 2 (-1)^(k+1), or 2, at a free end. The
+    others have the greatest value 1: sin((k - 1/2) pi s) of ``clamped_free``, cos(k pi s) of ``free_free``, sin(k pi s)
+    of ``pinned_pinned``.
+    """
+    numbers = range(1, size + 1)
+    if bends and ends != "pinned_pinned":
+        sign = 1 if ends == "clamped_free" else -1
+        roots = [root(sign, number) for number in numbers]
+        bending = functools.partial(_bending, sign)
+        return ShapeFunctions(size, float(roots[-1].wave_number), functools.partial(_table, roots, bending))
+    half = mpmath.mpf(1) / 2 if ends == "clamped_free" else 0
+    harmonic = functools.partial(_harmonic, ends)
+    return ShapeFunctions(size, np.pi * size, functools.partial(_table, [k - half for k in numbers], harmonic))

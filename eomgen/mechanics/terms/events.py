@@ -89,7 +89,7 @@ def events(derivation: Derivation) -> list[Block]:
     values = _values(derivation)
     direction = rates_of(tape, configuration_directions(derivation.tree), derivation.prescribed)
     direction |= {InputSymbol("v", k): tape.input("a", k) for k in range(nv)}
-    direction |= {InputSymbol("z", k): rate.ref for k, rate in enumerate(derivation.internal.rates())}
+    direction |= {InputSymbol("z", k): rate.ref for k, rate in enumerate(derivation.internal.rates)}
     with tape.block("rates of the events' functions"):
         rates = jacobian_vector(tape, [value.ref for value in values], direction)
     known = [row.has_rate for row in event_rows(derivation)]

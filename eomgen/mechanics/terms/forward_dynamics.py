@@ -35,6 +35,7 @@ from eomgen.symbolic.scalar import (
     Matrix,
     Scalar,
     Vector,
+    all_zero,
     apply,
     cross,
     dot,
@@ -172,21 +173,17 @@ def _eliminate(
         if link.rotor_inertias[k].is_zero:
             # Along a freed axis the body has no inertia left and transmits the effort: differences of equal numbers.
             zero, effort = Scalar(pivot.tape, ZERO), efforts[link.dofs[k]]
-            if _is_null(u) and (axis := _coordinate_axis(w)) is not None:
+            if all_zero(u) and (axis := _coordinate_axis(w)) is not None:
                 A = _with_row(transpose(_with_row(A, axis, zero)), axis, zero)
                 B = _with_row(B, axis, zero)
                 moment = _with(moment, axis, w[axis] * effort)
-            elif _is_null(w) and (axis := _coordinate_axis(u)) is not None:
+            elif all_zero(w) and (axis := _coordinate_axis(u)) is not None:
                 C = _with_row(transpose(_with_row(C, axis, zero)), axis, zero)
                 B = transpose(_with_row(transpose(B), axis, zero))
                 force = _with(force, axis, u[axis] * effort)
     A, C = _symmetric(A), _symmetric(C)
     added = ArticulatedInertia(A, B, C, moment, force).load(*bias)
     return ArticulatedInertia(A, B, C, plus(moment, added[0]), plus(force, added[1])), eliminations
-
-
-def _is_null(x: Vector) -> bool:
-    return all(component.is_zero for component in x)
 
 
 def _coordinate_axis(x: Vector) -> int | None:

@@ -54,7 +54,7 @@ def extended_partials(
         for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
             if link not in alone:
                 owners.setdefault(abs(scalar.ref), tree.links[link].dofs[0])
-    outputs = [value.ref for value in (*residual, *internal.rates())]
+    outputs = [value.ref for value in (*residual, *internal.rates)]
     tangents, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}
     for names, rows in (

@@ -65,7 +65,7 @@ def linearization(derivation: Derivation) -> list[Block]:
         blocks += columns.of(forces, "B0", "E0", "d(Q - b)")
     blocks += derivation.internal_partials()
     with tape.block("influence of inputs and disturbances on internal states"):
-        return blocks + columns.of(derivation.internal.rates(), "Fu", "Fw", "d zdot")
+        return blocks + columns.of(derivation.internal.rates, "Fu", "Fw", "d zdot")
 
 
 def output_partials(derivation: Derivation) -> list[Block]:
@@ -208,7 +208,7 @@ def parameter_partials(derivation: Derivation) -> list[Block]:
     (r,) = derivation.residual()
     blocks = [partials.of(r.refs, "Rp", "d(M a + h + b - Q + B^T lam)")]
     if derivation.scene.states:
-        rates = [rate.ref for rate in derivation.internal.rates()]
+        rates = [rate.ref for rate in derivation.internal.rates]
         blocks.append(partials.of(rates, "Fp", "d zdot"))
     if derivation.constraints is not None:
         (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()

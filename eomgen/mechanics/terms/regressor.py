@@ -28,9 +28,8 @@ from eomgen.mechanics.linear_parameters import (
 )
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
-from eomgen.mechanics.tree.inertia import inertia_about_center
+from eomgen.mechanics.tree.inertia import body_inertia
 from eomgen.mechanics.tree.links import Mount, Tree
-from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, apply, cross, multiply, plus, transpose
@@ -66,11 +65,7 @@ def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities
 
 def without_linear_parameters(scene: Scene) -> Scene:
     """Return the scene without damping and dry friction in joints: the regressor has columns for them."""
-    return replace(scene, joints=tuple(_without_damping(joint) for joint in scene.joints))
-
-
-def _without_damping(joint: Joint) -> Joint:
-    return replace(joint, damping=ZERO, friction=())
+    return replace(scene, joints=tuple(replace(joint, damping=ZERO, friction=()) for joint in scene.joints))
 
 
 def _body_columns(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> dict[int, list[Scalar]]:
@@ -115,9 +110,7 @@ def parameter_values(algebra: Algebra, scene: Scene, number: Callable[[Formula],
     of a formula on the tape."""
     result: list[Scalar] = []
     for body in moving_bodies(scene):
-        center = algebra.vector([number(item) for item in body.center_of_mass])
-        tensor = tuple(number(entry) for entry in body.inertia)
-        inertia = inertia_about_center(algebra, number(body.mass), center, tensor)
+        inertia = body_inertia(algebra, body, number)
         S = inertia.second
         result += [inertia.mass, *inertia.first, S[1][1] + S[2][2], S[0][0] + S[2][2], S[0][0] + S[1][1]]
         result += [-S[0][1], -S[0][2], -S[1][2]]

@@ -8,14 +8,14 @@ into the point.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from eomgen.base.data import replace
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.lie.product import Factor
-from eomgen.mechanics.tree.inertia import RecordedInertia, added_masses, elements_with_mass, inertia_about_center
+from eomgen.mechanics.tree.inertia import RecordedInertia, added_masses, body_inertia, elements_with_mass
 from eomgen.mechanics.tree.joints import IDENTITY, JointMotion, columns_of, name_rotation, own_coordinates, pose_of
 from eomgen.mechanics.tree.links import (
     CARRIER,
@@ -59,9 +59,6 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     def number(formula: Formula) -> Scalar:
         return record(algebra, formula, lambda symbol: parameters[symbol.name])
 
-    def vector(formulas: Sequence[Formula]) -> Vector:
-        return algebra.vector([number(formula) for formula in formulas])
-
     mounts = {
         BASE: Mount(CARRIER, algebra.identity, algebra.zero_vector),
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
@@ -70,13 +67,14 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     hosts: list[Body] = []
     totals: list[RecordedInertia] = []
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
-        tensor = tuple(number(entry) for entry in body.inertia)
-        inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
+        inertia = body_inertia(algebra, body, number)
         inertia = replace(inertia, added=added_masses(algebra, with_mass.get(body.name, ()), number))
         if not joint.kind.moves:
             above = mounts[joint.parent]
             orientation = multiply(above.orientation, algebra.matrix(joint.orientation))
-            position = plus(above.position, apply(above.orientation, vector(joint.position)))
+            position = plus(
+                above.position, apply(above.orientation, algebra.vector([number(item) for item in joint.position]))
+            )
             mounts[body.name] = Mount(above.link, orientation, position)
             if above.link >= 0:
                 totals[above.link] = totals[above.link] + inertia.transform(orientation, position)
@@ -84,7 +82,9 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         mounts[body.name] = Mount(len(hosts), algebra.identity, algebra.zero_vector)
         hosts.append(body)
         totals.append(inertia)
-    _check_masses(hosts, totals)
+    if light := [body.name for body, total in zip(hosts, totals, strict=True) if total.mass.is_zero]:
+        fault = "has no mass, which absolute coordinates cannot carry [E0515]"
+        raise ModelError([Problem(f"bodies.{name}", fault, "a mass, or joint coordinates") for name in light])
     links: list[FreeLink] = []
     turning: list[int] = []
     centers: list[Vector] = []
@@ -93,8 +93,11 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         about_center = total.shift(negative(center))
         central = replace(about_center, first=algebra.zero_vector)
         central = clean(algebra, central)
-        make = _pose_link if groups.get(body.name, DEFAULT_GROUP) == "SE3" else _separate_links
-        links += make(algebra, body.name, 7 * number_of_body, 6 * number_of_body, central, len(links))
+        q, v, name = 7 * number_of_body, 6 * number_of_body, body.name
+        if groups.get(name, DEFAULT_GROUP) == "SE3":
+            links.append(_link(algebra, "free", name, ROOT, Factor("SE3", name, q, 7, v, 6), central))
+        else:
+            links += _separate_links(algebra, name, q, v, central, len(links))
         turning.append(len(links) - 1)
         centers.append(center)
     for name, mount in mounts.items():
@@ -103,28 +106,6 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
             mounts[name] = Mount(turning[mount.link], mount.orientation, position)
     of_bodies, factors = zip(*links, strict=True) if links else ((), ())
     return Tree(algebra, of_bodies, mounts, parameters, factors, {})
-
-
-def _check_masses(hosts: Sequence[Body], totals: Sequence[RecordedInertia]) -> None:
-    light = [body.name for body, total in zip(hosts, totals, strict=True) if total.mass.is_zero]
-    if light:
-        raise ModelError(
-            [
-                Problem(
-                    f"bodies.{name}",
-                    "has no mass, which absolute coordinates cannot carry [E0515]",
-                    "a mass, or joint coordinates",
-                )
-                for name in light
-            ]
-        )
-
-
-def _pose_link(
-    algebra: Algebra, name: str, q_start: int, v_start: int, inertia: RecordedInertia, _: int
-) -> list[FreeLink]:
-    """Return one link on SE(3)."""
-    return [_link(algebra, "free", name, ROOT, Factor("SE3", name, q_start, 7, v_start, 6), inertia)]
 
 
 def _separate_links(

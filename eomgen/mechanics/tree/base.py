@@ -96,11 +96,7 @@ def base_state(algebra: Algebra, scene: Scene, gravity: Vector, *, disturbed: bo
     struct = tuple(
         algebra.zero if k in zeros else Scalar(algebra.tape, algebra.tape.input("base", k)) for k in range(BASE_SIZE)
     )
-    fields: dict[str, list[Scalar]] = {}
-    start = 0
-    for name, size, _ in BASE_LAYOUT:
-        fields[name] = list(struct[start : start + size])
-        start += size
+    fields = {name: list(struct[base_place(name) : base_place(name) + size]) for name, size, _ in BASE_LAYOUT}
     return BaseState(
         moving=True,
         turning=turning,

@@ -24,6 +24,7 @@ from eomgen.mechanics.tree.inertia import (
     AddedMass,
     RecordedInertia,
     added_masses,
+    body_inertia,
     elements_with_mass,
     inertia_about_center,
 )
@@ -219,17 +220,11 @@ def _add_body(
     but without ``merged`` the body has a separate link, too. ``added`` are masses that force elements add.
     """
     algebra = tree.algebra
-
-    def vector(formulas: Sequence[Formula]) -> Vector:
-        return algebra.vector([number(formula) for formula in formulas])
-
-    offset = vector(joint.position)
+    offset = algebra.vector([number(formula) for formula in joint.position])
     mount = tree.mount_at(joint.parent, offset)
     orientation = multiply(mount.orientation, algebra.matrix(joint.orientation))
     position = plus(mount.position, apply(mount.orientation, offset))
-    tensor = tuple(number(entry) for entry in body.inertia)
-    inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
-    inertia = replace(inertia, added=added)
+    inertia = replace(body_inertia(algebra, body, number), added=added)
     if body.beam is not None:
         inertia = no_inertia(algebra)
     if not joint.kind.moves and not merged:

@@ -10,6 +10,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.products import import_target
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import (
@@ -119,6 +120,13 @@ def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor:
     central = algebra.matrix([[half_trace - xx, -xy, -xz], [-xy, half_trace - yy, -yz], [-xz, -yz, half_trace - zz]])
     first = scaled(mass, center)
     return RecordedInertia(mass, first, matrix_plus(central, outer(first, center)))
+
+
+def body_inertia(algebra: Algebra, body: Body, number: Callable[[Formula], Scalar]) -> RecordedInertia:
+    """Return the shape integrals of a body of a scene. ``number`` gives the value of a formula of parameters on the
+    tape."""
+    tensor, mass = tuple(number(entry) for entry in body.inertia), number(body.mass)
+    return inertia_about_center(algebra, mass, algebra.vector([number(item) for item in body.center_of_mass]), tensor)
 
 
 def wrench(

@@ -210,6 +210,12 @@ class Tree:
         """Yield the number and the link of each link that another link carries, from the tips to the root."""
         return ((index, link) for index, link in reversed([*enumerate(self.links)]) if link.parent != ROOT)
 
+    def rotors(self) -> Iterator[tuple[int, Scalar]]:
+        """Yield velocity components and the inertias, kg m^2, that rotors add to them."""
+        for link in self.links:
+            ratio = link.coordinates.ratio
+            yield from ((dof, ratio * ratio * rotor) for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True))
+
     def children(self) -> list[list[int]]:
         """Return the child links of each link."""
         lists: list[list[int]] = [[] for _ in self.links]

@@ -268,12 +268,6 @@ def _table(declared: str, values: Sequence[str]) -> list[str]:
     return [f"{declared}[{len(values)}] = {{", *(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)]
 
 
-def _headline(label: str) -> str:
-    """Return the comment above a paragraph of statements."""
-    text = comment(label)
-    return f"/* {text[:1].upper()}{text[1:]} */"
-
-
 class Printer:
     """Prints expressions and statements of a function as C.
 
@@ -398,7 +392,8 @@ class Printer:
             if kind in ("let", "save"):
                 self._add_value(lines, kind, data)
             elif kind == "label":
-                lines += [*([""] if lines or not first else []), _headline(data[0])]
+                headline = comment(data[0])
+                lines += [*([""] if lines or not first else []), f"/* {headline[:1].upper()}{headline[1:]} */"]
             elif (printed := getattr(self, f"_print_{kind}", None)) is not None:
                 lines += printed(*data)
             else:
