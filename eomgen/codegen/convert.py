@@ -9,6 +9,7 @@ time, with a sum each, which compilers turn into vectors without changing the or
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -280,11 +281,7 @@ def _name_quantities(names: Names, quantities: Sequence[Quantity], prefix: str) 
 
 
 def _functions(
-    names: Names,
-    system: System,
-    wanted: Sequence[str],
-    bodies: Bodies,
-    limits: tuple[int, int] | None,
+    names: Names, system: System, wanted: Sequence[str], bodies: Bodies, limits: tuple[int, int] | None
 ) -> tuple[ProgramFunction, ...]:
     """Return the wanted functions as functions of the Program, in the order of ``wanted``.
 
@@ -337,11 +334,7 @@ def check_workspace(name: str, values: int) -> None:
 
 
 def _function(
-    names: Names,
-    system: System,
-    function: Function,
-    bodies: Bodies,
-    limits: tuple[int, int] | None,
+    names: Names, system: System, function: Function, bodies: Bodies, limits: tuple[int, int] | None
 ) -> ProgramFunction:
     """Return one function as a function of the Program, with scheduled statements and all outputs that have components.
 
@@ -360,10 +353,7 @@ def _function(
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs)
     blocks = [(block.name, block.shape, block.refs, block.description) for block in function.outputs if block.refs]
     for label, shape, refs, _ in blocks:
-        size = 1
-        for extent in shape:
-            size *= extent
-        if size != len(refs):
+        if math.prod(shape) != len(refs):
             raise ModelError(f"output {label} of function {name} has shape {shape} but {len(refs)} components [E0208]")
     if name == "base":
         refs = function.refs
@@ -377,13 +367,7 @@ def _function(
         from eomgen.codegen.scheduling.scheduler import schedule  # noqa: PLC0415  # known texts need no statements
 
         result = schedule(
-            system.tape,
-            outputs,
-            INPUT_BLOCKS,
-            *limits,
-            bodies,
-            fill=name != "base",
-            sample=system.sample,
+            system.tape, outputs, INPUT_BLOCKS, *limits, bodies, fill=name != "base", sample=system.sample
         )  # the base is a struct, whose components no loop can fill
         parts, workspace, operations = result.parts, result.workspace, result.operations
     missing = sorted({block for part in parts for block in part.inputs} - set(inputs))

@@ -198,9 +198,7 @@ class Poses(Group):
         square = skew_square(omega)
         diagonal = total(IDENTITY, times(0.5, skew(omega)), times(f6, square))
         coupling = total(
-            times(0.5, skew(shift)),
-            times(f6 * 2.0, skew_product(omega, shift)),
-            times(f8 * dot(omega, shift), square),
+            times(0.5, skew(shift)), times(f6 * 2.0, skew_product(omega, shift)), times(f8 * dot(omega, shift), square)
         )
         return blocks(diagonal, ZERO, coupling, diagonal)
 

@@ -145,11 +145,7 @@ def rate(group: Group) -> GroupKernel:
 
 
 def _kernel(
-    name: str,
-    group: Group,
-    description: str,
-    inputs: tuple[tuple[str, int], ...],
-    function: Callable[..., list[Value]],
+    name: str, group: Group, description: str, inputs: tuple[tuple[str, int], ...], function: Callable[..., list[Value]]
 ) -> GroupKernel:
     tape = Tape()
     algebra = TapeAlgebra(tape)
@@ -180,5 +176,5 @@ def _tangent_slopes(group: Group, inverse: bool) -> Evaluation:
     theta = [Scalar(tape, tape.input(symbol.block, symbol.index)) for symbol in symbols]
     rows = (group.tangent_inverse if inverse else group.tangent)(algebra, theta)
     refs = [algebra.scalar(entry).ref for row in rows for entry in row]
-    moved = {symbol: tape.input("direction", symbol.index) for symbol in symbols}
+    moved: dict[Ref | InputSymbol, Ref] = {symbol: tape.input("direction", symbol.index) for symbol in symbols}
     return Evaluation(tape, jacobian_vector(tape, refs, moved))

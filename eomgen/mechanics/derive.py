@@ -123,10 +123,7 @@ class SharedTape:
 
 
 def derive(
-    scene: Scene,
-    terms: Sequence[str] | None = None,
-    without_rows: Sequence[int] = (),
-    shared: SharedTape | None = None,
+    scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = (), shared: SharedTape | None = None
 ) -> System:
     """Derive the separated equations of motion of a scene.
 

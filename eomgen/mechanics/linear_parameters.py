@@ -77,7 +77,6 @@ def linear_parameters(scene: Scene) -> tuple[LinearParameter, ...]:
 def _unit(item: JointParameter) -> str:
     units = [unit for _, unit in item.joint.kind.coordinates.items()] or ["rad"] * 3 + ["m"] * 3
     turns = units[item.index] == "rad"
-    return {
-        "rotor_inertia": "kg m^2" if turns else "kg",
-        "damping": "N m s/rad" if turns else "N s/m",
-    }.get(item.kind, "N m" if turns else "N")
+    return {"rotor_inertia": "kg m^2" if turns else "kg", "damping": "N m s/rad" if turns else "N s/m"}.get(
+        item.kind, "N m" if turns else "N"
+    )

@@ -107,10 +107,7 @@ class Evaluation:
         return self._slots[ref]
 
     def run(
-        self,
-        leaf: Callable[[InputSymbol], Any],
-        arithmetic: Arithmetic,
-        visit: Callable[[int, Any], Any] | None = None,
+        self, leaf: Callable[[InputSymbol], Any], arithmetic: Arithmetic, visit: Callable[[int, Any], Any] | None = None
     ) -> list[Any]:
         """Return the values of the references, in order. ``leaf`` returns the value of an input symbol. ``visit`` is
         called with the node and the value of every operation, and returns the value for further operations."""
@@ -118,10 +115,7 @@ class Evaluation:
         return [result[position] for position in self._places]
 
     def _distinct(
-        self,
-        leaf: Callable[[InputSymbol], Any],
-        arithmetic: Arithmetic,
-        visit: Callable[[int, Any], Any] | None = None,
+        self, leaf: Callable[[InputSymbol], Any], arithmetic: Arithmetic, visit: Callable[[int, Any], Any] | None = None
     ) -> list[Any]:
         """Return the values of the distinct references, by first occurrence; arguments are as of ``run``."""
         tape, slots = self.tape, self._slots

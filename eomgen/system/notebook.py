@@ -49,11 +49,7 @@ def _sizes(sizes: Mapping[str, int]) -> str:
 
 
 def model_page(
-    name: str,
-    layout: Mapping[str, Any],
-    latex: str,
-    coordinates: Iterable[Sequence[object]],
-    functions: Iterable[str],
+    name: str, layout: Mapping[str, Any], latex: str, coordinates: Iterable[Sequence[object]], functions: Iterable[str]
 ) -> str:
     """Return the HTML text about a compiled model, with tables of coordinates, parameters, inputs, outputs and
     functions. ``coordinates`` are rows of name, unit and start; ``functions`` names the functions in the library, whose

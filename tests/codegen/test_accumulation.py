@@ -62,11 +62,6 @@ def springs(
     return make_system("springs", tape, functions, initial_q=(0.0,) * (count + 1), factors=tuple(factors(count + 1)))
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
-
-
 @pytest.mark.slow_except("how1")
 @pytest.mark.parametrize("how", [{}, {"clamped": True}, {"read": True, "order": [3, 1, 4, 8, 5, 9, 2, 6, 7, 0]}])
 def test_outputs_are_those_of_the_tape(how: dict[str, object], cache: Path, rng: np.random.Generator) -> None:

@@ -223,8 +223,7 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ),
     (
         changed(
-            states={},
-            controllers={"torque": {"type": "sampled", "sample": SAMPLE, "signals": {"angle": "q.hinge"}}},
+            states={}, controllers={"torque": {"type": "sampled", "sample": SAMPLE, "signals": {"angle": "q.hinge"}}}
         ),
         "controllers.torque: the function of this sampled controller is the caller's, so there is no C of it; try:"
         ' source = "controller.c", and the name of the function',
@@ -257,8 +256,6 @@ def test_scenes_without_a_controller_of_their_own_are_refused(data: dict[str, An
             {"only": "controller", "terms": ["mass"]},
             "terms: terms belongs to the whole machine, and only the controller is generated",
         ),
-        ({"only": "controller", "parameters": {"kk": 1.0}}, "there is no parameter 'kk'; try: k"),
-        ({"only": "controller", "real": "half"}, "a model cannot be built with real = 'half'; try: double or float"),
     ],
 )
 def test_calls_that_a_controller_cannot_have_are_refused(arguments: dict[str, Any], text: str, tmp_path: Path) -> None:

@@ -65,11 +65,6 @@ def factors(count: int) -> list[Factor]:
     return [Factor("R", f"q{k}", k, 1, k, 1) for k in range(count)]
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "lanes", "complex", "float"])
 def test_loop_equals_unrolled_and_the_tape(real: str, cache: Path, rng: np.random.Generator) -> None:

@@ -185,11 +185,7 @@ def test_kinds_that_take_turns_are_one_after_the_other() -> None:
 
 def test_rows_of_fronts_count_where_they_are_regular() -> None:
     fronts = [[0, 0, 0], *([1, 10 * k, 6 * k] for k in range(1, 50)), [2, 700, 0]]
-    assert places_of_fronts(fronts) == [
-        "i < 2 ? i : i < 50 ? 1 : 2",
-        "i < 50 ? 10 * i : 700",
-        "i < 50 ? 6 * i : 0",
-    ]
+    assert places_of_fronts(fronts) == ["i < 2 ? i : i < 50 ? 1 : 2", "i < 50 ? 10 * i : 700", "i < 50 ? 6 * i : 0"]
     assert places_of_fronts([[k, place] for k, place in enumerate(WILD)]) == []
     assert places_of_fronts([[0, k] for k in range(9)]) == []
 

@@ -82,11 +82,6 @@ def signed(bodies: int = BODIES) -> System:
 POINT = {"p": [0.7, -0.3], "q": [0.4, 1.9], "v": [-1.1, 0.2]}
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
-
-
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """Functions of any length are searched."""
@@ -190,6 +185,7 @@ def of_inputs(block: str, *, with_map: bool) -> System:
     )
 
 
+@pytest.mark.slow_cases("v", "a", "z", "u")
 @pytest.mark.parametrize("block", SIZES)
 def test_special_operations_of_every_block_compile_beside_loops(block: str, cache: Path, eager: None) -> None:
     system = of_inputs(block, with_map=block not in ("q", "lam"))

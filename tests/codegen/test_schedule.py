@@ -55,11 +55,6 @@ def tangled(operations: int = 400, functions: int = 6, seed: int = 3) -> System:
 POINT = {"p": [0.7, -0.3], "q": [0.4, 1.9], "v": [-1.1, 0.2]}
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("part_limit", "nest_limit", "file_limit"), [(1500, 6, 10**9), (37, 1, 500)])
 def test_numbers_are_those_of_the_tape(part_limit: int, nest_limit: int, file_limit: int, cache: Path) -> None:

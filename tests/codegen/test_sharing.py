@@ -84,11 +84,6 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sharing, "SHARE_FROM", 50)
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
-
-
 def unshared(system: System, monkeypatch: pytest.MonkeyPatch) -> Program:
     with monkeypatch.context() as patch:
         patch.setattr(convert, "LONG", 10**9)

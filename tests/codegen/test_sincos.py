@@ -57,6 +57,7 @@ def test_small_arguments_keep_their_relative_accuracy(sincos) -> None:
     assert worst < 2.3e-16
 
 
+@pytest.mark.slow_cases("fast-double", "quick-double")
 def test_arguments_beyond_the_range_of_the_reduction_give_nan(sincos, rng: np.random.Generator) -> None:
     assert np.all(np.isfinite(sincos([1e10, -1e10])))
     exponents = rng.uniform(10.01, 308.0, 50)
@@ -72,6 +73,7 @@ def test_arguments_beyond_the_range_of_the_reduction_give_nan(sincos, rng: np.ra
     assert np.all(np.isnan(sincos([*beyond, *(10.0**exponents), *(-(10.0**exponents)), np.nan, np.inf, -np.inf])))
 
 
+@pytest.mark.slow_cases("fast-double", "quick-double")
 def test_squares_add_to_one(sincos) -> None:
     found = sincos(np.linspace(-50, 50, 1001))
     assert np.max(np.abs(np.sum(found**2, axis=1) - 1)) < 4e-16

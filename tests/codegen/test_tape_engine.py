@@ -46,11 +46,6 @@ def _on_engine(program: Program, folder: Path, real: str = "double") -> Library:
     return builder.build(data, files, INTERFACE_CDEF, interface_layout(coded), tables=lambda: data)
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
-
-
 _TWO = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.ATAN2, Op.POW, Op.MIN, Op.MAX, Op.LT, Op.LE)
 _ONE = tuple(sorted(UNARY))
 #: Functions of C and Python of which the last bits are not given by IEEE 754.
@@ -147,6 +142,7 @@ def test_threads_share_no_registers(cache: Path) -> None:
         assert list(pool.map(often, range(8))) == [{bits} for bits in alone]
 
 
+@pytest.mark.slow_cases("complex")
 @pytest.mark.parametrize("real", ["float", "complex"])
 def test_other_number_types_agree_with_c(real: str, cache: Path) -> None:
     program = to_program(tangled(operations=100, functions=1))

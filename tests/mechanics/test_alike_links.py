@@ -54,13 +54,7 @@ def statements(kind: str, links: int, name: str) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "name"),
-    [
-        ("mixed", "inverse_dynamics"),
-        ("any", "iteration"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "name"), [("mixed", "inverse_dynamics"), ("any", "iteration")])
 def test_the_text_does_not_grow_with_links_of_any_axes(kind: str, name: str) -> None:
     short, long = statements(kind, 70, name), statements(kind, 100, name)
     assert long <= short + 3 * 30  # some outputs are still stored one by one

@@ -118,12 +118,7 @@ def points_of_chain(scene: Scene) -> OnBase:
 @cache
 def state_of(nv: int) -> dict[str, Array]:
     rng = np.random.default_rng(nv)
-    return {
-        "q": rng.uniform(-0.3, 0.3, nv),
-        "v": rng.normal(size=nv),
-        "a": rng.normal(size=nv),
-        "t": np.array([0.7]),
-    }
+    return {"q": rng.uniform(-0.3, 0.3, nv), "v": rng.normal(size=nv), "a": rng.normal(size=nv), "t": np.array([0.7])}
 
 
 def terms_of(system: System, state: dict[str, Array]) -> dict[str, Array]:

@@ -12,11 +12,12 @@ from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
+from tests.mechanics.checks import states_of
 from tests.mechanics.test_jacobians import in_absolute_coordinates, scene_of
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
 from tests.oracles.pinocchio_oracle import robot_file
-from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
+from tests.oracles.states import derivative, jacobian, random_states, rotation_of
 
 pytestmark = pytest.mark.slow
 
@@ -82,9 +83,8 @@ def check_rates(system: object, evaluate: Evaluate, state: dict[str, Array]) -> 
 def test_sums_over_the_bodies(seed: int, absolute: bool, rng: np.random.Generator) -> None:
     scene = in_absolute_coordinates(scene_of(seed)) if absolute else scene_of(seed)
     system = derive(scene, [*TERMS, "poses", "twists"])
-    evaluate, state = tape_evaluator(system), random_states(system, STATES, rng)
+    evaluate, state = tape_evaluator(system), states_of(system, rng, STATES)
     parameters = {parameter.name: parameter.value for parameter in scene.parameters}
-    state = on_base(evaluate, state) if scene.base is not None else state
     center, _ = summed_over_bodies(scene, evaluate, state, parameters)
     assert relative_error(evaluate("center_of_mass", state)["c"], center) <= 1e-13
     expected = jacobian(evaluate, system.factors, "center_of_mass", "c", state, "q")

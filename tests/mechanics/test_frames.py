@@ -17,10 +17,11 @@ from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 from eomgen.system.terms import REFERENCES
+from tests.mechanics.checks import states_of
 from tests.mechanics.test_jacobians import in_absolute_coordinates, scene_of
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file
-from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
+from tests.oracles.states import angular_velocity, derivative, jacobian, rotation_of
 
 KINDS = ("frame_jacobians", "frame_jacobian_rates", "frame_drifts")
 TERMS = ["frame_poses", *(f"{kind}{ending}" for kind in KINDS for ending, _ in REFERENCES.values())]
@@ -39,17 +40,14 @@ def with_frames(scene: Scene, *, absolute: bool) -> Scene:
 def check_by_complex_steps(scene: Scene, rng: np.random.Generator, reach: float = 1.0) -> None:
     """Jacobians against complex steps of the poses, and their rates against complex steps of the Jacobians."""
     system = derive(scene, [*TERMS, "mass", "frame_mobilities"])
-    evaluate, state = tape_evaluator(system), random_states(system, 4, rng)
+    evaluate, state = tape_evaluator(system), states_of(system, rng)
     state["q"] = reach * state["q"] if reach != 1.0 else state["q"]
-    state = on_base(evaluate, state) if scene.base is not None else state
     poses = evaluate("frame_poses", state)["frame_pose"]
     rates = jacobian(evaluate, system.factors, "frame_poses", "frame_pose", state, "q")
     v = state["v"]
     along = {"q": v, "t": np.ones((4, 1))}
     for k, name in enumerate(system.frames):
-        w, n = poses[:, k, :1, np.newaxis], poses[:, k, 1:4, np.newaxis]
-        w_dot, n_dot = rates[:, k, :1], rates[:, k, 1:4]
-        own = 2.0 * (w * n_dot - w_dot * n - np.cross(n, n_dot, axis=1))
+        own = angular_velocity(poses[:, k, :4, np.newaxis], rates[:, k, :4], axis=1)
         R, velocity = rotation_of(poses[:, k, :4]), rates[:, k, 4:]
         turned = R @ own
         at = np.broadcast_to(poses[:, k, 4:, np.newaxis], velocity.shape)
@@ -143,7 +141,7 @@ def test_a_frames_origin_is_a_point_and_moves_with_tunable_parameters(rng: np.ra
     builder.body("link", 1.0, inertia=[0.1, 0.1, 0.1]).joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])
     builder.frame("tool", "link", ["reach", 0.0, 0.1], orientation=[[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     system = derive(builder.output("tip", position="tool").build(), ["frame_poses", "outputs"])
-    evaluate, state = tape_evaluator(system), random_states(system, 4, rng)
+    evaluate, state = tape_evaluator(system), states_of(system, rng)
     state["p"] = rng.uniform(0.2, 0.9, size=(4, 1))
     pose = evaluate("frame_poses", state)["frame_pose"][:, system.frames.index("tool")]
     np.testing.assert_allclose(pose[:, 4:], next(iter(evaluate("outputs", state).values())), atol=1e-14)

@@ -185,11 +185,7 @@ def test_series_keep_their_digits(tmp_path: Path) -> None:
     reference = [float(x) for x in tree.motion(q, v, end)]
     path = tmp_path / "chain.toml"
     path.write_text(tree.text())
-    for method, step, limit in (
-        ("taylor", 1e-3, 1e-9),
-        ("rk45", 1e-3, 1e-9),
-        ("rk4", 2e-5, 1e-8),
-    ):
+    for method, step, limit in (("taylor", 1e-3, 1e-9), ("rk45", 1e-3, 1e-9), ("rk4", 2e-5, 1e-8)):
         model = eomgen.build(path, profile="quick", method=method)
         run = model.simulate(end, step, initial={"q": q, "v": v}, error_estimate=False)
         assert run.success and np.max(np.abs(run.q[-1] - reference)) < limit, method

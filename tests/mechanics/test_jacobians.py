@@ -12,10 +12,11 @@ import pytest
 from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
+from tests.mechanics.checks import states_of
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_of_tree
 from tests.oracles.random_scenes import random_scene, with_base
-from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
+from tests.oracles.states import angular_velocity, derivative, jacobian, random_states, rotation_of
 
 STATES = 5
 SWAP = [3, 4, 5, 0, 1, 2]
@@ -64,15 +65,11 @@ def test_columns_are_complex_steps_of_the_poses(seed: int, absolute: bool, rng: 
     scene = in_absolute_coordinates(scene_of(seed)) if absolute else scene_of(seed)
     system = derive(scene, ["poses", "jacobians"])
     assert system.functions["jacobians"].inputs in (("q",), ("p", "q"))
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    state = on_base(evaluate, state) if scene.base is not None else state
+    evaluate, state = tape_evaluator(system), states_of(system, rng, STATES)
     poses, found = evaluate("poses", state)["pose"], evaluate("jacobians", state)["J"]
     rates = jacobian(evaluate, system.factors, "poses", "pose", state, "q")
     for k in range(len(system.bodies)):
-        w, n = poses[:, k, :1, np.newaxis], poses[:, k, 1:4, np.newaxis]
-        w_dot, n_dot = rates[:, k, :1], rates[:, k, 1:4]
-        omega = 2.0 * (w * n_dot - w_dot * n - np.cross(n, n_dot, axis=1))
+        omega = angular_velocity(poses[:, k, :4, np.newaxis], rates[:, k, :4], axis=1)
         linear = np.einsum("sji,sjk->sik", rotation_of(poses[:, k, :4]), rates[:, k, 4:])
         assert relative_error(found[:, k], np.concatenate([omega, linear], axis=1), 2, floor=1e-3) <= 1e-12
 
@@ -83,9 +80,7 @@ def test_accelerations_are_rates_of_twists(seed: int, absolute: bool, rng: np.ra
     """In body axes the origin accelerates with dv/dt + omega x v, v being the components of its velocity."""
     scene = in_absolute_coordinates(scene_of(seed)) if absolute else scene_of(seed)
     system = derive(scene, ["twists", "accelerations"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    state = on_base(evaluate, state) if scene.base is not None else state
+    evaluate, state = tape_evaluator(system), states_of(system, rng, STATES)
     along = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
     rates = derivative(evaluate, system.factors, "twists", state, along)["twist"]
     twist, found = evaluate("twists", state)["twist"], evaluate("accelerations", state)["acceleration"]

@@ -14,11 +14,12 @@ from eomgen.mechanics.derive import derive
 from eomgen.scene.forces.forces import Effort
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Input
+from tests.mechanics.checks import states_of
 from tests.models.elements import elements_with
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.random_scenes import random_scene
 from tests.oracles.robots import panda
-from tests.oracles.states import STEP, jacobian, on_base, random_states
+from tests.oracles.states import STEP, jacobian
 
 STATES = 4
 OF_BASE = [*range(13, 19)]  # omega_dot and velocity_dot in the base struct
@@ -52,13 +53,7 @@ def state_of(
     scene: Scene, terms: list[str], rng: np.random.Generator
 ) -> tuple[eomgen.System, Evaluate, dict[str, Array]]:
     system = derive(scene, terms)
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    if scene.states:
-        state["z"] = rng.normal(size=(STATES, len(scene.states)))
-    if system.multipliers:
-        state["lam"] = rng.normal(size=(STATES, len(system.multipliers)))
-    return system, evaluate, on_base(evaluate, state) if scene.base is not None else state
+    return system, tape_evaluator(system), states_of(system, rng, STATES)
 
 
 def columns(

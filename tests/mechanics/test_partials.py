@@ -13,9 +13,9 @@ from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate as evaluate_refs
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE
+from tests.mechanics.checks import states_of
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
-from tests.oracles.states import on_base, random_states
 
 STATES = 5
 
@@ -31,8 +31,7 @@ def test_partials_against_differentiation_of_the_tape(seed: int, rng) -> None:
     """Forward differentiation of the residual's operations knows nothing of screws and composites."""
     system = derive(scene_of(seed), ["residual", "partials"])
     evaluate, tape, nv = tape_evaluator(system), system.tape, system.nv
-    state = random_states(system, STATES, rng)
-    state = on_base(evaluate, state) if "base" in system.functions else state
+    state = states_of(system, rng, STATES)
     seeds = configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in system.factors])
     for k in range(nv):
         seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}

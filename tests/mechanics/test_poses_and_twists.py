@@ -4,6 +4,7 @@ derivatives."""
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,12 +16,19 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
 from eomgen.system.description import BASE, Point
+from eomgen.system.system import System
+from tests.mechanics.checks import states_of
 from tests.mechanics.test_beam_equations import LENGTH, beam_body
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of, vector
 from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
-from tests.oracles.states import derivative, on_base, random_states, random_unit_quaternions, rotation_of
+from tests.oracles.states import (
+    angular_velocity,
+    derivative,
+    random_unit_quaternions,
+    rotation_of,
+)
 
 STATES = 6
 
@@ -30,12 +38,15 @@ def scene_of(seed: int) -> Scene:
     return with_base(scene, seed, turning=seed % 3 == 1) if seed % 3 else scene
 
 
-def prepared(seed: int, rng: np.random.Generator) -> tuple[Scene, object, Evaluate, dict[str, Array]]:
+@cache
+def derived(seed: int) -> tuple[Scene, System]:
     scene = scene_of(seed)
-    system = derive(scene, ["poses", "twists", "outputs"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    return scene, system, evaluate, on_base(evaluate, state) if scene.base is not None else state
+    return scene, derive(scene, ["poses", "twists", "outputs"])
+
+
+def prepared(seed: int, rng: np.random.Generator) -> tuple[Scene, System, Evaluate, dict[str, Array]]:
+    scene, system = derived(seed)
+    return scene, system, tape_evaluator(system), states_of(system, rng, STATES)
 
 
 def placed(scene: Scene, state: dict[str, Array]) -> dict[str, tuple[Array, Array]]:
@@ -65,9 +76,7 @@ def test_twists_are_derivatives_of_poses(seed: int, rng) -> None:
     rates = derivative(evaluate, system.factors, "poses", state, {"q": state["v"], "t": np.ones((STATES, 1))})["pose"]
     twists = evaluate("twists", state)["twist"]
     for k in range(len(system.bodies)):
-        w, n = poses[:, k, :1], poses[:, k, 1:4]
-        w_dot, n_dot = rates[:, k, :1], rates[:, k, 1:4]
-        omega = 2.0 * (w * n_dot - w_dot * n - np.cross(n, n_dot))
+        omega = angular_velocity(poses[:, k, :4], rates[:, k, :4])
         velocity = np.einsum("kji,kj->ki", rotation_of(poses[:, k, :4]), rates[:, k, 4:])
         assert relative_error(twists[:, k], np.concatenate([omega, velocity], axis=1)) <= 1e-12
 

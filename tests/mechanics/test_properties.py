@@ -14,6 +14,7 @@ from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Parameter
+from tests.mechanics.checks import states_of
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import parameter, value_of
@@ -104,9 +105,7 @@ def test_random_trees_against_pinocchio(seed: int) -> None:
 @given(seeds)
 def test_separated_terms_are_inverse_dynamics_which_forward_dynamics_inverts(seed: int) -> None:
     system = derive(loaded_scene(seed), SEPARATED)
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, np.random.default_rng(seed))
-    state = on_base(evaluate, state) if "base" in system.functions else state
+    evaluate, state = tape_evaluator(system), states_of(system, np.random.default_rng(seed), STATES)
     M, Q = evaluate("mass", state)["M"], evaluate("force", state)["Q"]
     parts = np.einsum("kij,kj->ki", M, state["a"]) + evaluate("coupling", state)["h"] - Q
     if "base" in system.functions:

@@ -14,12 +14,13 @@ from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.forces.forces import Effort
 from eomgen.scene.forces.springs import Spring
-from eomgen.scene.joints.model import Joint, Reaction
+from eomgen.scene.joints.model import Reaction
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE, Point
 from eomgen.system.signals import Output
 from eomgen.system.system import System
+from tests.mechanics.test_constraints import free_joint
 from tests.models.elements import elements_with
 from tests.oracles.constrained import HILL, constraint, mixed_groups, small_body, variants, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
@@ -116,10 +117,6 @@ def test_the_virtual_work_of_a_constraint_is_that_of_its_multipliers(kind: str, 
     B = evaluate("constraint_jacobian", state)["B"]
     expected = -np.einsum("kij,ki->kj", np.broadcast_to(B, (STATES, *B.shape[-2:])), state["lam"])
     assert relative_error(np.concatenate([on_one, on_two], axis=1), expected) <= 1e-13
-
-
-def free_joint(name: str) -> Joint:
-    return Joint(name, "free", BASE, name, initial_position=(1.0, *(0.0,) * 6), initial_velocity=(0.0,) * 6)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -14,11 +14,12 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
+from tests.mechanics.checks import states_of
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 from tests.oracles.robots import panda
-from tests.oracles.states import STEP, on_base, random_states
+from tests.oracles.states import STEP, random_states
 from tests.oracles.urdf_robots import oracle_of_scene, robot_files
 
 TERMS = ["inverse_dynamics", "regressor", "regressor_parameters"]
@@ -29,10 +30,7 @@ PINOCCHIO = [0, 1, 2, 3, 4, 6, 9, 5, 7, 8]
 def closed(scene: Scene, rng: np.random.Generator) -> tuple[float, dict[str, Array], dict[str, Array]]:
     """Return by how much Y pi + tau0 differs from tau, relative to its norm, with states and Y at them."""
     system = derive(scene, TERMS)
-    evaluate = tape_evaluator(system)
-    state = random_states(system, 4, rng)
-    state |= {"z": rng.normal(size=(4, system.nz))} if system.nz else {}
-    state = on_base(evaluate, state) if scene.base is not None else state
+    evaluate, state = tape_evaluator(system), states_of(system, rng)
     found, pi = evaluate("regressor", state), evaluate("regressor_parameters", state)["pi"]
     assert found["Y"].shape == (4, system.nv, len(describe(scene).linear_parameters))
     tau = np.einsum("sip,sp->si", found["Y"], np.broadcast_to(pi, (4, pi.shape[-1]))) + found["tau0"]

@@ -96,11 +96,7 @@ MASS, STIFFNESS = [8, -4], [8, -12, 6, -1]
 
 @pytest.mark.parametrize(
     ("shapes", "modes", "more", "tolerance"),
-    [
-        ("finite_elements", 3, {"elements": 60}, 3e-6),
-        ("polynomial", 10, {}, 5e-8),
-        ("clamped_free", 20, {}, 4e-4),
-    ],
+    [("finite_elements", 3, {"elements": 60}, 3e-6), ("polynomial", 10, {}, 5e-8), ("clamped_free", 20, {}, 4e-4)],
 )
 def test_a_tapered_blade(shapes: Any, modes: int, more: Any, tolerance: float) -> None:
     profiles = {"mass": tuple(entry / 8 for entry in MASS), "bending_y": tuple(entry / 8 for entry in STIFFNESS)}

@@ -13,10 +13,10 @@ from eomgen.scene.forces.springs import Spring
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Point
 from eomgen.system.signals import Output
+from tests.mechanics.checks import states_of
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
-from tests.oracles.states import on_base, random_states
 
 STATES = 5
 ANCHOR = (1.5, -2.0, 2.5)
@@ -41,9 +41,7 @@ def anchored(seed: int, base: str) -> Scene:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_point_of_the_world_rests_and_a_spring_to_it_knows_its_length(seed: int, base: str, rng) -> None:
     system = derive(anchored(seed, base), ["outputs"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng)
-    state = on_base(evaluate, state) if base != "resting" else state
+    evaluate, state = tape_evaluator(system), states_of(system, rng, STATES)
     y = evaluate("outputs", state)["y"]
     anchor, tip, tether = y[:, :3], y[:, 3:6], y[:, 18:]
     assert relative_error(anchor, np.broadcast_to(ANCHOR, anchor.shape)) <= 1e-12

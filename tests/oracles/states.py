@@ -89,6 +89,13 @@ def quaternion_product(p: Array, r: Array) -> Array:
     return np.concatenate([w[..., np.newaxis], vector], axis=-1)
 
 
+def angular_velocity(quaternion: Array, rate: Array, axis: int = -1) -> Array:
+    """Return the angular velocities, in axes of the body, of unit quaternions along ``axis`` with their rates."""
+    w, n = np.split(quaternion, [1], axis)
+    w_dot, n_dot = np.split(rate, [1], axis)
+    return np.asarray(2.0 * (w * n_dot - w_dot * n - np.cross(n, n_dot, axis=axis)))
+
+
 def rotation_of(quaternion: Array) -> Array:
     """Return the rotation matrices (..., 3, 3) of unit quaternions, from R x = x + 2 w (n x x) + 2 n x (n x x)."""
     n = quaternion[..., 1:]

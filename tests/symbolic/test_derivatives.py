@@ -5,11 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 
-from eomgen.symbolic.calculus.partials import (
-    forward_partials,
-    gradient,
-    jacobian_vector,
-)
+from eomgen.symbolic.calculus.partials import forward_partials, gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape

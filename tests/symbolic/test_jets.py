@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from eomgen.symbolic.calculus.jets import (
-    jets,
-    taylor_coefficients,
-    time_derivatives,
-)
+from eomgen.symbolic.calculus.jets import jets, taylor_coefficients, time_derivatives
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape

@@ -12,15 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.codegen.program import (
-    NEST_LIMIT,
-    PART_LIMIT,
-    Addition,
-    Expression,
-    FunctionPart,
-    ProgramShared,
-    Statement,
-)
+from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, Addition, Expression, FunctionPart, ProgramShared, Statement
 from eomgen.codegen.scheduling.accumulation import FEW_RUNS, accumulate_maps
 from eomgen.codegen.scheduling.bodies import Bodies, RunLoop
 from eomgen.codegen.scheduling.plan import Plan

@@ -262,11 +262,7 @@ class _Occurrences:
     output number, component and sign)."""
 
     def __init__(
-        self,
-        tape: Tape,
-        live: Sequence[int],
-        groups: Sequence[tuple[int, list[int]]],
-        outputs: Sequence[Sequence[Ref]],
+        self, tape: Tape, live: Sequence[int], groups: Sequence[tuple[int, list[int]]], outputs: Sequence[Sequence[Ref]]
     ) -> None:
         """Number the operations of all occurrences, match operands, and find stores and exported values."""
         self.tape = tape

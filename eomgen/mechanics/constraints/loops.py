@@ -26,18 +26,7 @@ from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import InputSymbol
-from eomgen.symbolic.scalar import (
-    Algebra,
-    Matrix,
-    Scalar,
-    Vector,
-    apply,
-    minus,
-    multiply,
-    plus,
-    skew,
-    transpose,
-)
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, minus, multiply, plus, skew, transpose
 from eomgen.symbolic.tape import ONE, Ref, Tape
 
 #: Least number of joints of a kind for a loop: code of fewer joints is shorter without it.

@@ -27,19 +27,7 @@ from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import (
-    Algebra,
-    Matrix,
-    Scalar,
-    Vector,
-    apply,
-    cross,
-    dot,
-    minus,
-    plus,
-    scaled,
-    transpose,
-)
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, plus, scaled, transpose
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.description import BASE
 

@@ -35,11 +35,7 @@ def kinetic_energy(algebra: Algebra, inertia: RecordedInertia, omega: Vector, ve
 
 
 def energies(
-    tree: Tree,
-    kinematics: Kinematics,
-    loads: Loads,
-    drivers: Scalar,
-    held: Sequence[tuple[int, Vector, Vector]] = (),
+    tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar, held: Sequence[tuple[int, Vector, Vector]] = ()
 ) -> dict[str, Scalar]:
     """Return the energies ``kinetic``, ``potential`` and ``total``, J, and the powers ``power`` and ``base_power``, W.
 

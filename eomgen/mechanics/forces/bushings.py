@@ -18,18 +18,7 @@ from eomgen.mechanics.kinematics.points import rotation_vector
 from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.bushings import Bushing
 from eomgen.scene.joints.model import Frame
-from eomgen.symbolic.scalar import (
-    Scalar,
-    Vector,
-    apply,
-    cross,
-    dot,
-    minus,
-    multiply,
-    negative,
-    plus,
-    transpose,
-)
+from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, dot, minus, multiply, negative, plus, transpose
 
 Rows = list[list[Scalar]]
 

@@ -18,14 +18,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Symbol
 from eomgen.formula.recording import Resolver
 from eomgen.formula.substitution import pattern
-from eomgen.mechanics.forces.cosserat_beams import (
-    LoopInputs,
-    SectionFrame,
-    Six,
-    is_carried,
-    node_at,
-    push_on_node,
-)
+from eomgen.mechanics.forces.cosserat_beams import LoopInputs, SectionFrame, Six, is_carried, node_at, push_on_node
 from eomgen.mechanics.forces.forces import LoadPointFrame, add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities

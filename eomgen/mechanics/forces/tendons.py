@@ -22,19 +22,7 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.tendons import Tendon, Wrap
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import (
-    Algebra,
-    Scalar,
-    Vector,
-    apply,
-    cross,
-    dot,
-    minus,
-    negative,
-    plus,
-    scaled,
-    transpose,
-)
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
 
 #: Square of the sine of the angle between both directions from the centre of a sphere below which the plane of the path
 #: is undetermined.

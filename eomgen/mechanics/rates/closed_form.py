@@ -26,15 +26,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from eomgen.mechanics.kinematics.fields import (
-    Pair,
-    carry,
-    moved_load,
-    pair_dot,
-    pair_minus,
-    pair_plus,
-    pair_scaled,
-)
+from eomgen.mechanics.kinematics.fields import Pair, carry, moved_load, pair_dot, pair_minus, pair_plus, pair_scaled
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.scalar import Scalar, Vector, all_zero, cross, negative, plus

@@ -24,13 +24,7 @@ import scipy.linalg
 from eomgen.base.data import dataclass, replace
 from eomgen.mechanics.shape_functions.families import ShapeFunctions, Values
 from eomgen.mechanics.shape_functions.fixed_point import BITS, ONE, WORKING, Fixed, array, from_fixed, polynomial, times
-from eomgen.mechanics.shape_functions.uniform_beams import (
-    Coefficients,
-    differentiate,
-    integrate,
-    on_piece,
-    product,
-)
+from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, differentiate, integrate, on_piece, product
 from eomgen.scene.bodies.model import Beam, Deformation
 
 

@@ -18,13 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
-from eomgen.mechanics.dynamics.separated import (
-    carried_loads,
-    composites,
-    field_wrenches,
-    unit_acceleration,
-    zero_base,
-)
+from eomgen.mechanics.dynamics.separated import carried_loads, composites, field_wrenches, unit_acceleration, zero_base
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.fields import Wrench, carry, pair_plus, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics

@@ -183,10 +183,9 @@ def _asked_states(
             called = derivation.scene.sampled[controllers[item.controller]]
             asked[number] = {numbers[name] for name in called.signal_states}
             continue
-        states = {symbol.index for symbol in derivation.tape.depends_on([ref]) if symbol.block == "z"}
+        read = set() if item.register else derivation.tape.depends_on([ref])
+        states = {symbol.index for symbol in read if symbol.block == "z"}
         asked[number] = {k for k in states if k in sampled and k != number and not sampled[k].register}
-        if item.register:
-            asked[number] = set()
     return asked
 
 

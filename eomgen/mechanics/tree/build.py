@@ -38,17 +38,7 @@ from eomgen.mechanics.tree.joints import (
     name_rotation,
     pose_of,
 )
-from eomgen.mechanics.tree.links import (
-    ROOT,
-    WORLD,
-    WORLD_NAME,
-    Link,
-    Mount,
-    Tree,
-    clean,
-    no_inertia,
-    parameter_scalars,
-)
+from eomgen.mechanics.tree.links import ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, clean, no_inertia, parameter_scalars
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
@@ -74,23 +64,9 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     integrals, coordinates = shape_integrals(body.beam), tree.coordinates[body.name]
     center = algebra.vector([number(item) for item in body.center_of_mass])
     inertia = inertia_about_center(algebra, number(body.mass), center, tuple(number(entry) for entry in body.inertia))
-    still = SubspaceColumn(algebra.zero_vector, algebra.zero_vector)
-    beam = Link(
-        name=body.name,
-        joint=joint,
-        kind="elastic",
-        parent=mount.link,
-        rotation=FactoredRotation((MatrixFactor(mount.orientation),)),
-        orientation=mount.orientation,
-        neutral_position=mount.position,
-        travel=algebra.zero_vector,
-        position=mount.position,
-        columns=(still,) * body.beam.size,
-        coordinates=coordinates,
-        velocities=coordinates.v,
-        accelerations=coordinates.a,
+    beam = replace(
+        _still_link(body.name, joint, "elastic", mount, coordinates),
         inertia=clean(algebra, inertia),
-        rotor_inertias=(algebra.zero,) * body.beam.size,
         elastic=elastic_body(algebra, body.beam, integrals, coordinates, number),
     )
     links, first = [*tree.links, beam], len(tree.links)
@@ -228,7 +204,9 @@ def _add_body(
     if body.beam is not None:
         inertia = no_inertia(algebra)
     if not joint.kind.moves and not merged:
-        links.append(_fixed_link(algebra, body.name, joint, mount.link, orientation, position, inertia))
+        at_rest = JointCoordinates(algebra, (), (), algebra.one, algebra.zero)
+        fixed = _still_link(body.name, joint, "fixed", Mount(mount.link, orientation, position), at_rest)
+        links.append(replace(fixed, inertia=inertia))
         return Mount(len(links) - 1, algebra.identity, algebra.zero_vector)
     if not joint.kind.moves:
         if mount.link != ROOT:
@@ -262,32 +240,27 @@ def _add_body(
     return Mount(parent, transpose(axes), algebra.zero_vector)
 
 
-def _fixed_link(
-    algebra: Algebra,
-    name: str,
-    joint: Joint,
-    parent: int,
-    orientation: Matrix,
-    position: Vector,
-    inertia: RecordedInertia,
-) -> Link:
-    """Return the link of a body on a fixed joint, which has no columns."""
+def _still_link(name: str, joint: Joint, kind: str, mount: Mount, coordinates: JointCoordinates) -> Link:
+    """Return a link without inertia that does not move relative to its parent, at a pose in it. Its columns are zero,
+    one for each of the given coordinates."""
+    algebra, size = coordinates.algebra, len(coordinates.dofs)
+    still = SubspaceColumn(algebra.zero_vector, algebra.zero_vector)
     return Link(
         name=name,
         joint=joint,
-        kind="fixed",
-        parent=parent,
-        rotation=FactoredRotation((MatrixFactor(orientation),)),
-        orientation=orientation,
-        neutral_position=position,
+        kind=kind,
+        parent=mount.link,
+        rotation=FactoredRotation((MatrixFactor(mount.orientation),)),
+        orientation=mount.orientation,
+        neutral_position=mount.position,
         travel=algebra.zero_vector,
-        position=position,
-        columns=(),
-        coordinates=JointCoordinates(algebra, (), (), algebra.one, algebra.zero),
-        velocities=(),
-        accelerations=(),
-        inertia=inertia,
-        rotor_inertias=(),
+        position=mount.position,
+        columns=(still,) * size,
+        coordinates=coordinates,
+        velocities=coordinates.v,
+        accelerations=coordinates.a,
+        inertia=no_inertia(algebra),
+        rotor_inertias=(algebra.zero,) * size,
     )
 
 

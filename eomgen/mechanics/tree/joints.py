@@ -158,12 +158,7 @@ def name_rotation(rotation: FactoredRotation, joint: str, matrix: str) -> None:
 
 
 def pose_of(
-    algebra: Algebra,
-    motion: JointMotion,
-    pitch: Scalar,
-    orientation: Matrix,
-    position: Vector,
-    q: Sequence[Scalar],
+    algebra: Algebra, motion: JointMotion, pitch: Scalar, orientation: Matrix, position: Vector, q: Sequence[Scalar]
 ) -> tuple[FactoredRotation, Vector]:
     """Return rotation and position, m, of the frame of an elementary motion in the parent frame, at coordinates q.
 

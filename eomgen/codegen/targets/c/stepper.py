@@ -361,24 +361,12 @@ def _increment(method: Mapping[str, Any]) -> str:
 
 #: Arguments of calls of model functions by implicit steppers: the iterate.
 ITERATE = {
-    "p": "p",
-    "t": "t",
-    "q": "work->q",
-    "v": "work->v",
-    "a": "work->vdot",
-    "z": "work->z",
-    "lam": "work->lam",
-    "u": "work->u",
-    "base": "&work->base",
-}
-
-
+    "p": "p", "t": "t", "a": "work->vdot", "base": "&work->base",
+    **{block: f"work->{block}" for block in ("q", "v", "z", "lam", "u")},
+}  # fmt: skip  # a table
 #: Arguments of coordinate partitioning: a point on the way, at the accelerations of the dependent components
 #: alone.
-POINT = {
-    "p": "p", "t": "t", "q": "q", "v": "v", "a": "work->offset", "z": "work->z", "lam": "work->no_lam", "u": "work->u",
-    "base": "&work->base",
-}  # fmt: skip  # a table
+POINT = {**ITERATE, "q": "q", "v": "v", "a": "work->offset", "lam": "work->no_lam"}
 
 
 class FunctionCalls:

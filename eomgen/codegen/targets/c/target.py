@@ -155,11 +155,7 @@ _TAKE_TABLES = (
     " const void *heads, const void *code)"
 )
 #: Templates with lines that are long on purpose, or never.
-_NOT_FOLDED = (
-    "c/main/README.md.jinja",
-    "c/controller/README.md.jinja",
-    "c/model/tables.c.jinja",
-)
+_NOT_FOLDED = ("c/main/README.md.jinja", "c/controller/README.md.jinja", "c/model/tables.c.jinja")
 
 
 class _Context:
@@ -361,11 +357,7 @@ class LibraryTexts:
 
 
 def written_library(
-    program: Program,
-    bytecode: Path,
-    *,
-    apart: bool = False,
-    ready: Mapping[str, str] = MappingProxyType({}),
+    program: Program, bytecode: Path, *, apart: bool = False, ready: Mapping[str, str] = MappingProxyType({})
 ) -> LibraryTexts:
     """Return the texts of a library: the sources of ``generate_files`` but for ``main.c``, and the generic interface.
 
