@@ -393,14 +393,10 @@ def _prune(derivation: Derivation, function: Function, used: Collection[str], ti
         "p": not any(parameter.tunable for parameter in scene.parameters),
         "t": not timed,
         "z": not scene.states,
-        "u": not scene.inputs,
-        "base": scene.base is None,
+        **dict.fromkeys(("u", "u_dot", "u_ddot", "u_higher"), not scene.inputs),
+        **dict.fromkeys(("base", "base_rates"), scene.base is None),
         "lam": derivation.constraints is None or (of_motion and "lam" not in used),
         "a": of_motion and "a" not in used,
-        "u_dot": not scene.inputs,
-        "u_ddot": not scene.inputs,
-        "u_higher": not scene.inputs,
-        "base_rates": scene.base is None,
     }
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))
     return Function(function.name, function.description, inputs, function.outputs)

@@ -15,10 +15,10 @@ minus their multipliers. In absolute coordinates the recursion runs over the bod
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from functools import cached_property
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Symbol
@@ -126,10 +126,11 @@ class TransmittedWrench:
     force: Vector
 
 
+@dataclass
 class TransmittedWrenches:
     """Wrenches transmitted by joints and constraints of one scene, each recorded at the first use.
 
-    Parameters
+    Attributes
     ----------
     tree : with the bodies' own inertia
     base : motion of the frame that carries the tree
@@ -137,29 +138,18 @@ class TransmittedWrenches:
     rows : of all constraints, as the multipliers are numbered; None if there are none
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        tree: Tree,
-        quantities: Quantities,
-        base: BaseMotion,
-        loads: Loads,
-        rows: ConstraintRows | None,
-    ) -> None:
-        """Store the loads and constraint rows of a scene, from which wrenches of joints follow."""
-        self.scene = scene
-        self.tree = tree
-        self.quantities = quantities
-        self.base = base
-        self.loads = loads
-        self.rows = rows
-        self.joints: Mapping[str, Joint] = {joint.name: joint for joint in scene.joints}
-        self._of_constraints: dict[str, tuple[TransmittedWrench, TransmittedWrench]] = {}
+    scene: Scene
+    tree: Tree
+    quantities: Quantities
+    base: BaseMotion
+    loads: Loads
+    rows: ConstraintRows | None
+    _of_constraints: dict[str, tuple[TransmittedWrench, TransmittedWrench]] = field(default_factory=dict)
 
     def joint(self, name: str) -> TransmittedWrench:
         """Return the wrench of a joint's parent on the child, about the origin of the child's frame, in axes of the
         child's link. Raises ModelError for a fixed joint in absolute coordinates."""
-        joint = self.joints[name]
+        joint = next(item for item in self.scene.joints if item.name == name)
         mount = self.tree.mounts[joint.child]
         absolute = self.scene.coordinates == "absolute"
         if absolute and not joint.kind.moves:

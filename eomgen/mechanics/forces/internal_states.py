@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import block_directions, motion_directions
@@ -24,13 +25,13 @@ def state_formulas(scene: Scene) -> Iterator[Formula]:
     yield from (formula for element in scene.elements for formula, _ in element.formulas())
 
 
+@dataclass
 class InternalStates:
     """Internal states of a scene: rates and partials on the tape. All results are empty without states."""
 
-    def __init__(self, scene: Scene, tree: Tree, quantities: Quantities) -> None:
-        self.scene = scene
-        self.tree = tree
-        self.quantities = quantities
+    scene: Scene
+    tree: Tree
+    quantities: Quantities
 
     @property
     def count(self) -> int:

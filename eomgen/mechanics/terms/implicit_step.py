@@ -98,13 +98,6 @@ def _passed_on(
             yield from ((index, entry) for entry in (*R[0], *R[1], *R[2], *p, *omega, *velocity))
 
 
-def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, ...]]:
-    """Return the indices (row, column) of the entries of a matrix, sorted by row and column, and the references in this
-    order."""
-    indices = tuple(sorted(entries))
-    return indices, tuple(entries[index] for index in indices)
-
-
 def equations(derivation: Derivation) -> list[Block]:
     """Return the residual block, the blocks of constraints and constraint velocities, and the block of internal-state
     rates. Blocks that the scene does not have are left out."""
@@ -200,15 +193,12 @@ def mass_values(derivation: Derivation) -> list[Block]:
 def nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
     """Return the block of the nonzeros among the entries of a matrix, row by row. Their (row, column) are entered into
     ``derivation.patterns`` under the name."""
-    indices, refs = pattern({index: ref for index, ref in entries.items() if ref != ZERO})
-    derivation.patterns[name] = indices
-    return Block(name, (len(refs),), refs, f"nonzeros of {description}")
+    places = derivation.patterns[name] = tuple(sorted(place for place, ref in entries.items() if ref != ZERO))
+    return Block(name, (len(places),), tuple(entries[place] for place in places), f"nonzeros of {description}")
 
 
 def _pack(derivation: Derivation, block: Block) -> Block:
     """Return the block of the entries of a dense matrix that are not zero by structure, row by row. The (row, column)
     of the entries are entered into ``derivation.patterns``."""
-    columns = block.shape[1]
-    derivation.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
-    refs = tuple(ref for ref in block.refs if ref != ZERO)
-    return Block(block.name, (len(refs),), refs, f"nonzeros of {block.name}: {block.description}")
+    entries = {divmod(k, block.shape[1]): ref for k, ref in enumerate(block.refs)}
+    return nonzeros(derivation, block.name, entries, f"{block.name}: {block.description}")

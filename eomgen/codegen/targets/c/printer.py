@@ -268,10 +268,11 @@ def _table(declared: str, values: Sequence[str]) -> list[str]:
     return [f"{declared}[{len(values)}] = {{", *(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)]
 
 
+@dataclass
 class Printer:
     """Prints expressions and statements of a function as C.
 
-    Parameters
+    Attributes
     ----------
     inputs : for each input block, a text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
     outputs : for each output, by number, the name of the array or the texts of components.
@@ -283,27 +284,15 @@ class Printer:
     place_type : integer type of places in the workspace in tables of shared stretches.
     """
 
-    def __init__(
-        self,
-        inputs: Mapping[str, str | Sequence[str]],
-        outputs: Sequence[str | Sequence[str]] = (),
-        prefix: str = "",
-        local: str = "x",
-        constants: Mapping[float, str] | None = None,
-        names: Mapping[int, str] | None = None,
-        numbers: NumberTable | None = None,
-        place_type: str = "int",
-    ) -> None:
-        """Set the C texts of inputs, outputs, locals and constants."""
-        self.numbers = numbers
-        self.place_type = place_type
-        self.constants = constants or {}
-        self.names = names or {}
-        self.prefix = prefix
-        self.local = local
-        self.inputs = inputs
-        self.outputs = outputs
-        self._first_local: int | None = None  # register of local value 0 in a function on the tape engine
+    inputs: Mapping[str, str | Sequence[str]]
+    outputs: Sequence[str | Sequence[str]] = ()
+    prefix: str = ""
+    local: str = "x"
+    constants: Mapping[float, str] = field(default_factory=dict)
+    names: Mapping[int, str] = field(default_factory=dict)
+    numbers: NumberTable | None = None
+    place_type: str = "int"
+    _first_local: int | None = None  # register of local value 0 in a function on the tape engine
 
     def expression(self, expression: Expression) -> str:
         """Return an expression as C text."""
