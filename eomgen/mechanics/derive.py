@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 
 from eomgen.errors import Message, ModelError, Problem
 from eomgen.mechanics.beam_axes import beam_axes
@@ -218,9 +218,6 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     sizes = extent(scene, derivation.algebra, derivation.constant)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
-    # compiled libraries keep their notes, and shapes change without them
-    of_equations = [note for note in scene.notes if not note.startswith("shapes.")]
-    notes = (*of_equations, *overshoots(scene.curves), *_overshoots_of_parts(scene))
     if derivation.start is None:
         derivation.start = (absolute_start if derivation.absolute else joint_start)(derivation)
     initial_q, initial_v = derivation.start
@@ -250,7 +247,7 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
         facts=facts,
         kept=kept,
         dropped=dropped,
-        notes=tuple(map(Message, notes)),
+        notes=tuple(map(Message, _notes(scene))),
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
         sampled=sample_rows(derivation),
@@ -402,7 +399,10 @@ def _prune(derivation: Derivation, function: Function, used: Collection[str], ti
     return Function(function.name, function.description, inputs, function.outputs)
 
 
-def _overshoots_of_parts(scene: Scene) -> list[str]:
-    """Return notes on splines that overshoot, at most one for each entry of further sections, such as maps."""
-    entries = [entry for part in scene.parts.values() for entry in part]
-    return [note for entry in entries for note in islice(overshoots(getattr(entry, "profiles", ())), 1)]
+def _notes(scene: Scene) -> Iterator[str]:
+    """Yield the notes of the equations, then of splines that overshoot, at most one for each entry of further sections,
+    such as maps. Compiled libraries keep their notes, and shapes change without them."""
+    yield from (note for note in scene.notes if not note.startswith("shapes."))
+    yield from overshoots(scene.curves)
+    for entry in chain.from_iterable(scene.parts.values()):
+        yield from islice(overshoots(getattr(entry, "profiles", ())), 1)

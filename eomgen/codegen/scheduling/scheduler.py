@@ -434,26 +434,23 @@ class Scheduler:
         """
         tape = self.tape
         loop = self.plan.maps[tape.a[node]][0]
-        is_call = isinstance(loop, Call)
-        if tape.a[node] in self.additions and not is_call:
+        if isinstance(loop, Call):
+            kind, number, operands, head, width = "call", self._call_number(loop), loop.operands, 0, loop.size
+        elif tape.a[node] in self.additions:
             self._add(node, loop, self.additions[tape.a[node]])
             return
-        operands = loop.operands if is_call else loop.references
+        else:
+            kind, number, operands = "loop", self._loop_number(RunLoop(loop)), loop.references
+            head, width = len(loop.sums) + len(loop.last), max(1, len(loop.stacked))
         first = self.reserve(len(operands) + loop.size)
         results = first + len(operands)
         self.open.workspace = True
         self._gather(operands, first)
-        if is_call:
-            self._emit("call", self._call_number(loop), first, results)
-        else:
-            self._emit("loop", self._loop_number(RunLoop(loop)), first, results)
+        self._emit(kind, number, first, results)
         members = self.plan.group(node)
         for result in members:
             self.expressions[result] = ("w", results + self._place(result))
-        if is_call:
-            self._spread(members, 0, loop.size)
-        else:
-            self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
+        self._spread(members, head, width)
 
     def _call_number(self, call: Call) -> int:
         """Return the number of an external function in the Program; calls of one routine share it."""
@@ -506,21 +503,26 @@ class Scheduler:
             else:
                 self._emit("save", position, expression)
         for (block, is_minus), places in sources.items():
-            stretches = list(runs(places))
-            values = [("w", start) if block == "w" else ("in", block, start) for _, start in places]
-            if is_minus:
-                values = [("neg", value) for value in values]
-            if not is_minus and len(stretches) <= FEW_RUNS:
-                for to, start, to_step, step, length in stretches:
-                    if length == 1:
-                        self._emit("save", to, ("w", start) if block == "w" else ("in", block, start))
-                    else:
-                        self._emit("gather", to, to_step, block, start, step, length)
-            elif len(places) >= COPIED_FROM:
+            self._copy_to_workspace(block, places, is_minus=is_minus)
+
+    def _copy_to_workspace(self, block: str, places: Sequence[tuple[int, int]], *, is_minus: bool) -> None:
+        """Write copies of components of an input block, or of the workspace (``"w"``), to workspace slots. ``places``
+        are (target slot, source component); ``is_minus`` copies the negatives. Many copies become loops."""
+        values: list[Expression] = [("w", start) if block == "w" else ("in", block, start) for _, start in places]
+        if is_minus:
+            values = [("neg", value) for value in values]
+        stretches = list(runs(places))
+        if is_minus or len(stretches) > FEW_RUNS:
+            if len(places) >= COPIED_FROM:
                 self._emit_loops(*copies(values, "w", [to for to, _ in places]))
+                return
+            stretches = [(to, start, 1, 1, 1) for to, start in places]
+        of_place = dict(zip(places, values, strict=True))
+        for to, start, to_step, step, length in stretches:
+            if length == 1:
+                self._emit("save", to, of_place[to, start])
             else:
-                for (to, _), value in zip(places, values, strict=True):
-                    self._emit("save", to, value)
+                self._emit("gather", to, to_step, block, start, step, length)
 
     def _spread(self, members: Sequence[int], head: int, width: int) -> None:
         """Write the results of a Map or an external call that are outputs to these outputs, equally spaced ones by

@@ -33,9 +33,10 @@ from eomgen.products.sympy_mechanics.kane import (
 from eomgen.products.sympy_mechanics.rows import values_at
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, transpose
-from eomgen.symbolic.tape import ONE, ZERO, Ref, substitute
+from eomgen.symbolic.tape import ONE, ZERO, Ref
 from eomgen.system.description import BASE, Drawing, Hinge, Line, Point, Solid
 
 #: Joint of SymPy -> type in drawings, whether the joint turns, and whether the joint slides.
@@ -341,7 +342,7 @@ def stored_energy(actuator: Any) -> Any:
 def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], forces: Sequence[Scalar]) -> Energies:
     """Return energies by a Lagrangian: the kinetic part vanishes with v, the potential is minus the rest; and the power
     of generalized forces."""
-    (rest,) = substitute(algebra.tape, [lagrangian], {item.ref: ZERO for item in v})
+    (rest,) = splice(algebra.tape, algebra.tape, [lagrangian], {}, known={item.ref: ZERO for item in v})
     at_rest = Scalar(algebra.tape, rest)
     return Energies(Scalar(algebra.tape, lagrangian) - at_rest, -at_rest, dot(list(forces), list(v)))
 

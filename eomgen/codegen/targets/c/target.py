@@ -159,16 +159,15 @@ _NOT_FOLDED = ("c/main/README.md.jinja", "c/controller/README.md.jinja", "c/mode
 
 
 class _Context:
-    """
+    """Texts and functions for every template of a Program; ``render`` prints a template with these.
 
-    Texts and functions for every template of a Program; ``render`` prints a template with these. Parameters
-        ----------
-        program : Program
-        file_limit : operations of a C file, roughly
-        apart : whether the numbers of the functions stand in tables of another file
-        tape : whether the tape engine evaluates functions
-        later : names of functions in files at the end, see ``plan_files``
-        ready : texts of files that were written before, by name
+    Parameters
+    ----------
+    file_limit : operations of a C file, roughly
+    apart : whether the numbers of the functions stand in tables of another file
+    tape : whether the tape engine evaluates functions
+    later : names of functions in files at the end, see ``plan_files``
+    ready : texts of files that were written before, by name
     """
 
     def __init__(
