@@ -185,9 +185,8 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "symbolic": (
         "operations",
-        "edges",
         "tape",
-        "branches map scalar",
+        "branches edges map scalar",
         "external",
         "latency",
         "calculus evaluate kernel periodic rotation series summation",

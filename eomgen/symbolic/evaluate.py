@@ -46,8 +46,8 @@ class Arithmetic:
 def side_by_side(
     shape: tuple[int, ...], dtype: Any, slots: Sequence[Sequence[Any]]
 ) -> tuple[list[Any], Callable[[Any], Any]]:
-    """Return an array of each slot's numbers, one after the other, and the function that gives as many results: the
-    function ``side_by_side`` of an Arithmetic of arrays of a shape and type."""
+    """Return one array for each slot, with its numbers as rows, and the function that gives as many rows as results. As
+    ``side_by_side`` in an Arithmetic with arrays."""
     count = len(slots[0]) if slots else 0
     together = []
     for slot in slots:

@@ -494,7 +494,7 @@ _RECORDED: Mapping[Op, Callable[..., Ref]] = {
 
 
 def record_node(tape: Tape, source: Tape, node: int, operands: Sequence[Ref]) -> Ref:
-    """Record the operation of a node of a source tape, which is no leaf, loop or call, on operands of ``tape``, and
+    """Record the operation of a node of a source tape, which is not a leaf, loop or call, on operands of ``tape``, and
     return the reference."""
     if source.op[node] is _CURVE:
         return tape.curve(*source.curves[source.b[node]], operands[0])

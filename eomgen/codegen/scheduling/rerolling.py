@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +24,6 @@ from eomgen.codegen.scheduling.stretches import FEWEST, repetitions
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
-
-if TYPE_CHECKING:
-    from eomgen.codegen.scheduling.scheduler import Scheduler
 
 #: Least number of operations that a loop removes from the text.
 MINIMUM_SAVED = 150
@@ -177,6 +174,14 @@ class Iteration:
     unmatched: tuple[Unmatched, ...]
 
 
+class LoopServices(Protocol):
+    """The services of the enclosing function that a loop uses, as of ``Scheduler``."""
+
+    def reserve(self, count: int) -> int: ...
+    def leaf(self, ref: Ref) -> Expression: ...
+    def slot(self, node: int) -> int: ...
+
+
 Stores = Mapping[int, Sequence[tuple[int, int, int]]]
 
 
@@ -203,7 +208,7 @@ def _row(expressions: Sequence[Any]) -> Any:
 
 
 def loop_iteration(
-    tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: Scheduler
+    tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: LoopServices
 ) -> Iteration:
     """Return the body of a loop and the rules of its indices; workspace for the exports is reserved by ``values``.
 
@@ -301,7 +306,7 @@ def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tup
     return columns, unmatched
 
 
-def _read(tape: Tape, refs: Sequence[Ref], values: Scheduler, slot: Callable[[int], int]) -> Expression:
+def _read(tape: Tape, refs: Sequence[Ref], values: LoopServices, slot: Callable[[int], int]) -> Expression:
     """Return an operand of all iterations as an expression of the iteration number k. ``refs`` is the operand in each
     iteration; ``slot`` gives the workspace index of a node. Equal references give the expression of the shared value;
     constants a table; inputs and workspace values a row of indices."""

@@ -96,18 +96,18 @@ def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> list[RowStretch]:
             return count, 0
         return count, saved
 
-    return [RowStretch(*found) for found in repetitions(codes.astype(np.uint64), _WINDOWS, judge, between=1)]
+    return [RowStretch(*stretch) for stretch in repetitions(codes.astype(np.uint64), _WINDOWS, judge, between=1)]
 
 
-#: From start, period and number of equal pairs of a repetition to its count, and what it saves; 0 for too little.
+#: From start, period and number of equal pairs of a repetition to its count, and the items saved; 0 for too few.
 Judge = Callable[[int, int, int], tuple[int, int]]
 
 
 def repetitions(
     codes: NDArray[np.uint64], windows: Sequence[int], judge: Judge, between: int = 0
 ) -> Iterator[tuple[int, int, int]]:
-    """Yield start, period and count of repetitions in a sequence of codes, disjoint, in no order: the one that saves
-    most, then those on both sides of it.
+    """Yield start, period and count of repetitions in a sequence of codes, disjoint, in no order: the repetition that
+    saves most, then repetitions before and after it.
 
     Parameters
     ----------

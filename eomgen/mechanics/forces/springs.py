@@ -68,7 +68,7 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
         ends = _end(quantities, spring.first), _end(quantities, spring.second)
         links = [_chain(quantities, end.link, chains) for end in ends]
         freedoms = [sum(size for _, size in carried) for carried in links]
-        if ends[0].link == ends[1].link or max(freedoms) > TWIST:  # more than those of a free body
+        if ends[0].link == ends[1].link or max(freedoms) > TWIST:  # more than a free body has
             alone.append(spring)
             continue
         still = tuple(min(end.link, 0) for end in ends)

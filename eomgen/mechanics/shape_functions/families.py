@@ -38,7 +38,7 @@ class ShapeFunctions:
     values: Callable[[Fixed], Values]
     breaks: tuple[Fraction, ...] = ()
 
-    def scaled(self, factors: Fixed) -> ShapeFunctions:
+    def scale(self, factors: Fixed) -> ShapeFunctions:
         """Return the functions multiplied by factors (n,)."""
 
         def values(s: Fixed) -> Values:

@@ -43,10 +43,10 @@ def normalise(family: ShapeFunctions, ends: Ends, normalisation: Normalisation) 
         return family
     with mpmath.workprec(WORKING):
         if normalisation == "unit":
-            return family.scaled(array(1 / from_fixed(greatest) for greatest in _greatest(family, ends)))
+            return family.scale(array(1 / from_fixed(greatest) for greatest in _greatest(family, ends)))
         grid = QuadratureGrid([family])
         squares = [grid.integral(f, f) for f in family.values(grid.positions)[0]]
-        return family.scaled(array(1 / mpmath.sqrt(from_fixed(square)) for square in squares))
+        return family.scale(array(1 / mpmath.sqrt(from_fixed(square)) for square in squares))
 
 
 def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:
