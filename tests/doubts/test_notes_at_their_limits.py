@@ -97,7 +97,7 @@ def test_delays_of_many_samples_and_rare_samples_are_told(
 ) -> None:
     document = SimpleNamespace(section=lambda name: {"servo": SimpleNamespace(sample=period)} if "con" in name else {})
     data = {"controllers": {"servo": {"delay": delay, "sample": sample}}}
-    notes = scale.doubtful_times(data, cast(Any, document))
+    notes = scale.doubtful_times(cast(Any, SimpleNamespace(data=data, document=document)))
     assert [note.partition(";")[0].partition(": times")[0] for note in notes] == told
 
 

@@ -410,8 +410,8 @@ def understated(effect: float) -> Change:
 
 def passing(*vectors: tuple[float, float]) -> Change:
     """Give a spring of 1 m two vectors from end to end."""
-    met = remarks._meetings(np.array([[*vector, 0.0] for vector in vectors]), cast(Any, 1.0))
-    return returning(remarks, "passed_springs", found(met.any()))
+    met = remarks._meetings(np.array([[*vector, 0.0] for vector in vectors]), 1.0)
+    return evaluating("passed_spring", lambda _: [FOUND] * bool(met.any()))
 
 
 def quantised(span: float, values: int) -> Change:
@@ -426,7 +426,7 @@ def quantised(span: float, values: int) -> Change:
 
     def change(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
         patch.setattr(remarks, "_values_at_rows", lambda *_: {("q", "hinge", 0): exact})
-        evaluating("coarse_quantum", lambda _: remarks._coarse_quantum(fake))(run, patch)
+        evaluating("coarse_quantum", lambda _: remarks.coarse_quanta(fake))(run, patch)
 
     return change
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
@@ -17,6 +16,7 @@ from eomgen.integrators.families.register import method_named
 from eomgen.products.doubts import accuracy, remarks, rests
 from eomgen.products.doubts.accuracy import linear_range_exceeded
 from eomgen.products.doubts.fast_motions import _chosen, _Law
+from eomgen.products.doubts.places import shortest
 from eomgen.simulation.accuracy.fastest_rates import FastestRates, Rate
 from eomgen.simulation.judgement.finished_run import FACTS
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS
@@ -147,12 +147,9 @@ def test_rows_beyond_the_linear_range_are_found_by_the_largest_deflection(row: i
     )
 
 
-def test_meetings_and_passages_agree() -> None:
-    """The notes of equilibria look along all of a path: the same test as of runs, row by row."""
-    told: Callable[..., bool] = rests._passed_one_another
-    assert told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]]))
-    assert not told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.1, 0.0, 0.0]]))
-    assert not told(np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+def test_the_shortest_lengths_between_rows_are_distances_of_straight_ways() -> None:
+    vectors = np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [-0.5, 0.0, 0.0], [-0.5, 0.0, 0.0], [0.5, 1.0, 0.0]])
+    assert shortest(vectors) == pytest.approx([0.5, 0.0, 0.5, math.sqrt(0.125)])
 
 
 def test_the_way_through_a_singular_position_names_a_method_that_passes_it() -> None:

@@ -183,10 +183,10 @@ def test_references_are_known_at_thousands_of_times_among_which_are_all_rows_of_
     assert (coarse.row, coarse.rows, coarse.recorded) == (1.0 / 64, 6400, 64)
     long = tuning_grid(1e3, 1e-3, 1e-3)  # a million rows: memory bounds it
     assert (long.rows, long.recorded) == (15625, 1)
-    ladder = ladder_grid(0.0, 5.0, 1e-3, 1e-3, ())
+    ladder = ladder_grid(5.0, 1e-3, 1e-3, ())
     assert ladder == Grid(ladder.row, ladder.rows, 0.0, 64, 1)
     assert (ladder.row, ladder.end) == (pytest.approx(1e-3), pytest.approx(4.992))
-    given = ladder_grid(0.0, 1.2, 1e-3, 1e-3, (0.02, 0.01, 0.02 / 3))
+    given = ladder_grid(1.2, 1e-3, 1e-3, (0.02, 0.01, 0.02 / 3))
     assert given.coarsest % 6 == 0
     assert given.rows >= 4000
     assert [whole_steps(r, 10) for r in (0.01, 0.21, 0.3, 0.6, 1.0, 1.2)] == [0.1, 0.25, 1 / 3, 1.0, 1.0, 2.0]

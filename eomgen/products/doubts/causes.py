@@ -4,25 +4,27 @@ a slip direction, and formulas without a value: quotients by zero, roots and log
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
-from eomgen.errors import EomgenError, UsageError
+from eomgen.base.rounding import COMPUTED
+from eomgen.errors import UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import SymbolValues, apply, evaluate, value_in
 from eomgen.formula.features import WITH_EDGE
 from eomgen.formula.nodes import Application, EntryQuantity, Formula, Operation, Symbol
 from eomgen.lie.numeric import rotated
-from eomgen.products.doubts.start_checks import STILL, poses_of
+from eomgen.products.doubts.places import BACK, place, poses_of
 from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES
 from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
-from eomgen.system.description import BASE, Description, Point
+from eomgen.system.description import Description
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -36,8 +38,6 @@ _SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})
 _AROUND = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
 #: Distance of ends in one place, in parts of their coordinates.
 _MET = 8.0 * float(np.finfo(float).eps)
-#: Arguments beyond this size come from a motion that has grown without end.
-_GROWN = 1e12
 #: Remedy for tyres without directions of slip.
 UPRIGHT = "the axis of the wheel's spin, in the axes of its body, and another initial state"
 #: Cause and remedy of a contact whose equations have no solution.
@@ -45,8 +45,6 @@ _NO_CONTACT = (
     ", and the body meets no single point of the surface, as in a valley that is narrower than the body",
     "a surface whose radius of curvature is above the radius of the body, or a smaller radius",
 )
-#: Horizontal part of a unit vector that counts as upright.
-_UPRIGHT = 1e-9
 
 
 def cause_of(
@@ -56,19 +54,22 @@ def cause_of(
     curves, springs, formulas, tyres and angles show no cause. ``block`` is the name of the block in messages, ``p``
     (np,) are parameters, ``signals`` the inputs."""
     q, v, z = state
-    cause = _cause(model, t, q, p, values_of(model, t, q, v, z, p, signals))
-    if not cause[0] and (tyres := upright_tyres(model, t, q, p)):
+    poses = cache(lambda: poses_of(model.having(("poses",)), t, q, p))
+    cause = _cause(model, q, poses, values_of(model, t, q, v, z, p, signals))
+    if not cause[0] and (tyres := _upright_tyres(model, poses)):
         return f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
     return _NO_CONTACT if not cause[0] and "contact with the surface" in block else cause
 
 
-def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> tuple[str, str]:
+def _cause(
+    model: CompiledModel, q: Array, poses: Callable[[], Mapping[str, Array]], values: SymbolValues
+) -> tuple[str, str]:
     """Return the cause of blocks that are not finite, as a clause, and a remedy; empty texts if curves, springs,
     formulas and angles show no cause. ``values`` are numbers by kind, name and index of a symbol."""
-    values = {**values, **_positions(model, t, q, p, values)}
-    if left := curves_outside_range(model.description, values) or _left_by_contacts(model, t, q, p, values):
+    values = {**values, **_positions(model, poses, values)}
+    if left := curves_outside_range(model.description, values) or _left_by_contacts(model, poses, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
-    if met := _met_springs(model, t, q, p, values):
+    if met := _met_springs(model, poses, values):
         fault = f": the ends of {met} meet, and a force along the line between them has no direction"
         return fault, "ends that stay apart; springs of length 0 without damping, whose force is 0 there"
     if taken := large_angles(model.description, values):
@@ -87,10 +88,8 @@ def operations_without_value(description: Description, values: SymbolValues) -> 
     ----------
     values : numbers by kind, name and index of a symbol; operations that need further symbols are left out
     """
-
     result, value_of = dict[str, None](), partial(value_in, values)
-    formulas = (item.formula for item in description.inputs if item.formula is not None)
-    for formula in (*formulas, *description.formulas):
+    for formula in _formulas(description):
         result |= dict.fromkeys(_without_value(formula, value_of))
     return " and ".join(list(result)[:3])
 
@@ -120,7 +119,7 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
             yield from _quantity_without_value(formula, value_of)
         elif formula.name == "div" or formula.name in _SAID:
             numbers = [evaluate(part, value_of) for part in parts]
-            if max(map(abs, numbers)) < _GROWN:
+            if max(map(abs, numbers)) < 1e12:  # else of a motion that has grown without end
                 try:
                     apply(formula.name, numbers)
                 except ArithmeticError:
@@ -150,68 +149,50 @@ def _value_text(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
 
 
 def _positions(
-    model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues
+    model: CompiledModel, poses: Callable[[], Mapping[str, Array]], values: SymbolValues
 ) -> dict[tuple[str, str, int], float]:
     """Return the world positions, m, of the points that arguments of curves mention, by ("position", name, index)."""
     formulas = (used.argument for formula in model.description.formulas for used in applications(formula))
     named = {symbol.name for formula in formulas for symbol in _symbols(formula) if symbol.kind == "position"}
-    result: dict[tuple[str, str, int], float] = {}
-    for item in model.description.drawing.points:
-        if item.name in named and item.body in model.bodies:
-            local_position = _numbers(values, item.position)
-            position = model.point(item.body, local_position, q, t=t, parameters=p).position
-            result |= {("position", item.name, k): float(position[k]) for k in range(3)}
-    return result
+    return {
+        ("position", item.name, k): float(x)
+        for item in model.description.drawing.points
+        if item.name in named
+        for k, x in enumerate(place(poses()[item.body], _numbers(values, item.position)))
+    }
 
 
-def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> str:
-    """Return the springs whose ends are in one place at the time t and state q, in words; empty if there are none."""
+def _met_springs(model: CompiledModel, poses: Callable[[], Mapping[str, Array]], values: SymbolValues) -> str:
+    """Return the springs whose ends are in one place, in words; empty if there are none."""
     points, result = {point.name: point for point in model.description.drawing.points}, []
     for line in model.description.drawing.lines:
-        try:
-            places = [_place_of(model, points[end], t, q, p, values) for end in (line.first, line.second)]
-        except (ArithmeticError, KeyError, EomgenError):  # of something that is not known here
-            continue
-        if line.elastic and np.ptp(places, axis=0).max() <= _MET * np.abs(places).max():
-            result.append(line.name)
+        ends = [points[line.first], points[line.second]]
+        with suppress(ArithmeticError, KeyError):  # of something that is not known here
+            places = [place(poses()[end.body], _numbers(values, end.position)) for end in ends]
+            if line.elastic and np.ptp(places, axis=0).max() <= _MET * np.abs(places).max():
+                result.append(line.name)
     return f"the spring{'s' * (len(result) > 1)} {listed(result)}" if result else ""
-
-
-def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, values: SymbolValues) -> Array:
-    """Return the world position of a point, (3,) m."""
-    local_position = np.array(_numbers(values, point.position))
-    if point.body in model.bodies:
-        return model.point(point.body, local_position, q, t=t, parameters=p).position
-    pose = model.base(t, parameters=p)[:7] if point.body == BASE else STILL
-    return np.asarray(rotated(pose[:4], local_position) + pose[4:])
 
 
 def _numbers(values: SymbolValues, formulas: Sequence[Formula]) -> list[float]:
     return [evaluate(part, lambda symbol: values[symbol.kind, symbol.name, symbol.index]) for part in formulas]
 
 
-def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> str:
+def _left_by_contacts(model: CompiledModel, poses: Callable[[], Mapping[str, Array]], values: SymbolValues) -> str:
     """Return, in words, a curve of a surface that a contact leaves at its ends, with the constraint; empty without
     one."""
     for item in model.description.contacts:
         used = [(use.curve, use.argument) for use in applications(item.height) if isinstance(use.curve, Curve)]
-        if not used or item.rider not in model.bodies:
-            continue
-        try:
+        with suppress(ArithmeticError, KeyError):  # of something that is not known here
             origin, center, (size,) = (_numbers(values, part) for part in (item.position, item.center, [item.size]))
-            center_position = model.point(item.rider, center, q, t=t, parameters=p).position
-            if item.body in (*model.bodies, BASE):
-                at_base = item.body == BASE
-                pose = model.base(t, parameters=p)[:7] if at_base else model.pose(item.body, q, t, parameters=p)
-                center_position = rotated(pose[:4] * [1.0, -1.0, -1.0, -1.0], center_position - pose[4:])
-            local = (center_position - np.array(origin)) @ np.array(item.axes)
+            pose = poses()[item.body]
+            in_body = rotated(pose[:4] * BACK, place(poses()[item.rider], center) - pose[4:])
+            local = (in_body - np.array(origin)) @ np.array(item.axes)
             for curve, argument in used:
                 arguments = [_numbers(_with_place(values, local + off), [argument])[0] for off in size * _AROUND]
                 if _outside(curve, arguments):
                     near = f"within {size:.6g} m of" if size else "at"
                     return f"{_range_of(curve)} and is asked {near} {arguments[0]:.9g} by the constraint {item.name}"
-        except (ArithmeticError, KeyError):  # of something that is not known here
-            continue
     return ""
 
 
@@ -259,29 +240,26 @@ def curves_outside_range(description: Description, values: SymbolValues) -> str:
     """Return, in words, the curves with ``outside = "error"`` that formulas evaluate outside their range; empty without
     such curves. ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are
     left out."""
-
     result, value_of = dict[str, str](), partial(value_in, values)
-    formulas = [item.formula for item in description.inputs if item.formula is not None]
-    for formula in (*formulas, *description.formulas):
-        for used in applications(formula):
-            try:
-                at = evaluate(used.argument, value_of)
-            except ArithmeticError:
-                continue
+    for used in (use for formula in _formulas(description) for use in applications(formula)):
+        with suppress(ArithmeticError):
+            at = evaluate(used.argument, value_of)
             if isinstance(curve := used.curve, Curve) and _outside(curve, [at]):
                 result.setdefault(curve.name.partition(", ")[0], f"{_range_of(curve)} and is asked at {at:.9g}")
     return " and ".join(result.values())
 
 
-def upright_tyres(model: CompiledModel, t: float, q: Array, p: Array) -> str:
+def _formulas(description: Description) -> Iterator[Formula]:
+    yield from (item.formula for item in description.inputs if item.formula is not None)
+    yield from description.formulas
+
+
+def _upright_tyres(model: CompiledModel, poses: Callable[[], Mapping[str, Array]]) -> str:
     """Return the tyres whose axis is upright, so that their slip has no directions; empty for none."""
-    wheels = [wheel for wheel in model.description.drawing.wheels if wheel.axis is not None]
-    if not wheels or "poses" not in model.functions:
-        return ""
-    poses, points = poses_of(model, t, q, p), {point.name: point for point in model.description.drawing.points}
-    named = []
-    for wheel in wheels:
-        axis = rotated(poses[points[wheel.center].body][:4], np.array(wheel.axis))
-        if np.hypot(axis[0], axis[1]) <= _UPRIGHT * np.linalg.norm(axis):
-            named.append(wheel.name)
+    points, named = {point.name: point for point in model.description.drawing.points}, []
+    for wheel in model.description.drawing.wheels:
+        if wheel.axis is not None:
+            axis = rotated(poses()[points[wheel.center].body][:4], np.array(wheel.axis))
+            if np.hypot(axis[0], axis[1]) <= COMPUTED * np.linalg.norm(axis):
+                named.append(wheel.name)
     return ", ".join(named)

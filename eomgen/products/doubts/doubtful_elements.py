@@ -5,32 +5,30 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
 from eomgen.base.messages import key_of, listed
-from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import ZERO, Formula, Symbol, Vector
+from eomgen.formula.nodes import ZERO, Vector
+from eomgen.products.doubts.places import height_over_road
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.bodies.cross_sections import SHAPES
-from eomgen.scene.bodies.model import Body
 from eomgen.scene.design_poses import UnknownPoseError
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
-from eomgen.scene.section import Reading
 from eomgen.system.description import Point
 
 if TYPE_CHECKING:
     from eomgen.scene.bodies.beam_schema import SectionEntry
+    from eomgen.scene.document.notes import SceneFacts
     from eomgen.scene.document.schema import SceneDocument
-    from eomgen.scene.forces.tyres import Tyre
 
 SLENDEREST = Limit(
     2.5e4,
@@ -41,38 +39,21 @@ SLENDEREST = Limit(
 BESIDE = Limit(0.25, "1", "distance of a place from the axis of a beam in parts of its length", "a choice")
 NOISE = Limit(1e-3, "1", "forces due to rounding of lengths in parts of the loads of a beam", "a choice: 0.1 %")
 UPRIGHT = Limit(0.9, "1", "vertical part of the unit vector along the axis of a wheel", "64 degrees of camber")
-#: Rounding of lengths, as a part of the lengths.
-_ROUNDING = 1e-16
-#: m/s^2, for the order of magnitude of loads.
-_GRAVITY = 9.81
 
 
-def doubtful_beams(
-    document: SceneDocument,
-    bodies: Iterable[Body],
-    points: Iterable[Point],
-    elements: Iterable[ForceElement],
-    values: Values,
-) -> list[str]:
-    """Return notes on beams whose sections, stiffness of stretch, or places off the axis are doubtful.
-
-    Parameters
-    ----------
-    document : the file of the scene, checked
-    bodies, points, elements : of the scene; geometrically exact beams are represented by nodes
-    values : evaluates formulas at the default parameters
-    """
-    elements = list(elements)
+def doubtful_beams(facts: SceneFacts) -> list[str]:
+    """Return notes on beams whose sections, stiffness of stretch, or places off the axis are doubtful."""
+    document, elements, values = facts.document, facts.scene["elements"], facts.values
     exact = {element.beam.name: element.beam for element in elements if isinstance(element, CosseratBeam)}
     lengths = {name: beam.length for name, beam in exact.items()}
     axes = {node: name for name, beam in exact.items() for node in beam.nodes}
-    for body in bodies:
+    for body in facts.scene["bodies"]:
         if body.beam is not None:
             lengths[body.name], axes[body.name] = body.beam.length, body.name
     return [
         *_sizes(document, lengths, values),
         *(note for beam in exact.values() for note in _stiff_stretch(beam, document, values)),
-        *_rigid_arms(document, axes, lengths, points, elements, values),
+        *_rigid_arms(document, axes, lengths, facts.scene["points"], elements, values),
     ]
 
 
@@ -119,8 +100,8 @@ def _stiff_stretch(beam: Cosserat, document: SceneDocument, values: Values) -> I
     bending = max(
         values.value(section.stiffness[k][k]) for section in sections for k in (bend, STRAINS.index("bending_y"))
     )
-    weight = max(values.value(section.mass_per_length) for section in sections) * beam.length * _GRAVITY
-    noise, loads = _ROUNDING * largest, max(bending / beam.length / beam.length, weight)
+    weight = max(values.value(section.mass_per_length) for section in sections) * beam.length * 9.81
+    noise, loads = 1e-16 * largest, max(bending / beam.length / beam.length, weight)
     if noise > NOISE * loads:
         note = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
         note += f" its bending and its weight exert {loads:.2g} N"
@@ -160,64 +141,43 @@ def _rigid_arms(
                 yield f"{key}: {note}: a rigid arm reaches from its sections to there [W0108]"
 
 
-def negative_laws(joints: Iterable[Joint], elements: Iterable[ForceElement], values: Values) -> list[str]:
-    """Return a note on each joint and spring whose damping or stiffness is below zero at the default parameters."""
-    elements = [element for element in elements if element.section in ("springs", "torsion_springs")]
-    dampings, stiffnesses = (
-        [
-            *(
-                (key_of("joints", joint.name), law)
-                for joint in joints
-                for law in joint.each(getattr(joint, field))
-                if law != ZERO
-            ),
-            *((key_of(element.section, element.name), getattr(element, field)) for element in elements),
+def negative_laws(facts: SceneFacts) -> Iterator[str]:
+    """Yield a note on each joint and spring whose damping or stiffness is below zero at the default parameters."""
+    springs = [*facts.elements("springs"), *facts.elements("torsion_springs")]
+    for field, text in (
+        ("damping", "the damping {:.6g} is negative, and adds energy to every motion; {:.6g} takes it away [W0278]"),
+        (
+            "stiffness",
+            "the stiffness {:.6g} is negative, and pushes away from where the spring is slack; {:.6g} pulls back"
+            " [W0279]",
+        ),
+    ):
+        laws = [
+            (key_of("joints", joint.name), law)
+            for joint in facts.scene["joints"]
+            for law in joint.each(getattr(joint, field))
         ]
-        for field in ("damping", "stiffness")
-    )
-    return [
-        *(
-            f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion;"
-            f" {-value:.6g} takes it away [W0278]"
-            for key, value in _below_zero(dampings, values)
-        ),
-        *(
-            f"{key}.stiffness: the stiffness {value:.6g} is negative, and pushes away from where the spring is slack;"
-            f" {-value:.6g} pulls back [W0279]"
-            for key, value in _below_zero(stiffnesses, values)
-        ),
-    ]
+        laws += [(key_of(spring.section, spring.name), getattr(spring, field)) for spring in springs]
+        for key, law in dict.fromkeys(laws):  # a coefficient of all coordinates of a joint once
+            with contextlib.suppress(ArithmeticError):
+                if law != ZERO and (value := facts.values.value(law)) < 0.0:
+                    yield f"{key}.{field}: {text.format(value, -value)}"
 
 
-def _below_zero(laws: Iterable[tuple[str, Formula]], values: Values) -> Iterator[tuple[str, float]]:
-    for key, law in dict.fromkeys(laws):  # a coefficient of all coordinates of a joint once
-        if law == ZERO:
-            continue
-        with contextlib.suppress(ArithmeticError):
-            if (value := values.value(law)) < 0.0:
-                yield key, value
-
-
-def springs_without_laws(elements: Iterable[ForceElement], mentioned: Collection[tuple[str, str]]) -> list[str]:
-    """Return a note on each spring with neither stiffness nor damping nor force, unless a formula reads it.
-
-    Parameters
-    ----------
-    mentioned : kinds and names in the formulas of the scene
-    """
-    read = {name for kind, name in mentioned if kind in ("length", "rate", "tension")}
+def springs_without_laws(facts: SceneFacts) -> list[str]:
+    """Return a note on each spring with neither stiffness nor damping nor force, unless a formula reads it."""
+    read = {name for kind, name in facts.values.mentioned if kind in ("length", "rate", "tension")}
     return [
         f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect [W0259]"
-        for element in elements
-        if element.section == "springs"
-        and all(getattr(element, field) == ZERO for field in ("stiffness", "damping", "force"))
+        for element in facts.elements("springs")
+        if all(getattr(element, field) == ZERO for field in ("stiffness", "damping", "force"))
         and element.name not in read
     ]
 
 
-def springs_within_bodies(document: SceneDocument) -> list[str]:
+def springs_within_bodies(facts: SceneFacts) -> list[str]:
     """Return a note on each spring between two points of one body, which has no effect on the motion."""
-    notes = []
+    document, notes = facts.document, []
     points = {**document.section("frames"), **document.section("points")}
     for name, spring in document.section("springs").items():
         first, second = points.get(spring.first), points.get(spring.second)
@@ -229,12 +189,11 @@ def springs_within_bodies(document: SceneDocument) -> list[str]:
     return notes
 
 
-def tyres_in_the_road(
-    tyres: Sequence[Tyre], points: Sequence[Point], places: Mapping[str, tuple[Array, Array]], values: Values
-) -> list[str]:
+def tyres_in_the_road(facts: SceneFacts) -> list[str]:
     """Return notes on tyres that start deep in the road, at zero inputs and t = 0, or with a nearly upright axis of
-    spin. ``places`` has rotation and position of bodies at the start, by name."""
-    by_name, notes = {point.name: point for point in points}, []
+    spin."""
+    tyres, values, notes = facts.elements("tyres"), facts.values, list[str]()
+    by_name, places = {point.name: point for point in facts.scene["points"]}, facts.places if tyres else {}
     for tyre in tyres:
         point = by_name.get(tyre.center)
         if point is None or point.body not in places:
@@ -248,31 +207,23 @@ def tyres_in_the_road(
                 " try: a level axis, as [0, 1, 0] of a wheel that rolls along x"
             )
 
-        def value_of(symbol: Symbol, center: Array = center) -> float:
-            if symbol.kind == "position":
-                return float(center[symbol.index])
-            return values.parameters[symbol.name] if symbol.kind == "parameter" else 0.0
-
-        try:
-            road = evaluate(tyre.road, value_of)
-        except (ArithmeticError, KeyError):
-            continue
-        radius, stiffness = values.value(tyre.radius), values.value(tyre.stiffness)
-        if note := tyre.drawn().deep(float(center[2]), radius, road, stiffness):
-            notes.append(f"{key_of('tyres', tyre.name)}: {note} [W0110]")
+        wheel, radius, stiffness = tyre.drawn(), values.value(tyre.radius), values.value(tyre.stiffness)
+        with contextlib.suppress(ArithmeticError, KeyError):
+            height = height_over_road(wheel, center, 0.0, values.parameters, defaultdict(float))
+            if note := wheel.deep(height, radius, 0.0, stiffness):
+                notes.append(f"{key_of('tyres', tyre.name)}: {note} [W0110]")
     return notes
 
 
 ON_AXIS = Limit(1e-6, "m", "distance of a point from the axis of a joint that turns", "a choice: 1 um")
 
 
-def shapes_that_leave_points(document: SceneDocument, reading: Reading) -> Iterator[str]:
+def shapes_that_leave_points(facts: SceneFacts) -> Iterator[str]:
     """Yield a note on each end of a shape that is a point of another body, which a joint between both bodies moves.
 
     Chains of joints are judged in scenes without constraints alone.
     """
-    if not document.section("shapes"):
-        return
+    document, reading = facts.document, facts.reading
     joints: Mapping[str, Joint] = {joint.child: joint for joint in reading.items["joints"].values()}
     points: Mapping[str, Point] = reading.items["points"]
     for name, entry in document.section("shapes").items():

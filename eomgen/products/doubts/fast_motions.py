@@ -21,10 +21,12 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.limits import Limit
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.compiled.equations import accelerations, free_directions, has_residual_partials, residual_partials
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, UsageError
 from eomgen.lie import product
+from eomgen.products.doubts.places import evenly
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.judgement.finished_run import FinishedRun, laws_between_steps
@@ -39,18 +41,10 @@ NOTICED = Limit(
     "a tenth of a motion is seen in a plot",
 )
 EXCITED = Limit(3.0, "1", "oscillation after an event or a jump in parts of the one before", "a choice")
-#: Product of step and angular frequency at which a mode is well resolved.
-RESOLVED = 0.3
-#: Quantile of the accelerations of the record that are the least measure: not zero if a run begins at rest.
-_USUAL = 0.9
-#: Deflections of a mode below this part of the coordinates, or of 1 rad, are rounding.
-_ROUNDING = 1e-12
 #: The largest double, in place of squares beyond it.
 _LARGEST = float(np.finfo(np.float64).max)
-#: Angle of the mode that differences of accelerations span, rad.
-_SPAN = 0.1
-#: Events and jumps that are looked at, at most, and modes of each.
-_PLACES, _MODES = 16, 8
+#: Events and jumps that are looked at, at most.
+_PLACES = 16
 
 
 class _ExaminedState(NamedTuple):
@@ -101,7 +95,7 @@ def _sentence(words: str, swing: _Swing, run: Run, step: float) -> str:
         f" {step:.2g} s do not resolve: accelerations, forces and outputs made of them follow the slow motion alone,"
         " and the estimated error need not count the fast one"
     )
-    finer = f"a step of {RESOLVED / swing.frequency:.2g} s"
+    finer = f"a step of {0.3 / swing.frequency:.2g} s"  # twenty to a period
     if run.method.chooses_steps:
         finer = f"a tolerance smaller than {run.settings['tolerance']:.3g}"
     return f"{text}; try: {finer}, or a start in which stiff parts are in balance"
@@ -146,16 +140,16 @@ class _UnresolvedModes:
         frequencies, forms, mass = self._fast_modes()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
         energies = np.nan_to_num(energies, nan=_LARGEST, posinf=_LARGEST)
-        usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), _USUAL))
+        usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), 0.9))  # not zero if a run begins at rest
         for frequency, form in list(zip(frequencies, forms.T, strict=True)):
-            span = _SPAN / frequency
+            span = 0.1 / frequency
             later = 0.05 * span if state.jump else 0.0
             swing, size = self._swing(
                 (state.q, state.v, state.z, state.p), state.t + later, span, frequency, mass @ form, mass
             )
             size = max(size, usual)
             deflections = swing / frequency**2 * np.abs(form)
-            rounding = _ROUNDING * reach_of(self.run.model, state.q)
+            rounding = SUMMED * reach_of(self.run.model, state.q)
             if not (swing > NOTICED * size and np.any(deflections > rounding)):
                 continue
             if state.before is not None:
@@ -188,7 +182,7 @@ class _UnresolvedModes:
         places = np.flatnonzero((frequencies * self.step > UNRESOLVED) & (decay * self.step < UNRESOLVED))[::-1]
         moved = np.abs(forms.T @ mass @ a)[places]
         moved = np.maximum(moved, np.abs(forms.T @ mass @ v)[places] * frequencies[places])
-        places = places[np.argsort(-moved)[:_MODES]]
+        places = places[np.argsort(-moved)[:8]]
         return frequencies[places], forms[:, places], mass
 
     def _swing(
@@ -233,8 +227,6 @@ class _UnresolvedModes:
         return self.run.signals.rows(np.array([t]))[0] if self.run.takes_rows else None
 
 
-#: Steps at most that are looked into.
-_MOST = 200
 #: Place within a step, in steps: no small multiple of this is whole, so no oscillation hides from it.
 _BETWEEN = 0.382
 UNSEEN = Limit(
@@ -243,8 +235,6 @@ UNSEEN = Limit(
     "deviation of a law from the line through the steps in standard deviations",
     "a sine with 2.2 steps to a period",
 )
-#: Deviations below this part of the largest value are rounding.
-_LAW_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -270,7 +260,7 @@ class _Law:
     @property
     def unseen(self) -> bool:
         every = np.concatenate([self.ends.ravel(), self.between])
-        if not np.all(np.isfinite(every)) or self.off <= _LAW_ROUNDING * float(np.max(np.abs(every))):
+        if not np.all(np.isfinite(every)) or self.off <= WRITTEN * float(np.max(np.abs(every))):
             return False
         deviation = float(np.sqrt(np.mean((self.between - self.shown) ** 2)))
         return deviation > UNSEEN * float(np.std(every))
@@ -296,15 +286,11 @@ def fast_laws(finished: FinishedRun) -> Iterator[Finding]:
 def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.int_]:
     """Return indices into the times (n,), at most 200, at which whole steps begin. Steps beyond ``last``, and steps
     that contain one of the times ``ends``, s, at which parts of the run end, are left out."""
-    most = 20 * _MOST
-    candidates = np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
+    candidates, slack = evenly(len(times), 4000), COMPUTED * step
     times = times[candidates]
-    within = times + step <= last + 1e-9 * step
-    slack = 1e-9 * step
     before, after = np.searchsorted(ends, times + slack), np.searchsorted(ends, times + step - slack)
-    places = candidates[np.flatnonzero(within & (before == after))]
-    some: NDArray[np.int_] = places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _MOST)).astype(int))]
-    return some
+    places = candidates[np.flatnonzero((times + step <= last + slack) & (before == after))]
+    return places[evenly(len(places), 200)]
 
 
 def _inputs(finished: FinishedRun) -> list[_Law]:
@@ -313,13 +299,13 @@ def _inputs(finished: FinishedRun) -> list[_Law]:
     run, nodes = finished.run, finished.stepper.input_times
     model, step, last = run.model, run.settings["step"], float(finished.states.t[-1])
     seen_at_nodes = run.takes_rows and run.method.inputs == "sampled"
+    taken = seen_at_nodes or run.method.inputs != "series"
     columns = [
         k
         for k, name in enumerate(model.inputs)
-        if (seen_at_nodes and (not run.method.chooses_steps or name in run.signals.given))
-        or not (run.method.chooses_steps or run.method.inputs == "series")
+        if (taken if not run.method.chooses_steps else seen_at_nodes and name in run.signals.given)
+        and not isinstance(run.signals.given.get(name), float)
     ]
-    columns = [k for k in columns if not isinstance(run.signals.given.get(model.inputs[k]), float)]
     if not columns:
         return []
     every: Array = run.grid.start + step * np.arange(round((last - run.grid.start) / step), dtype=float)
@@ -355,9 +341,9 @@ def searches_left_out(finished: FinishedRun) -> str:
         "pairs of events": finished.events is not None,
         "rates that the steps do not resolve": bool(moves) and not run.method.chooses_steps,
     }
-    *names, last = ["", *(name for name, made in searches.items() if made)]
-    names = [*filter(None, (", ".join(names[1:]), last))]
-    return f", and with it the search for {' and '.join(names)}" if names else ""
+    *names, last = [name for name, made in searches.items() if made] or [""]
+    listed = " and ".join(filter(None, (", ".join(names), last)))
+    return f", and with it the search for {listed}" if listed else ""
 
 
 def _has_forces_of_time(model: CompiledModel) -> bool:

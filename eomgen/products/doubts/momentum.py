@@ -15,10 +15,12 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.compiled.equations import nonzeros
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
+from eomgen.products.doubts.places import evenly
 from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
@@ -29,13 +31,6 @@ if TYPE_CHECKING:
 REPORTED_MOMENTUM = Limit(
     0.05, "1", "drift of a momentum in parts of the momenta of the bodies", "a choice: half of a large error"
 )
-#: Wrenches below this part of the largest generalized force are rounding, and so is the sum of such wrenches over a
-#: run.
-_ROUNDING = 1e-9
-#: Part of the mass by which inertia in different directions may differ; more is the added mass of water.
-_SAME_MASS = 1e-6
-#: Rows that are looked at, spread over all of the run.
-_MOMENTUM_ROWS = 50
 _NAMES = (*(f"angular momentum about {axis}" for axis in "xyz"), *(f"momentum along {axis}" for axis in "xyz"))
 
 
@@ -75,7 +70,7 @@ def momentum_drift(
     (roots, one_frame), (t, q, v, z) = _floating(model), states
     if not roots or len(t) < 2 or "force" not in model.terms or (model.multipliers and multipliers is None):
         return None
-    chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOMENTUM_ROWS)).astype(int))
+    chosen = evenly(len(t), 50)
     t, q, v, z = t[chosen], q[chosen], v[chosen], z[chosen]
     u = None if signals is None else signals.rows(t)
     M = nonzeros(model, "mass", q, parameters=p)
@@ -89,7 +84,7 @@ def momentum_drift(
         return None
     every = np.array([_root_momentum(root, q, momenta, sizes, forces) for root in roots])
     together = every.sum(axis=0)[np.newaxis] if one_frame and len(roots) > 1 else every[:0]
-    rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
+    rounding = COMPUTED * np.abs(forces).max(initial=0.0)
     drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
     worst = int(np.argmax(drift))
     if not drift[worst] > REPORTED_MOMENTUM or any(_in_water(M.block(root.v)) for root in roots):
@@ -113,7 +108,7 @@ def _in_water(M: Array) -> bool:
     translation = M[:, 3:, 3:]
     mass = np.trace(translation, axis1=1, axis2=2) / 3.0
     off = np.abs(translation - mass[:, np.newaxis, np.newaxis] * np.eye(3)).max(axis=(1, 2))
-    return bool(np.any(off > _SAME_MASS * np.abs(mass)))
+    return bool(np.any(off > WRITTEN * np.abs(mass)))
 
 
 def _root_momentum(root: Factor, q: Array, momenta: Array, sizes: Array, forces: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,42 +38,32 @@ from eomgen.products.doubts.out_of_scale import (
     doubtful_times,
     lengths_against_numbers,
     out_of_scale,
-    size_of_scene,
+    scene_size,
 )
 from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers
 from eomgen.scene.document.notes import Note, SceneFacts
 from eomgen.scene.formula.namespaces import read_as_written
 from eomgen.scene.formula.scope import ANYWHERE
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.section import Reading, UnusedEntries
 from eomgen.system.description import BASE
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 
 if TYPE_CHECKING:
-    from eomgen.scene.document.schema import SceneDocument
+    pass
 
 
-def unused_names(document: SceneDocument, reading: Reading) -> list[str]:
+def unused_names(facts: SceneFacts) -> list[str]:
     """Return a note on each kind of names that no formula mentions (parameters, inputs, curves, and entries that serve
     formulas alone), and on each mode and controller without effect."""
-    notes = []
-    values = reading.values
+    notes, document, reading, values = [], facts.document, facts.reading, facts.values
     mentioned = values.mentioned
     by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
-    every = [
-        UnusedEntries(
-            kind,
-            f"{kind}s",
-            [
-                name
-                for name in document.section(f"{kind}s")
-                if (kind, name) not in mentioned and name not in by_parameters
-            ],
-        )
-        for kind in ("parameter", "input", "curve")
-    ]
-    notes += [note for item in (*every, *(row.unused(reading) for row in reading.rows)) if (note := unused_note(*item))]
+    for kind in ("parameter", "input", "curve"):
+        known = by_parameters | {name for of, name in mentioned if of == kind}
+        unused = [name for name in document.section(f"{kind}s") if name not in known]
+        notes.append(unused_note(kind, f"{kind}s", unused))
+    notes = list(filter(None, [*notes, *(unused_note(*row.unused(reading)) for row in reading.rows)]))
     for name in document.section("modes"):
         if ("parameter", mode_parameter(name)) not in values.mentioned:
             notes.append(f"the mode {name} changes nothing: no formula mentions it [W0102]")
@@ -85,62 +75,29 @@ def unused_names(document: SceneDocument, reading: Reading) -> list[str]:
     return notes
 
 
-def efforts_on_drives(document: SceneDocument) -> list[str]:
+def efforts_on_drives(facts: SceneFacts) -> list[str]:
     """Return a note on each effort on a joint whose motion is prescribed by a drive."""
     return [
         f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
         f" only drive_effort.{effort.joint} [W0104]"
-        for name, effort in document.section("efforts").items()
-        if effort.joint in document.section("joints") and document.section("joints")[effort.joint].drive is not None
+        for name, effort in facts.document.section("efforts").items()
+        if (joint := facts.document.section("joints").get(effort.joint)) is not None and joint.drive is not None
     ]
 
 
-def loads_without_size(document: SceneDocument) -> list[str]:
+def loads_without_size(facts: SceneFacts) -> list[str]:
     """Return a note on each force with neither ``force`` nor ``torque``, and on each effort without ``index`` on a
     joint of several velocity components."""
-    notes, joints = [], document.section("joints")
-    for name, force in document.section("forces").items():
+    notes, joints = [], facts.document.section("joints")
+    for name, force in facts.document.section("forces").items():
         if not {"force", "torque"} & force.model_fields_set:
             notes.append(f"{key_of('forces', name)}: a load without force and torque has no effect [W0258]")
-    for name, effort in document.section("efforts").items():
+    for name, effort in facts.document.section("efforts").items():
         kind = JOINTS.get(joints[effort.joint].type) if effort.joint in joints else None
         if kind is not None and kind.v_size > 1 and "index" not in effort.model_fields_set:
             first = f"without an index the effort acts on v.{effort.joint}[0] of {kind.v_size} components"
             notes.append(f"{key_of('efforts', name)}: {first}; angular ones come first [W0255]")
     return notes
-
-
-def scene_size(facts: SceneFacts) -> float:
-    """Return the largest length of a scene, m; 0 if the scene gives none."""
-    scene = facts.scene
-    frames = [frame.name for frame in scene["frames"]]
-    return size_of_scene(scene["bodies"], scene["joints"], scene["points"], frames, scene["elements"], facts.values)
-
-
-def _out_of_scale(facts: SceneFacts) -> Iterable[str]:
-    scene, beams = facts.scene, facts.document.section("beams")
-    return out_of_scale(
-        scene["bodies"],
-        scene["joints"],
-        scene["points"],
-        [frame.name for frame in scene["frames"]],
-        scene["elements"],
-        [name for name, beam in beams.items() if beam.section is not None and beam.section.shape],
-        scene.get("shapes", ()),
-        facts.values,
-        facts.reading.parameters,
-        scene["constraints"],
-    )
-
-
-def _doubtful_beams(facts: SceneFacts) -> Iterable[str]:
-    scene = facts.scene
-    return doubtful_beams(facts.document, scene["bodies"], scene["points"], scene["elements"], facts.values)
-
-
-def _tyres_in_the_road(facts: SceneFacts) -> Iterable[str]:
-    tyres = facts.elements("tyres")
-    return tyres_in_the_road(tyres, facts.scene["points"], facts.places, facts.values) if tyres else ()
 
 
 def _below_planes(facts: SceneFacts) -> Iterator[str]:
@@ -173,8 +130,6 @@ def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
 SAME_GRAVITY = Limit(
     0.02, "1", "difference of a mean acceleration and gravity in parts of gravity", "errors of accelerometers"
 )
-#: Number of times at which motions of the base are looked at.
-_TIMES = 257
 
 
 def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
@@ -185,7 +140,7 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
         return
     positions = written.get("position", (0.0, 0.0, 0.0))
     duration = facts.document.simulation.duration or 1.0
-    times = np.linspace(0.0, duration, _TIMES)
+    times = np.linspace(0.0, duration, 257)
     for axis, gravity in enumerate(facts.document.gravity):
         if written["acceleration"][axis] == 0.0:
             continue
@@ -204,8 +159,6 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
 
 RANGE = Limit(10.0, "1", "range of a to and fro motion of the base in sizes of the scene", "a choice")
 SHOCK = Limit(100.0, "m/s^2", "acceleration of this motion", "ten times gravity")
-#: Time over which a base without a duration is looked at, s.
-_WHILE = 10.0
 
 
 def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
@@ -214,7 +167,7 @@ def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
     base = facts.scene["base"]
     if base is None:
         return
-    times = np.linspace(0.0, facts.document.simulation.duration or _WHILE, 8 * _TIMES)
+    times = np.linspace(0.0, facts.document.simulation.duration or 10.0, 2056)
     for index, rotation in enumerate(base.rotations[len(base.added_by) :]):
         angle, _ = _to_and_fro(rotation.angle, times, facts)
         if angle > 2.0 * np.pi:
@@ -248,31 +201,20 @@ def _to_and_fro(law: Formula, times: Array, facts: SceneFacts) -> tuple[float, f
 
 #: In the order of listing, after the notes of the core.
 NOTES: tuple[Note, ...] = (
-    Note("unused names", lambda facts: unused_names(facts.document, facts.reading)),
-    Note("plain angles", lambda facts: angles_of_several_turns(facts.data, facts.reading.rows)),
-    Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data, facts.values)),
-    Note(
-        "plain lengths in formulas",
-        lambda facts: lengths_against_numbers(facts.data, facts.values, lambda: facts.once(scene_size)),
-        limits=(FACTOR,),
-    ),
-    Note("plain times", lambda facts: doubtful_times(facts.data, facts.document), limits=(MANY_SAMPLES, RARE)),
-    Note(
-        "negative stiffness or damping",
-        lambda facts: negative_laws(facts.scene["joints"], facts.scene["elements"], facts.values),
-    ),
-    Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], facts.values.mentioned)),
-    Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
-    Note(
-        "shapes that leave their points",
-        lambda facts: shapes_that_leave_points(facts.document, facts.reading),
-        limits=(ON_AXIS,),
-    ),
-    Note("values out of scale", _out_of_scale, limits=(FACTOR, GYRATION, DENSEST, HEAVIEST)),
-    Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
-    Note("loads without a size or a component", lambda facts: loads_without_size(facts.document)),
-    Note("doubtful beams", _doubtful_beams, limits=(SLENDEREST, BESIDE, NOISE)),
-    Note("tyres in the road", _tyres_in_the_road, limits=(UPRIGHT,)),
+    Note("unused names", unused_names),
+    Note("plain angles", angles_of_several_turns),
+    Note("plain angles in formulas", angles_against_numbers),
+    Note("plain lengths in formulas", lengths_against_numbers, limits=(FACTOR,)),
+    Note("plain times", doubtful_times, limits=(MANY_SAMPLES, RARE)),
+    Note("negative stiffness or damping", negative_laws),
+    Note("springs without laws", springs_without_laws),
+    Note("springs within a body", springs_within_bodies),
+    Note("shapes that leave their points", shapes_that_leave_points, limits=(ON_AXIS,)),
+    Note("values out of scale", out_of_scale, limits=(FACTOR, GYRATION, DENSEST, HEAVIEST)),
+    Note("efforts on drives", efforts_on_drives),
+    Note("loads without a size or a component", loads_without_size),
+    Note("doubtful beams", doubtful_beams, limits=(SLENDEREST, BESIDE, NOISE)),
+    Note("tyres in the road", tyres_in_the_road, limits=(UPRIGHT,)),
     Note("bodies below planes of contact", _below_planes),
     Note("base that falls freely", _base_with_gravity),
     Note("base opposite to gravity or moved twice", _base_against_gravity, limits=(SAME_GRAVITY,)),

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector, distinct_nodes, infix
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
+from eomgen.scene.document.notes import SceneFacts
 from eomgen.scene.document.quantities import quantities
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
@@ -26,12 +27,10 @@ from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.values import Values
-from eomgen.scene.section import Section
 from eomgen.system.description import BASE, WORLD, Point, Shape
-from eomgen.system.signals import Parameter
 
 if TYPE_CHECKING:
-    from eomgen.scene.document.schema import SceneDocument
+    pass
 
 FACTOR = Limit(100.0, "1", "length in parts of the size of the scene", "a length in mm is 1000 times too long")
 GYRATION = Limit(
@@ -42,10 +41,6 @@ GYRATION = Limit(
 )
 DENSEST = Limit(8_000.0, "kg/m^3", "mass by the cube of the size of the scene", "density of steel")
 HEAVIEST = Limit(25_000.0, "kg/m^3", "mass by the cube of the size of the body", "osmium has 22 590")
-#: Number of arms from which on radii of gyration are judged.
-_ARMS = 3
-#: Least number of arms for a check of masses against densities.
-_OF_A_BODY = 2
 #: Arms below this, m, give no scale of a scene.
 _SHORTEST = 1e-3
 #: Lengths of force elements, by section.
@@ -61,72 +56,38 @@ class _Arm(NamedTuple):
     moves: bool
 
 
-def out_of_scale(
-    bodies: Iterable[Body],
-    joints: Iterable[Joint],
-    points: Iterable[Point],
-    frames: Collection[str],
-    elements: Iterable[ForceElement],
-    shaped: Collection[str],
-    shapes: Iterable[Shape],
-    values: Values,
-    parameters: Iterable[Parameter] = (),
-    constraints: Iterable[Constraint] = (),
-) -> list[str]:
-    """Return a note on each mass, length, size or position that is much larger than the other lengths in the scene, at
-    the default parameters: radii of gyration, springs, tyres, shapes, constraints with their curves, parameters in m,
-    places in bodies. Without any length only places are judged.
-
-    Parameters
-    ----------
-    bodies, joints, points, elements, shapes, parameters, constraints : of the scene
-    frames : names of the points that are origins of frames
-    shaped : names of the beams whose sections have a shape, the sizes of which are judged by the length of the beam
-    values : evaluates formulas
-    """
-    bodies, joints, elements = list(bodies), list(joints), list(elements)
-    arms = [arm for arm in _arms(bodies, joints, points, frames, values) if math.isfinite(arm.length)]
-    far = _far(arms)
-    notes = _far_places(far, arms)
-    near = [arm.length for arm in arms if arm not in far]
-    size = _size(near, bodies, joints, elements)
-    if not size > 0.0:
-        return notes
-    arm_lengths = [length for length in near if length >= _SHORTEST]
-    if len(arm_lengths) >= _OF_A_BODY:
-        notes += _too_heavy(bodies, max(arm_lengths), values)
-    notes += _too_dense(bodies, joints, points, values, notes)
-    lengths = [*_lengths(bodies, elements, shaped, values), *_lengths_of_shapes(shapes, values)]
-    lengths += _lengths_of_constraints(constraints, bodies, values)
-    lengths += [
-        (key_of("parameters", item.name), "the length", abs(item.value), "m") for item in parameters if item.unit == "m"
-    ]
-    return notes + _too_long(lengths, size, well_known=len(arm_lengths) >= _ARMS)
-
-
-def size_of_scene(
-    bodies: Iterable[Body],
-    joints: Iterable[Joint],
-    points: Iterable[Point],
-    frames: Collection[str],
-    elements: Iterable[ForceElement],
-    values: Values,
-) -> float:
+def scene_size(facts: SceneFacts) -> float:
     """Return the largest length of the places in bodies, of beams and of initial travels, m; places that are far beyond
     all others are left out. 0 without lengths."""
-    bodies, joints = list(bodies), list(joints)
-    arms = [arm for arm in _arms(bodies, joints, points, frames, values) if math.isfinite(arm.length)]
+    arms, scene = facts.once(_arms), facts.scene
     far = _far(arms)
-    return _size([arm.length for arm in arms if arm not in far], bodies, joints, elements)
-
-
-def _size(
-    near: Iterable[float], bodies: Iterable[Body], joints: Iterable[Joint], elements: Iterable[ForceElement]
-) -> float:
-    known = [*near, *(abs(travel) for joint in joints for travel in _travels(joint))]
-    known += [body.beam.length for body in bodies if body.beam is not None]
-    known += [element.beam.length for element in elements if isinstance(element, CosseratBeam)]
+    known = [arm.length for arm in arms if arm not in far]
+    known += [abs(travel) for joint in scene["joints"] for travel in _travels(joint)]
+    known += [body.beam.length for body in scene["bodies"] if body.beam is not None]
+    known += [element.beam.length for element in scene["elements"] if isinstance(element, CosseratBeam)]
     return max((length for length in known if math.isfinite(length)), default=0.0)
+
+
+def out_of_scale(facts: SceneFacts) -> list[str]:
+    """Return a note on each mass, length, size or position that is much larger than the other lengths in the scene, at
+    the default parameters: radii of gyration, springs, tyres, shapes, constraints with their curves, parameters in m,
+    places in bodies. Without any length only places are judged."""
+    scene, values, arms = facts.scene, facts.values, facts.once(_arms)
+    far, bodies = _far(arms), scene["bodies"]
+    notes = _far_places(far, arms)
+    size = facts.once(scene_size)
+    if not size > 0.0:
+        return notes
+    known = [arm.length for arm in arms if arm not in far and arm.length >= _SHORTEST]
+    notes += _too_heavy(bodies, scene["joints"], scene["points"], max(known) if len(known) > 1 else math.inf, values)
+    beams = facts.document.section("beams")
+    shaped = [name for name, beam in beams.items() if beam.section is not None and beam.section.shape]
+    lengths = [*_lengths(bodies, scene["elements"], shaped, values)]
+    lengths += [*_lengths_of_shapes(scene.get("shapes", ()), values)]
+    lengths += _lengths_of_constraints(scene["constraints"], bodies, values)
+    parameters = (item for item in facts.reading.parameters if item.unit == "m")
+    lengths += [(key_of("parameters", item.name), "the length", abs(item.value), "m") for item in parameters]
+    return notes + _too_long(lengths, size, well_known=len(known) > 2)
 
 
 def _travels(joint: Joint) -> list[float]:
@@ -168,65 +129,53 @@ def _too_long(lengths: Iterable[tuple[str, str, float, str]], size: float, *, we
     return notes
 
 
-def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[str]:
-    """Yield a note on each body heavier than a cube of steel as large as the scene (``size``, m)."""
-    for body in bodies:
-        mass = values.value(body.mass)
-        if body.beam is None and not body.node_of and mass > DENSEST * size * size * size:
-            note = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
-            yield f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg [W0118]"
-
-
-def _too_dense(
-    bodies: Iterable[Body], joints: Iterable[Joint], points: Iterable[Point], values: Values, earlier: Sequence[str]
-) -> list[str]:
-    """Return a note on each body that is denser than any material within a cube twice as large as the reach (the
-    farthest place in the body), and within a cube as large as the box of the inertia; none on bodies without a reach or
-    an inertia, and on bodies with a note in ``earlier``."""
-    notes: list[str] = []
-    rigid = {body.name: body for body in bodies if body.beam is None and not body.node_of}
+def _too_heavy(
+    bodies: Iterable[Body], joints: Iterable[Joint], points: Iterable[Point], size: float, values: Values
+) -> Iterator[str]:
+    """Yield a note on each rigid body that is heavier than a cube of steel as large as the scene (``size``, m), or
+    denser than any material within a cube twice as large as the reach (the farthest place in the body), and within a
+    cube as large as the box of the inertia; the latter not for bodies without a reach or an inertia."""
     reach: dict[str, float] = {}
     for owner, position in (
         *((body.name, body.center_of_mass) for body in bodies),
         *((joint.parent, joint.position) for joint in joints),
         *((point.body, point.position) for point in points),
     ):
-        if owner in rigid:
-            length = math.hypot(*(values.value(part) for part in position))
-            reach[owner] = max(reach.get(owner, 0.0), length)
-    for body in rigid.values():
-        mass, inertia = values.value(body.mass), [values.value(entry) for entry in body.inertia[:3]]
-        if not (min(inertia) > 0.0 and reach[body.name] > _SHORTEST):
-            continue
-        side = math.sqrt(6.0 * max(sum(inertia) - 2.0 * entry for entry in inertia) / mass) if mass > 0.0 else 0.0
-        size = max(2.0 * reach[body.name], side)
-        if mass > HEAVIEST * size * size * size:
-            note = (
-                f"the mass is {mass:.6g} kg, and a cube of {size:.3g} m, the size of the body, has less of any material"
-            )
-            notes.append(f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg [W0118]")
-    heavy = {note.partition(":")[0] for note in earlier}
-    return [note for note in notes if note.partition(":")[0] not in heavy]
-
-
-def _arms(
-    bodies: Iterable[Body], joints: Iterable[Joint], points: Iterable[Point], frames: Collection[str], values: Values
-) -> Iterator[_Arm]:
-    """Yield the distances of centres of mass, joints and points from the origins of their bodies."""
-
-    def length(position: Vector) -> float:
-        return math.hypot(*(values.value(part) for part in position))
-
+        reach[owner] = max(reach.get(owner, 0.0), _length(position, values))
     for body in bodies:
+        if body.beam is not None or body.node_of:
+            continue
+        mass, inertia = values.value(body.mass), [values.value(entry) for entry in body.inertia[:3]]
+        side = math.sqrt(6.0 * max(sum(inertia) - 2.0 * entry for entry in inertia) / mass) if mass > 0.0 else 0.0
+        own = max(2.0 * reach[body.name], side)
+        if mass > DENSEST * size * size * size:
+            cube = f"a cube of steel as large as the scene, {size:.3g} m, has less"
+        elif min(inertia) > 0.0 and reach[body.name] > _SHORTEST and mass > HEAVIEST * own * own * own:
+            cube = f"a cube of {own:.3g} m, the size of the body, has less of any material"
+        else:
+            continue
+        note = f"the mass is {mass:.6g} kg, and {cube}; numbers without a unit are in kg [W0118]"
+        yield f"{key_of('bodies', body.name, 'mass')}: {note}"
+
+
+def _length(position: Vector, values: Values) -> float:
+    return math.hypot(*(values.value(part) for part in position))
+
+
+def _arms(facts: SceneFacts) -> list[_Arm]:
+    """Return the finite distances of centres of mass, joints and points from the origins of their bodies."""
+    scene, values, fixed = facts.scene, facts.values, (BASE, WORLD)
+    frames, arms = {frame.name for frame in scene["frames"]}, list[_Arm]()
+    for body in scene["bodies"]:
         key = key_of("beams" if body.beam is not None else "bodies", body.name, "center_of_mass")
-        yield _Arm(key, "the centre of mass", length(body.center_of_mass), body.beam is None)
-    fixed = (BASE, WORLD)
-    for joint in joints:
-        moves = joint.parent not in fixed
-        yield _Arm(key_of("joints", joint.name, "position"), "the joint", length(joint.position), moves)
-    for point in points:
+        arms.append(_Arm(key, "the centre of mass", _length(body.center_of_mass, values), body.beam is None))
+    for joint in scene["joints"]:
+        key = key_of("joints", joint.name, "position")
+        arms.append(_Arm(key, "the joint", _length(joint.position, values), joint.parent not in fixed))
+    for point in scene["points"]:
         key = key_of("frames" if point.name in frames else "points", point.name, "position")
-        yield _Arm(key, "the point", length(point.position), point.body not in fixed)
+        arms.append(_Arm(key, "the point", _length(point.position, values), point.body not in fixed))
+    return [arm for arm in arms if math.isfinite(arm.length)]
 
 
 def _far(arms: Sequence[_Arm]) -> list[_Arm]:
@@ -256,12 +205,10 @@ def _lengths(
                 yield f"{key}.rotary_inertia", "the radius of gyration of the sections", gyration, "kg m"
             else:
                 yield key_of("bodies", body.name, "inertia"), "the radius of gyration", gyration, "kg m^2"
-    lengths: list[tuple[str, str, str, Formula]] = []
     for element in elements:
         if field := _LENGTHS.get(element.section):
-            lengths.append((element.section, element.name, field, getattr(element, field)))
-    for section, name, field, formula in lengths:
-        yield key_of(section, name, field), f"the {field}", values.value(formula), "m"
+            key = key_of(element.section, element.name, field)
+            yield key, f"the {field}", values.value(getattr(element, field)), "m"
 
 
 def _lengths_of_constraints(
@@ -286,12 +233,8 @@ def _lengths_of_constraints(
         height = item.equation if item.surface is None else item.surface
         if item.framed and height is not None and item.unit == "m":
             for curve in _summands(height):
-                yield (
-                    key_of("curves", curve.name),
-                    "the largest value of the curve",
-                    float(np.max(np.abs(curve.y))),
-                    "m",
-                )
+                largest = float(np.max(np.abs(curve.y)))
+                yield key_of("curves", curve.name), "the largest value of the curve", largest, "m"
 
 
 def _summands(formula: Formula) -> Iterator[Curve]:
@@ -315,21 +258,19 @@ def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tupl
             hint = 'm; scale = "1 mm" is for a file in millimetres'
         if shape.body not in (BASE, WORLD):
             yield key_of("shapes", shape.name), "the size of the shape", max(sizes, default=0.0), hint
-            away = math.hypot(*(values.value(part) for part in shape.position))
             if not shape.implied:
+                away = _length(shape.position, values)
                 yield f"{key_of('shapes', shape.name)}.position", "the distance from the body's origin", away, "m"
 
 
-def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) -> list[str]:
+def angles_of_several_turns(facts: SceneFacts) -> list[str]:
     """Return a note on each angle of more than a turn that is written as a plain number: starts, limits, rests and
-    offsets of joints, rotations, and angles in other sections.
-
-    Parameters
-    ----------
-    data : of a well-formed scene, as written: unit strings are not converted
-    """
+    offsets of joints, rotations, and angles in other sections."""
+    data = facts.data
     result = [*_joint_angles(data), *_spring_angles(data), *_rotation_angles(data)]
-    result += [angle for row in rows if not row.single for angle in row.plain_angles(data.get(row.key, {}))]
+    result += [
+        angle for row in facts.reading.rows if not row.single for angle in row.plain_angles(data.get(row.key, {}))
+    ]
     return list(dict.fromkeys(note for subject, angle in result if (note := several_turns(subject, angle))))
 
 
@@ -372,11 +313,11 @@ def _rotation_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
                 yield subject, value
 
 
-def angles_against_numbers(data: Mapping[str, Any], values: Values) -> list[str]:
+def angles_against_numbers(facts: SceneFacts) -> list[str]:
     """Return a note on each plain number of more than a turn that formulas compare with, add to or subtract from an
-    angle of a joint; ``data`` is the scene as written."""
+    angle of a joint."""
     notes = []
-    for key, angle, unit, value in _against_numbers(data, values):
+    for key, angle, unit, value in facts.once(_against_numbers):
         if unit == "rad" and (note := several_turns(f"{key}: {angle} stands against", value)):
             turned = note.partition(":")[0] + ":" + note.partition(":")[2].partition(":")[0]
             notes.append(
@@ -385,17 +326,12 @@ def angles_against_numbers(data: Mapping[str, Any], values: Values) -> list[str]
     return list(dict.fromkeys(notes))
 
 
-def lengths_against_numbers(data: Mapping[str, Any], values: Values, size_of: Callable[[], float]) -> list[str]:
+def lengths_against_numbers(facts: SceneFacts) -> list[str]:
     """Return a note on each plain number, a hundred times the scene's size or more, that a formula compares with, adds
-    to or subtracts from a length: a point's position or a joint's travel.
-
-    Parameters
-    ----------
-    size_of : returns the size of the scene, m, 0 if unknown; called if there is such a number
-    """
+    to or subtracts from a length: a point's position or a joint's travel."""
     notes = []
-    for key, length, unit, value in _against_numbers(data, values):
-        size = size_of() if unit == "m" else 0.0
+    for key, length, unit, value in facts.once(_against_numbers):
+        size = facts.once(scene_size) if unit == "m" else 0.0
         if size > 0.0 and abs(value) >= FACTOR * size:
             beside = f"{length} stands against {abs(value):.6g} m, and the size of the scene is {size:.3g} m"
             notes.append(
@@ -409,10 +345,10 @@ def lengths_against_numbers(data: Mapping[str, Any], values: Values, size_of: Ca
 _OF_ONE_UNIT = ("lt", "le", "add", "sub")
 
 
-def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[str, str, str, float]]:
-    """Yield the key of a formula, text and unit of a position or a coordinate there, and the plain number that it is
+def _against_numbers(facts: SceneFacts) -> list[tuple[str, str, str, float]]:
+    """Return the key of a formula, text and unit of a position or a coordinate there, and the plain number that it is
     compared with, added to or subtracted from."""
-    joints = data.get("joints", {})
+    joints, result = facts.data.get("joints", {}), []
     coordinates = {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in joints.items()}
 
     def units_of(symbol: Symbol) -> tuple[str, ...]:
@@ -421,11 +357,11 @@ def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[
             return ("m",) * 3
         return coordinates.get(symbol.name, ()) if symbol.kind == "q" else ()
 
-    for quantity in quantities(data):
+    for quantity in quantities(facts.data):
         if not isinstance(quantity.value, str):
             continue
         try:
-            formula = read_as_written(quantity.value, values.names, ANYWHERE_ALONG_A_BEAM)
+            formula = read_as_written(quantity.value, facts.values.names, ANYWHERE_ALONG_A_BEAM)
         except FormulaError:
             continue
         for node in distinct_nodes(formula):
@@ -433,26 +369,22 @@ def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[
                 for symbol, constant in itertools.permutations(node.arguments):
                     if isinstance(symbol, Symbol) and isinstance(constant, Number) and (units := units_of(symbol)):
                         text = infix(symbol, {symbol: len(units)}.__getitem__)
-                        yield quantity.key, text, units[symbol.index], constant.value
+                        result.append((quantity.key, text, units[symbol.index], constant.value))
+    return result
 
 
 MANY_SAMPLES = Limit(50.0, "1", "delay in samples, a whole number of seconds", "a choice")
 RARE = Limit(10.0, "s", "time between samples without a unit", "controllers are faster")
 
 
-def doubtful_times(data: Mapping[str, Any], document: SceneDocument) -> list[str]:
+def doubtful_times(facts: SceneFacts) -> list[str]:
     """Return a note on each delay that is a whole number of seconds, without a unit, and many samples; and on each time
-    between samples of 10 s or more without a unit, which may be a frequency.
-
-    Parameters
-    ----------
-    data : of ``document``, as written: unit strings are not converted
-    """
+    between samples of 10 s or more without a unit, which may be a frequency."""
     notes = []
     for section in ("states", "controllers"):
-        for name, entry in document.section(section).items():
-            delay, period = data[section][name].get("delay"), entry.sample
-            written = data[section][name].get("sample")
+        for name, entry in facts.document.section(section).items():
+            as_written, period = facts.data[section][name], entry.sample
+            delay, written = as_written.get("delay"), as_written.get("sample")
             if isinstance(written, int | float) and written >= RARE:
                 note = f"the time between two samples is {written:g} s"
                 notes.append(

@@ -9,8 +9,7 @@ Springs whose ends pass one another in a run: at length zero the force reverses 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from operator import itemgetter
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -18,9 +17,10 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.limits import Limit
 from eomgen.base.messages import counted, listed
+from eomgen.base.rounding import WRITTEN
 from eomgen.compiled.model import CompiledModel
-from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
-from eomgen.formula.nodes import Formula
+from eomgen.compiled.rest.state_warnings import SceneMeasures
+from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.accuracy import FOLLOWED, STEP_OF_GROWTH, not_followed, passages, passes_growth
@@ -34,6 +34,7 @@ from eomgen.products.doubts.limits import (
     MISSED_PART,
     UNDERSTATED,
 )
+from eomgen.products.doubts.places import BACK, place, poses_of, shortest
 from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.fastest_rates import STEEP_PART, Rate
@@ -42,10 +43,10 @@ from eomgen.simulation.judgement.finished_run import ANY_FAILURE, ESTIMATED, Che
 from eomgen.simulation.judgement.instability import EACH, FAR_TRAVEL, OVERALL, unbounded_growth
 from eomgen.simulation.judgement.stated_errors import LARGE_ERROR
 from eomgen.simulation.stepping.inputs import InputSignals
+from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import followed_laws
 from eomgen.simulation.stepping.states import States
 from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
-from eomgen.system.description import BASE, WORLD
 
 EXCHANGED = Limit(100.0, "1", "step in parts of the run", "a choice")
 FEW_VALUES = Limit(3.0, "1", "number of values of a rounded state", "a choice")
@@ -53,8 +54,6 @@ MANY_VALUES = Limit(8.0, "1", "number of values of its formula", "a choice")
 IMPROBABLE = Limit(
     8.0, "1", "standard deviations of a standard normal variable", "exceeded with a probability of 1e-15"
 )
-#: Digits after the point in which values of a formula differ, in quanta.
-_SAME_VALUE = 6
 
 
 def exchanged_times(grid: TimeGrid) -> list[str]:
@@ -67,72 +66,47 @@ def exchanged_times(grid: TimeGrid) -> list[str]:
     return [sentence + (exchanged if grid.step >= EXCHANGED * span else "")]
 
 
-def doubtful_call(model: CompiledModel, grid: TimeGrid, caller_inputs: Collection[str], p: Array) -> list[str]:
+def doubtful_call(run: Run) -> list[str]:
     """Return one sentence for each doubt about a run: states sampled once, inputs that are 0 because neither scene nor
-    run gives them, and improbable variables.
-
-    Parameters
-    ----------
-    caller_inputs : names of the inputs that the caller gives
-    p : (np,) parameters
-    """
-    description, notes = model.description, []
-    span = grid.end - grid.start
-    longest = span * (1.0 + WHOLE)
+    run gives them, and improbable variables."""
+    description, span = run.model.description, run.grid.end - run.grid.start
     periods = {
         state.sampling.controller or state.name: state.sampling.period
         for state in description.states
         if state.sampling is not None
     }
-    notes += [
+    notes = [
         f"{name} is sampled once: every {period:.6g} s in a run of {span:.6g} s [W0202]"
         for name, period in periods.items()
-        if 0.0 < longest < period
+        if 0.0 < span * (1.0 + WHOLE) < period
     ]
-    silent = [item.name for item in description.inputs if not item.given and item.name not in caller_inputs]
+    silent = [item.name for item in description.inputs if not item.given and item.name not in run.signals.given]
     if silent:
         many = len(silent) > 1
         sentence = f"the inputs {listed(silent)} are 0" if many else f"the input {silent[0]} is 0"
         notes.append(f"{sentence}: neither the scene nor the run gives {'them' if many else 'it'} [W0203]")
-    return [*notes, *_improbable_variables(model, p)]
+    return [*notes, *_improbable_variables(run.model, run.parameters)]
 
 
 def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
     """Return a sentence, in a list, on standard normal variables of random processes and waves that are beyond 8; an
     empty list if there are none."""
-    large = np.flatnonzero(np.abs(p) > IMPROBABLE).tolist()
-    if not large:
-        return []
-    names = tuple(model.parameters)
     normal = {item.name for item in model.description.parameters if item.standard_normal}
-    result = [(names[k], abs(float(p[k]))) for k in large if names[k] in normal]
+    sizes = zip(model.parameters, np.abs(p).tolist(), strict=True)
+    result = {name: size for name, size in sizes if size > IMPROBABLE and name in normal}
     if not result:
         return []
-    name, value = max(result, key=itemgetter(1))
+    name = max(result, key=result.__getitem__)
     sentence = (
-        f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
+        f"{name} is {result[name]:.6g} standard deviations out: it is a standard normal variable of a random process"
+        " or sea"
     )
     return [sentence + (f" ({counted(len(result), 'variable')} beyond {IMPROBABLE:g})" if len(result) > 1 else "")]
 
 
 MET = Limit(0.05, "1", "distance of the ends of a spring in parts of its length at rest", "a choice")
 FAR = Limit(2.0, "1", "motion of these ends between two rows in lengths at rest", "rows are too sparse")
-#: Number of examined rows, evenly chosen.
-_ROWS = 2048
-#: Number of rows times springs that are examined at once.
-_TOGETHER = 100_000
-_ENDS = ("first", "second")
-#: Signs that turn a quaternion into its inverse.
-_BACK = np.array([1.0, -1.0, -1.0, -1.0])
-
-
-#: Part of a quantum from which a value that is not zero is more than rounding.
-_SEEN = 1e-6
 _HINT = "a smaller quantum: the difference of neighbouring values in the state's unit, and not a number of bits"
-
-
-#: Largest number of rows at which values of formulas are examined.
-_LOOKED_AT = 500
 
 
 def _values_at_rows(
@@ -142,23 +116,17 @@ def _values_at_rows(
     without values at the rows are left out."""
     from eomgen.products.doubts.causes import values_of  # noqa: PLC0415  # few runs need it
 
-    thinned = slice(None, None, -(-len(states.t) // _LOOKED_AT))
+    thinned = slice(None, None, -(-len(states.t) // 500))
     along = (states.t[thinned], states.q[thinned], states.v[thinned], states.z[thinned])
     rows = [values_of(model, float(t), q, v, z, p, signals) for t, q, v, z in zip(*along, strict=True)]
     known = set.intersection(*(set(row) for row in rows))
     return {name: np.array([row[name] for row in rows]) for name in known}
 
 
-def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: InputSignals) -> list[Finding]:
+def coarse_quanta(run: FinishedRun) -> list[Finding]:
     """Return a finding on each sampled state whose quantum leaves at most three values of a formula that moves, or 0
-    of a formula that is never 0.
-
-    Parameters
-    ----------
-    states : at the rows of a run
-    p : (np,) parameters
-    signals : inputs of the run
-    """
+    of a formula that is never 0."""
+    model, states = run.run.model, run.states
     columns = dict(zip(model.z_names, states.z.T, strict=True))
     few = [
         (state, state.sampling, values)
@@ -168,19 +136,19 @@ def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: Input
     ]
     if not few:
         return []
-    numbers, findings = _values_at_rows(model, states, p, signals), []
+    numbers, findings = _values_at_rows(model, states, run.run.parameters, run.run.signals), []
     for state, sampling, rounded in few:
         try:
             exact = evaluate_batch(sampling.formula, lambda symbol: numbers[symbol.kind, symbol.name, symbol.index])
         except KeyError:  # a quantity of points, or the like
             continue
         unit = "" if state.unit in ("", "1") else f" {state.unit}"
-        if not np.any(rounded) and np.min(np.abs(exact)) > _SEEN * sampling.quantum and symbols(sampling.formula):
+        if not np.any(rounded) and np.min(np.abs(exact)) > WRITTEN * sampling.quantum and symbols(sampling.formula):
             least = float(exact[np.argmin(np.abs(exact))])
             text = f"{state.name} is 0 all the time, rounded to multiples of {sampling.quantum:.6g}{unit}: its formula"
             findings.append(Finding(text=f"{text} is {least:.3g}{unit} and more", hint=_HINT, value=sampling.quantum))
             continue
-        if len(np.unique(np.round(exact / sampling.quantum, _SAME_VALUE))) <= MANY_VALUES:
+        if len(np.unique(np.round(exact / sampling.quantum, 6))) <= MANY_VALUES:
             continue
         count = counted(len(np.unique(np.round(rounded / sampling.quantum))), "value")
         span = f"its formula goes from {np.min(exact):.3g} to {np.max(exact):.3g}{unit}"
@@ -189,88 +157,41 @@ def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: Input
     return findings
 
 
-def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
-    """Return a finding on springs whose ends pass one another between two rows of a run; None if there are none.
+def passed_springs(run: FinishedRun) -> Iterator[Finding]:
+    """Yield a finding on springs whose ends pass one another between two rows of a run, if there are any.
 
     Springs without a length at rest are left out, since their force does not reverse, and models without the function
     ``poses``.
-
-    Parameters
-    ----------
-    t, q : (rows,) in s, (rows, nq)
-    p : (np,) tunable parameters
     """
-    lines = [line for line in model.description.drawing.lines if line.elastic]
-    if not lines or "poses" not in model.functions or len(t) < 2:
-        return None
-    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
-
-    def number(formula: Formula) -> float:
-        try:
-            return float(evaluate(formula, lambda symbol: values[symbol.name]))
-        except (ArithmeticError, KeyError):
-            return 0.0
-
-    lengths = np.array([number(line.length) for line in lines])
-    if not np.any(lengths > 0.0):
-        return None
-    t, q = (array[:: -(-len(t) // _ROWS)] for array in (t, q))
-    poses, places = _poses(model, t, q, p), {name: k for k, name in enumerate((*model.bodies, WORLD, BASE))}
-    points = {
-        point.name: (places[point.body], [number(part) for part in point.position])
-        for point in model.description.drawing.points
-    }
-    ends = [tuple(map(np.array, zip(*(points[getattr(line, end)] for line in lines), strict=True))) for end in _ENDS]
-    result = {lines[k].name: time for k, time in _passing_times(t, poses, ends, lengths)}
-    if not result:
-        return None
-    named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in result.items())
-    sentence = f"the ends of the spring{'s' * (len(result) > 1)} {named} pass one another"
-    text = f"{sentence}, where a force along the line between them turns round"
-    return Finding(time=min(result.values()), text=text, hint="limits that stop the motion before")
+    model, p, t, q = run.run.model, run.run.parameters, run.states.t, run.states.q
+    drawing, measures = model.description.drawing, SceneMeasures(model, p, 0.0, None)
+    lines = [line for line in drawing.lines if line.elastic and measures.number(line.length) > 0.0]
+    if not lines or "poses" not in model.functions:
+        return
+    t, q = (array[:: -(-len(t) // 2048)] for array in (t, q))
+    poses = {name: np.broadcast_to(pose, (len(t), 7)) for name, pose in poses_of(model, t, q, p).items()}
+    points = {point.name: (point.body, measures.vector(point.position)) for point in drawing.points}
+    result = {}
+    for line in lines:
+        ends = [points[line.first], points[line.second]]
+        first, second = (place(poses[body], local) for body, local in ends)
+        seen = np.array([rotated(poses[body][:, :4] * BACK, second - first) for body, _ in ends])  # in both bodies
+        met = np.all(_meetings(seen, measures.number(line.length)), axis=0)
+        if met.any():
+            result[line.name] = float(t[np.argmax(met) + 1])
+    if result:
+        named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in result.items())
+        sentence = f"the ends of the spring{'s' * (len(result) > 1)} {named} pass one another"
+        text = f"{sentence}, where a force along the line between them turns round"
+        yield Finding(time=min(result.values()), text=text, hint="limits that stop the motion before")
 
 
-def _passing_times(
-    t: Array, poses: Array, ends: Sequence[tuple[Array, ...]], lengths: Array
-) -> Iterator[tuple[int, float]]:
-    """Yield the number of each spring whose ends pass one another, and the time at which they first do, s.
-
-    Parameters
-    ----------
-    ends : bodies of the first and of the second ends, and positions in these bodies
-    """
-    count = max(1, _TOGETHER // len(t))
-    for part in (slice(first, first + count) for first in range(0, len(lengths), count)):
-        carriers = [poses[:, body[part]] for body, _ in ends]
-        first, second = (
-            rotated(pose[..., :4], position[part]) + pose[..., 4:]
-            for pose, (_, position) in zip(carriers, ends, strict=True)
-        )
-        seen = [rotated(pose[..., :4] * _BACK, second - first) for pose in carriers]
-        met = np.logical_and(*(_meetings(vectors, lengths[part]) for vectors in seen))
-        for k in np.flatnonzero(met.any(axis=0)):
-            yield int(part.start + k), float(t[np.argmax(met[:, k]) + 1])
-
-
-def _poses(model: CompiledModel, t: Array, q: Array, p: Array) -> Array:
-    """Return the poses of the bodies, of the world and of the base, (rows, bodies + 2, 7)."""
-    bodies = model.evaluate("poses", q, t=t, parameters=p)["pose"]
-    still = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-    base = model.base(t, parameters=p)[:, :7] if "base" in model.functions else still
-    frames = [np.broadcast_to(pose, (len(t), 7))[:, np.newaxis] for pose in (still, base)]
-    return np.concatenate([bodies, *frames], axis=1)
-
-
-def _meetings(vectors: Array, length: Array) -> Array:
-    """Return, (rows - 1, springs), whether springs turn round between two rows by way of next to no length; ``vectors``
-    (rows, springs, 3) lead from end to end in the axes of a body, ``length`` (springs,) is at rest."""
-    before, after = vectors[:-1], vectors[1:]
-    way = after - before
-    square = np.sum(way * way, axis=-1)
-    share = np.clip(-np.sum(before * way, axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    shortest = np.linalg.norm(before + share[..., np.newaxis] * way, axis=-1)
-    turned = np.sum(before * after, axis=-1) < 0.0
-    return np.asarray(turned & (shortest < MET * length) & (square < (FAR * length) ** 2))
+def _meetings(vectors: Array, length: float) -> Array:
+    """Return, (..., rows - 1), whether a spring turns round between two rows by way of next to no length; ``vectors``
+    (..., rows, 3) lead from end to end in the axes of a body, ``length`` is at rest."""
+    turned = np.sum(vectors[..., :-1, :] * vectors[..., 1:, :], axis=-1) < 0.0
+    way = np.linalg.norm(np.diff(vectors, axis=-2), axis=-1)
+    return np.asarray(turned & (shortest(vectors) < MET * length) & (way < FAR * length))
 
 
 def undefined_outputs(t: Array, outputs: Mapping[str, Array]) -> Finding | None:
@@ -288,17 +209,6 @@ def undefined_outputs(t: Array, outputs: Mapping[str, Array]) -> Finding | None:
     return Finding(time=first, text=f"the {many} no value there", hint=hint)
 
 
-def _unbounded_growth(run: FinishedRun) -> Iterator[Finding]:
-    finding = unbounded_growth(run.run, run.states)
-    if finding is not None:
-        yield finding
-
-
-def _unresolved_motion(run: FinishedRun) -> Iterator[Finding]:
-    if run.error.unresolved:
-        yield Finding.of(run.error.unresolved)
-
-
 def _missed_event(run: FinishedRun) -> Iterator[Finding]:
     from eomgen.products.doubts.unseen_events import unseen_events  # noqa: PLC0415  # few runs have events
 
@@ -307,11 +217,6 @@ def _missed_event(run: FinishedRun) -> Iterator[Finding]:
         yield replace(pair, hint=hint)
     elif run.error.passed_over and not run.error.relative > LARGE_ERROR:
         yield Finding(text=run.error.passed_over, hint=hint)
-
-
-def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
-    if run.passed_over is not None:
-        yield run.passed_over.finding
 
 
 def _partly_examined(run: FinishedRun) -> Iterator[Finding]:
@@ -330,18 +235,6 @@ def _bounded_steps(run: FinishedRun) -> Iterator[Finding]:
         yield Finding.of(f"the steps are at most {bound:.3g} s, since steps by the tolerance pass over {law}", bound)
 
 
-def _passed_spring(run: FinishedRun) -> Iterator[Finding]:
-    finding = passed_springs(run.run.model, run.states.t, run.states.q, run.run.parameters)
-    if finding is not None:
-        yield finding
-
-
-def _undefined_output(run: FinishedRun) -> Iterator[Finding]:
-    finding = undefined_outputs(run.states.t, run.outputs)
-    if finding is not None:
-        yield finding
-
-
 def _singular_passage(run: FinishedRun) -> Iterator[Finding]:
     count = int(run.statistics.get("singular_passages", 0))
     if passed := passages(count):
@@ -349,18 +242,9 @@ def _singular_passage(run: FinishedRun) -> Iterator[Finding]:
         yield Finding.of(f"{passed}{not_followed(run.error.relative, tolerance)}", count)
 
 
-def _coarse_quantum(run: FinishedRun) -> Iterator[Finding]:
-    owner = run.run
-    yield from coarse_quanta(owner.model, run.states, owner.parameters, owner.signals)
-
-
 def _controller_cost(run: FinishedRun) -> Iterator[Finding]:
     if run.stepper.controllers is not None and (cost := run.stepper.controllers.cost(run.wall)):
         yield Finding.of(cost)
-
-
-def _model_limits(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, run.run.model.library.layout["warnings"])
 
 
 def _method_limits(run: FinishedRun) -> Iterator[Finding]:
@@ -369,26 +253,13 @@ def _method_limits(run: FinishedRun) -> Iterator[Finding]:
     yield from map(Finding.of, without_effect(owner.name, owner.model.description.simulation))
 
 
-def _steep_law(run: FinishedRun) -> Iterator[Finding]:
-    owner = run.run
-    yield from map(Finding.of, followed_laws(owner.model, owner.method, owner.parameters, owner.grid)[1])
+def _steep_laws(run: FinishedRun) -> Iterable[Finding]:
+    return map(Finding.of, followed_laws(run.run.model, run.run.method, run.run.parameters, run.run.grid)[1])
 
 
-def _exchanged_times(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, exchanged_times(run.run.grid))
-
-
-def _doubtful_call(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, doubtful_call(run.run.model, run.run.grid, run.run.signals.given, run.run.parameters))
-
-
-def _unresolved_damping(run: FinishedRun) -> Iterator[Finding]:
-    name = run.fastest.decay.name
-    yield from _too_fast(run, run.fastest.decay, f"damping or friction of {name.removeprefix('v.')} decays")
-
-
-def _unresolved_states(run: FinishedRun) -> Iterator[Finding]:
-    yield from _too_fast(run, run.fastest.states, "internal states decay")
+def _fast_damping(run: FinishedRun) -> Iterator[Finding]:
+    decay = run.fastest.decay
+    return _too_fast(run, decay, f"damping or friction of {decay.name.removeprefix('v.')} decays")
 
 
 def _too_fast(run: FinishedRun, decay: Rate, text: str) -> Iterator[Finding]:
@@ -413,14 +284,14 @@ def _passed_growth(run: FinishedRun) -> Iterator[Finding]:
 ROWS = (
     Check(
         "unbounded_growth [W0225]",
-        _unbounded_growth,
+        lambda run: filter(None, [unbounded_growth(run.run, run.states)]),
         unless=FAULTS,
         behind="turned_element",
         limits=(EACH, OVERALL, FAR_TRAVEL),
     ),
     Check(
         "unresolved_motion [W0227]",
-        _unresolved_motion,
+        lambda run: map(Finding.of, filter(None, [run.error.unresolved])),
         unless=(ANY_FAILURE,),
         alike=True,
         behind="unknown_error",
@@ -436,7 +307,7 @@ ROWS = (
     Check("fast_law [W0229]", fast_laws, ("complete", "two rows", ESTIMATED), alike=True, limits=(UNSEEN,)),
     Check(
         "unseen_law [W0230]",
-        _unseen_law,
+        lambda run: [] if run.passed_over is None else [run.passed_over.finding],
         ("complete", "two rows", ESTIMATED),
         unless=("fast_law",),
         alike=True,
@@ -450,34 +321,49 @@ ROWS = (
         unless=("unseen_law",),
     ),
     Check("bounded_steps [W0232]", _bounded_steps, severity=NOTE),
-    Check("passed_spring [W0233]", _passed_spring, ("complete", "two rows", "lines"), limits=(MET, FAR)),
-    Check("undefined_output [W0234]", _undefined_output, ("complete", "outputs")),
+    Check("passed_spring [W0233]", passed_springs, ("complete", "two rows", "lines"), limits=(MET, FAR)),
+    Check(
+        "undefined_output [W0234]",
+        lambda run: filter(None, [undefined_outputs(run.states.t, run.outputs)]),
+        ("complete", "outputs"),
+    ),
     Check(
         "singular_passage [W0235]", _singular_passage, ("complete", "constraints"), severity=NOTE, limits=(FOLLOWED,)
     ),
     Check(
         "coarse_quantum [W0236]",
-        _coarse_quantum,
+        coarse_quanta,
         ("complete", "two rows"),
         severity=NOTE,
         limits=(FEW_VALUES, MANY_VALUES),
     ),
     Check("controller_cost [W0237]", _controller_cost, ("complete", "controllers"), severity=NOTE),
-    Check("model_limits [W0238]", _model_limits, ()),
+    Check("model_limits [W0238]", lambda run: map(Finding.of, run.run.model.library.layout["warnings"]), ()),
     Check("method_limits [W0239]", _method_limits, ()),
-    Check("steep_law [W0240]", _steep_law, ()),
-    Check("exchanged_times [W0241]", _exchanged_times, ("begun",), noted="call", limits=(EXCHANGED,)),
+    Check("steep_law [W0240]", _steep_laws, ()),
+    Check(
+        "exchanged_times [W0241]",
+        lambda run: map(Finding.of, exchanged_times(run.run.grid)),
+        ("begun",),
+        noted="call",
+        limits=(EXCHANGED,),
+    ),
     Check(
         "doubtful_call [W0242]",
-        _doubtful_call,
+        lambda run: map(Finding.of, doubtful_call(run.run)),
         ("begun",),
         severity=NOTE,
         said=False,
         noted="call",
         limits=(IMPROBABLE,),
     ),
-    Check("unresolved_damping [W0243]", _unresolved_damping, ("explicit", ESTIMATED), alike=True, limits=(STEEP_PART,)),
-    Check("unresolved_states [W0244]", _unresolved_states, ("explicit", ESTIMATED), alike=True),
+    Check("unresolved_damping [W0243]", _fast_damping, ("explicit", ESTIMATED), alike=True, limits=(STEEP_PART,)),
+    Check(
+        "unresolved_states [W0244]",
+        lambda run: _too_fast(run, run.fastest.states, "internal states decay"),
+        ("explicit", ESTIMATED),
+        alike=True,
+    ),
     Check(
         "passed_growth [W0266]",
         _passed_growth,

@@ -7,23 +7,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
 from eomgen.compiled.rest.state_warnings import Rest, SceneMeasures, StateWarning
-from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.numeric import rotated
-from eomgen.system.description import WORLD, Wheel
+from eomgen.products.doubts.places import BACK, height_over_road, shortest
+from eomgen.system.description import WORLD
 
 PASSED = Limit(0.05, "1", "distance of the ends of a spring in parts of the distance at start and rest", "a choice")
 LONGER = Limit(1.1, "1", "displacement in parts of the size of the scene", "a choice")
-#: Signs that make the inverse of a quaternion.
-_BACK = np.array([1.0, -1.0, -1.0, -1.0])
-_LISTED = 4
 COARSE = Limit(0.01, "1", "estimated error of displacements of a beam in parts", "the error at which hints aim")
 
 
@@ -41,24 +36,18 @@ def _positions(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]
 def _springs(rest: Rest) -> list[str]:
     """Return a note on springs inside out and one on springs whose ends have moved farther than their distance at the
     start; empty without such springs."""
-    measures, poses = rest.measures, rest.poses
-    springs = measures.model.description.drawing.lines
-    if not springs:
-        return []
-    points = _positions(measures, poses)
-    ends = [[points[name] for name in (spring.first, spring.second)] for spring in springs]
-    turns = np.array([[poses[body][0] * _BACK for body, _ in pair] for pair in ends])
-    vectors = np.array([end - start for (_, start), (_, end) in ends])
-    in_bodies = rotated(turns, vectors[:, np.newaxis])  # (springs, 2, rows, 3)
-    apart = np.linalg.norm(in_bodies[:, 0, 0], axis=-1)
-    travel = np.min(np.linalg.norm(in_bodies[:, :, -1] - in_bodies[:, :, 0], axis=-1), axis=1)
-    turned = np.all(_passed_one_another(in_bodies), axis=1)
-    passed = [spring.name for spring, inside_out in zip(springs, turned, strict=True) if inside_out]
-    moved = [
-        f"{spring.name} ({far:.4g} m, {near:.4g} m apart)"
-        for spring, inside_out, far, near in zip(springs, turned, travel.tolist(), apart.tolist(), strict=True)
-        if far > near > 0.0 and not inside_out
-    ]
+    points, passed, moved = _positions(rest.measures, rest.poses), [], []
+    for spring in rest.measures.model.description.drawing.lines:
+        (one, start), (other, end) = points[spring.first], points[spring.second]
+        seen = np.array([rotated(rest.poses[body][0] * BACK, end - start) for body in (one, other)])  # in both bodies
+        first, last = seen[:, 0], seen[:, -1]
+        travel = float(np.min(np.linalg.norm(last - first, axis=-1)))
+        before, now = np.linalg.norm(first, axis=-1), np.linalg.norm(last, axis=-1)
+        near = np.min(shortest(seen), axis=-1) < PASSED * np.minimum(before, now)
+        if np.all(near & (np.sum(first * last, axis=-1) < 0.0)):
+            passed.append(spring.name)
+        elif travel > before[0] > 0.0:
+            moved.append(f"{spring.name} ({travel:.4g} m, {before[0]:.4g} m apart)")
     notes = []
     if passed:
         notes.append(
@@ -74,20 +63,7 @@ def _springs(rest: Rest) -> list[str]:
 
 
 def _few(items: Sequence[str]) -> str:
-    return ", ".join(items[:_LISTED]) + (f" and {len(items) - _LISTED} more" if len(items) > _LISTED else "")
-
-
-def _passed_one_another(vectors: Array) -> NDArray[np.bool_]:
-    """Return, (...), whether springs have turned round along a path by way of next to no length; ``vectors`` (...,
-    rows, 3) lead from end to end."""
-    before, way = vectors[..., :-1, :], np.diff(vectors, axis=-2)
-    square = np.sum(way * way, axis=-1)
-    share = np.clip(-np.sum(before * way, axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    shortest = np.min(np.linalg.norm(before + share[..., np.newaxis] * way, axis=-1), axis=-1)
-    first, last = vectors[..., 0, :], vectors[..., -1, :]
-    ends = np.minimum(np.linalg.norm(first, axis=-1), np.linalg.norm(last, axis=-1))
-    turned: NDArray[np.bool_] = (np.sum(first * last, axis=-1) < 0.0) & (shortest < PASSED * ends)
-    return turned
+    return ", ".join(items[:4]) + (f" and {len(items) - 4} more" if len(items) > 4 else "")
 
 
 def _tyres(rest: Rest) -> list[str]:
@@ -106,27 +82,15 @@ def _tyres(rest: Rest) -> list[str]:
     for tyre in tyres:
         center = points[tyre.center][1]
         try:
-            before, after = (_clearance(measures, tyre, center[row], inputs) for row in (0, -1))
+            before, after = (
+                height_over_road(tyre, center[row], measures.t, measures.values, inputs) for row in (0, -1)
+            )
         except ArithmeticError:  # a road given by a curve has no value but in the compiled model
             continue
         if before > 0.0 > after:
             sunk.append(tyre.name)
     named = f"tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"
     return [f"inside out, for their centres are below the road: {named} [W0291]"] if sunk else []
-
-
-def _clearance(measures: SceneMeasures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
-    """Return the height, m, of a wheel's centre (3,) over the road. Raises ArithmeticError for a road without a value
-    there."""
-
-    def value_of(symbol: Symbol) -> float:
-        if symbol.kind == "position":
-            return float(center[symbol.index])
-        if symbol.kind == "time":
-            return measures.t
-        return inputs[symbol.name] if symbol.kind == "input" else measures.values[symbol.name]
-
-    return float(center[2]) - evaluate(tyre.road, value_of)
 
 
 def _coarse_beams(rest: Rest) -> list[str]:

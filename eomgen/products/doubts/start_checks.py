@@ -6,25 +6,25 @@ Impacts that a run starts past, or on, and their effect on the motion, in words.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import SUMMED
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
-from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import Formula, Symbol
+from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.lie import product
-from eomgen.lie.numeric import rotated
+from eomgen.products.doubts.places import height_over_road, place, poses_of
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun, RunStart
 from eomgen.simulation.judgement.starts import starts_beyond_limits
 from eomgen.simulation.stepping.run import Run
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, largest_cancellation, relative_error
-from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
@@ -40,40 +40,19 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
     t, q, p : s, (nq,), (np,)
     signals : inputs of the run; None without inputs
     """
-    drawing = model.description.drawing
+    drawing, notes = model.description.drawing, []
     if "poses" not in model.functions or not drawing.wheels:
         return []
-    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+    measures, poses = SceneMeasures(model, p, t, None), poses_of(model, t, q, p)
     inputs = {} if signals is None else dict(zip(model.inputs, signals.rows(np.array([t]))[0].tolist(), strict=False))
-    poses = poses_of(model, t, q, p)
     points = {point.name: point for point in drawing.points}
-    notes = []
     for wheel in drawing.wheels:
         point = points[wheel.center]
-
-        def value(formula: Formula, center: Array | None = None) -> float:
-            def value_of(symbol: Symbol) -> float:
-                if symbol.kind == "position" and center is not None:
-                    return float(center[symbol.index])
-                if symbol.kind == "time":
-                    return t
-                return inputs[symbol.name] if symbol.kind == "input" else values[symbol.name]
-
-            return float(evaluate(formula, value_of))
-
-        try:
-            offset = np.array([value(part) for part in point.position])
-            pose = poses[point.body]
-            center = rotated(pose[:4], offset) + pose[4:]
-            note = wheel.deep(float(center[2]), value(wheel.radius), value(wheel.road, center), value(wheel.stiffness))
-        except (ArithmeticError, KeyError):
-            continue
-        notes += [note] if note else []
-    return notes
-
-
-#: Limit of the distance of a function from its root, as a part of the coordinates, and of the rate within a step.
-_ON = 1e-12
+        center = place(poses[point.body], measures.vector(point.position))
+        with suppress(ArithmeticError, KeyError):
+            height = height_over_road(wheel, center, t, measures.values, inputs)
+            notes.append(wheel.deep(height, measures.number(wheel.radius), 0.0, measures.number(wheel.stiffness)))
+    return list(filter(None, notes))
 
 
 def impacts_at_start(run: Run, state: InitialState) -> list[str]:
@@ -89,7 +68,7 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
         return []
     u = run.signals.rows(np.array([t]))[0] if model.nu else None
     reach = reach_of(model, state.q)
-    ways = np.concatenate([np.zeros((1, model.nv)), np.diag(_ON * np.where(reach > 0.0, reach, 1.0))])
+    ways = np.concatenate([np.zeros((1, model.nv)), np.diag(SUMMED * np.where(reach > 0.0, reach, 1.0))])
     places = product.update(model.factors, np.repeat(state.q[np.newaxis], len(ways), axis=0), ways)
     with np.errstate(all="ignore"):
         functions = model.evaluate(
@@ -100,7 +79,7 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
     sentences = []
     for row, value, rate, off in zip(rows, values[0].tolist(), rates.tolist(), rounding.tolist(), strict=True):
         travel = abs(rate) * run.settings["step"]
-        near = off + _ON * travel
+        near = off + SUMMED * travel
         if row["action"] != "impact":
             continue
         name, sign = row["name"], row["sign"]
@@ -158,12 +137,8 @@ def _start_beyond_limits(run: FinishedRun) -> Iterator[Finding]:
         yield from map(Finding.of, starts_beyond_limits(run.run.model, beginning.state.q, run.run.parameters))
 
 
-def _start_on_impact(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, impacts_at_start(run.run, _beginning_of(run).state))
-
-
-def _turned_start(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, _beginning_of(run).notes)
+def _past_impacts(run: FinishedRun) -> Iterable[Finding]:
+    return map(Finding.of, impacts_at_start(run.run, _beginning_of(run).state))
 
 
 def _deep_start(run: FinishedRun) -> Iterator[Finding]:
@@ -175,29 +150,12 @@ def _deep_start(run: FinishedRun) -> Iterator[Finding]:
         )
 
 
-def _doubtful_start(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, _beginning_of(run).doubts)
-
-
 ROWS = (
     # Beyond the linear range of a beam no pivot of M says anything: the finding above names the beam.
     Check("lost_digits [W0245]", _lost_digits, ("begun", "no constraints"), unless=("linear_range",), limits=(LOST,)),
     Check("start_beyond_limits [W0246]", _start_beyond_limits, ("begun",), noted="start"),
-    Check("start_on_impact [W0247]", _start_on_impact, ("begun", "events"), noted="start"),
-    Check("turned_start [W0248]", _turned_start, ("begun",)),
+    Check("start_on_impact [W0247]", _past_impacts, ("begun", "events"), noted="start"),
+    Check("turned_start [W0248]", lambda run: map(Finding.of, _beginning_of(run).notes), ("begun",)),
     Check("deep_start [W0249]", _deep_start, ("begun", "tyres")),
-    Check("doubtful_start [W0250]", _doubtful_start, ("begun",)),
+    Check("doubtful_start [W0250]", lambda run: map(Finding.of, _beginning_of(run).doubts), ("begun",)),
 )
-
-
-#: The pose of the world.
-STILL = np.array([1.0, 0, 0, 0, 0, 0, 0])
-
-
-def poses_of(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Array]:
-    """Return quaternion and position of the bodies, the base and the world, (7,) each."""
-    poses = dict(zip(model.bodies, model.evaluate("poses", q, t=t, parameters=p)["pose"], strict=True))
-    poses[WORLD] = poses[BASE] = STILL
-    if "base" in model.functions:
-        poses[BASE] = model.base(t, parameters=p)[:7]
-    return poses

@@ -8,20 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import EomgenError
 from eomgen.products.doubts.limits import MISSED, MISSED_PART
+from eomgen.products.doubts.places import NONE, evenly, grid_of_step, sample, whole_steps
 from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import Finding
-from eomgen.simulation.accuracy.step_path import StepPath
+from eomgen.simulation.accuracy.step_path import StepPath, StepStates
 from eomgen.simulation.judgement.finished_run import FinishedRun
 
-#: Maximum number of examined steps, least and greatest first number of samples per step, and largest number for close
-#: roots.
-_STEPS, _FIRST, _FIRST_OF_FEW, _MOST = 4096, 8, 64, 1024
-#: Maximum number of samples in all steps.
-_SAMPLES = 65_536
-#: Values below this part of the function's largest in a step are rounding or touch the root.
-_TOUCHED = 1e-6
+#: Maximum number of examined steps.
+_STEPS = 4096
 
 
 def unseen_events(finished: FinishedRun) -> Finding | None:
@@ -44,9 +41,8 @@ def unseen_events(finished: FinishedRun) -> Finding | None:
         taken = sampled.steps()
         if taken is None:
             return None
-        roots = recorded
-        if taken.rows is not rows:
-            roots = _Roots(sampled.path(taken), event_indices, signs, changes, taken.breaks)
+        whole = taken.rows is rows
+        roots = recorded if whole else _Roots(sampled.path(taken), event_indices, signs, changes, taken.breaks)
         missed = roots.count_missed(seen)
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
@@ -76,19 +72,15 @@ class _Roots:
         known: Sequence[int],
         signs: NDArray[np.intp],
         changes: Array,
-        breaks: NDArray[np.intp] | None = None,
+        breaks: NDArray[np.intp] = NONE,
     ) -> None:
         """Choose the steps in which roots of events are searched for, and the share of the run that these steps stand
         for."""
         self._path, self._known, self._signs = path, list(known), signs
         t = path.states.t
-        near = 1e-9 * float(t[-1] - t[0])
-        begins, ends = np.searchsorted(np.sort(changes), [t[:-1] - near, t[1:] + near])
-        steps = np.flatnonzero(np.diff(t) > near)
-        covered = steps if breaks is None else np.setdiff1d(steps, breaks)
-        whole = covered[begins[covered] == ends[covered]]
-        self._steps = whole[np.unique(np.linspace(0, len(whole) - 1, min(len(whole), _STEPS)).astype(int))]
-        self._sampled = len(self._steps) < len(steps)
+        covered, whole = whole_steps(t, changes, breaks)
+        self._steps = whole[evenly(len(whole), _STEPS)]
+        self._sampled = len(self._steps) < len(whole_steps(t, changes[:0], NONE)[0])
         span = float(np.diff(t)[covered].sum())
         self._share = len(whole) / max(len(self._steps), 1) * (float(t[-1] - t[0]) / span if span else 1.0)
         if len(whole) < len(covered):  # the events in these steps are counted, the steps are not
@@ -99,11 +91,11 @@ class _Roots:
         if not len(self._steps):
             return np.zeros(len(seen))
         steps, share = self._steps, self._share
-        count = min(_FIRST_OF_FEW, _STEPS * _FIRST // len(steps))
+        count = min(64, 8 * _STEPS // len(steps))
         result = share * self._roots(steps, count)
-        while np.any(self._beyond(result, seen) > 0.0) and count < _MOST:
+        while np.any(self._beyond(result, seen) > 0.0) and count < 1024:
             count *= 4
-            part = steps[np.unique(np.linspace(0, len(steps) - 1, max(1, _SAMPLES // count)).astype(int))]
+            part = steps[evenly(len(steps), 65_536 // count)]
             share *= len(steps) / len(part)
             steps, before = part, result
             result = share * self._roots(steps, count)
@@ -119,13 +111,9 @@ class _Roots:
     def _roots(self, steps: NDArray[np.intp], count: int) -> Array:
         """Return the number of roots of each event within steps (m,), (events,), by signs at ``count`` places in each
         step, which are not evenly spread, and at both ends."""
-        places = (np.arange(count) + np.modf(0.6180339887 * np.arange(1, count + 1))[0]) / count
-        grid = np.concatenate([[0.0], places, [1.0]])
-        t = self._path.states.t
-        times = (t[steps][:, np.newaxis] + (t[steps + 1] - t[steps])[:, np.newaxis] * grid).ravel()
-        values = self._values(times, np.repeat(steps, len(grid)))
-        values = values.reshape(len(steps), len(grid), len(self._known))
-        touched = _TOUCHED * np.abs(np.nan_to_num(values)).max(axis=1, keepdims=True)
+        grid = grid_of_step(count)
+        values = self._values(sample(self._path, steps, grid)).reshape(len(steps), len(grid), len(self._known))
+        touched = WRITTEN * np.abs(np.nan_to_num(values)).max(axis=1, keepdims=True)
         result = np.zeros(len(self._known))
         for event in range(len(self._known)):
             event_values = values[:, :, event]
@@ -140,14 +128,13 @@ class _Roots:
             result[event] = np.count_nonzero(passed)
         return result
 
-    def _values(self, times: Array, steps: NDArray[np.intp]) -> Array:
-        """Return the functions of the known events at times (m,) within steps (m,), (m, events)."""
+    def _values(self, there: StepStates) -> Array:
+        """Return the functions of the known events at states within steps, (m, events)."""
         path, model = self._path, self._path.run.model
-        there = path.at(times, steps)
         q, v, z = there.states
-        held = {"multipliers": np.zeros((len(times), len(model.multipliers)))} if model.multipliers else {}
+        held = {"multipliers": np.zeros((len(q), len(model.multipliers)))} if model.multipliers else {}
         with np.errstate(all="ignore"):
             u = there.u if model.nu else None
-            functions = model.evaluate("events", q, v, path.states.a[steps], times, u, z=z, parameters=there.p, **held)
-        values: Array = np.asarray(functions["event"])[:, self._known]
-        return values
+            a = path.states.a[there.steps]
+            functions = model.evaluate("events", q, v, a, there.t, u, z=z, parameters=there.p, **held)
+        return np.asarray(functions["event"])[:, self._known]

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
@@ -26,6 +27,7 @@ from eomgen.formula.features import Feature, features
 from eomgen.formula.nodes import Formula, Symbol, infix
 from eomgen.lie import product
 from eomgen.products.doubts.limits import ALIASED, ALIASED_PART, DEFECT, DEFECT_WITHIN, UNDERSTATED
+from eomgen.products.doubts.places import NONE, evenly, grid_of_step, sample, whole_steps
 from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Span, comparison_run
@@ -34,45 +36,19 @@ from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates
 from eomgen.simulation.judgement.finished_run import FinishedRun, UnseenLaw, laws_between_steps
 from eomgen.simulation.stepping.run import Run
 
-#: Maximum number of sampled steps, maximum number of samples in total, and least and greatest number per step.
-_STEPS, _SAMPLES, _LEAST, _MOST = 4096, 32768, 8, 64
-_State = tuple[Array, Array, Array]
-#: Number of rows between two rows of an adaptive method at most.
-_MOST_ROWS = 20_000
-#: Factor by which the number of samples is reduced if laws can be evaluated only through the equations of motion.
-_COSTLY = 4
+#: Maximum number of sampled steps, and of steps with evaluated defects.
+_STEPS, _MOST_STEPS = 4096, 128
 #: Least deviation of a formula from its chord over a step, relative to its range over the run, of examined steps.
 _BENT = 0.1
-#: Maximum number of steps with evaluated defects, intervals per step, and features located per step.
-_MOST_STEPS, _INTERVALS, _MET = 128, 24, 8
-#: Number of mesh halvings towards a feature, to resolve narrow features.
-_HALVINGS = 24
-#: Number of successive steps whose defects are summed for aliased laws.
-_SUCCESSIVE = 256
+#: Features located per step.
+_MET = 8
 #: Fraction of the path still ahead, above which a velocity that has dropped is the scale of later defects.
 _REMAINING_PATH = 0.1
-#: Ranges below this fraction of the largest value are rounding errors.
-_ROUNDING = 1e-6
-#: For the damping of defects by stiff motion: number of steps with Jacobians, states per step, difference step.
-_PARTIALS, _STATES, _DIFFERENCE = 32, 8, 1e-6
 #: Recommended number of steps over the width of the unresolved part of a law.
 _RESOLVED = 8.0
-#: Refinement of the rows for a second examination of adaptive methods after a first finding: some steps of these
-#: methods are shorter than the average.
-_REFINEMENTS = (8.0,)
-#: Maximum number of intervals between rows of an adaptive method that are examined at its own steps.
-_WINDOWS = 16
-#: Number of rows after a step in which a level is checked to hold the motion.
-_HELD = 4096
-#: Part of the change within a step over which a rate jumps: nodes lie so close at comparisons.
-_AT_ONCE = 1e-4
-#: Least rate at which a level attracts the motion that chatters about it, in 1/steps.
-_STIFF = 0.5
-_NONE: NDArray[np.intp] = np.empty(0, dtype=np.intp)
-#: Maximum length of a formula in a message, in characters.
-_LETTERS = 70
-#: Maximum number of velocities of a model of which the velocity of a point is examined.
-_VELOCITIES = 12
+#: States per step at which Jacobians are evaluated.
+_STATES = 8
+_State = tuple[Array, Array, Array]
 
 
 class _Nodes(NamedTuple):
@@ -143,7 +119,8 @@ def unseen_law(finished: FinishedRun) -> UnseenLaw | None:
         recorded = examination(sampled.recorded_path)
         if not recorded.looked_at:
             return None
-        for finer in (1.0, *_REFINEMENTS) if run.method.chooses_steps else (1.0,):
+        # some steps of methods that choose them are shorter than the average
+        for finer in (1.0, 8.0) if run.method.chooses_steps else (1.0,):
             taken = sampled.steps(finer)
             if taken is None:
                 return None
@@ -178,7 +155,7 @@ def _unresolved_law(
     examination : makes the examination of a path whose steps ``breaks`` are left out
     """
     run, path, left_out, result = sampled.run, sampled.path(taken), taken.breaks, first
-    for _ in range(_WINDOWS):
+    for _ in range(16):  # intervals between rows
         step = int(np.searchsorted(taken.rows[:, 0], result.finding.time)) - 1
         closer = None if result.holds else _rows_within(sampled, taken, step, result.step)
         if closer is None or _another_way(run, taken.rows[step : step + 2], closer.rows):
@@ -238,7 +215,7 @@ class _Examination:
         path: StepPath,
         finished: FinishedRun,
         laws: Sequence[Formula],
-        breaks: NDArray[np.intp] = _NONE,
+        breaks: NDArray[np.intp] = NONE,
     ) -> None:
         """Collect the laws, known times and sizes by which steps are examined."""
         self._path, self._model, self._finished = path, path.run.model, finished
@@ -253,8 +230,7 @@ class _Examination:
         near = 1e-9 * (self._t[-1] - self._t[0])
         split = np.searchsorted(ends, self._t[:-1] + near) < np.searchsorted(ends, self._t[1:] - near)
         self._split: NDArray[np.bool_] = np.asarray(split)
-        begins, last = np.searchsorted(np.sort(changes), [self._t[:-1] - near, self._t[1:] + near])
-        self._whole = np.setdiff1d(np.flatnonzero((np.diff(self._t) > near) & (begins == last)), breaks)
+        _, self._whole = whole_steps(self._t, changes, breaks)
         size = motion_size(self._model, path.rows, {}, work=at_work(path.run, path.rows, path.parameters)).sizes
         sampled = np.array([state.sampling is not None for state in self._model.description.states], dtype=bool)
         self._sizes = np.concatenate([size["v"], np.where(sampled, np.inf, size["z"])])
@@ -278,20 +254,18 @@ class _Examination:
         steps = self._whole
         if len(steps) <= _STEPS:
             return steps
-        spread = steps[np.unique(np.linspace(0, len(steps) - 1, _STEPS).astype(int))]
-        return np.union1d(spread, steps[self._met_steps[steps]][:_STEPS])
+        return np.union1d(steps[evenly(len(steps), _STEPS)], steps[self._met_steps[steps]][:_STEPS])
 
     @cached_property
     def _grid(self) -> Array:
-        """Samples of each step, from 0 to 1, both ends included."""
-        most = _SAMPLES // (_COSTLY if self._opaque else 1)
-        count = int(np.clip(most // max(len(self._steps), 1), _LEAST, _MOST))
-        places = (np.arange(count) + np.modf(0.6180339887 * np.arange(1, count + 1))[0]) / count
-        return np.concatenate([[0.0], places, [1.0]])
+        """Samples of each step, from 0 to 1, both ends included; fewer if laws can be evaluated only through the
+        equations of motion."""
+        most = 8192 if self._opaque else 32768
+        return grid_of_step(int(np.clip(most // max(len(self._steps), 1), 8, 64)))
 
     @cached_property
     def _samples(self) -> StepStates:
-        return self._sample(self._steps, self._grid[1:-1])
+        return sample(self._path, self._steps, self._grid[1:-1])
 
     @cached_property
     def _arguments(self) -> list[Array]:
@@ -311,7 +285,7 @@ class _Examination:
         for inside, at_ends in self._laws(self._samples, self._path.at_rows):
             values = np.nan_to_num(self._with_ends(inside, at_ends, steps), posinf=0.0, neginf=0.0)
             span = float(np.ptp(values))
-            if span > _ROUNDING * float(np.abs(values).max()):
+            if span > WRITTEN * float(np.abs(values).max()):
                 line = values[:, :1] + self._grid * (values[:, -1:] - values[:, :1])
                 off = np.abs(values - line).max(axis=1) / span
                 bent = np.maximum(bent, off)
@@ -337,8 +311,8 @@ class _Examination:
             # comparison runs are aliased as well, so that the stated error leaves these forces out; sums of successive
             # steps only: phases change from step to step
             error = self._finished.error
-            self._least = min(DEFECT, max(UNDERSTATED * error.relative if error.available else DEFECT, _ROUNDING))
-            law = self._judge(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
+            self._least = min(DEFECT, max(UNDERSTATED * error.relative if error.available else DEFECT, WRITTEN))
+            law = self._judge(np.arange(min(len(self._steps), 256)), 1.0)
         return law
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
@@ -349,11 +323,6 @@ class _Examination:
         if self._opaque:
             yield from zip(self._path.rates(blocks).T, self._path.rates(ends).T, strict=True)
 
-    def _sample(self, steps: NDArray[np.intp], places: Array) -> StepStates:
-        h = self._t[steps + 1] - self._t[steps]
-        times = (self._t[steps][:, np.newaxis] + h[:, np.newaxis] * places).ravel()
-        return self._path.at(times, np.repeat(steps, len(places)))
-
     @staticmethod
     def _with_ends(inside: Array, at_ends: Array, steps: NDArray[np.intp]) -> Array:
         """Return values within steps with the values at the ends, (steps, samples + 2)."""
@@ -362,9 +331,9 @@ class _Examination:
     def _meshes(self, steps: NDArray[np.intp], grid: Array, arguments: Sequence[Array]) -> list[Array]:
         """Return a mesh in [0, 1] for each of the steps (m,), refined towards features, which ``arguments``, values at
         the places ``grid`` (m, samples + 2) of each feature, pass."""
-        even = np.linspace(0.0, 1.0, _INTERVALS + 1)
+        even = np.linspace(0.0, 1.0, 25)
         result = [[even, self._inside(int(step))] for step in steps]
-        closer = np.ldexp(1.0 / len(grid), -np.arange(_HALVINGS))
+        closer = np.ldexp(1.0 / len(grid), -np.arange(24))  # for narrow features
         for feature, table in zip(self._features, arguments, strict=True):
             places, numbers = self._crossings(feature, table, grid, steps)
             for crossing, number in zip(places, numbers, strict=True):
@@ -391,9 +360,9 @@ class _Examination:
         sides = feature.sides(table)
         numbers, samples = np.nonzero(sides[:, 1:] != sides[:, :-1])
         crossings = []
-        for row, sample in zip(numbers.tolist(), samples.tolist(), strict=True):
-            ends = sorted((float(table[row, sample]), float(table[row, sample + 1])))
-            crossings += [(row, sample, float(level)) for level in feature.between(ends[0], ends[1], _MET)]
+        for row, place in zip(numbers.tolist(), samples.tolist(), strict=True):
+            ends = sorted((float(table[row, place]), float(table[row, place + 1])))
+            crossings += [(row, place, float(level)) for level in feature.between(ends[0], ends[1], _MET)]
         crossings = crossings[: _MET * len(steps)]
         if not crossings:
             return np.zeros(0), np.zeros(0, dtype=np.intp)
@@ -502,7 +471,7 @@ class _Examination:
                 time = float(nodes.blocks.t[part][back[0]])
                 duration = float(np.ptp(there[back]) / np.abs(rates[back]).max())
                 before = float(inside[part, column][back[0] - 1]) if back[0] else float(low)
-                jumps = abs(level - before) < _AT_ONCE * abs(float(high - low))
+                jumps = abs(level - before) < 1e-4 * abs(float(high - low))  # nodes lie so close at comparisons
                 levels.append(_HeldComponent(index, column, level, time, beyond, duration, jumps))
         return levels
 
@@ -521,7 +490,7 @@ class _Examination:
             low = np.minimum.reduce([*ends, np.minimum.reduceat(inside[:, column], begins)]) - reach[:, column]
             high = np.maximum.reduce([*ends, np.maximum.reduceat(inside[:, column], begins)]) + reach[:, column]
             below, above = (self._rates_at(steps, column, value)[:, column] for value in (low, high))
-            led = (below > 0.0) & (above < 0.0) & ((below - above) * h > _STIFF * (high - low))
+            led = (below > 0.0) & (above < 0.0) & ((below - above) * h > 0.5 * (high - low))
             yield column, led & (high - low <= DEFECT_WITHIN * self._sizes[column])  # else the chatter is the error
 
     @cached_property
@@ -545,7 +514,7 @@ class _Examination:
         low : value at the beginning of the step, from which the rates lead to the level
         """
         way = 1.0 if level > low else -1.0
-        rows = np.arange(step, min(step + _HELD, len(self._t) - 1) + 1)
+        rows = np.arange(step, min(step + _STEPS, len(self._t) - 1) + 1)
         values = way * self._columns(self._path.at_rows)[rows, column]
         ahead = np.flatnonzero(way * self._rates_at(rows[1:])[:, column] > 0.0)
         if not len(ahead):
@@ -601,8 +570,8 @@ class _Examination:
         steps, but for the first Jacobian.
         """
         nv, nz = self._model.nv, self._model.nz
-        count = int(np.clip((len(self._t) - 1) // (3 * _STATES), 1, _PARTIALS))
-        chosen = np.unique(np.linspace(0, len(defects.steps) - 1, count).astype(int))
+        count = int(np.clip((len(self._t) - 1) // (3 * _STATES), 1, 32))
+        chosen = evenly(len(defects.steps), count)
         partials = self._partials(defects.steps[chosen])
         size = 2 * nv + nz
         error, sums, within = np.zeros(size), [], []
@@ -624,10 +593,10 @@ class _Examination:
         nv, nz = self._model.nv, self._model.nz
         places = (np.arange(_STATES) + 0.5) / _STATES
         around = np.clip(steps[:, np.newaxis] + np.arange(-1, 2), 0, len(self._t) - 2).ravel()
-        blocks = self._sample(around, places)
+        blocks = sample(self._path, around, places)
         moves = []
         for part, width in enumerate((nv, nv, nz)):
-            for k, size in enumerate(_DIFFERENCE * self._scales[part]):
+            for k, size in enumerate(1e-6 * self._scales[part]):
                 way = np.zeros((len(blocks.t), width))
                 way[:, k] = size
                 moves.append((self._shift(blocks, part, way), self._shift(blocks, part, -way), 2.0 * size))
@@ -640,16 +609,14 @@ class _Examination:
 
     @cached_property
     def _scales(self) -> tuple[Array, Array, Array]:
-        """Scales of increments and velocities, (nv,) each, the largest values of the same unit, and of internal states.
+        """Scales of increments, the largest coordinates of the same unit, of velocities, (nv,) each, and of z.
 
         Scales are over all rows. Angles count at least 1 rad, velocities at least the coordinates per duration of the
         run. Internal states (nz,) have a scale each by itself. Scales of zero become 1.
         """
         model, states = self._model, self._path.states
-        reach, fastest = reach_of(model, states.q), np.abs(states.v).max(axis=0, initial=0.0)
-        units = np.array(model.v_units)
-        fastest = np.array([fastest[units == unit].max() for unit in units])
-        fastest = np.maximum(fastest, reach / float(np.ptp(self._t)))
+        reach = reach_of(model, states.q)
+        fastest = np.maximum(np.abs(states.v).max(axis=0, initial=0.0), reach / float(np.ptp(self._t)))
         scales = reach, fastest, np.abs(states.z).max(axis=0, initial=0.0)
         increment_scale, velocity_scale, state_scale = (np.where(scale > 0.0, scale, 1.0) for scale in scales)
         return increment_scale, velocity_scale, state_scale
@@ -748,7 +715,7 @@ def _columns_of(path: StepPath, symbol: Symbol) -> Iterable[int]:
     nv = path.run.model.nv
     if symbol in path.points:
         kind = symbol.name if symbol.kind == "local" else symbol.kind
-        return range(nv) if "velocity" in kind and nv <= _VELOCITIES else ()
+        return range(nv) if "velocity" in kind and nv <= 12 else ()
     letters = {"v": 0, "state": nv}
     return (letters[symbol.kind] + path.place(symbol),) if symbol.kind in letters else ()
 
@@ -788,14 +755,14 @@ def _rows_within(sampled: SampledRun, taken: StepRows, row: int, spacing: float)
         return None
     run, ends, p = sampled.run, taken.rows[row : row + 2], taken.parameters
     length = float(ends[1, 0] - ends[0, 0])
-    parts = math.ceil(min(length / spacing, _MOST_ROWS))
+    parts = math.ceil(min(length / spacing, 20_000))
     step = min(run.settings["step"], length)
     span = Span(ends, p if p.ndim == 1 else p[row : row + 2], 1, max(1, round(length / run.settings["step"])))
     piece = comparison_run(run, sampled.finished.stepper.library, span, multiple=length / parts / step, every=1)
     if piece.interrupted or piece.stopped or len(piece.rows) < 2:
         return None
     present = piece.parameters[0] if p.ndim == 1 and piece.parameters.ndim > 1 else piece.parameters
-    return StepRows(piece.rows, present, np.empty(0, dtype=np.intp))
+    return StepRows(piece.rows, present, NONE)
 
 
 def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -809,7 +776,7 @@ def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _shorten(text: str) -> str:
-    return text if len(text) <= _LETTERS else f"{text[:_LETTERS]}..."
+    return text if len(text) <= 70 else f"{text[:70]}..."
 
 
 def _in_order(edges: Array) -> Array:

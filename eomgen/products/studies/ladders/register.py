@@ -102,7 +102,6 @@ def _at_origin(subject: Subject, value: float) -> RunConditions:
         if factor.name.endswith(".position") or (subject.scene.coordinates == "absolute" and factor.q_size == 7):
             shift[factor.q_start + (4 if factor.q_size == 7 else 0)] = value
     conditions = subject.conditions(model=FACTORS, parameters={ORIGIN: value}, shift=shift)
-    assert conditions.q is not None  # for mypy: conditions() sets it
     return conditions.vary(q=conditions.q + shift)
 
 
@@ -202,15 +201,14 @@ def _decades(first: int, last: int, by: int = 1) -> tuple[float, ...]:
 
 _LENGTHS = (1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9)
 _TIMES = (1e-6, 1e-3, 1e3, 1e6, 1e8)
-_FACTORS = (1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e12)
+_FACTORS = _decades(-12, 12, 3)
 _SPINS = (0.01, 0.1, 0.5, 1.0, 2.0, 3.0, 5.0, 6.2, 6.3, 10.0, 1e3, 1e6, 1e10)
-_STARTS = (1e3, 1e6, 1e9, 1e12)
 
 LADDERS: tuple[Ladder, ...] = (
     Ladder("length", "unit of length, m", _LENGTHS, _in_units("length"), _similar(LENGTH), SAME, FEW, 1e-6),
     Ladder("mass", "unit of mass, kg", _LENGTHS, _in_units("mass"), _similar(MASS), SAME, FEW, 1e-6),
     Ladder("time", "unit of time, s", _TIMES, _in_units("time"), _similar(TIME), SAME, FEW, 1e-6),
-    Ladder("origin", "distance of the origin, m", (1e2, 1e4, 1e6, 1e8), _at_origin, _movable, SAME, FEW, 1e-4),
+    Ladder("origin", "distance of the origin, m", _decades(2, 8, 2), _at_origin, _movable, SAME, FEW, 1e-4),
     Ladder("structure", "numbers near 0, 1 and axes, by", _decades(-13, -7), _nothing, _has_data, EQUATIONS, ONE),
     Ladder("step", "step by shortest period", _decades(-8, 0), _step, _always, OTHER, ALL),
     Ladder("stiffness", "all stiffnesses, times", _FACTORS, _factor(STIFFNESS), _with(STIFFNESS)),
@@ -222,8 +220,8 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("turns", "angles, turns more", (0.4999999, 0.5, 1.0, 1e3, 1e6, 1e9), _turn_angles, _has_angles),
     Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), _right_angles, _has_angles),
     Ladder("rho_inf", "spectral radius at infinity", (0.0, 0.2, 0.5, 0.8, 0.95, 1.0), _rho, _always, OTHER, DAMPED),
-    Ladder("start", "start of the run, s", _STARTS, _late, _always),
-    Ladder("count", "steps", (1e5, 1e6, 1e7), _count, _always, OTHER, ONE),
+    Ladder("start", "start of the run, s", _decades(3, 12, 3), _late, _always),
+    Ladder("count", "steps", _decades(5, 7), _count, _always, OTHER, ONE),
     Ladder("float", "single precision, step by period", _decades(-5, -1), _single, _has_single),
 )
 BY_NAME: Mapping[str, Ladder] = {ladder.name: ladder for ladder in LADDERS}

@@ -10,10 +10,9 @@ from typing import Any
 
 from eomgen.base.csv_tables import csv_text
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure
+from eomgen.base.figures import new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
-from eomgen.errors import FileError, Problem
 from eomgen.products.studies.ladders.register import BY_NAME
 from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
 
@@ -202,9 +201,6 @@ class Extremes:
         return [made / "extremes.csv", made / "extremes.json", draw(self.scene, self.cells, made / "extremes.png")]
 
 
-_GAP = 0.45
-
-
 def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     """Draw a table of all cells, coloured by verdict, with errors, into a file; return the path. Raises FileError."""
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415  # slow to import, for drawing only
@@ -214,7 +210,7 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     places, top = [], 0.0
     for number, (ladder, _, _) in enumerate(rows):
         if number and rows[number - 1][0] != ladder:
-            top += 1.0 + _GAP
+            top += 1.45
         places.append(top)
         top += 1.0
     figure = new_figure((4.6 + 0.62 * widest, 1.5 + 0.27 * max(top, 4.0)))
@@ -241,12 +237,7 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     figure.legend(handles=handles, loc="outside lower left", ncols=4, frameon=False, fontsize=8)
     unknown = f"\nunknown: {VERDICTS[UNKNOWN]}" if UNKNOWN in count else ""
     figure.suptitle(f"{scene}: extremes; numbers are errors by the motion{unknown}", fontsize=9, x=0.02, ha="left")
-    try:
-        figure.savefig(path)
-    except OSError as error:
-        fault = f"cannot be written: {error.strerror or error} [E0143]"
-        raise FileError(Problem(str(path), fault, "a folder that may be written to")) from None
-    return path
+    return save_figure(figure, path)
 
 
 def _rows(cells: Sequence[Cell]) -> list[tuple[str, str, list[Cell]]]:

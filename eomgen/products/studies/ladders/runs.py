@@ -27,8 +27,8 @@ from eomgen.results.solution import Solution
 #: even interrupted; killed by a signal; with an error that is none of eomgen's.
 REACHED, STOPPED, REFUSED, UNFINISHED = "reached", "stopped", "refused", "unfinished"
 HANG, CRASH, RAISED = "hang", "crash", "raised"
-#: Rows of a run that are compared, seconds from the interruption of a run to its end, and seconds for compiling.
-ROWS, GRACE, COMPILING = 20, 5.0, 600.0
+#: Rows of a run that are compared, and seconds from the interruption of a run to its end.
+ROWS, GRACE = 20, 5.0
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ class RunConditions:
     model: str
     step: float
     steps: int
-    q: Array | None = None
-    v: Array | None = None
+    q: Array
+    v: Array
     z: Array | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     start: float = 0.0
@@ -103,11 +103,8 @@ def compile_stepper(model: Model, method: str) -> None:
 def run_ending(model: Model, conditions: RunConditions, method: str, **more: Any) -> RunEnding:
     """Simulate a model under the given conditions and return the end of the run; errors of eomgen count as refusals.
     `more` are further options of ``simulate``."""
-    initial = None
-    if conditions.q is not None and conditions.v is not None:
-        initial = {"q": conditions.q, "v": conditions.v}
-        if conditions.z is not None:
-            initial["z"] = conditions.z
+    initial = {"q": conditions.q, "v": conditions.v}
+    initial |= {} if conditions.z is None else {"z": conditions.z}
     options = {name: x for name, x in conditions.given.items() if name not in more}
     end = conditions.start + conditions.step * conditions.steps
     try:
@@ -175,26 +172,23 @@ class RunnerProcess:
         limit : s; then the process is interrupted, and killed if it does not answer
         """
         pipe, process = self._there()
+        began = time.perf_counter()
         try:
-            began = time.perf_counter()
             pipe.send(request)
-            if not pipe.poll(COMPILING):
-                return self._close_with(RunEnding(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
+            if not pipe.poll(600.0):
+                return self._close_with(RunEnding(HANG, "more than 600 s to compile", seconds=600.0))
             raised: RunEnding | None = pipe.recv()
             self.compiling += time.perf_counter() - began
             if raised is not None:
                 return raised
             began = time.perf_counter()
             if pipe.poll(limit):
-                answer: RunEnding = pipe.recv()
-                return replace(answer, seconds=time.perf_counter() - began)
+                return replace(pipe.recv(), seconds=time.perf_counter() - began)
             os.kill(process.pid or 0, signal.SIGINT)
-            if not pipe.poll(GRACE):
-                return self._close_with(
-                    RunEnding(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit)
-                )
-            answer = pipe.recv()
-            return self._close_with(replace(answer, seconds=time.perf_counter() - began))
+            if pipe.poll(GRACE):
+                return self._close_with(replace(pipe.recv(), seconds=time.perf_counter() - began))
+            text = f"more than {limit:g} s, and no answer to an interrupt"
+            return self._close_with(RunEnding(HANG, text, seconds=limit))
         except (EOFError, OSError):
             process.join()
             return self._close_with(RunEnding(CRASH, f"killed by signal {-(process.exitcode or 0)}"))

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from eomgen.integrators.families.register import AUTO, canonical_name
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
 from eomgen.products.studies.ladders.register import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
-from eomgen.products.studies.ladders.result import FAILS, Cell, Extremes, verdict
+from eomgen.products.studies.ladders.result import FAILS, HOLDS, Cell, Extremes, verdict
 from eomgen.products.studies.ladders.runs import (
     REACHED,
     ROWS,
@@ -36,6 +36,7 @@ from eomgen.products.studies.ladders.runs import (
     run_ending,
 )
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, StructuralZeros, Subject
+from eomgen.products.studies.work_precision.observation import angles
 
 #: Two references have to agree to this.
 AGREED = 1e-3
@@ -43,10 +44,6 @@ AGREED = 1e-3
 LIMIT, MOST_STEPS = 10.0, 400_000
 #: Ratio of errors of velocities to errors of positions, at the same step.
 VELOCITY = 3.0
-#: Roundings that are within any bound.
-_ROUNDINGS = 10.0
-#: Least change of a moving coordinate in a step of a reference, in units of rounding: each step loses half a unit.
-_STEP_ROUNDINGS = 10.0
 #: Motion below this part of the largest motion is measured by this part.
 _SMALL = 1e-3
 _DOUBLE = float(np.finfo(np.float64).eps)
@@ -82,42 +79,37 @@ def reference(
     """
     tried = []
     for name, first, second in _pairs(subject, conditions):
-        ending = ended(first, LIMIT)
-        if ending.how != REACHED or ending.arrays is None or not ending.finite:
-            tried.append(f"{name}: {ending.how}")
-            continue
-        second_ending = ended(second, LIMIT)
-        if second_ending.how != REACHED or second_ending.arrays is None or not second_ending.finite:
-            tried.append(f"{name}: {second_ending.how}")
-            continue
-        if not (
-            _resolves_motion(subject, first, ending.arrays) and _resolves_motion(subject, second, second_ending.arrays)
-        ):
-            tried.append(f"{name}: steps change the coordinates by their rounding only")
-            continue
-        apart = difference(subject, second_ending.arrays, ending.arrays, AGREED).worst
-        if apart <= AGREED:
-            return ExpectedResult(name, dict(ending.arrays), apart)
-        tried.append(f"{name}: difference {apart:.2g}")
+        runs: list[Mapping[str, Array]] = []
+        for request in (first, second):
+            ending = ended(request, LIMIT)
+            if ending.how != REACHED or ending.arrays is None or not ending.finite:
+                tried.append(f"{name}: {ending.how}")
+                break
+            if not _resolves_motion(subject, request, ending.arrays):
+                tried.append(f"{name}: steps change the coordinates by their rounding only")
+                break
+            runs.append(ending.arrays)
+        else:
+            apart = difference(subject, runs[1], runs[0], AGREED).worst
+            if apart <= AGREED:
+                return ExpectedResult(name, dict(runs[0]), apart)
+            tried.append(f"{name}: difference {apart:.2g}")
     return ExpectedResult("; ".join(tried))
 
 
 def _resolves_motion(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
     """Return whether a step at the largest speed of a run changes each moving coordinate by ten roundings of the start
     or more. Otherwise finer steps lose more of the motion: two references may agree on a standstill. Rotations and free
-    bodies are not judged. `request` has the step and the start, `arrays` are the rows of the run; true if the
-    conditions have no q."""
+    bodies are not judged. `request` has the step and the start, `arrays` are the rows of the run."""
     conditions = request.conditions
     model = subject.model(OWN)
-    if conditions.q is None:
-        return True
     speed = np.max(np.abs(arrays["v"]), axis=0)
     if conditions.sizes is not None:
         speed = speed * conditions.sizes[1]
     for factor in model.factors:
         if factor.group == "R":
             moves = conditions.step * speed[factor.v]
-            if np.any((moves > 0.0) & (moves < _STEP_ROUNDINGS * np.spacing(np.abs(conditions.q[factor.q])))):
+            if np.any((moves > 0.0) & (moves < 10.0 * np.spacing(np.abs(conditions.q[factor.q])))):
                 return False
     return True
 
@@ -140,60 +132,49 @@ def difference(
 ) -> Errors:
     """Return the errors of a run relative to another run; internal states present in both runs count like coordinates.
 
-    The measure of motion of a kind is at least a thousandth of the motion of other kinds, in radians and parts of the
-    machine's size. Ten units of rounding are within any bound: of the machine's size and of a radian, and of the
-    largest displacement in these units. Forces on displaced bodies are rounded, and so are their directions.
-
     Parameters
     ----------
-    of, held : ``t``, ``q`` and ``v`` of the rows
-    bound : of an error
-    epsilon : last place of the numbers of the run
+    of : run with the error: ``t``, ``q``, ``v`` and, if present, ``z``, with a row for each time
+    held : run that counts as correct
+    bound : error of a cell that holds; a part of this, by the rounding of the arithmetic, is no error
+    epsilon : rounding of the arithmetic
     """
     if of["q"].shape != held["q"].shape or not all(np.isfinite(array).all() for array in of.values()):
         return Errors(float("inf"), float("inf"))  # max() would drop numbers that are NaN
-    model, extent, span = subject.model(OWN), subject.extent, float(held["t"][-1] - held["t"][0])
-    scale = {"rad": 1.0, "m": extent}
-    wrong: dict[str, float] = {}
-    moved: dict[str, float] = {}
-    for kind, error, motion in _positions(model, of["q"], held["q"]):
-        wrong[kind] = max(wrong.get(kind, 0.0), error)
-        moved[kind] = max(moved.get(kind, 0.0), motion)
-    turned = max(1.0, *(motion / scale[kind] for kind, motion in moved.items() if kind in scale))
-    rounding = _ROUNDINGS * epsilon / bound
-    most = _SMALL * max((motion / scale[kind] for kind, motion in moved.items() if kind in scale), default=0.0)
-    least = {kind: max(rounding * turned, most) * size for kind, size in scale.items()}
-    sizes = {kind: max(motion, least.get(kind, 0.0)) or 1.0 for kind, motion in moved.items()}
-    position = max((error / sizes[kind] for kind, error in wrong.items()), default=0.0)
+    model, span, rounding = subject.model(OWN), float(held["t"][-1] - held["t"][0]), 10.0 * epsilon / bound
+    scale = {"rad": 1.0, "m": subject.extent}
+    position, turned = _relative(_positions(model, of["q"], held["q"]), scale, rounding, 1.0)
     if "z" in of and "z" in held:
         position = max(position, _state_error(model, of["z"], held["z"], rounding))
-
+    apart, speeds = (np.abs(v).max(axis=0, initial=0.0).tolist() for v in (of["v"] - held["v"], held["v"]))
     rates = {f"{kind}/s": size for kind, size in scale.items()}
-    velocity = _velocity_error(model, of["v"], held["v"], rates, rounding, turned / span)
+    velocity, _ = _relative(zip(model.v_units, apart, speeds, strict=True), rates, rounding, turned / span)
     result = Errors(position, velocity)
     return result if np.all(np.isfinite(result)) else Errors(float("inf"), float("inf"))
 
 
-def _velocity_error(
-    model: Model, of: Array, held: Array, rates: Mapping[str, float], rounding: float, mean_rate: float
-) -> float:
-    """Return the largest error of velocities (n, nv), each divided by the largest velocity of the same unit.
+def _relative(
+    parts: Iterable[tuple[str, float, float]], scale: Mapping[str, float], rounding: float, least: float
+) -> tuple[float, float]:
+    """Return the largest error of components, each divided by the largest motion of the same unit, and the largest
+    motion on the scales, at least ``least``.
+
+    Motion counts at least as a thousandth of the largest motion on the scales, and as ``rounding`` times the latter.
 
     Parameters
     ----------
-    rates : velocities of the size of the machine, by unit
-    rounding : part of the fastest motion within any bound
-    mean_rate : largest displacement by the time of the run, of the size of the machine
+    parts : unit, largest error and largest motion of each component
+    scale : by unit
     """
-    kinds = {kind: [k for k, unit in enumerate(model.v_units) if unit == kind] for kind in set(model.v_units)}
-    fastest = {kind: float(np.max(np.abs(held[:, columns]))) for kind, columns in kinds.items()}
-    speeds = [speed / rates[kind] for kind, speed in fastest.items() if kind in rates]
-    turning, slow = max(mean_rate, *speeds), _SMALL * max(speeds, default=0.0)
-    velocity = 0.0
-    for kind, columns in kinds.items():
-        size = max(fastest[kind], max(rounding * turning, slow) * rates.get(kind, 0.0)) or 1.0
-        velocity = max(velocity, float(np.max(np.abs(of[:, columns] - held[:, columns]))) / size)
-    return velocity
+    wrong, moved = dict[str, float](), dict[str, float]()
+    for unit, error, motion in parts:
+        wrong[unit] = max(wrong.get(unit, 0.0), error)
+        moved[unit] = max(moved.get(unit, 0.0), motion)
+    most = max((motion / scale[unit] for unit, motion in moved.items() if unit in scale), default=0.0)
+    reach = max(least, most)
+    floor = max(rounding * reach, _SMALL * most)
+    sizes = {unit: max(motion, floor * scale.get(unit, 0.0)) or 1.0 for unit, motion in moved.items()}
+    return max((error / sizes[unit] for unit, error in wrong.items()), default=0.0), reach
 
 
 def _state_error(model: Model, of: Array, held: Array, rounding: float) -> float:
@@ -220,16 +201,11 @@ def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, floa
                 motion = float(np.max(np.abs(there[:, k] - there[0, k])))
                 yield kind, float(np.max(np.abs(here[:, k] - there[:, k]))), motion
             continue
-        yield "rad", _angle(here[:, :4], there[:, :4]), _angle(there[:1, :4], there[:, :4])
+        turned = angles(here[:, :4], there[:, :4]), angles(there[:1, :4], there[:, :4])
+        yield "rad", *(float(np.max(angle)) for angle in turned)
         if factor.q_size > 4:
             apart, way = here[:, 4:] - there[:, 4:], there[:, 4:] - there[0, 4:]
             yield "m", float(np.max(np.linalg.norm(apart, axis=1))), float(np.max(np.linalg.norm(way, axis=1)))
-
-
-def _angle(first: Array, two: Array) -> float:
-    """Return the largest angle between rotations (w, x, y, z), rad."""
-    closest = np.minimum(np.linalg.norm(first - two, axis=1), np.linalg.norm(first + two, axis=1))
-    return float(np.max(4.0 * np.arcsin(np.minimum(0.5 * closest, 1.0))))
 
 
 def _pairs(subject: Subject, conditions: RunConditions) -> Iterator[tuple[str, Request, Request]]:
@@ -327,16 +303,11 @@ def extremes(
         The scene cannot be read or built.
     """
     began, budget = time.perf_counter(), number_of("budget", budget)
-    for name in ladders:
-        if name not in BY_NAME:
-            raise UsageError(
-                Problem("ladders", f"there is no ladder {shown(name)} [E1098]", nearest(name, list(BY_NAME)))
-            )
+    wanted = [_ladder_named("ladders", name) for name in ladders] or LADDERS
     for method in (*methods, *(method for _, _, method in map(_cell_of, cells) if method)):
         if method != AUTO:
             canonical_name(method)
     study = _LadderStudy(Subject(scene, reading), limit)
-    wanted = [BY_NAME[name] for name in ladders] or LADDERS
     entries = [_cell_of(text) for text in cells] or [
         (ladder, value, "") for ladder in wanted for value in ladder.values
     ]
@@ -366,15 +337,19 @@ def extremes(
 def _cell_of(text: str) -> tuple[Ladder, float, str]:
     name, _, rest = text.partition(":")
     value, _, method = rest.partition(":")
-    if name not in BY_NAME:
-        raise UsageError(
-            Problem(f"--cell {text}", f"there is no ladder {shown(name)} [E1098]", nearest(name, list(BY_NAME)))
-        )
+    ladder = _ladder_named(f"--cell {text}", name)
     try:
-        return BY_NAME[name], float(value), method
+        return ladder, float(value), method
     except ValueError:
         fault = f"{value!r} is not a value of the ladder {name} [E1099]"
-        raise UsageError(Problem(f"--cell {text}", fault, f"--cell {name}:{BY_NAME[name].values[0]:g}")) from None
+        raise UsageError(Problem(f"--cell {text}", fault, f"--cell {name}:{ladder.values[0]:g}")) from None
+
+
+def _ladder_named(where: str, name: str) -> Ladder:
+    """Return a ladder by name. Raises UsageError, which says where the name stands."""
+    if name not in BY_NAME:
+        raise UsageError(Problem(where, f"there is no ladder {shown(name)} [E1098]", nearest(name, list(BY_NAME))))
+    return BY_NAME[name]
 
 
 class _LadderStudy:
@@ -467,14 +442,12 @@ class _LadderStudy:
         structure = self.structure
         began = time.perf_counter()
         ended, excess = structure.verdict_after_change(value)
-        said = "" if excess <= 1.0 else ended.said
-        error = excess * ladder.bound if ended.how == REACHED else None
-        # other equations are not a matter of degree
-        plain = RunEnding(ended.how, ended.said if ended.how != REACHED else "")
-        result = verdict(plain, None if error is None else error if excess <= 1.0 else 1.0, ladder.bound)
+        if ended.how != REACHED:
+            error, result = None, verdict(ended, None, ladder.bound)
+        else:  # other equations are not a matter of degree
+            error, result = excess * ladder.bound, HOLDS if excess <= 1.0 else FAILS
         took = time.perf_counter() - began
-        said = said or plain.said
-        return Cell(ladder.name, value, method, result, error, None, ladder.bound, said, ladder.against, took)
+        return Cell(ladder.name, value, method, result, error, None, ladder.bound, ended.said, ladder.against, took)
 
     def _reference(self, ladder: Ladder, conditions: RunConditions, method: str) -> ExpectedResult:
         if ladder.against == SAME:

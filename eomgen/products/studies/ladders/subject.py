@@ -18,7 +18,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
-from eomgen.integrators.families.register import BUILT_IN, check_needs, families_of_others, method_named
+from eomgen.integrators.families.register import AUTO
 from eomgen.lie.product import update
 from eomgen.pipeline import documents, pipeline
 from eomgen.pipeline.model import Model
@@ -37,11 +37,13 @@ from eomgen.products.studies.ladders.scaling import (
     used_factors,
     with_factors,
 )
-from eomgen.products.studies.method_facts import FineBy, Ladders, facts_of
+from eomgen.products.studies.method_facts import FineBy, Ladders, MethodFacts
+from eomgen.products.studies.work_precision.axes import candidates, reason
+from eomgen.products.studies.work_precision.observation import extent_of
 from eomgen.scene.load import data_of, from_data
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.system.system import Facts, System
+from eomgen.system.system import System
 
 #: Models of a subject: unchanged, with tunable factors, in single precision.
 OWN, FACTORS, SINGLE = "own", "factors", "single"
@@ -125,7 +127,7 @@ class Subject:
         try:
             self.model(which)
         except EomgenError as error:
-            self.why_not[which] = "; ".join(problem.what for problem in error.problems) or str(error)
+            self.why_not[which] = reason(error)
             return False
         return True
 
@@ -157,12 +159,11 @@ class Subject:
         """Return the text `faulty` if accelerations and rates under conditions, times `scale`, differ from the scene's.
         The scene's rates are at the state `motion` (q, v, z), to 1e-6 and `least`. Empty if they agree; the reason if
         rates cannot be computed."""
-        assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         try:
             expected = _rates(self.model(OWN), *motion, {})
             rates = _rates(self.model(FACTORS), conditions.q, conditions.v, conditions.z, conditions.parameters)
         except EomgenError as error:
-            return "; ".join(problem.what for problem in error.problems)
+            return reason(error)
         same = np.abs(rates * scale - expected) <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + least
         return "" if np.all(same) else faulty
 
@@ -172,22 +173,16 @@ class Subject:
 
     def runs(self, method: str) -> bool:
         """Return whether the scene has the properties that a method, given by name, needs."""
-        facts = Facts(**{name: bool(x) for name, x in self.model(OWN).library.layout["facts"].items()})
-        try:
-            check_needs(method_named(method), facts)
-        except EomgenError:
-            return False
-        return True
+        return bool(method != AUTO and candidates(OWN, self.model(OWN), [method], {}))
 
     def methods(self, *, ladders: Ladders | None = None, fine_by: FineBy = "") -> list[str]:
         """Return the names of methods for a kind of `ladders`, or for references of the kind `fine_by`, that can step
         the scene. Methods that only help with constraints or rotations are left out for scenes without these."""
-        has = {"constraints": self.has_constraints, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
-        rows = (row for family in (*BUILT_IN, *families_of_others()) for row in family.names())
-        able = (row for row in rows if all(has[fact] for fact in row.differs))
-        facts = ((row.name, facts_of(row.name)) for row in able)
-        of_kind = (name for name, fact in facts if (fact.fine_by == fine_by if fine_by else ladders in fact.ladders))
-        return [name for name in of_kind if self.runs(name)]
+
+        def chosen(facts: MethodFacts) -> bool:
+            return facts.fine_by == fine_by if fine_by else ladders in facts.ladders
+
+        return [candidate.row.name for candidate in candidates(OWN, self.model(OWN), (), {}, chosen)]
 
     @cached_property
     def start(self) -> tuple[Array, Array]:
@@ -201,14 +196,8 @@ class Subject:
 
     @cached_property
     def extent(self) -> float:
-        """Largest distance between bodies, or between a body and the base, at the start, m; 1 if all distances are
-        zero."""
-        model = self.model(OWN)
-        if "poses" not in model.terms or not model.bodies:
-            return 1.0
-        places = [np.zeros(3), *(np.asarray(model.pose(body, self.start[0]))[4:] for body in model.bodies)]
-        extent = float(np.max(np.ptp(np.stack(places), axis=0)))
-        return extent if 0.0 < extent < np.inf else 1.0
+        """Length of the scene at the start, m."""
+        return extent_of(self.model(OWN), self.start[0])
 
     @cached_property
     def rate(self) -> float:
@@ -253,7 +242,6 @@ class Subject:
         q_sizes, v_sizes = (
             np.array([units.size(unit) for unit in labels]) for labels in (model.q_units, model.v_units)
         )
-        assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         return conditions.vary(
             model=FACTORS,
             step=conditions.step * units.time,
@@ -273,9 +261,8 @@ def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mappin
         accelerations = np.asarray(model.constrained_dynamics(q, v, z=z, parameters=values)[0])
     else:
         accelerations = np.asarray(model.forward_dynamics(q, v, z=z, parameters=values))
-    if not model.nz:
-        return accelerations
-    return np.concatenate([accelerations, np.asarray(model.internal_rates(q, v, z, parameters=values))])
+    rates = model.internal_rates(q, v, z, parameters=values) if model.nz else []
+    return np.concatenate([accelerations, rates])
 
 
 def _data_of(scene: Any, reading: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, Path]:
@@ -292,8 +279,6 @@ def _data_of(scene: Any, reading: Mapping[str, Any]) -> tuple[Mapping[str, Any] 
 #: Keys whose numbers are geometry: directions, and places.
 _AXES, _PLACES = ("axis", "second_axis", "x_axis", "z_axis"), ("position", "center_of_mass")
 _TERMS = ("mass", "coupling", "force", "inverse_dynamics", "constraint", "constraint_jacobian", "poses")
-#: Tolerated ratio of the change of the equations to the change of the numbers, relative to changes far from structure.
-_SAFETY, _ROUNDING, _NEARBY, _STEP = 100.0, 1e-13, 1e-3, 1e-6
 
 
 class StructuralZeros:
@@ -305,12 +290,12 @@ class StructuralZeros:
         self.values = self._values_after_change(0.0)
         self.condition = {name: max(_largest(block), 0.01) for name, block in self.values.items()}
         try:
-            far, further = self._values_after_change(_NEARBY), self._values_after_change(_NEARBY + _STEP)
+            far, further = self._values_after_change(1e-3), self._values_after_change(1e-3 + 1e-6)
         except EomgenError:  # loops that close with these numbers alone
             return
         for name, least in self.condition.items():
             if name in far and name in further and far[name].shape == further[name].shape:
-                self.condition[name] = max(_largest(further[name] - far[name]) / _STEP, least)
+                self.condition[name] = max(_largest(further[name] - far[name]) / 1e-6, least)
 
     def verdict_after_change(self, amount: float) -> tuple[RunEnding, float]:
         """Return the end of the derivation with numbers changed at random by an amount, and the ratio of the effect to
@@ -325,7 +310,7 @@ class StructuralZeros:
             if block not in values or values[block].shape != self.values[block].shape:
                 continue
             change = _largest(values[block] - self.values[block])
-            excess = change / (_SAFETY * (amount + _ROUNDING) * condition)
+            excess = change / (100.0 * (amount + 1e-13) * condition)  # rounding, with a safety factor
             worst, name = max((worst, name), (excess, block))
         return RunEnding(REACHED, f"{name} changes most" if worst > 1.0 else ""), worst
 

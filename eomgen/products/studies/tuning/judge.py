@@ -10,7 +10,6 @@ Candidates that served under the scene's own conditions are tried first under ot
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -23,7 +22,7 @@ from eomgen.formula.prescribed_motion import constant
 from eomgen.lie.product import difference, update
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
-from eomgen.products.studies.work_precision.observation import ErrorSize, Observation, errors
+from eomgen.products.studies.work_precision.observation import ErrorSize, Observation, error_in, errors
 from eomgen.products.studies.work_precision.reference import (
     LARGEST_UNCERTAINTY,
     MOST_STEPS,
@@ -31,7 +30,9 @@ from eomgen.products.studies.work_precision.reference import (
     RunReference,
     check_moves,
     hold,
+    no_reference,
     rank,
+    refine,
     took_longer,
 )
 from eomgen.products.studies.work_precision.running import REACHED, ComparedRun, Runner
@@ -48,17 +49,13 @@ class Demand:
 
     def of(self, sizes: Mapping[str, ErrorSize]) -> float:
         """Return the error that counts; infinite if unknown or not finite."""
-        size = sizes.get(self.quantity)
-        value = float("inf") if size is None else float(getattr(size, self.measure))
-        return value if value < float("inf") else float("inf")
+        return error_in(sizes, self.quantity, self.measure)
 
 
 #: Relative changes of conditions: initial positions by this part of each coordinate's motion in the run, velocities by
-#: this part of the largest velocity, parameters and inputs by this part of the value.
-POSITIONS, VELOCITIES, PARAMETERS, INPUTS = 0.05, 0.05, 0.03, 0.03
-#: Prescribed laws of time begin at another moment: later by this part of the run.
-LATER = 0.03
-_SEED = 20240607
+#: this part of the largest velocity; parameters and inputs by this part of the value, and prescribed laws of time begin
+#: later by this part of the run.
+MOVED, CHANGED = 0.05, 0.03
 
 
 @dataclass(frozen=True)
@@ -90,7 +87,7 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
     ----------
     motion : of the scene's formulation under unchanged conditions
     """
-    rng = np.random.default_rng(_SEED)
+    rng = np.random.default_rng(20240607)
     model = runner.model(runner.formulations.own)
     first = np.broadcast_to(motion.q[0], motion.q.shape)
     moves = np.abs(difference(model.factors, first, motion.q)).max(axis=0)
@@ -99,18 +96,18 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
     number = 0
     while True:
         number += 1
-        q = update(model.factors, motion.q[0], POSITIONS * moves * rng.choice([-1.0, 1.0], model.nv))
-        v = motion.v[0] + VELOCITIES * speeds * rng.choice([-1.0, 1.0], model.nv)
+        q = update(model.factors, motion.q[0], MOVED * moves * rng.choice([-1.0, 1.0], model.nv))
+        v = motion.v[0] + MOVED * speeds * rng.choice([-1.0, 1.0], model.nv)
         arguments: dict[str, Any] = {"initial": {"q": q, "v": v}}
-        words = [f"positions by {100 * POSITIONS:g} % of their motion, velocities by {100 * VELOCITIES:g} %"]
+        words = [f"positions by {100 * MOVED:g} % of their motion, velocities by {100 * MOVED:g} %"]
         if number % 2 == 0 and (others := _parameters(model, runner.parameters or {}, rng)):
             arguments["parameters"] = others
-            words.append(f"parameters by {100 * PARAMETERS:g} %")
+            words.append(f"parameters by {100 * CHANGED:g} %")
         if changed := _inputs(model, runner, rng):
             arguments["inputs"] = {**(runner.inputs or {}), **changed}
-            words.append(f"inputs by {100 * INPUTS:g} %")
+            words.append(f"inputs by {100 * CHANGED:g} %")
         if moving:
-            arguments["later"] = max(1, round(LATER * rng.uniform(0.5, 1.0) * runner.grid.rows))
+            arguments["later"] = max(1, round(CHANGED * rng.uniform(0.5, 1.0) * runner.grid.rows))
             seconds = arguments["later"] * runner.grid.row
             words.append(f"prescribed functions of time from {seconds:.3g} s on")
         yield Condition(f"{number}: {', '.join(words)}", arguments)
@@ -119,7 +116,7 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
 def _parameters(model: Model, parameters: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
     values = {**dict(model.parameters), **parameters}
     for name, value in list(values.items()):
-        changed = {**values, name: value * (1.0 + PARAMETERS * float(rng.choice([-1.0, 1.0])))}
+        changed = {**values, name: value * (1.0 + CHANGED * float(rng.choice([-1.0, 1.0])))}
         try:
             model.parameter_array(changed)
         except EomgenError:
@@ -135,7 +132,7 @@ def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str,
     result: dict[str, Any] = {}
     sampled = _sample_inputs(model, runner)
     for column, name in enumerate(model.inputs):
-        factor = 1.0 + INPUTS * float(rng.choice([-1.0, 1.0]))
+        factor = 1.0 + CHANGED * float(rng.choice([-1.0, 1.0]))
         if name in inputs:
             result[name] = _multiply(inputs[name], factor)
         elif sampled is not None and np.ptp(sampled[:, column]) == 0.0 and sampled[0, column]:
@@ -171,13 +168,6 @@ def _over_time(model: Model, runner: Runner) -> bool:
 
 #: Wanted uncertainty of the reference, relative to the demand, and the largest one.
 KNOWN, LEAST_KNOWN = 0.05, 0.5
-#: Ratio of the first tolerance to the demand, and ratio of successive tolerances.
-FIRST, NEXT = 1e-2, 1e-2
-#: Number of methods whose finest runs differ by more than ``LARGEST_UNCERTAINTY`` that is sufficient for a verdict:
-#: such a motion is unstable.
-AGREED = 2
-#: The least tolerances are not refined by less than this.
-LEAST_NEXT = 0.2
 
 
 @dataclass(frozen=True)
@@ -264,13 +254,11 @@ class Judge:
             if best is not None and best.error <= KNOWN * self.demand.error:
                 break
             apart += known is not None and known.error > LARGEST_UNCERTAINTY
-            if apart == AGREED:
+            if apart == 2:  # such a motion is unstable
                 break
         if best is None:
             slow = dict.fromkeys((candidate.row.name for candidate in self.candidates), took_longer(self.seconds))
-            reasons = "; ".join(f"{name}: {why}" for name, why in list((slow | self.tried).items())[:3])
-            fault = f"no method gives a reference for this scene: {reasons} [E1111]"
-            raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
+            raise no_reference([f"{name}: {why}" for name, why in (slow | self.tried).items()])
         check_moves(self.runner, best.observation)
         if best.error > LARGEST_UNCERTAINTY:
             hold(f"{best.described} and the same at half its accuracy", best.error)
@@ -305,31 +293,30 @@ class Judge:
             self.tried[candidate.row.name] = reason(error)
             return None
         first = self._served[1] - 1 if self._served is not None and self._served[0] is candidate else 0
-        began, before, best = time.process_time(), None, None
-        for level, resolution in list(enumerate(self._levels(candidate)))[first:]:
-            outcome = self.runner.run(
-                configuration, **resolution, dense=True, timed=False, estimated=False, **condition.arguments
-            )
-            if outcome.ended != REACHED or outcome.reference is None:
+        options = {"dense": True, "timed": False, "estimated": False, **condition.arguments}
+        levels, adaptive, best = list(self._levels(candidate)), candidate.method.chooses_steps, None
+        runs = refine(
+            lambda level: self.runner.run(configuration, **level, **options),
+            levels[first:],
+            self.seconds,
+            3.0 if adaptive else 2.0,
+        )
+        for resolution, outcome, before in runs:
+            here = outcome.reference
+            if here is None:
                 if not condition.label:
                     self.tried[candidate.row.name] = outcome.unresolved or outcome.said
-                before = None
-                if candidate.method.chooses_steps:
+                if adaptive:
                     break
-                continue
-            if before is not None:
-                apart = errors(before, outcome.reference)
+            elif before is not None:
+                apart = errors(before, here)
                 size = self.demand.of(apart)
                 if best is not None and size > 0.7 * best.error:  # rounding, or corners, have the word from here on
                     break
                 named = f"{candidate.row.name}, {candidate.formulation}, {_words(resolution, self.runner.grid.row)}"
-                best = _UncertainMotion(candidate, outcome.reference, named, apart, size, level)
+                best = _UncertainMotion(candidate, here, named, apart, size, levels.index(resolution))
                 if size <= KNOWN * self.demand.error:
                     break
-            before = outcome.reference
-            growth = 3.0 if candidate.method.chooses_steps else 2.0
-            if time.process_time() - began + growth * outcome.seconds > self.seconds:
-                break
         if best is not None:
             self.tried.pop(candidate.row.name, None)
         return best
@@ -342,21 +329,17 @@ class Judge:
             return
         least = min(x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x}))
         largest = max(candidate.tolerances, default=1.0)
-        tolerance = min(FIRST * self.demand.error, largest)
-        while tolerance > least / LEAST_NEXT:
+        tolerance = min(1e-2 * self.demand.error, largest)
+        while tolerance > 5.0 * least:  # the least tolerances are not refined by less
             yield {"tolerance": tolerance}
-            tolerance *= NEXT
-        yield from ({"tolerance": x} for x in (least / LEAST_NEXT, least))
+            tolerance *= 1e-2
+        yield from ({"tolerance": x} for x in (5.0 * least, least))
 
 
 def _words(resolution: Mapping[str, Any], row: float) -> str:
     if TOLERANCE in resolution:
         return f"tolerance {resolution[TOLERANCE]:.3g}"
     return f"step {row / resolution['per_row']:.3g} s"
-
-
-#: How many runs there are.
-RUNS = 3
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
-from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verify
+from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, VerificationRun, conditions, verify
 from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
@@ -31,8 +31,6 @@ from eomgen.products.studies.work_precision.running import (
 )
 from eomgen.system.description import Simulation
 
-#: Rounds of verification: conditions missed in one are tuned on in the next.
-ROUNDS = 4
 #: The part of the budget that the motion under a condition, and that a run, may take.
 JUDGE_SHARE = 0.15
 
@@ -223,13 +221,13 @@ class _Tuning:
         other conditions verify. Another winner brings its neighbours into the race.
         """
         race = entries.race
-        for left in reversed(range(ROUNDS)):
+        for left in reversed(range(4)):  # conditions missed in one round are tuned on in the next
             race.finish(contenders)
             winner = min(contenders, key=lambda c: c.seconds(race.demand))
             run = winner.best(race.demand)
             if run is None:
                 break
-            tried = list(itertools.islice(near, RUNS))
+            tried = list(itertools.islice(near, 3))
             checks: list[VerificationRun] = []
             for condition in tried:
                 self.say(f"verifying: {condition.label}")

@@ -11,20 +11,11 @@ from eomgen.errors import EomgenError, Message, NumericalError
 from eomgen.lie.product import update
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification.claims.claim import FEW, Array, Engine, Space, directions
+from eomgen.products.studies.work_precision.observation import extent_of
 from eomgen.system.system import System
 
-#: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
-#: Beams deform less, by amounts that are small compared with their length.
-AMPLITUDE, TRAVEL = 0.5, 0.2
-#: Deformation of beams, as a part of the length, or in rad, if other bodies travel by 1: theories of beams are for
-#: small deflections.
-DEFLECTION = 0.05
-#: Relative change of parameters, or change of a parameter with the value 0.
-PART = 0.5
-#: Halvings of that distance before a state is given up.
-_HALVINGS = 8
-#: Steps of the motion.
-_STEPS = 60
+#: Random states are this far from the initial one, in rad and rad/s, and parameters change by this part.
+AMPLITUDE = 0.5
 
 
 @dataclass(frozen=True)
@@ -44,7 +35,7 @@ def draw(
     finite are left out, with a note."""
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
-    scales = _scales(model, motion, _length(model))
+    scales = _scales(model, motion, extent_of(model, model.initial_q))
     completed = [_complete_state(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
     kept = [(name, state) for name, state in zip(names, completed, strict=True) if state is not None]
     outside = [name for name, state in zip(names, completed, strict=True) if state is None]
@@ -69,7 +60,7 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
     if count == 1:
         return [initial], ["initial state"]
     settings = model.description.simulation
-    every = max(1, _STEPS // (count - 1))
+    every = max(1, 60 // (count - 1))
     try:
         end = min(every * (count - 1) * settings.step, settings.duration)
         run = model.simulate(end, record_every=every, error_estimate=False)
@@ -84,18 +75,6 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
     return (states, names) if states else ([initial], ["initial state"])
 
 
-def _length(model: Model) -> float:
-    """Return the largest distance of the bodies' frames from each other and from the base, in m; 1 if all distances are
-    zero."""
-    if "poses" not in model.functions or not model.bodies:
-        return 1.0
-    places = np.concatenate(
-        [np.stack([model.pose(body, model.initial_q)[4:] for body in model.bodies]), np.zeros((1, 3))]
-    )
-    extent = float(np.max(np.ptp(places, axis=0)))
-    return extent if 0.0 < extent < np.inf else 1.0
-
-
 def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict[str, Array]:
     """Return the sizes of small changes of ``v`` (nv,) and ``z`` (nz,). They are 1 rad and 1 rad/s, or `length` (m) for
     lengths, a part of the length for beams; the largest value of each internal state in the motion."""
@@ -106,7 +85,7 @@ def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict
         size = beams.get(factor.name, length)
         units[[factor.v_start + k for k in linear]] = size
         if factor.name in beams:
-            units[factor.v] *= DEFLECTION
+            units[factor.v] *= 0.05  # theories of beams are for small deflections
     reached = np.max([np.abs(state["z"]) for state in motion], axis=0, initial=0.0)
     return {"v": units, "z": np.where(reached > 0.0, reached, 1.0)}
 
@@ -119,10 +98,9 @@ def _random(
     draws = {name: rng.uniform(-1.0, 1.0, model.nv) for name in ("q", "v")} | {"z": rng.uniform(-1.0, 1.0, model.nz)}
     around = motion[int(rng.integers(len(motion)))]
     time = rng.uniform(0.0, model.description.simulation.duration)
-    apart = np.where(scales["v"] == 1.0, AMPLITUDE, TRAVEL * scales["v"])
+    apart = np.where(scales["v"] == 1.0, AMPLITUDE, 0.2 * scales["v"])
     apart = np.minimum(apart, reaches(model.factors, model.description.coordinates))
-    for halving in range(_HALVINGS):
-        part = 0.5**halving
+    for part in 0.5 ** np.arange(8):
         guess = {
             "q": update(model.factors, around["q"], part * apart * draws["q"]),
             "v": around["v"] + part * scales["v"] * draws["v"],
@@ -168,7 +146,7 @@ def _complete_state(
     if "weights" in functions.sizes:
         blocks["weights"] = rng.uniform(-1.0, 1.0, functions.sizes["weights"])
     if "second_partials" in functions:
-        of_parameters = PART * np.abs(blocks["p"])
+        of_parameters = AMPLITUDE * np.abs(blocks["p"])
         driven = [0.0 if item.given else 1.0 for item in model.description.inputs]  # other inputs are given by laws
         of_motion = (scales["v"], scales["v"], scales["v"], scales["z"], np.ones(rows), of_parameters, driven)
         blocks["direction"] = np.concatenate(of_motion) * rng.uniform(-1.0, 1.0, functions.sizes["direction"])
@@ -184,7 +162,7 @@ def _space(model: Model, system: System, engine: Engine, scales: dict[str, Array
         "lam": directions(names["lam"], np.ones(len(model.multipliers)), rng),
     }
     values = np.abs(model.parameter_array())
-    along["p"] = directions(tuple(model.parameters), np.where(values > 0.0, PART * values, 1.0), rng)
+    along["p"] = directions(tuple(model.parameters), np.where(values > 0.0, AMPLITUDE * values, 1.0), rng)
     few = directions(names["v"], scales["v"], rng, FEW)
     along["a"] = directions(names["v"], np.maximum(scales["v"], scales["a"]), rng)  # linear: no step is too large
     return Space(system, engine, model.scene, model.description, along | {"q": along["v"]}, few, names)

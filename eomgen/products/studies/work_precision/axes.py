@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.calls import names_of
@@ -139,7 +139,11 @@ def checked_axes(names: Sequence[str], fixed: Sequence[str] = ()) -> tuple[str, 
 
 
 def candidates(
-    formulation: str, model: Model, methods: Sequence[str], refused: dict[str, str]
+    formulation: str,
+    model: Model,
+    methods: Sequence[str],
+    refused: dict[str, str],
+    chosen: Callable[[MethodFacts], bool] = lambda facts: facts.studied,
 ) -> tuple[Candidate, ...]:
     """Return the methods that a formulation can be stepped with, as candidates.
 
@@ -147,6 +151,7 @@ def candidates(
     ----------
     formulation, model : name and model of the formulation
     methods : wanted names; all that make a difference to the scene if there are none
+    chosen : whether a method is one of the wanted ones, if none are named
     refused : filled with the reasons for which methods cannot run, by formulation and method
 
     Raises
@@ -160,7 +165,7 @@ def candidates(
         rows = [row_of(name) for name in methods]
     else:
         families = (*BUILT_IN, *families_of_others())
-        rows = [(family, row) for family in families for row in family.names() if facts_of(row.name).studied]
+        rows = [(family, row) for family in families for row in family.names() if chosen(facts_of(row.name))]
     result = []
     for family, row in dict.fromkeys((family, row.name) for family, row in rows):
         name = row_of(row)[1]
@@ -169,12 +174,9 @@ def candidates(
         try:
             method = method_named(row)
             check_needs(method, facts)
-        except ModelError as error:
-            if methods:
+        except (ModelError, UsageError) as error:
+            if methods or isinstance(error, UsageError):
                 refused[f"{row}, {formulation}"] = reason(error)
-            continue
-        except UsageError as error:
-            refused[f"{row}, {formulation}"] = reason(error)
             continue
         result.append(Candidate(formulation, family, name, method, _tolerances(name)))
     return tuple(result)

@@ -3,7 +3,7 @@ scene's outputs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -35,6 +35,12 @@ class ErrorSize:
 
     def to_dict(self) -> dict[str, float]:
         return asdict(self)
+
+
+def error_in(sizes: Mapping[str, ErrorSize], quantity: str, measure: str) -> float:
+    """Return the error in a quantity; infinite if it is not known or not finite."""
+    value = float(getattr(sizes.get(quantity), measure, np.inf))
+    return value if np.isfinite(value) else np.inf
 
 
 @dataclass(frozen=True)
@@ -121,6 +127,16 @@ def observe(model: Model, solution: Solution) -> Observation:
     )
 
 
+def extent_of(model: Model, q: Array) -> float:
+    """Return the largest distance between bodies, or between a body and the base, at q, m; 1 if all distances are
+    zero."""
+    if "poses" not in model.terms or not model.bodies:
+        return 1.0
+    places = [np.zeros(3), *(np.asarray(model.pose(body, q))[4:] for body in model.bodies)]
+    extent = float(np.max(np.ptp(np.stack(places), axis=0)))
+    return extent if 0.0 < extent < np.inf else 1.0
+
+
 def check_measure(measure: str) -> None:
     """Raise UsageError for a size of errors that is none of ``MEASURES``."""
     if measure not in MEASURES:
@@ -158,21 +174,21 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
         size = size_of(names, reference.columns(), outputs, energies=energies)
         if of.factors == reference.factors:
             apart = np.abs(product.difference(of.factors, of.q, there[Q]))
-            result[Q] = _greatest(shares({"increment": apart}, size, ("increment",)))
-            result[V] = _relative(of.v - there[V], reference.v, _kinds(of))
+            result[Q] = shares({"increment": apart}, size, ("increment",)).max(axis=1, initial=0.0)
+            result[V] = _relative(of.v - there[V], reference.v, names.v_units)
         elif of.poses and reference.poses:
-            result[Q] = _largest(_pose_differences(of.poses, reference.poses, at))
+            result[Q] = _of_bodies(of.poses, reference.poses, at, _OF_POSES)
             if of.twists and reference.twists:
-                result[V] = _largest(_twist_errors(of.twists, reference.twists, at))
+                result[V] = _of_bodies(of.twists, reference.twists, at, _OF_TWISTS)
         if of.z.size and of.components.z_names == names.z_names:
-            result[Z] = _greatest(shares({Z: np.abs(of.z - there[Z])}, size, (Z,)))
+            result[Z] = shares({Z: np.abs(of.z - there[Z])}, size, (Z,)).max(axis=1)
         if result:
             result[STATE] = np.max(np.stack(list(result.values())), axis=0)
         if of.rows and of.rows == reference.rows:
             result[MULTIPLIERS] = _one_kind(of.multipliers - there[MULTIPLIERS], reference.multipliers)
         for name in outputs:
             kind = f"output.{name}"
-            result[name] = _greatest(shares({kind: np.abs(ours[name] - theirs[name])}, size, (kind,)))
+            result[name] = shares({kind: np.abs(ours[name] - theirs[name])}, size, (kind,)).max(axis=1)
         return {name: _size(series) for name, series in result.items()}
 
 
@@ -180,12 +196,6 @@ def _alike(name: str, of: Observation, reference: Observation) -> bool:
     """Return whether both runs have an output, of the same size."""
     here, there = of.outputs.get(name), reference.outputs.get(name)
     return here is not None and there is not None and here.shape[1:] == there.shape[1:]
-
-
-def _greatest(share: Array) -> Array:
-    """Return the largest error of all components, (nt, n) -> (nt,)."""
-    result: Array = share.max(axis=1, initial=0.0)
-    return result
 
 
 def _places(t: Array, among: Array) -> slice:
@@ -211,68 +221,44 @@ def _size(series: Array) -> ErrorSize:
 def _one_kind(difference: Array, reference: Array) -> Array:
     """Return the norm of a difference, (nt,), relative to the largest norm of the reference."""
     size = float(np.max(np.linalg.norm(reference, axis=1), initial=0.0))
-    result: Array = np.linalg.norm(difference, axis=1) / (size or 1.0)
-    return result
+    return np.asarray(np.linalg.norm(difference, axis=1) / (size or 1.0))
 
 
-def _kinds(of: Observation) -> list[list[int]]:
-    """Return lists with the numbers of the components of v that have the same kind: rotations, or another unit."""
-    kinds: dict[str, list[int]] = {}
-    for factor in of.factors:
-        for k in range(factor.v_size):
-            of_group = "rad" if k < 3 else "m"
-            kind = of.components.q_units[factor.q_start + k] if factor.group == "R" else of_group
-            kinds.setdefault(kind, []).append(factor.v_start + k)
-    return list(kinds.values())
-
-
-def _relative(difference: Array, reference: Array, kinds: Sequence[Sequence[int]]) -> Array:
+def _relative(difference: Array, reference: Array, units: Sequence[str]) -> Array:
+    """Return the largest difference of velocities, (nt,), each relative to the largest velocity of the same unit."""
     result = np.zeros(len(difference))
-    for kind in kinds:
-        size = float(np.max(np.abs(reference[:, kind]), initial=0.0))
-        result = np.maximum(result, np.max(np.abs(difference[:, kind]), axis=1) / (size or 1.0))
+    for unit in set(units):
+        same = [k for k, other in enumerate(units) if other == unit]
+        size = float(np.max(np.abs(reference[:, same]), initial=0.0))
+        result = np.maximum(result, np.max(np.abs(difference[:, same]), axis=1) / (size or 1.0))
     return result
 
 
-#: By kind: errors of components, (nt,), and the motion from the start of the reference, or the reference.
-_Parts = dict[str, list[tuple[Array, Array]]]
-
-
-def _pose_differences(poses: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
-    parts: _Parts = {"rad": [], "m": []}
-    for name, there in reference.items():
-        here = poses[name]
-        parts["rad"].append((_angle(here[:, :4], there[at, :4]), _angle(there[:1, :4], there[:, :4])))
-        parts["m"].append((_norms(here[:, 4:] - there[at, 4:]), _norms(there[:, 4:] - there[0, 4:])))
-    return parts
-
-
-def _twist_errors(twists: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
-    parts: _Parts = {"rad": [], "m": []}
-    for name, there in reference.items():
-        for kind, part in (("rad", slice(0, 3)), ("m", slice(3, 6))):
-            parts[kind].append((_norms(twists[name][:, part] - there[at, part]), _norms(there[:, part])))
-    return parts
-
-
-def _norms(vectors: Array) -> Array:
-    return np.asarray(np.linalg.norm(vectors, axis=1))
-
-
-def _largest(parts: _Parts) -> Array:
-    """Return the largest error over all kinds, (nt,), each relative to the largest motion of this kind."""
-    series = []
-    for members in parts.values():
-        size = max((float(np.max(moved)) for _, moved in members), default=0.0)
-        series += [error / (size or 1.0) for error, _ in members]
-    result: Array = np.max(np.stack(series), axis=0) if series else np.zeros(0)
-    return result
-
-
-def _angle(first: Array, second: Array) -> Array:
-    """Return the angle between rotations given as quaternions (w, x, y, z), rad, (nt,)."""
+def angles(first: Array, second: Array) -> Array:
+    """Return the angles between rotations given as quaternions (w, x, y, z), rad, (nt,)."""
     w = np.sum(first * second, axis=1)
     cross = np.cross(first[:, 1:], second[:, 1:])
     vector = first[:, :1] * second[:, 1:] - second[:, :1] * first[:, 1:] - cross
-    result: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(w))
-    return result
+    return np.asarray(2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(w)))
+
+
+def _distances(first: Array, second: Array) -> Array:
+    return np.asarray(np.linalg.norm(first - second, axis=1))
+
+
+_Parts = tuple[tuple[slice, Callable[[Array, Array], Array]], ...]
+#: Rotations and places of poses, angular and linear velocities, each with a function that compares two of them.
+_OF_POSES: _Parts = ((slice(0, 4), angles), (slice(4, 7), _distances))
+_OF_TWISTS: _Parts = ((slice(0, 3), _distances), (slice(3, 6), _distances))
+
+
+def _of_bodies(of: Mapping[str, Array], reference: Mapping[str, Array], at: slice, parts: _Parts) -> Array:
+    """Return the largest error of poses or twists of bodies, (nt,). Rotations and lengths are relative to the largest
+    motion from the start of the reference, velocities to the largest velocity."""
+    errors = []
+    for part, apart in parts:
+        begins = {name: there[:1, part] * float(parts is _OF_POSES) for name, there in reference.items()}
+        moved = (apart(begins[name], there[:, part]) for name, there in reference.items())
+        size = max(float(np.max(motion)) for motion in moved)
+        errors += [apart(of[name][:, part], there[at, part]) / (size or 1.0) for name, there in reference.items()]
+    return np.asarray(np.max(np.stack(errors), axis=0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from eomgen.products.studies.work_precision.observation import (
     known_errors,
     with_arrays,
 )
-from eomgen.products.studies.work_precision.running import REACHED, ComparedRun, Runner
+from eomgen.products.studies.work_precision.running import ComparedRun, Runner
 
 #: Tolerances of methods with adaptive steps, as references.
 TIGHT = (1e-15, 1e-13)
@@ -129,11 +129,7 @@ def reference(
         if len(solved) == count:
             break
     if not solved:
-        fault = (
-            f"no method gives a reference for this scene:"
-            f" {'; '.join(tried[:3]) or 'there is none that runs on it'} [E1111]"
-        )
-        raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
+        raise no_reference(tried)
     first = solved[0]
     check_moves(runner, first.observation)
     if len(solved) == 1:
@@ -143,6 +139,13 @@ def reference(
     apart = errors(solved[1].observation, first.observation)
     hold(f"{first.described} and {solved[1].described}", _largest_error(apart))
     return RunReference(first.observation, first.described, solved[1].described, apart)
+
+
+def no_reference(tried: Sequence[str]) -> NumericalError:
+    """Return the error of a scene for which no method gives a reference, with the reasons of the first methods."""
+    reasons = "; ".join(tried[:3]) or "there is none that runs on it"
+    fault = f"no method gives a reference for this scene: {reasons} [E1111]"
+    return NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
 
 
 def hold(both: str, part: float) -> None:
@@ -156,10 +159,8 @@ def hold(both: str, part: float) -> None:
 def check_moves(runner: Runner, observation: Observation) -> None:
     """Raise NumericalError if no coordinate and velocity changes in a run, because methods cannot be compared then. A
     model with internal states passes."""
-    model = runner.model(next(iter(runner.formulations.scenes)))
-    if model.nz or not all(
-        np.array_equal(values, values[:1].repeat(len(values), 0)) for values in (observation.q, observation.v)
-    ):
+    moves = any(np.any(np.ptp(values, axis=0)) for values in (observation.q, observation.v))
+    if moves or runner.model(runner.formulations.own).nz:
         return
     fault = "nothing moves in this run, so that all methods give the same at any step [E1137]"
     raise NumericalError(Problem("reference", fault, "an initial state off balance, an input, or a later end"))
@@ -208,7 +209,7 @@ class _ReferenceSearch:
         tight, looser = runs[0].reference, runs[-1].reference
         if tight is None:
             return None, runs[0].said
-        settled = _difference(looser, tight) if looser is not None else 0.0
+        settled = _largest_error(errors(looser, tight)) if looser is not None else 0.0
         words = f"{candidate.row.name}, {candidate.formulation}, tolerance {tolerances[0]:g}"
         return ReferenceSolution(tight, words, candidate.family, settled), ""
 
@@ -223,47 +224,48 @@ class _ReferenceSearch:
             self.runner.prepare(candidate.configuration({}))  # building takes none of the effort
         except EomgenError as error:
             return None, reason(error)
-        began = time.perf_counter()
-        before: Observation | None = None
         best: ReferenceSolution | None = None
-        per_row, said, change = self.first_steps, "", np.inf
-        while per_row <= MOST_STEPS:
-            outcome = self._run(candidate, per_row=per_row)
-            said = outcome.said
-            if outcome.ended != REACHED or outcome.reference is None:
-                if best is not None:
-                    break
-                per_row, before = 2 * per_row, None
-                if time.perf_counter() - began > self.seconds:
-                    break
-                continue
-            here = outcome.reference
-            if before is not None:
-                apart = _difference(before, here)
-                if apart > 0.7 * change and apart < 1e-6:  # rounding has the word from here on
-                    break
-                change = apart
-                step, order = self.runner.grid.row / per_row, candidate.method.order
-                words = f"{candidate.row.name}, {candidate.formulation}, step {step:.3g} s"
-                better = _extrapolate(here, before, order) if order < LOW_ORDER else here
-                words += ", extrapolated" if order < LOW_ORDER else ""
-                best = ReferenceSolution(better, words, candidate.family, apart)
-                if apart < self.settled:
-                    break
-            before = here
-            if time.perf_counter() - began + 2.2 * outcome.seconds > self.seconds:
+        said, change, order = "", np.inf, candidate.method.order
+        levels = [{"per_row": self.first_steps * 2**k} for k in range(17) if self.first_steps * 2**k <= MOST_STEPS]
+        for level, outcome, before in refine(lambda level: self._run(candidate, **level), levels, self.seconds, 2.2):
+            said, here = outcome.said, outcome.reference
+            if here is None and best is not None:
                 break
-            per_row *= 2
+            if here is None or before is None:
+                continue
+            apart = _largest_error(errors(before, here))
+            if apart > 0.7 * change and apart < 1e-6:  # rounding has the word from here on
+                break
+            change = apart
+            words = (
+                f"{candidate.row.name}, {candidate.formulation}, step {self.runner.grid.row / level['per_row']:.3g} s"
+            )
+            if order < LOW_ORDER:
+                here, words = _extrapolate(here, before, order), f"{words}, extrapolated"
+            best = ReferenceSolution(here, words, candidate.family, apart)
+            if apart < self.settled:
+                break
         return best, said or took_longer(self.seconds)
+
+
+def refine(
+    run: Callable[[dict[str, Any]], ComparedRun], levels: Sequence[dict[str, Any]], seconds: float, growth: float
+) -> Iterator[tuple[dict[str, Any], ComparedRun, Observation | None]]:
+    """Yield the levels of refinement of one method, each with its run and the observation of the run before, which is
+    None behind a run that is no reference. Ends before a run that would exceed the seconds, if each takes ``growth``
+    times as long as the one before."""
+    began, before = time.process_time(), None
+    for level in levels:
+        outcome = run(level)
+        yield level, outcome, before
+        before = outcome.reference
+        if time.process_time() - began + growth * outcome.seconds > seconds:
+            break
 
 
 def took_longer(seconds: float) -> str:
     """Return the reason for a method without a reference, all runs of which reached the end."""
     return f"two runs, one at half the step or a smaller tolerance, take longer than {seconds:.2g} s"
-
-
-def _difference(first: Observation, second: Observation) -> float:
-    return _largest_error(errors(first, second))
 
 
 def _largest_error(apart: Mapping[str, ErrorSize]) -> float:

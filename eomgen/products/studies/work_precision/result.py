@@ -15,7 +15,7 @@ from eomgen.base.figures import new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.work_precision.axes import Configuration
-from eomgen.products.studies.work_precision.observation import ErrorSize, check_measure
+from eomgen.products.studies.work_precision.observation import ErrorSize, check_measure, error_in
 from eomgen.products.studies.work_precision.running import REACHED
 
 #: Errors above this are wrong, at any cost.
@@ -91,9 +91,7 @@ class Point:
             An unknown measure.
         """
         check_measure(measure)
-        size = self.error.get(quantity)
-        value = math.inf if size is None else float(getattr(size, measure))
-        return value if math.isfinite(value) else math.inf
+        return error_in(self.error, quantity, measure)
 
     def to_dict(self) -> dict[str, Any]:
         return {

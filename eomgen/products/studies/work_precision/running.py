@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.data import dataclass, field
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.base.version import __version__
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.errors import EomgenError, Problem, ToolchainError, UsageError
@@ -115,8 +116,9 @@ class ComparedRun:
 
     @property
     def reference(self) -> Observation | None:
-        """The observation, if a reference can be made of it; runs with equal errors would confirm each other."""
-        return None if self.unresolved else self.observation
+        """The observation of a run to the end, if a reference can be made of it; runs with equal errors would confirm
+        each other."""
+        return None if self.unresolved or self.ended != REACHED else self.observation
 
 
 class Runner:
@@ -199,8 +201,8 @@ class Runner:
 
     def method(self, configuration: Configuration, tolerance: float | None = None) -> Family:
         """Return the method of a configuration. Raises EomgenError."""
-        options = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
-        model = self.model(configuration.formulation, configuration.real, configuration.profile)
+        options = _options(configuration, tolerance)
+        model = self._model_of(configuration)
         defaults = model.library.layout["defaults"]
         return method_named(configuration.method, **method_parameters(configuration.method, options, defaults))
 
@@ -210,12 +212,13 @@ class Runner:
 
     def prepare(self, configuration: Configuration) -> None:
         """Build the model of a configuration, so that runs need no build. Raises EomgenError."""
-        key = (configuration.formulation, configuration.real, configuration.profile)
-        name = self.build_name(configuration)
-        model = self.model(*key)
+        name, model = self.build_name(configuration), self._model_of(configuration)
         if name not in self.compiled:
             with self._building(name):
                 model.stepper(configuration.method)
+
+    def _model_of(self, configuration: Configuration) -> Model:
+        return self.model(configuration.formulation, configuration.real, configuration.profile)
 
     @contextmanager
     def _building(self, name: str) -> Iterator[None]:
@@ -244,22 +247,18 @@ class Runner:
         name = self.formulations.own
         if formulation == name:
             return initial
-        initial_key = (
-            None if initial is None else tuple(np.asarray(part, dtype=float).tobytes() for part in initial.values())
-        )
-        key = (formulation, start, initial_key, tuple((parameters or {}).items()))
+        numbers = tuple(np.asarray(part, dtype=float).tobytes() for part in (initial or {}).values())
+        key = (formulation, start, numbers, tuple((parameters or {}).items()))
         if key not in self._starts:
             source, target = self.model(name), self.model(formulation)
             if formulation in self.formulations.simplified:
                 return None if initial is None else _shorten_state(source, target, initial)
-            able = "poses" in source.functions and "twists" in source.functions
-            h = 1e-6 * self.grid.row
-            first = source.simulate(
-                start + h, h, t_start=start, initial=initial, parameters=parameters, inputs=inputs, error_estimate=False
-            )
-            state = first.q[0], first.v[0]
-            same = same_start(source, *state, target, start, parameters) if able else None
-            self._starts[key] = same if same is None or not target.nz else {**same, "z": first.z[0]}
+            self._starts[key] = None
+            if "poses" in source.functions and "twists" in source.functions:
+                h, options = 1e-6 * self.grid.row, {"parameters": parameters, "inputs": inputs}
+                first = source.simulate(start + h, h, t_start=start, initial=initial, error_estimate=False, **options)
+                same = same_start(source, first.q[0], first.v[0], target, start, parameters)
+                self._starts[key] = {**same, "z": first.z[0]} if target.nz else same
         return self._starts[key]
 
     def run(
@@ -307,13 +306,9 @@ class Runner:
             if time.perf_counter() - began > self.limit:
                 raise _BeyondTimeLimit
 
-        options: dict[str, Any] = {
-            **configuration.parameters,
-            **({} if tolerance is None else {"tolerance": tolerance}),
-        }
         try:
             self.prepare(configuration)
-            model = self.model(configuration.formulation, configuration.real, configuration.profile)
+            model = self._model_of(configuration)
             began = time.perf_counter()
             with warnings.catch_warnings(), one_core():
                 warnings.simplefilter("ignore", RuntimeWarning)
@@ -329,7 +324,7 @@ class Runner:
                     initial=self._start(configuration.formulation, start, initial, parameters, inputs),
                     progress=look,
                     error_estimate=estimated,
-                    **options,
+                    **_options(configuration, tolerance),
                 )
             took = time.perf_counter() - began
             if not solution.success:
@@ -347,6 +342,10 @@ class Runner:
             )
         except EomgenError as error:
             return ComparedRun(REFUSED, str(error))
+
+
+def _options(configuration: Configuration, tolerance: float | None) -> dict[str, Any]:
+    return {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
 
 
 def _shorten_state(source: Model, target: Model, initial: Mapping[str, Any]) -> dict[str, Any]:
@@ -378,13 +377,9 @@ LEAST_ROWS = 50
 LEAST_TIMES, MOST_TIMES = 4_000, 20_000
 #: Largest number of doublings from the scene's step to the coarsest step.
 MOST_DOUBLINGS = 6
-#: Steps in the coarsest if none are given: 1 to this, by doubling.
-FINEST = 2**12
-#: How far a given step may be from a whole part of the coarsest.
-_ROUNDING = 1e-9
 
 
-def ladder_grid(start: float, end: float, step: float, interval: float, steps: Sequence[float]) -> Grid:
+def ladder_grid(end: float, step: float, interval: float, steps: Sequence[float]) -> Grid:
     """Return the grid of runs with a ladder of steps, all of which end together: with the last whole coarsest step
     before ``end``.
 
@@ -392,7 +387,7 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
 
     Parameters
     ----------
-    start, end : of the runs, s
+    end : of the runs, which begin at 0, s
     step, interval : the scene's step, and time between recorded rows, s
     steps : requested steps, if any, s
 
@@ -404,24 +399,24 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
     if steps:
         row = max(steps)
     else:
-        doublings = math.floor(math.log2(max((end - start) / (LEAST_ROWS * step), 1.0)))
+        doublings = math.floor(math.log2(max(end / (LEAST_ROWS * step), 1.0)))
         row = step * 2.0 ** min(doublings, MOST_DOUBLINGS)
-    rows = math.floor((end - start) / row * (1.0 + 1e-12) + 1e-9)
+    rows = math.floor(end / row * (1.0 + SUMMED) + COMPUTED)
     if rows < 1:
-        fault = f"the coarsest step, {row:.4g} s, does not fit into a run of {end - start:.4g} s [E1138]"
+        fault = f"the coarsest step, {row:.4g} s, does not fit into a run of {end:.4g} s [E1138]"
         raise UsageError(Problem("steps", fault, "smaller steps, or a later end"))
-    coarse = Grid(row, rows, start)
+    coarse = Grid(row, rows)
     parts = 1
     for count in per_coarsest(coarse, steps):
         both = math.lcm(parts, count)
         if both * rows > MOST_TIMES:
             continue
-        if steps or parts * rows < LEAST_TIMES or row / parts > interval * (1.0 + _ROUNDING):
+        if steps or parts * rows < LEAST_TIMES or row / parts > interval * (1.0 + COMPUTED):
             parts = both
     while parts * rows < LEAST_TIMES:
         parts *= 2
     recorded = min(parts, max(1, round(interval * parts / row)))
-    return Grid(row / parts, rows * parts, start, parts, recorded)
+    return Grid(row / parts, rows * parts, 0.0, parts, recorded)
 
 
 def tuning_grid(end: float, step: float, interval: float) -> Grid:
@@ -437,16 +432,16 @@ def tuning_grid(end: float, step: float, interval: float) -> Grid:
     UsageError
         The run is shorter than one step.
     """
-    if end < step * (1.0 - _ROUNDING):
+    if end < step * (1.0 - COMPUTED):
         fault = f"a step of {step:.4g} s does not fit into a run of {end:.4g} s [E1139]"
         raise UsageError(Problem("t_end", fault, f"{10.0 * step:.4g}"))
     row = min(interval, end)
     while end / row < LEAST_TIMES:
         row /= 2.0
-    while end / row > MOST_TIMES * (1.0 + _ROUNDING):
+    while end / row > MOST_TIMES * (1.0 + COMPUTED):
         row *= 2.0
     rows = math.floor(end / row + 1e-9)
-    coarsest = max(1, min(rows // LEAST_ROWS, math.floor(step * 2.0**MOST_DOUBLINGS / row + _ROUNDING)))
+    coarsest = max(1, min(rows // LEAST_ROWS, math.floor(step * 2.0**MOST_DOUBLINGS / row + COMPUTED)))
     return Grid(row, rows, 0.0, coarsest, max(1, round(min(interval, end) / row)))
 
 
@@ -454,8 +449,8 @@ def whole_steps(resolution: float, coarsest: int = 1) -> float:
     """Return the next number of steps in a row of the grid, not below ``resolution``, whose rows are all on the grid: a
     whole number, or one step in a whole number of rows."""
     if resolution > 1.0:
-        return float(math.ceil(resolution * (1.0 - _ROUNDING)))
-    return 1.0 / max(1, min(coarsest, math.floor(1.0 / resolution * (1.0 + _ROUNDING))))
+        return float(math.ceil(resolution * (1.0 - COMPUTED)))
+    return 1.0 / max(1, min(coarsest, math.floor(1.0 / resolution * (1.0 + COMPUTED))))
 
 
 def fraction_of(resolution: float) -> Fraction:
@@ -467,11 +462,11 @@ def per_coarsest(coarse: Grid, steps: Sequence[float]) -> tuple[int, ...]:
     """Return the numbers of steps in a row of this grid, the coarsest step, coarsest first. They are 1 to 4096 by
     doubling without given `steps` (s). Raises UsageError for steps that do not divide the coarsest."""
     if not steps:
-        return tuple(2**k for k in range(int(math.log2(FINEST)) + 1))
+        return tuple(2**k for k in range(13))
     result = []
     for step in sorted(set(steps), reverse=True):
         count = round(coarse.row / step)
-        if abs(coarse.row / step - count) > _ROUNDING * count:
+        if abs(coarse.row / step - count) > COMPUTED * count:
             fault = f"the step {step:.6g} s is not a whole part of the coarsest, {coarse.row:.6g} s [E1140]"
             hint = f"{coarse.row / math.ceil(coarse.row / step):.6g}, or steps each half of the one before"
             raise UsageError(Problem("steps", fault, hint))

@@ -43,7 +43,7 @@ from eomgen.products.studies.work_precision.observation import (
     with_arrays,
 )
 from eomgen.products.studies.work_precision.reference import RunReference, reference
-from eomgen.products.studies.work_precision.result import NOT_BUILT, Point, Tradeoff
+from eomgen.products.studies.work_precision.result import NOT_BUILT, WRONG, Point, Tradeoff
 from eomgen.products.studies.work_precision.running import (
     REACHED,
     REFUSED,
@@ -143,19 +143,6 @@ class PointJournal:
 
 #: Called with points done and points known, and with a word on the present work.
 Progress = Callable[[int, int, str], None]
-#: Times of points far from the front are medians of as many runs as fit into ``FIRST_SECONDS``, and of at least
-#: ``LEAST_REPEATS``.
-FIRST_SECONDS, LEAST_REPEATS = 0.05, 3
-#: Points with a cost up to this multiple of the front's cost at the same error are near the front.
-NEAR = 1.5
-#: The part of the budget that the references may take.
-REFERENCE_SHARE = 0.25
-#: Seconds that builds may take besides the budget's computation, if that is smaller.
-LEAST_BUILDING = 30.0
-#: Errors at which a configuration is fine enough.
-FINEST_ERROR = 1e-11
-#: Number of configurations of the front that are varied along further axes.
-REFINED_CONFIGURATIONS = 3
 
 
 @dataclass
@@ -295,10 +282,9 @@ def tradeoff(
     end = defaults.duration if t_end is None else t_end
     if not (math.isfinite(end) and end > 0.0):
         raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s [E1144]", "10"))
-    grid = ladder_grid(0.0, end, defaults.step, defaults.step * defaults.record_every, steps)
+    grid = ladder_grid(end, defaults.step, defaults.step * defaults.record_every, steps)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
-    in_coarsest = per_coarsest(Grid(grid.row * grid.coarsest, 1), steps)
-    absolute = "formulation" in axes
+    in_coarsest, absolute = per_coarsest(Grid(grid.row * grid.coarsest, 1), steps), "formulation" in axes
     study = _WorkPrecisionStudy(
         runner, defaults, in_coarsest, chosen, named, budget, repeats, progress, announce, absolute
     )
@@ -360,16 +346,12 @@ class _WorkPrecisionStudy:
         ladders = [self._own(), *self._ladders(every)]
         if self.announce is not None:
             builds = {self.runner.build_name(ladder.configuration) for ladder in ladders} - set(self.runner.compiled)
-            front = 3 * REFINED_CONFIGURATIONS if {"arithmetic", "profile"} & set(self.axes) else 0
-            more = f", and up to {front} for the best" if front else ""
-            self.announce(
-                f"methods to build, or to take from the cache: {len(builds)}{more}; then up to"
-                f" {duration(self.budget)} of runs"
-            )
+            runs = f"up to {duration(self.budget)} of runs"
+            self.announce(f"methods to build, or to take from the cache: {len(builds)}; then {runs}")
         held = journal.reference()
         if held is None:
             exact = [c for c in every if c.formulation not in self.formulations.simplified]
-            held = reference(self.runner, exact, REFERENCE_SHARE * self.budget, self._say)
+            held = reference(self.runner, exact, 0.25 * self.budget, self._say)
             journal.keep_reference(held)
         self.reference = held
         if self.quantity not in held.uncertainty:
@@ -379,10 +361,8 @@ class _WorkPrecisionStudy:
         self._sweep(ladders)
         self._sweep(self._refinements())
         self._time_front()
-        runner = self.runner
-        return replace(
-            self._tradeoff(), machine=machine(), compiled=dict(runner.compiled), seconds=time.perf_counter() - began
-        )
+        compiled, took = dict(self.runner.compiled), time.perf_counter() - began
+        return replace(self._tradeoff(), machine=machine(), compiled=compiled, seconds=took)
 
     def _tradeoff(self) -> Tradeoff:
         grid = self.runner.grid
@@ -407,11 +387,8 @@ class _WorkPrecisionStudy:
         scene_formulation = self.formulations.own
         for name in list(self.formulations.scenes):
             is_other = name != scene_formulation and name not in self.formulations.simplified
-            if (
-                is_other
-                and scene_formulation == JOINT
-                and not (self.absolute or self.runner.model(scene_formulation).multipliers)
-            ):
+            constrained = self.absolute or self.runner.model(scene_formulation).multipliers
+            if is_other and scene_formulation == JOINT and not constrained:
                 self.left_out[name] = "joint coordinates have no constraints; studied with the axis formulation named"
                 continue
             self._say(f"building: {name}")
@@ -428,18 +405,20 @@ class _WorkPrecisionStudy:
             raise ModelError(Problem("methods", f"no method runs on this scene: {why} [E1128]", "other methods"))
         return tuple(every)
 
+    @property
+    def _own_steps(self) -> tuple[int]:
+        """Number of the scene's steps in the coarsest."""
+        return (max(1, round(self.coarsest / self.defaults.step)),)
+
     def _own(self) -> _Ladder:
         """Return the scene's own method and step, a ladder of one point."""
         configuration = self.runner.own_configuration()
-        in_coarsest = max(1, round(self.coarsest / self.defaults.step))
-        method = self.runner.method(configuration)
-        return _Ladder(configuration, method.order, "step", (in_coarsest,))
+        return _Ladder(configuration, self.runner.method(configuration).order, "step", self._own_steps)
 
     def _ladders(self, candidates: Sequence[Candidate]) -> list[_Ladder]:
         ladders = []
         usual = {"rho_inf": self.defaults.rho_inf}
-        alone = (max(1, round(self.coarsest / self.defaults.step)),)
-        steps = self.in_coarsest if "resolution" in self.axes else alone
+        steps = self.in_coarsest if "resolution" in self.axes else self._own_steps
         for candidate in candidates:
             varied = candidate.configurations() if "parameters" in self.axes else [candidate.configuration(usual)]
             for configuration in varied:
@@ -458,7 +437,7 @@ class _WorkPrecisionStudy:
         near: dict[str, list[Point]] = {}
         for point in self._tradeoff().front:
             near.setdefault(point.configuration.key, []).append(point)
-        largest = sorted(near.values(), key=len, reverse=True)[:REFINED_CONFIGURATIONS]
+        largest = sorted(near.values(), key=len, reverse=True)[:3]
         for members in largest:
             configuration = members[0].configuration
             policies = facts_of(configuration.method).policies
@@ -494,7 +473,7 @@ class _WorkPrecisionStudy:
         built = sum(self.runner.compiled.values())
         name = self.runner.build_name(ladder.configuration)
         first = name == self.runner.build_name(self._own().configuration)
-        if built > max(self.budget, LEAST_BUILDING) and name not in self.runner.compiled and not first:
+        if built > max(self.budget, 30.0) and name not in self.runner.compiled and not first:
             self.left_out[ladder.configuration.label] = f"{NOT_BUILT}: builds have taken {built:.3g} s"
             return False
         try:
@@ -530,7 +509,7 @@ class _WorkPrecisionStudy:
 
     def _fine_enough(self, ladder: _Ladder) -> bool:
         """Return whether finer points would show the reference's uncertainty, or rounding."""
-        floor = max(FINEST_ERROR, self.reference.bar(self.quantity, self.measure))
+        floor = max(1e-11, self.reference.bar(self.quantity, self.measure))
         if ladder.errors[-1] <= floor:
             return True
         last = ladder.errors[-3:]
@@ -543,9 +522,9 @@ class _WorkPrecisionStudy:
         key = f"{ladder.configuration.key} {ladder.kind} {shown_value!r}"
         if key in self.points:
             return self.points[key]
-        if (kept := self.journal.points.get(key)) is not None:
-            self.points[key] = kept
-            return kept
+        if key in self.journal.points:
+            self.points[key] = self.journal.points[key]
+            return self.points[key]
         began = time.process_time()
         outcome = self._run(ladder.configuration, ladder.kind, shown_value)
         point = self._measure(ladder, shown_value, outcome)
@@ -568,9 +547,9 @@ class _WorkPrecisionStudy:
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             return replace(point, stats=outcome.stats)
         try:
-            taken = measure_seconds(outcome.repeated, 1)
-            more = math.ceil(FIRST_SECONDS / max(taken[0], 1e-9))
-            taken += measure_seconds(outcome.repeated, min(self.repeats, max(LEAST_REPEATS, more)) - 1)
+            taken = measure_seconds(outcome.repeated, 1)  # far from the front as many runs as fit into 0.05 s
+            more = math.ceil(0.05 / max(taken[0], 1e-9))
+            taken += measure_seconds(outcome.repeated, min(self.repeats, max(3, more)) - 1)
         except NumericalError as error:
             return replace(point, said=str(error), stats=outcome.stats)
         return replace(
@@ -590,7 +569,7 @@ class _WorkPrecisionStudy:
                 continue
             error = point.error_of(self.quantity, self.measure)
             cost = min((p.seconds or 0.0 for p in front if p.error_of(self.quantity, self.measure) <= error), default=0)
-            if point.seconds > NEAR * cost or error > 0.1:
+            if point.seconds > 1.5 * cost or error > WRONG:
                 continue
             began = time.process_time()
             outcome = self._run(point.configuration, point.kind, point.value)
