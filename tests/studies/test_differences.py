@@ -22,7 +22,7 @@ from eomgen.products.studies.verification.differences import (
     differences,
     sizes_of,
 )
-from eomgen.products.studies.verification.states import _length
+from eomgen.products.studies.work_precision.observation import extent_of
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 
@@ -103,9 +103,9 @@ def test_the_length_of_a_scene_is_its_extent_with_the_base(size: float) -> None:
     """Small changes of positions are in its parts: a small machine needs small ones."""
 
     def length(places: dict[str, list[float]], functions: tuple[str, ...] = ("poses",)) -> float:
-        model = SimpleNamespace(functions=functions, bodies=tuple(places), initial_q=np.zeros(1))
+        model = SimpleNamespace(terms=functions, bodies=tuple(places))
         model.pose = lambda body, q: np.array([1.0, 0.0, 0.0, 0.0, *places[body]])
-        return _length(cast(Model, model))
+        return extent_of(cast(Model, model), np.zeros(1))
 
     assert length({"far": [0.0, 2.0 * size, size]}) == pytest.approx(2.0 * size)
     assert length({"up": [0.0, 0.0, size], "down": [0.0, size, -size]}) == pytest.approx(2.0 * size)

@@ -81,11 +81,11 @@ def test_units_change_conditions() -> None:
     plain = subject.conditions(v=np.array([4.0]))
     changed = subject.in_units(SceneUnits(length=10.0, mass=3.0, time=0.5), plain)
     assert (changed.model, changed.step, changed.steps) == (FACTORS, 0.5 * plain.step, STEPS)
-    assert [part.tolist() for part in (changed.q, changed.v, changed.z)] == [[5.0], [80.0], [2.5]]  # type: ignore[union-attr]
+    assert [part.tolist() for part in (changed.q, changed.v, changed.z)] == [[5.0], [80.0], [2.5]]
     assert changed.parameters == {LENGTH: 10.0, TIME: 0.5}
-    assert [part.tolist() for part in changed.sizes] == [[10.0], [20.0]]  # type: ignore[union-attr]
+    assert [part.tolist() for part in changed.sizes] == [[10.0], [20.0]]
     with_states = subject.in_units(SceneUnits(length=10.0), subject.conditions(z=np.array([3.0])))
-    assert with_states.z.tolist() == [30.0]  # type: ignore[union-attr]
+    assert with_states.z.tolist() == [30.0]
 
 
 def test_scenes_at_another_place_have_the_same_accelerations() -> None:
@@ -112,7 +112,7 @@ def test_extents_rates_and_fine_steps() -> None:
     assert subject_of(linearize=refused).rate == 0.1 / 0.02
     wider = subject_of()
     wider._models[FACTORS].nq = 3  # type: ignore[misc]  # of a model with two more coordinates
-    assert wider.conditions(model=FACTORS).q.tolist() == [0.5, 0.0, 0.0]  # type: ignore[union-attr]
+    assert wider.conditions(model=FACTORS).q.tolist() == [0.5, 0.0, 0.0]
     consistent = subject_of(multipliers=("a",), consistent=lambda q, v: SimpleNamespace(q=q + 1.0, v=v - 1.0))
     assert [part.tolist() for part in consistent.start] == [[1.5], [1.0]]
 
