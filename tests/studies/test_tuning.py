@@ -225,7 +225,7 @@ def test_methods_of_low_order_begin_with_as_many_steps_as_others() -> None:
         assert steps[0] <= steps[1] * (1.0 + 1e-12)
         assert race.first_tolerance(20, demand) == demand
     assert race.first_tolerance(2, 1e-8) == pytest.approx(1e-4)
-    assert race.first_tolerance(2, 0.5) == race.COARSEST
+    assert race.first_tolerance(2, 0.5) == 0.1
 
 
 def test_contenders_expect_what_their_order_says() -> None:

@@ -18,12 +18,11 @@ from scipy.optimize import least_squares
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
 
-#: Part of a column, by norm, that is rounding of a run and its derivatives.
-ROUNDING = 1e-8
-#: Coefficients that are rounding; distance from the estimates at which forms are tried, tolerated share of a change.
-_SMALL, _AWAY, _LEFT = 1e-5, 0.05, 1e-6
+#: Distance from the estimates at which forms of combinations are tried.
+_AWAY = 0.05
 
 
 @dataclass(frozen=True)
@@ -63,6 +62,11 @@ class DependentColumns:
     coefficients: Array
 
     @property
+    def decided(self) -> tuple[int, ...]:
+        """Kept columns on which no other column depends."""
+        return tuple(k for k in self.kept if k not in self.mixed_columns)
+
+    @property
     def mixed_columns(self) -> tuple[int, ...]:
         """Kept columns on which other columns depend."""
         return tuple(k for k, row in zip(self.kept, self.coefficients, strict=True) if np.any(row))
@@ -81,7 +85,7 @@ def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
             for vector in basis:
                 rest = rest - (vector @ rest) * vector
         remainder = float(np.linalg.norm(rest))
-        if remainder > ROUNDING:
+        if remainder > 1e-8:  # rounding of a run and its derivatives
             kept.append(column)
             basis.append(rest / remainder)
         else:
@@ -89,7 +93,7 @@ def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
     safe = np.where(norms > 0.0, norms, 1.0)
     unit = J / safe
     solved = np.linalg.lstsq(unit[:, kept], unit[:, others], rcond=None)[0]
-    solved[np.abs(solved) < _SMALL] = 0.0
+    solved[np.abs(solved) < 1e-5] = 0.0
     return DependentColumns(tuple(kept), tuple(others), solved * safe[others] / safe[kept][:, np.newaxis])
 
 
@@ -122,7 +126,7 @@ def form_of(structure: DependentColumns, dependent: int, x: Array, J: Array, cha
         if np.isfinite(left["sum"]):
             break
     # if only ratios count, zero differences do not change either, and are less informative
-    return next((form for form in ("product", "sum") if left[form] <= _LEFT * alone), "first order")
+    return next((form for form in ("product", "sum") if left[form] <= WRITTEN * alone), "first order")
 
 
 def words(structure: DependentColumns, kept: int, names: Sequence[str], x: Array, form: str) -> tuple[str, float]:
@@ -154,18 +158,11 @@ def _power(name: str, exponent: float) -> str:
 def _short(number: float) -> float:
     """Return a multiple of 1/12 that a number is up to the errors of runs, else the number."""
     near = round(12.0 * number) / 12.0
-    return near if abs(near - number) < 10.0 * _SMALL and near else number
+    return near if abs(near - number) < 1e-4 and near else number
 
 
 #: Values and derivatives at unknowns (n,): (rows,) and (rows, n).
 Predict = Callable[[Array], tuple[Array, Array]]
-#: Relative change of the sum of squares, and of the unknowns, at which the search ends.
-_CONVERGED = 1e-10
-#: Searches at most, if other unknowns turn out to be independent at the end than at the start.
-_STRUCTURES = 3
-#: Passes that estimate standard deviations of columns, the relative change that ends the passes, and the least
-#: deviation as a part of a column's range: of data without noise.
-_PASSES, _SAME, _LEAST = 12, 3e-3, 1e-9
 
 
 class Predictions:
@@ -258,7 +255,7 @@ class LeastSquares:
             raise NumericalError(Problem("identify", fault, "other start values (values=, --set), or a smaller step"))
         sigma = ranges_of(self.data, self.columns) if self.deviations is None else self.deviations
         kept = self._independent(first[1], sigma)
-        for _ in range(_STRUCTURES):
+        for _ in range(3):  # other unknowns may turn out to be independent at the end than at the start
             result = self._fit_with_deviations(x, sigma, kept)
             x, sigma, before = result.x, result.deviations, kept
             kept = self._independent(result.J, sigma)
@@ -275,16 +272,16 @@ class LeastSquares:
         count, known_deviations = len(sigma), self.deviations is not None
         sizes = np.array([np.count_nonzero(self.columns == k) for k in range(count)])
         share = max(1.0 - len(kept) / len(self.data), 1.0 / len(self.data))
-        for number in range(1 if known_deviations or count == 1 else _PASSES):
+        for number in range(1 if known_deviations or count == 1 else 12):
             x, converged, text = self._search(x, sigma[self.columns], kept)
             if known_deviations:
                 break
             left = self._values_and_jacobian(x)[0] - self.data
             squares = np.array([float(left[self.columns == k] @ left[self.columns == k]) for k in range(count)])
-            estimated = np.maximum(np.sqrt(squares / (sizes * share)), _LEAST * ranges_of(self.data, self.columns))
+            estimated = np.maximum(np.sqrt(squares / (sizes * share)), COMPUTED * ranges_of(self.data, self.columns))
             change = float(np.max(np.abs(estimated / sigma - 1.0)))
             sigma = estimated
-            if number and change < _SAME:
+            if number and change < 3e-3:
                 break
         values, J = self._values_and_jacobian(x)
         return Fit(x, values, J, sigma, converged, text)
@@ -320,8 +317,8 @@ class LeastSquares:
             jac=jacobian,
             bounds=(low[chosen], high[chosen]),
             x_scale="jac",
-            ftol=_CONVERGED,
-            xtol=_CONVERGED,
+            ftol=1e-10,
+            xtol=1e-10,
             gtol=None,
             max_nfev=self.limit,
         )
@@ -335,8 +332,7 @@ def covariance(J: Array, sigma: Array) -> Array:
     norms = np.linalg.norm(weighted, axis=0)
     R = np.linalg.qr(weighted / norms, mode="r")
     inverse = np.linalg.solve(R, np.eye(len(norms))) / norms[:, np.newaxis]
-    result: Array = inverse @ inverse.T
-    return result
+    return np.asarray(inverse @ inverse.T)
 
 
 def correlation(cov: Array, kept: Sequence[int], chosen: Sequence[int], count: int) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import close_names, shown
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
@@ -22,10 +23,6 @@ from eomgen.products.studies.identification.measurements import Measurements
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
-
-
-#: Part of a step by which a time may miss the end of a step, as rounded times of files do.
-_ROUNDED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -52,7 +49,7 @@ class CubicInterpolation:
         of a step from the end of a step counts as this end."""
         position = (t - start) / step
         near = np.rint(position)
-        position = np.where(np.abs(position - near) < _ROUNDED, near, position)
+        position = np.where(np.abs(position - near) < WRITTEN, near, position)
         steps = max(3, int(np.ceil(position[-1])))
         first = np.clip(np.floor(position).astype(int) - 1, 0, steps - 3)
         s = position - first
@@ -68,8 +65,7 @@ class CubicInterpolation:
         """Return values (n, ...) from a table of all rows (rows, ...)."""
         if self.ends is not None:
             return np.asarray(table[self.ends])
-        result: Array = np.einsum("nk,nk...->n...", self.weights, table[self.places])
-        return result
+        return np.asarray(np.einsum("nk,nk...->n...", self.weights, table[self.places]))
 
 
 @dataclass(frozen=True)
@@ -108,7 +104,7 @@ class Experiment:
         """Check the measured data against the model and choose the unknown states. Raises UsageError."""
         self.model, self.data, self.states = model, data, tuple(states)
         self._start = float(data.t[0]) if start is None else start
-        if data.t[0] < self._start - _ROUNDED * step:
+        if data.t[0] < self._start - WRITTEN * step:
             fault = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s [E1055]"
             raise UsageError(Problem("t_start", fault, f"t_start = {data.t[0]:.9g}, or none"))
         self.step, self._initial, self._given = step, initial.state, initial.given
@@ -332,10 +328,6 @@ class ExperimentUnknowns:
         return np.concatenate(parts), np.concatenate(slopes)
 
 
-#: Least change of outputs, in standard deviations, by a change of an unknown by 100 %.
-_EFFECT = 1e-9
-
-
 def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
     """Return the lower and the upper bounds (n,) of the unknowns, infinite by default. `bounds` are pairs by name; a
     name of a state stands for all runs. Raises UsageError for an unknown name, unsuitable pairs, and a start value
@@ -360,31 +352,16 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
             raise UsageError(Problem(f"bounds of {name}", fault, "-inf or inf for none"))
         if not first < last:
             fault = f"{first:.6g} is not below {last:.6g} [E1059]"
-            hint = (
-                f"({last:.6g}, {first:.6g})"
-                if last < first
-                else "without it among the unknowns, for a value that is held"
-            )
+            held = "without it among the unknowns, for a value that is held"
+            hint = f"({last:.6g}, {first:.6g})" if last < first else held
             raise UsageError(Problem(f"bounds of {name}", fault, hint))
         for k in places:
             if not first <= x[k] <= last:
                 fault = f"the search starts at {x[k]:.6g}, outside {first:.6g} to {last:.6g} [E1060]"
-                raise UsageError(Problem(f"bounds of {name}", fault, _within(unknowns, name, k, first, last)))
+                hint = "another start within them, by values= (--set) or initial= (--initial)"
+                raise UsageError(Problem(f"bounds of {name}", fault, hint))
             low[k], high[k] = first, last
     return low, high
-
-
-def _within(unknowns: ExperimentUnknowns, name: str, position: int, first: float, last: float) -> str:
-    """Return a hint in words on how to start the search for unknown number `position` between the bounds."""
-    inside = 0.5 * (first + last) if np.isfinite(first + last) else first + 1.0 if np.isfinite(first) else last - 1.0
-    if position < len(unknowns.parameters):
-        return f"values={{{name!r}: {inside:.6g}}} (--set {name}={inside:.6g})"
-    state = unknowns.states[(position - len(unknowns.parameters)) % len(unknowns.states)]
-    joint = state.partition(".")[2].partition("[")[0]
-    part = {"q": f'"{joint}": {{"position": ...}}', "v": f'"{joint}": {{"velocity": ...}}'}.get(
-        state[0], f'"{joint}": ...'
-    )
-    return f"initial={{{part}}} (--initial {state}={inside:.6g}), its initial guess"
 
 
 def deviations_of(labels: Sequence[str], deviations: Mapping[str, float] | float | None) -> Array | None:
@@ -423,7 +400,7 @@ def check_effect(
     columns = unknowns.columns
     weights = (ranges_of(unknowns.data, columns) if sigma is None else sigma)[columns]
     effect = np.linalg.norm(first[1] / weights[:, np.newaxis], axis=0) * np.where(x != 0.0, np.abs(x), 1.0)
-    lost = [name for name, size in zip(unknowns.names, effect, strict=True) if size < _EFFECT * np.sqrt(len(columns))]
+    lost = [name for name, size in zip(unknowns.names, effect, strict=True) if size < COMPUTED * np.sqrt(len(columns))]
     if lost:
         fault = f"no measurement depends on {', '.join(lost)} at the initial guess [E1064]"
         raise UsageError(Problem("parameters", fault, "other outputs, other start values, or without them"))

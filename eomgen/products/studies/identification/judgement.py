@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 import numpy as np
 from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import EomgenError, Message
 from eomgen.products.studies.identification.estimation import (
     Combination,
@@ -27,18 +28,8 @@ from eomgen.products.studies.identification.result import Column, Estimate, Iden
 
 #: Number of combinations, and of members of a combination, written out in the message.
 _NAMED = 4
-#: Share of a direction that a member has at least to be named.
-_SHARE = 0.2
 #: Standard deviations by which steps may move an estimate.
 _BIASED = 0.25
-#: Relative distance from a bound within which an estimate counts as on the bound.
-_ON_BOUND = 1e-6
-#: Probability beyond which given deviations do not suit the residuals.
-_DOUBT = 1e-3
-#: Correlation of successive residuals, and multiple of the standard error of this correlation, above which residuals
-#: are not noise; and residuals, as a part of the data's spread, that are errors of discretisation in data without
-#: noise.
-_COLOURED, _TIMES, _NOISELESS = 0.3, 4.0, 1e-5
 
 
 @dataclass(frozen=True)
@@ -82,27 +73,23 @@ class Judgement:
         spread[kept] = np.sqrt(np.diag(cov))
         bias = np.zeros(count)
         bias[kept] = self._bias(weighted[:, kept], sigma)
-        decided = [k for k in kept if k not in parts.mixed_columns]
         times = interval(self.confidence, freedom, known_deviations=self.given)
-        states = [
-            "determined" if k in decided else "on its bound" if on_bound[k] else "undetermined" for k in range(count)
-        ]
-        estimates = []
-        for k, name in enumerate(names):
-            deviation = float(spread[k]) if k in decided else 0.0 if on_bound[k] else np.inf
-            value = float(fit.x[k])
-            low, high = value - times * deviation, value + times * deviation
-            start = float(unknowns.start[k])
-            estimates.append(
-                Estimate(name, unknowns.units[k], value, deviation, low, high, float(bias[k]), start, states[k])
-            )
-        combinations = self._combinations(parts, weighted, spread, times)
+        described = names, unknowns.units, fit.x, unknowns.start, spread, times
+        estimates = estimates_of(parts, *described, bias, [k for k in range(count) if on_bound[k]])
+
+        def change(at: Array) -> float:
+            moved = self.predict(at)
+            return np.inf if moved is None else float(np.linalg.norm((moved[0] - fit.values) / sigma))
+
+        combinations = combinations_of(
+            parts, names, fit.x, spread, times, lambda k: form_of(parts, k, fit.x, weighted, change)
+        )
         records = self._records()
         columns = self._columns(records)
         return Identification(
             unknowns.model.name,
             tuple(estimates),
-            correlation(cov, kept, decided, count),
+            correlation(cov, kept, parts.decided, count),
             combinations,
             columns,
             records,
@@ -127,37 +114,8 @@ class Judgement:
 
     def _on_bound(self) -> list[bool]:
         x, (low, high) = self.fit.x, self.limits
-        near = _ON_BOUND * np.maximum(np.abs(x), np.finfo(float).tiny)
+        near = WRITTEN * np.maximum(np.abs(x), np.finfo(float).tiny)
         return [bool(bound) for bound in (x - low <= near) | (high - x <= near)]
-
-    def _combinations(
-        self, parts: DependentColumns, weighted: Array, spread: Array, times: float
-    ) -> tuple[Combination, ...]:
-        """Return the combinations that the data determine although single unknowns are not determined. `parts` are the
-        independent columns of the derivatives `weighted` (rows, n), `spread` (n,) the standard deviations, `times` the
-        half width of intervals in deviations. Each form is tried by further runs."""
-        if not parts.mixed_columns:
-            return ()
-        x, names = self.fit.x, self.unknowns.names
-        sigma = self.fit.deviations[self.unknowns.columns]
-
-        def change(at: Array) -> float:
-            moved = self.predict(at)
-            return np.inf if moved is None else float(np.linalg.norm((moved[0] - self.fit.values) / sigma))
-
-        forms = {dependent: form_of(parts, dependent, x, weighted, change) for dependent in parts.others}
-        combinations = []
-        for k in parts.mixed_columns:
-            row = parts.coefficients[parts.kept.index(k)]
-            others = [dependent for dependent, c in zip(parts.others, row, strict=True) if c]
-            kinds = {forms[dependent] for dependent in others}
-            form = kinds.pop() if len(kinds) == 1 else "first order"
-            text, value = words(parts, k, names, x, form)
-            deviation = float(spread[k]) * (abs(value / float(x[k])) if form == "product" else 1.0)
-            members = (names[k], *(names[dependent] for dependent in others))
-            low, high = value - times * deviation, value + times * deviation
-            combinations.append(Combination(text, members, form, value, deviation, low, high))
-        return tuple(combinations)
 
     def _records(self) -> tuple[Record, ...]:
         unknowns, x = self.unknowns, self.fit.x
@@ -180,11 +138,7 @@ class Judgement:
         for k, label in enumerate(self.unknowns.labels):
             parts = [record.residuals[label] for record in records if label in record.data]
             parts = [part[np.isfinite(part)] for part in parts]
-            every = np.concatenate(parts)
-            unit = units.get(label.partition("[")[0], "")
-            rms = float(np.sqrt(np.mean(every**2)))
-            noise = float(self.fit.deviations[k])
-            columns.append(Column(label, unit, len(every), noise, rms, autocorrelation(parts)))
+            columns.append(column_of(label, units.get(label.partition("[")[0], ""), self.fit.deviations[k], parts))
         return tuple(columns)
 
     def _notes(
@@ -199,10 +153,10 @@ class Judgement:
         weighted sum of squared residuals with `freedom` degrees of freedom."""
         spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
         # data without noise would ask for any step
-        noisy = [column for column, size in zip(columns, spread, strict=True) if column.rms > _NOISELESS * size]
+        noisy = [column for column, size in zip(columns, spread, strict=True) if column.rms > 1e-5 * size]
         return [
             *([] if self.fit.converged else [f"the search did not converge ({self.fit.text})"]),
-            *_notes_of_combinations(combinations),
+            *notes_of_combinations(combinations),
             *self._notes_of_estimates(estimates, combinations),
             *(self._notes_of_steps(estimates) if noisy else ()),
             *(_notes_of_deviations(squares, freedom) if self.given and freedom > 0 else ()),
@@ -257,14 +211,63 @@ class Judgement:
             self.fit.J[:, chosen] * np.abs(x[chosen]) / sigma[:, np.newaxis], full_matrices=False
         )
         shares = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
-        parts = [(float(c), estimates[k].name) for k, c in zip(chosen, shares, strict=True) if abs(c) > _SHARE]
+        parts = [(float(c), estimates[k].name) for k, c in zip(chosen, shares, strict=True) if abs(c) > 0.2]
         if len(parts) < 2:
             return ""
         text = "".join(f" {'-' if c < 0.0 else '+'} {abs(c):.2f} {name}" for c, name in parts).removeprefix(" + ")
         return f"; least determined, in shares of their values: {text.strip()}"
 
 
-def _notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]:
+def estimates_of(
+    parts: DependentColumns,
+    names: Sequence[str],
+    units: Sequence[str],
+    x: Array,
+    start: Array,
+    spread: Array,
+    times: float,
+    bias: Array,
+    on_bound: Collection[int] = (),
+) -> list[Estimate]:
+    """Return the estimates of unknowns with values x and standard deviations ``spread`` (n,), by their independent
+    columns; ``times`` is the half width of intervals in deviations, ``bias`` (n,) the change by errors of steps."""
+    estimates = []
+    for k, name in enumerate(names):
+        state = "determined" if k in parts.decided else "on its bound" if k in on_bound else "undetermined"
+        value, deviation = float(x[k]), {"determined": float(spread[k]), "on its bound": 0.0}.get(state, np.inf)
+        ends = value - times * deviation, value + times * deviation
+        estimates.append(Estimate(name, units[k], value, deviation, *ends, float(bias[k]), float(start[k]), state))
+    return estimates
+
+
+def combinations_of(
+    parts: DependentColumns, names: Sequence[str], x: Array, spread: Array, times: float, form: Callable[[int], str]
+) -> tuple[Combination, ...]:
+    """Return the combinations that the data determine although single unknowns are not determined; ``form`` gives the
+    form in which a dependent column is determined, other arguments are those of ``estimates_of``."""
+    forms = {dependent: form(dependent) for dependent in parts.others} if parts.mixed_columns else {}
+    combinations = []
+    for k in parts.mixed_columns:
+        row = parts.coefficients[parts.kept.index(k)]
+        others = [dependent for dependent, c in zip(parts.others, row, strict=True) if c]
+        kinds = {forms[dependent] for dependent in others}
+        kind = kinds.pop() if len(kinds) == 1 else "first order"
+        text, value = words(parts, k, names, x, kind)
+        deviation = float(spread[k]) * (abs(value / float(x[k])) if kind == "product" else 1.0)
+        members = (names[k], *(names[dependent] for dependent in others))
+        low, high = value - times * deviation, value + times * deviation
+        combinations.append(Combination(text, members, kind, value, deviation, low, high))
+    return tuple(combinations)
+
+
+def column_of(label: str, unit: str, deviation: float, residuals: Sequence[Array]) -> Column:
+    """Return the statistics of a measured column, by its residuals in each run."""
+    every = np.concatenate(residuals)
+    rms = float(np.sqrt(np.mean(every**2)))
+    return Column(label, unit, len(every), float(deviation), rms, autocorrelation(residuals))
+
+
+def notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]:
     for combination in combinations[:_NAMED]:
         if len(combination.members) <= _NAMED:
             to_first = ", to first order" if combination.form == "first order" else ""
@@ -279,20 +282,18 @@ def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:
     """Yield a note if the weighted sum of squared residuals contradicts the given deviations, by the chi-squared
     test."""
     ratio = float(np.sqrt(squares / freedom))
-    if special.chdtrc(freedom, squares) < _DOUBT:
+    if special.chdtrc(freedom, squares) < 1e-3:
         yield (
             f"residuals are {ratio:.3g} times the deviations given: the model misses something, or these are"
             " too small; intervals are too narrow [W0082]"
         )
-    elif special.chdtr(freedom, squares) < _DOUBT:
+    elif special.chdtr(freedom, squares) < 1e-3:
         yield f"residuals are {ratio:.3g} times the deviations given, which are too large [W0083]"
 
 
 def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
     """Yield a note if residuals of the given columns are correlated with the next residuals, and so not white noise."""
-    coloured = [
-        column for column in columns if column.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(column.samples))
-    ]
+    coloured = [column for column in columns if column.autocorrelation > max(0.3, 4.0 / np.sqrt(column.samples))]
     if coloured:
         listed = ", ".join(f"{column.name} {column.autocorrelation:.2f}" for column in coloured)
         yield (

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.calls import names_of
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
 from eomgen.base.messages import close_names, listed, nearest, shown
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 #: A file, or columns by name, including t.
 Data = str | os.PathLike[str] | Mapping[str, Any]
 MISSING = ("refuse", "drop")
-#: Largest value whose square, and sums of such, are numbers.
-_LARGEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -174,15 +173,8 @@ def _components(model: Model) -> list[str]:
 def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     """Return the components of outputs that are chosen, by names of outputs or of components. Raises UsageError for an
     unknown name, or anything but a list of names."""
-    if isinstance(chosen, str):
-        raise UsageError(
-            Problem("outputs", f"a list of names is needed, not the text {chosen!r} [E1075]", f'["{chosen}"]')
-        )
-    if not isinstance(chosen, Iterable):
-        fault = f"a list of names is needed, not {shown(chosen)} [E1076]"
-        raise UsageError(Problem("outputs", fault, f'outputs=["{known[0]}"]' if known else "without it"))
     result = []
-    for name in chosen:
+    for name in names_of("outputs", "outputs", chosen, "angle"):
         labels = [label for label in known if label == name or label.partition("[")[0] == name]
         if not labels:
             raise UsageError(Problem("outputs", f"there is no output {shown(name)} [E0204]", _near(str(name), known)))
@@ -210,7 +202,7 @@ def _without_gaps(
     1e100."""
     for column, values in (outputs | inputs).items():
         largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
-        if largest > _LARGEST:
+        if largest > 1e100:
             fault = f"{largest:.3g} is too large a value: squares of differences to it overflow [E1079]"
             hint = "values in the unit of the column, and empty cells for missing ones"
             raise UsageError(Problem(f"{name}, column {column}", fault, hint))

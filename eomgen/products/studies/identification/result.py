@@ -220,8 +220,6 @@ class Identification:
 
 
 _DATA, _MODEL = "#707070", "#0B62C4"
-#: Largest number of columns in one figure.
-_SHOWN = 8
 
 
 def draw(result: Identification, folder: Path) -> list[Path]:
@@ -232,7 +230,7 @@ def draw(result: Identification, folder: Path) -> list[Path]:
 def _run(result: Identification, record: Record) -> Any:
     """Return a figure of a record, with at most eight columns: data with the model, and residuals in standard
     deviations."""
-    names = list(record.data)[:_SHOWN]
+    names = list(record.data)[:8]
     figure = new_figure((10.0, 1.0 + 1.9 * len(names)))
     rows = figure.subplots(len(names), 2, squeeze=False, sharex=True, width_ratios=(3, 2))
     columns = {column.name: column for column in result.columns}

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eomgen.base.calls import check_options, checked_call
+from eomgen.base.calls import check_options, checked_call, names_of
 from eomgen.base.messages import shown
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import initial_state
@@ -29,8 +29,6 @@ from eomgen.products.studies.identification.result import Identification
 from eomgen.products.studies.identification.torques import identified_by_torque
 from eomgen.scene.scene import Scene
 
-#: Predictions in one search, at most.
-_LIMIT = 200
 _WAYS = ("run", "torque")
 #: Options of runs, and arguments of this study, which come first among suggestions for an unknown name.
 _OF_RUNS = ("method", "rho_inf", "alpha", "beta", "gamma", "inputs", "settings")
@@ -188,7 +186,7 @@ def identify(
     limits, sigma = bounds_of(unknowns, bounds), deviations_of(unknowns.labels, deviations)
     predict = Predictions(unknowns.predict)
     check_effect(unknowns, predict, x, sigma)
-    result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma, _LIMIT).fit(x)
+    result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma, 200).fit(x)
     return Judgement(unknowns, at(0.5 * size), result, predict, limits, sigma is not None, share).result()
 
 
@@ -227,14 +225,8 @@ def _check_unused(options: Mapping[str, object]) -> None:
 
 def _check_lists(**lists: object) -> None:
     for name, entries in lists.items():
-        if (
-            isinstance(entries, str)
-            or not isinstance(entries, Sequence)
-            or not all(isinstance(item, str) for item in entries)
-        ):
-            hint = f"{name}={[entries] if isinstance(entries, str) else ['...']!r}".replace("'", '"')
-            raise UsageError(Problem(name, f"a list of names is needed, not {shown(entries)} [E1076]", hint))
-        if len(set(entries)) < len(entries):
+        names = names_of(name, name, entries, "mass" if name == "parameters" else "q.hinge")
+        if len(set(names)) < len(names):
             raise UsageError(Problem(name, "a name is given twice [E0589]", "each of them once"))
 
 

@@ -14,31 +14,29 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Message, Problem, UsageError
 from eomgen.products.studies.identification.estimation import (
     Combination,
     DependentColumns,
-    autocorrelation,
     correlation,
     covariance,
     structure,
-    words,
 )
 from eomgen.products.studies.identification.experiment import deviations_of
-from eomgen.products.studies.identification.judgement import interval
+from eomgen.products.studies.identification.judgement import (
+    column_of,
+    combinations_of,
+    estimates_of,
+    interval,
+    notes_of_combinations,
+)
 from eomgen.products.studies.identification.measurements import Data, columns_of, listed_plain, times_of
-from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
+from eomgen.products.studies.identification.result import Column, Identification, Record
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
-
-#: Passes that estimate standard deviations of efforts, the relative change that ends the passes, and the least
-#: deviation as a part of an effort's range.
-_PASSES, _SAME, _LEAST = 30, 1e-6, 1e-12
-#: Condition number of the columns, each of norm one, from which motions excite the parameters badly (Gautier and Khalil
-#: 1992 ask for less than 100).
-_CONDITION = 100.0
 
 
 @dataclass(frozen=True)
@@ -108,13 +106,17 @@ def identified_by_torque(
         raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
     solution = _solve(A, right, start, sigma)
     times = interval(confidence, solution.freedom, known_deviations=sigma is not None)
-    estimates, combinations, correlations = _estimates(solution, names, start, units, times)
-    columns, records = _measurements(model, motions, right - A @ solution.x, solution.deviations)
+    x, parts, kept = solution.x, solution.parts, list(solution.parts.kept)
+    spread, unbiased = np.full(len(names), np.inf), np.zeros(len(names))
+    spread[kept] = np.sqrt(np.diag(solution.covariance))
+    estimates = estimates_of(parts, names, units, x, start, spread, times, unbiased)
+    combinations = combinations_of(parts, names, x, spread, times, lambda _: "sum")
+    columns, records = _measurements(model, motions, right - A @ x, solution.deviations)
     return Identification(
         model.name,
         tuple(estimates),
-        correlations,
-        tuple(combinations),
+        correlation(solution.covariance, kept, parts.decided, len(names)),
+        combinations,
         columns,
         records,
         confidence,
@@ -165,7 +167,7 @@ def _solve(A: Array, right: Array, start: Array, deviations: Array | None) -> _S
     ranges = np.ptp(right, axis=0)
     ranges = np.where(ranges > 0.0, ranges, 1.0)
     sigma, x = ranges if deviations is None else deviations, start.copy()
-    for _ in range(_PASSES):
+    for _ in range(30):
         whole = (A / sigma[:, np.newaxis]).reshape(-1, unknowns)
         result = structure(whole)
         kept, others = list(result.kept), list(result.others)
@@ -174,37 +176,13 @@ def _solve(A: Array, right: Array, start: Array, deviations: Array | None) -> _S
         if deviations is not None:
             break
         share = max(1.0 - len(kept) / (rows * count), 1.0 / (rows * count))
-        estimated = np.maximum(np.sqrt(np.mean((right - A @ x) ** 2, axis=0) / share), _LEAST * ranges)
+        estimated = np.maximum(np.sqrt(np.mean((right - A @ x) ** 2, axis=0) / share), SUMMED * ranges)
         change = float(np.max(np.abs(estimated / sigma - 1.0)))
         sigma = estimated
-        if change < _SAME:
+        if change < WRITTEN:
             break
     cov = covariance(A.reshape(-1, unknowns)[:, kept], np.tile(sigma, rows)) if kept else np.zeros((0, 0))
     return _Solution(x, sigma, result, cov, rows * count - len(kept))
-
-
-def _estimates(
-    solution: _Solution, names: Sequence[str], start: Array, units: Sequence[str], times: float
-) -> tuple[list[Estimate], list[Combination], Array]:
-    """Return estimates of the unknowns, determined combinations, and the correlation (n, n). `times` is the half width
-    of intervals in standard deviations; `start` (n,) are the scene's values."""
-    x, parts = solution.x, solution.parts
-    kept, spread = list(parts.kept), np.full(len(names), np.inf)
-    spread[kept] = np.sqrt(np.diag(solution.covariance))
-    decided = [k for k in kept if k not in parts.mixed_columns]
-    estimates, combinations = [], []
-    for k, name in enumerate(names):
-        deviation, state = (float(spread[k]), "determined") if k in decided else (np.inf, "undetermined")
-        value, reach = float(x[k]), times * deviation
-        ends = value - reach, value + reach
-        estimates.append(Estimate(name, units[k], value, deviation, *ends, 0.0, float(start[k]), state))
-    for k in parts.mixed_columns:
-        text, value = words(parts, k, names, x, "sum")
-        row = parts.coefficients[parts.kept.index(k)]
-        members = (names[k], *(names[dependent] for dependent, c in zip(parts.others, row, strict=True) if c))
-        reach = times * float(spread[k])
-        combinations.append(Combination(text, members, "sum", value, float(spread[k]), value - reach, value + reach))
-    return estimates, combinations, correlation(solution.covariance, kept, decided, len(names))
 
 
 def _measurements(
@@ -226,14 +204,7 @@ def _measurements(
         for motion, part in zip(motions, parts, strict=True)
     )
     columns = tuple(
-        Column(
-            label,
-            "N m" if unit.startswith("rad") else "N",
-            len(left),
-            float(deviations[k]),
-            float(np.sqrt(np.mean(left[:, k] ** 2))),
-            autocorrelation([part[:, k] for part in parts]),
-        )
+        column_of(label, "N m" if unit.startswith("rad") else "N", deviations[k], [part[:, k] for part in parts])
         for k, (label, unit) in enumerate(zip(labels, model.v_units, strict=True))
     )
     return columns, records
@@ -243,13 +214,13 @@ def _notes(
     weighted: Array, parts: DependentColumns, names: Sequence[str], combinations: Sequence[Combination]
 ) -> list[str]:
     whole = weighted.reshape(-1, weighted.shape[-1])[:, list(parts.kept)]
-    notes = [f"only {combination.text} is determined" for combination in combinations if len(combination.members) <= 4]
+    notes = list(notes_of_combinations(combinations))
     mixed = {name for combination in combinations for name in combination.members}
     lost = [names[k] for k in parts.others if names[k] not in mixed]
     if lost:
         notes.append(f"these motions do not depend on {listed_plain(lost)} [W0085]")
     condition = float(np.linalg.cond(whole / np.linalg.norm(whole, axis=0))) if whole.size else 1.0
-    if condition > _CONDITION:
+    if condition > 100.0:  # Gautier and Khalil (1992) ask for less
         notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g} [W0086]")
     return notes
 

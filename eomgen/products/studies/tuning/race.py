@@ -36,18 +36,10 @@ from eomgen.system.description import Simulation
 
 #: Part of the demanded error that a run is expected to stay below, since the errors of verification runs may be larger.
 MARGIN = 0.75
-#: Ratio of fineness above which whole steps that are finer than required cost too much.
-APART = 1.2
 #: Errors above this give no order.
 COARSE = 0.2
 #: Orders that runs show are believed down to this part of the declared one.
 LEAST_ORDER = 0.5
-#: Largest ratio of the resolutions of successive runs.
-LARGEST_JUMP = 16.0
-#: Runs of one contender at most.
-MOST_RUNS = 7
-#: A run is final if another would be cheaper by less than this part.
-GAIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -145,7 +137,7 @@ class Contender:
         if not last.error < COARSE:
             return self._steps(4.0 * finest) if self.kind != TOLERANCE else 100.0 * finest
         factor = float((max(last.error, 1e-300) / (MARGIN * demand)) ** (1.0 / self.order))
-        jump = LARGEST_JUMP if self.kind != TOLERANCE else 1e6
+        jump = 16.0 if self.kind != TOLERANCE else 1e6
         result = self._between(min(last.resolution * factor, jump * finest), demand)
         if self.kind == TOLERANCE:
             return min(max(result, 10.0), 1e15)
@@ -156,7 +148,7 @@ class Contender:
         number that may satisfy the demand, unless this number has missed the demand."""
         finer, coarser = self._steps(resolution), self._steps(least)
         missed = max((run.resolution for run in self.runs if run.error > demand), default=0.0)
-        return coarser if finer > APART * resolution and missed < coarser < finer else finer
+        return coarser if finer > 1.2 * resolution and missed < coarser < finer else finer
 
     def _between(self, resolution: float, demand: float) -> float:
         """Return a resolution if it lies between a run that misses the demand and the next run that meets the demand;
@@ -214,23 +206,18 @@ class Contender:
 
     def _judge(self, demand: float) -> None:
         best = self.best(demand)
-        if self.taken >= MOST_RUNS:
+        if self.taken >= 7:
             self.closed, self.why = True, "enough runs"
         elif best is not None:
             wanted = self.predict_resolution(demand)
             tried = any(abs(math.log(wanted / run.resolution)) < 0.05 for run in self.runs)
-            if tried or self.predict_seconds(demand) > (1.0 - GAIN) * best.seconds:
+            if tried or self.predict_seconds(demand) > 0.9 * best.seconds:  # another would gain little
                 self.closed, self.why = True, "met"
 
 
-#: Number of runs for the median of a time; runs shorter than ``SHORT`` s are repeated ``MORE_REPEATS`` times.
-REPEATS, SHORT, MORE_REPEATS = 3, 2e-3, 9
-#: Ratio of the time of a run to the best time so far above which the run is timed once.
-FAR = 1.5
-#: A contender may promise this part of the best so far and still run.
-PROMISE = 0.97
-#: Runs within this factor of the time of the first are timed again side by side; and the largest number of these.
-CLOSE, FINALISTS = 1.25, 3
+def _repeats(seconds: float) -> int:
+    """Return the number of runs for the median of a time."""
+    return 9 if seconds < 2e-3 else 3
 
 
 @dataclass
@@ -274,7 +261,7 @@ class Race:
             self.prepare(contender)
         while True:
             best = min(best, self._least(contenders))
-            opened = [c for c in contenders if not c.closed and c.least_seconds(self.demand) < PROMISE * best]
+            opened = [c for c in contenders if not c.closed and c.least_seconds(self.demand) < 0.97 * best]
             if not opened:
                 break
             first = min(opened, key=lambda c: c.least_seconds(self.demand))
@@ -297,16 +284,15 @@ class Race:
         """Time the cheapest runs that meet the demand again, in turns, and set their median times. At most three
         contenders within 25 % of the cheapest take part; no change for a single one."""
         able = sorted((c for c in contenders if c.best(self.demand)), key=lambda c: c.seconds(self.demand))
-        close = [c for c in able if c.seconds(self.demand) <= CLOSE * able[0].seconds(self.demand)][:FINALISTS]
+        close = [c for c in able if c.seconds(self.demand) <= 1.25 * able[0].seconds(self.demand)][:3]
         if len(close) < 2:
             return
         entered: list[tuple[Contender, RaceRun, RepeatedRun, list[float]]] = []
         for contender in close:
-            run = contender.best(self.demand)
-            if run is not None:
-                outcome = self.runner.run(**contender.how(run), estimated=False)
-                entered += [(contender, run, outcome.repeated, [])] if outcome.repeated is not None else []
-        for _ in range(MORE_REPEATS if able[0].seconds(self.demand) < SHORT else REPEATS):
+            if (run := contender.best(self.demand)) is not None:
+                repeated = self.runner.run(**contender.how(run), estimated=False).repeated
+                entered += [] if repeated is None else [(contender, run, repeated, [])]
+        for _ in range(_repeats(able[0].seconds(self.demand))):
             for *_, repeated, taken in entered:
                 taken.extend(measure_seconds(repeated, 1))
         for contender, run, _, taken in entered:
@@ -355,15 +341,13 @@ class Race:
         error = self.judge.error(outcome.observation)
         try:
             taken = measure_seconds(outcome.repeated, 1)
-            if taken[0] < SHORT:  # the first of these was with cold caches
-                taken = measure_seconds(outcome.repeated, REPEATS)
+            if _repeats(taken[0]) > 3:  # the first of these was with cold caches
+                taken = measure_seconds(outcome.repeated, 3)
             run = RaceRun(resolution, error, statistics.median(taken), error, steps)
-            if error <= self.demand and run.seconds < FAR * best:
+            if error <= self.demand and run.seconds < 1.5 * best:
                 run = self._train(contender, run)
                 if run.error <= self.demand:
-                    taken += measure_seconds(
-                        outcome.repeated, (MORE_REPEATS if run.seconds < SHORT else REPEATS) - len(taken)
-                    )
+                    taken += measure_seconds(outcome.repeated, _repeats(run.seconds) - len(taken))
         except NumericalError:
             return replace(tried, seconds=outcome.seconds)
         return replace(run, seconds=statistics.median(taken))
@@ -373,14 +357,6 @@ class Race:
         self.left_out[contender.configuration.label] = why
 
 
-#: The first run of a contender has steps this many times the scene's.
-FIRST_STEP = 8.0
-#: Methods with adaptive steps begin with a tolerance of the demand, those below this order with a larger one.
-FULL_ORDER = 5
-#: The largest tolerance to begin with.
-COARSEST = 0.1
-#: Single precision is tried for demands from this on.
-SINGLE = 1e-5
 #: Ratio of the times of a step above which another formulation leaves the race, with all formulations of its kind.
 DEARER = 3.0
 
@@ -403,7 +379,6 @@ class RaceEntries:
     axes: Sequence[str]
     methods: tuple[str, ...]
     defaults: Simulation
-    say: Callable[[str], None]
 
     def run_race(self) -> list[Contender]:
         """Run the whole race, one candidate of each family first, and return all contenders. Afterwards relatives and
@@ -444,7 +419,7 @@ class RaceEntries:
                 candidate, configuration, TOLERANCE, 1.0 / first_tolerance(candidate.method.order, self.race.demand)
             )
         grid = self.race.runner.grid
-        first = whole_steps(grid.row / (FIRST_STEP * self.defaults.step), grid.coarsest)
+        first = whole_steps(grid.row / (8.0 * self.defaults.step), grid.coarsest)
         return Contender(candidate, configuration, "step", first, grid.coarsest)
 
     def _near(self, best: Contender, candidate: Candidate, configuration: Configuration) -> Contender:
@@ -480,14 +455,14 @@ class RaceEntries:
         varied = []
         if "policy" in self.axes:
             varied += [best.configuration.vary(policy=name, settings=s) for name, s in policies.items()]
-        if "arithmetic" in self.axes and self.race.demand >= SINGLE:
+        if "arithmetic" in self.axes and self.race.demand >= 1e-5:
             varied.append(best.configuration.vary(real="float"))
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
     def _contenders_on(self, name: str, best: Contender | None) -> list[Contender]:
         """Return contenders on another formulation: the winner's family if it runs there, else one contender of each
         family. Empty, with the reason in ``left_out``, if the formulation cannot be built."""
-        self.say(f"building: {name}")
+        self.race.say(f"building: {name}")
         try:
             there = candidates(name, self.race.runner.model(name), self.methods, self.race.left_out)
         except EomgenError as error:
@@ -511,8 +486,8 @@ class RaceEntries:
 
 
 def first_tolerance(order: int, demand: float) -> float:
-    """Return the tolerance at which a method takes as many steps as a method of order ``FULL_ORDER`` at the demand.
+    """Return the tolerance at which a method takes as many steps as a method of order 5 at the demand, at most 0.1.
 
     Steps are as many as tolerance^(-1/(order + 1)): of order 2, a demand of 1e-8 would take hundreds of thousands.
     """
-    return float(min(COARSEST, demand ** min(1.0, (order + 1) / (FULL_ORDER + 1))))
+    return float(min(0.1, demand ** min(1.0, (order + 1) / 6.0)))

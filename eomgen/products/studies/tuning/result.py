@@ -10,26 +10,17 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_file, write_text
+from eomgen.base.messages import key_of
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.studies.tuning.judge import VerificationRun
 from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.result import short_duration
+from eomgen.scene.sources.toml import line_index
 
-_SECTION = re.compile(r"^\s*\[([^\[\]]+)\]\s*(#.*)?$")
-_BODY = re.compile(r"^bodies\.([A-Za-z0-9_-]+)$")
 #: Keys of a scene file on the method of a run, which are removed unless among the new keys.
 _OF_METHODS = (
-    "method",
-    "step",
-    "rho_inf",
-    "alpha",
-    "beta",
-    "gamma",
-    "tolerance",
-    "order",
-    "record_every",
-    "settings",
-    "real",
+    *("method", "step", "rho_inf", "alpha", "beta", "gamma"),
+    *("tolerance", "order", "record_every", "settings", "real"),
 )
 
 
@@ -52,84 +43,53 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
             Problem(str(path or "scene"), "settings can be written into .toml scene files only [E1120]", hint)
         )
     try:
-        lines = read_file(path).decode().split("\n")
+        text = read_file(path).decode()
     except OSError as error:
         raise FileError(
             Problem(str(path), f"cannot be read: {error.strerror or error} [E0115]", "another path")
         ) from None
-    lines = _with_section(lines, "simulation", simulation, _OF_METHODS)
+    data = tomllib.loads(text)
+    kept = {name: value for name, value in data.get("simulation", {}).items() if name not in _OF_METHODS}
+    data |= {"simulation": kept | dict(simulation), **({"coordinates": coordinates} if coordinates else {})}
+    for name, value in (dict.fromkeys(_OF_METHODS) | dict(simulation)).items():
+        text = _with_key(text, "simulation", name, value)
     if coordinates:
-        lines = _with_key(lines, "", "coordinates", coordinates)
-    if group:
-        for section in [match[1].strip() for line in lines if (match := _SECTION.match(line))]:
-            if _BODY.match(section):
-                lines = _with_key(lines, section, "group", group)
-    text = "\n".join(lines)
-    if not _holds(text, simulation, coordinates):
+        text = _with_key(text, "", "coordinates", coordinates)
+    for name, body in data["bodies"].items() if group else ():
+        text, body["group"] = _with_key(text, key_of("bodies", name), "group", group), group
+    try:
+        fits = tomllib.loads(text) == data
+    except tomllib.TOMLDecodeError:
+        fits = False
+    if not fits:
         raise UsageError(
             Problem(str(path), "its [simulation] is written in a way that cannot be changed here [E1121]", hint)
         )
     return text
 
 
-def _span(lines: list[str], section: str) -> tuple[int, int] | None:
-    """Return the numbers of the first line of a section, after its header, and of the line after the section; None
-    without it. The empty name is for the lines before the first header."""
-    headers = [number for number, line in enumerate(lines) if re.match(r"^\s*\[", line)]
-    if not section:
-        return 0, headers[0] if headers else len(lines)
-    for number in headers:
-        match = _SECTION.match(lines[number])
-        if match and match[1].strip() == section:
-            return number + 1, next((header for header in headers if header > number), len(lines))
-    return None
-
-
-def _with_section(lines: list[str], section: str, values: Mapping[str, Any], known: tuple[str, ...]) -> list[str]:
-    span = _span(lines, section)
-    if span is None:
-        section_lines = [f"[{section}]", *(f"{name} = {_value(value)}" for name, value in values.items())]
-        return [*lines, *([""] if lines and lines[-1] else []), *section_lines, ""]
-    for name in known:
-        if name not in values:
-            begin, end = _span(lines, section) or span
-            lines = [line for n, line in enumerate(lines) if not (begin <= n < end and _is_key(line, name))]
-    for name, value in values.items():
-        lines = _with_key(lines, section, name, value)
-    return lines
-
-
-def _with_key(lines: list[str], section: str, name: str, value: Any) -> list[str]:
-    begin, end = _span(lines, section) or (0, 0)
-    for number in range(begin, end):
-        if _is_key(lines[number], name):
-            written = f"{name} = {_value(value)}"
-            comment = re.search(r"\s+#[^\"']*$", lines[number])
-            if comment and lines[number][: comment.start()].strip() == written:  # may be false for another value
-                written += comment[0]
-            return [*lines[:number], written, *lines[number + 1 :]]
-    last = max((n for n in range(begin, end) if lines[n].strip()), default=begin - 1)
-    return [*lines[: last + 1], f"{name} = {_value(value)}", *lines[last + 1 :]]
-
-
-def _is_key(line: str, name: str) -> bool:
-    return re.match(rf"^\s*{re.escape(name)}\s*=", line) is not None
+def _with_key(text: str, section: str, name: str, value: Any) -> str:
+    """Return the text of a TOML file in which a key of a section, or, without one, of the file has a value; without the
+    key if the value is None. A new key stands behind the others. A comment stays beside a value that stays."""
+    lines, where = text.rstrip().split("\n"), line_index(text)
+    in_place = {key: line for key, line in where.items() if not lines[line - 1].lstrip().startswith("[")}
+    number, written = in_place.get(f"{section}.{name}" if section else name), f"{name} = {_value(value)}"
+    if number is not None and re.match(rf"\s*{name}\s*=", lines[number - 1]):
+        if value is None:
+            del lines[number - 1]
+        elif lines[number - 1].partition("#")[0].strip() != written:
+            lines[number - 1] = written
+    elif value is not None:
+        lines += ["", f"[{section}]"] if section and section not in where else []
+        others = (line for key, line in in_place.items() if key.rpartition(".")[0] == section)
+        lines.insert(max(others, default=where.get(section, len(lines))), written)
+    return "\n".join(lines) + "\n"
 
 
 def _value(value: Any) -> str:
     if isinstance(value, Mapping):
         return f"{{ {', '.join(f'{name} = {_value(item)}' for name, item in value.items())} }}"
     return f'"{value}"' if isinstance(value, str) else repr(value)
-
-
-def _holds(text: str, simulation: Mapping[str, Any], coordinates: str) -> bool:
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        return False
-    section = data.get("simulation", {})
-    set_ = all(section.get(name) == value for name, value in simulation.items())
-    return set_ and (not coordinates or data.get("coordinates") == coordinates)
 
 
 @dataclass(frozen=True)
@@ -237,14 +197,11 @@ class Tuned:
             ``spent`` (``seconds``, ``runs``, and ``built`` as ``building``). Numbers of ``own`` and ``verified`` may be
             infinite.
         """
-        demand = ("scene", "quantity", "measure", "demand", "met")
-        run = ("kind", "value", "error", "seconds", "span", "steps", "why", "next_digit")
+        own = ("scene", "quantity", "measure", "demand", "met", "kind", "value", "error", "seconds", "span", "steps")
         return {
-            **{name: getattr(self, name) for name in demand},
+            **{name: getattr(self, name) for name in (*own, "why", "next_digit", "said")},
             **self.configuration.to_dict(),
-            **{name: getattr(self, name) for name in run},
             "own": {"settings": self.own[0], "error": self.own[1], "seconds": self.own[2]},
-            "said": self.said,
             "rivals": [vars(rival) for rival in self.rivals],
             "verified": [vars(run) for run in self.verified],
             "simulation": dict(self.simulation),

@@ -165,18 +165,13 @@ class _Tuning:
         if not scene_candidates:
             why = "; ".join(self.left_out.values())
             raise ModelError(Problem("methods", f"no method runs on this scene: {why} [E1128]", "other methods"))
-        if self.methods:  # a demand is judged by the best, also from methods that do not race
-            every = candidates(self.own, model, (), {})
-            judges = (
-                *scene_candidates,
-                *(c for c in every if c.row.name not in {candidate.row.name for candidate in scene_candidates}),
-            )
-        else:
-            judges = scene_candidates
-        judge = Judge(self.runner, judges, demand, JUDGE_SHARE * self.budget, self.say)
+        # a demand is judged by the best, also from methods that do not race
+        every = candidates(self.own, model, (), {}) if self.methods else ()
+        judges = {candidate.row.name: candidate for candidate in (*every, *scene_candidates)}
+        judge = Judge(self.runner, list(judges.values()), demand, JUDGE_SHARE * self.budget, self.say)
         near = conditions(self.runner, judge.reference().observation)
         race = Race(judge, demand.error, self.say, [next(near)], left_out=self.left_out)
-        entries = RaceEntries(race, scene_candidates, self._others(), self.axes, self.methods, self.defaults, self.say)
+        entries = RaceEntries(race, scene_candidates, self._others(), self.axes, self.methods, self.defaults)
         try:
             contenders = entries.run_race()
             self._enough(contenders)
@@ -231,8 +226,8 @@ class _Tuning:
             checks: list[VerificationRun] = []
             for condition in tried:
                 self.say(f"verifying: {condition.label}")
-                check = verify(race.judge, winner.how(run), condition)
-                checks += [] if check is None else [check]
+                if (check := verify(race.judge, winner.how(run), condition)) is not None:
+                    checks.append(check)
             missed = {check.what for check in checks if not check.error <= race.demand}
             if not missed or not left:
                 break
