@@ -357,7 +357,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
 
 @pytest.mark.slow_cases(
     "names2-options2-no measurement depends on far at the initial guess; try: other outputs",
-    "names26-options26-tdg2 has no derivatives of runs here",
+    "names25-options25-tdg2 has no derivatives of runs here",
 )
 @pytest.mark.parametrize(
     ("names", "options", "told"),

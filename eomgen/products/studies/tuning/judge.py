@@ -21,12 +21,12 @@ from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
 from eomgen.formula.prescribed_motion import constant
 from eomgen.lie.product import difference, update
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
-from eomgen.products.studies.work_precision.observation import ErrorSize, Observation, error_in, errors
+from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible
+from eomgen.products.studies.work_precision.observation import ErrorSize, Observation, error_in
 from eomgen.products.studies.work_precision.reference import (
     LARGEST_UNCERTAINTY,
-    MOST_STEPS,
     TIGHT,
+    RefinedRun,
     RunReference,
     check_moves,
     hold,
@@ -170,28 +170,6 @@ def _over_time(model: Model, runner: Runner) -> bool:
 KNOWN, LEAST_KNOWN = 0.05, 0.5
 
 
-@dataclass(frozen=True)
-class _UncertainMotion:
-    """A motion by one method, with its uncertainty.
-
-    Attributes
-    ----------
-    candidate : the method on a formulation
-    observation : of the motion
-    described : method, formulation and step or tolerance in words
-    apart : difference from the run at half the accuracy, by quantity
-    error : of the demanded quantity
-    level : number of the method's refinement
-    """
-
-    candidate: Candidate
-    observation: Observation
-    described: str
-    apart: Mapping[str, ErrorSize]
-    error: float
-    level: int
-
-
 @dataclass
 class Judge:
     """Reference motions under the scene's conditions and under changed conditions, for the errors of runs.
@@ -213,7 +191,7 @@ class Judge:
     say: Callable[[str], None]
     tried: dict[str, str] = field(default_factory=dict)
     _held: dict[str, RunReference] = field(default_factory=dict)
-    _served: tuple[Candidate, int] | None = None
+    _served: RefinedRun | None = None
 
     def reference(self, condition: Condition = OWN) -> RunReference:
         """Return the motion under a condition.
@@ -244,11 +222,11 @@ class Judge:
         """Return the most certain motion under a condition as the reference, tried by one method after another. Raises
         NumericalError if no method runs, the system does not move, or the motion is known to less than half of the
         demand."""
-        best: _UncertainMotion | None = None
+        best: RefinedRun | None = None
         apart = 0
         for candidate in self._order():
             self.say(f"reference: {candidate.row.name}{', ' * bool(condition.label)}{condition.label}")
-            known = self._uncertain_motion(candidate, condition)
+            known = self._refined(candidate, condition)
             if known is not None and (best is None or known.error < best.error):
                 best = known
             if best is not None and best.error <= KNOWN * self.demand.error:
@@ -270,7 +248,7 @@ class Judge:
             hint = "a larger demand, a shorter run, or a larger budget"
             raise NumericalError(Problem("error", fault, hint))
         if not condition.label:
-            self._served = best.candidate, best.level
+            self._served = best
         return RunReference(best.observation, best.described, "itself at half its accuracy", best.apart)
 
     def _order(self) -> list[Candidate]:
@@ -278,68 +256,31 @@ class Judge:
         without candidates."""
         if not self.candidates:
             raise ModelError(Problem("methods", "no method runs on this scene [E1115]", "other methods"))
-        order = sorted(self.candidates, key=lambda c: rank(self.runner, c))
-        if self._served is not None:
-            order = [self._served[0], *(c for c in order if c is not self._served[0])]
-        return [c for c in order if c.row.name not in self.tried]
+        served = None if self._served is None else self._served.candidate
+        able = (c for c in self.candidates if c.row.name not in self.tried)
+        return sorted(able, key=lambda c: (c is not served, rank(self.runner, c)))
 
-    def _uncertain_motion(self, candidate: Candidate, condition: Condition) -> _UncertainMotion | None:
+    def _refined(self, candidate: Candidate, condition: Condition) -> RefinedRun | None:
         """Return the motion by one method under a condition, refined until two levels agree to 5 % of the demand. The
         best so far if accuracy ends or time runs out; None, with the reason in ``tried``, if the method fails."""
-        configuration = candidate.configuration({})
-        try:
-            self.runner.prepare(configuration)
-        except EomgenError as error:
-            self.tried[candidate.row.name] = reason(error)
-            return None
-        first = self._served[1] - 1 if self._served is not None and self._served[0] is candidate else 0
-        options = {"dense": True, "timed": False, "estimated": False, **condition.arguments}
-        levels, adaptive, best = list(self._levels(candidate)), candidate.method.chooses_steps, None
-        runs = refine(
-            lambda level: self.runner.run(configuration, **level, **options),
-            levels[first:],
-            self.seconds,
-            3.0 if adaptive else 2.0,
-        )
-        for resolution, outcome, before in runs:
-            here = outcome.reference
-            if here is None:
-                if not condition.label:
-                    self.tried[candidate.row.name] = outcome.unresolved or outcome.said
-                if adaptive:
-                    break
-            elif before is not None:
-                apart = errors(before, here)
-                size = self.demand.of(apart)
-                if best is not None and size > 0.7 * best.error:  # rounding, or corners, have the word from here on
-                    break
-                named = f"{candidate.row.name}, {candidate.formulation}, {_words(resolution, self.runner.grid.row)}"
-                best = _UncertainMotion(candidate, here, named, apart, size, levels.index(resolution))
-                if size <= KNOWN * self.demand.error:
-                    break
-        if best is not None:
-            self.tried.pop(candidate.row.name, None)
-        return best
+        levels, enough = self._levels(candidate), KNOWN * self.demand.error
+        if self._served is not None and self._served.candidate is candidate:
+            levels = levels[levels.index(self._served.level) - 1 :]
+        known, why = refine(self.runner, candidate, levels, self.seconds, enough, self.demand.of, **condition.arguments)
+        if known is None and not condition.label:
+            self.tried[candidate.row.name] = why
+        return known
 
-    def _levels(self, candidate: Candidate) -> Iterator[dict[str, Any]]:
-        """Yield successively finer resolutions of a method as arguments of ``Runner.run``: ``per_row`` or
-        ``tolerance``."""
+    def _levels(self, candidate: Candidate) -> list[Mapping[str, float]]:
+        """Return successively finer resolutions of a method as arguments of ``Runner.run``."""
         if not candidate.method.chooses_steps:
-            yield from ({"per_row": 2**k} for k in range(int(np.log2(MOST_STEPS)) + 1))
-            return
+            return [{"per_row": 2**k} for k in range(17)]
         least = min(x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x}))
-        largest = max(candidate.tolerances, default=1.0)
-        tolerance = min(1e-2 * self.demand.error, largest)
+        tolerance, levels = min(1e-2 * self.demand.error, max(candidate.tolerances, default=1.0)), []
         while tolerance > 5.0 * least:  # the least tolerances are not refined by less
-            yield {"tolerance": tolerance}
+            levels.append(tolerance)
             tolerance *= 1e-2
-        yield from ({"tolerance": x} for x in (5.0 * least, least))
-
-
-def _words(resolution: Mapping[str, Any], row: float) -> str:
-    if TOLERANCE in resolution:
-        return f"tolerance {resolution[TOLERANCE]:.3g}"
-    return f"step {row / resolution['per_row']:.3g} s"
+        return [{TOLERANCE: x} for x in (*levels, 5.0 * least, least)]
 
 
 @dataclass(frozen=True)

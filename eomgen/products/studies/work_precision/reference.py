@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,12 @@ from eomgen.products.studies.work_precision.observation import (
     known_errors,
     with_arrays,
 )
-from eomgen.products.studies.work_precision.running import ComparedRun, Runner
+from eomgen.products.studies.work_precision.running import Runner
 
 #: Tolerances of methods with adaptive steps, as references.
 TIGHT = (1e-15, 1e-13)
 #: Steps are halved until two runs differ by no more than this, or by no less than before.
 SETTLED = 1e-13
-#: Steps between two times of the grid, at most.
-MOST_STEPS = 2**16
 #: Methods of a lower order come last; with fixed steps, their results are extrapolated.
 LOW_ORDER = 4
 #: Two references that differ by more than this are none.
@@ -34,19 +33,23 @@ LARGEST_UNCERTAINTY = 0.01
 
 
 @dataclass(frozen=True)
-class ReferenceSolution:
-    """A run that serves as a reference.
+class RefinedRun:
+    """The most accurate run of a method that can be afforded.
 
     Attributes
     ----------
     described : method, formulation and step or tolerance, in words
-    settled : change by the last halving of the step, or by another tolerance
+    apart : difference from the run at half the step, or at another tolerance, by quantity
+    error : of these the one that counts
+    level : step or tolerance, as an argument of ``Runner.run``
     """
 
+    candidate: Candidate
     observation: Observation
     described: str
-    family: type
-    settled: float
+    apart: Mapping[str, ErrorSize]
+    error: float
+    level: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -83,17 +86,9 @@ class RunReference:
 
 
 def reference(
-    runner: Runner,
-    candidates: Sequence[Candidate],
-    seconds: float,
-    say: Callable[[str], None],
-    *,
-    settled: float = SETTLED,
-    count: int = 2,
-    first_steps: int = 8,
-    **run: Any,
+    runner: Runner, candidates: Sequence[Candidate], seconds: float, say: Callable[[str], None]
 ) -> RunReference:
-    """Return the reference of a study, or of a single run of a study.
+    """Return the reference of a study.
 
     Of the methods from order 4 on, methods with adaptive steps come first, then the highest orders; of formulations,
     those without constraints. The second run is by a method of another family.
@@ -103,42 +98,97 @@ def reference(
     runner, candidates : runs configurations; methods on formulations that may serve
     seconds : that both may take
     say : called with a word on the present work
-    settled : steps are halved until two runs differ by no more than this
-    count : 1: a second run only if the method chooses its steps or its step has been halved, by the same method
-    first_steps : between two times of the grid, of the coarsest run
-    run : other conditions, as of ``Runner.run``
 
     Raises
     ------
     NumericalError
         There are no two that agree to a hundredth.
     """
-    order = sorted(candidates, key=lambda c: rank(runner, c))
-    search = _ReferenceSearch(runner, seconds / count, settled, first_steps, run)
-    solved: list[ReferenceSolution] = []
-    tried: list[str] = []
-    for candidate in order:
-        if any(candidate.family is reference.family for reference in solved):
+    solved, tried = list[RefinedRun](), list[str]()
+    for candidate in sorted(candidates, key=lambda c: rank(runner, c)):
+        if any(candidate.family is known.candidate.family for known in solved):
             continue
         say(f"reference: {candidate.row.name}, {candidate.formulation}")
-        solution, why = search.best(candidate)
+        levels, limit = [{"per_row": 2.0**k} for k in range(3, 17)], 0.5 * seconds
+        if candidate.method.chooses_steps:
+            known = {x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x})}
+            levels, limit = [{TOLERANCE: x} for x in sorted(known)[1::-1]], math.inf
+        solution, why = refine(runner, candidate, levels, limit, SETTLED, _largest_error, rounding=1e-6)
         if solution is None:
             tried.append(f"{candidate.row.name} on {candidate.formulation}: {why}")
             continue
         solved.append(solution)
-        if len(solved) == count:
+        if len(solved) == 2:
             break
     if not solved:
         raise no_reference(tried)
     first = solved[0]
     check_moves(runner, first.observation)
     if len(solved) == 1:
-        hold(f"{first.described} and the same at half its accuracy", first.settled)
-        known = {name: ErrorSize(*(first.settled,) * 3) for name in errors(first.observation, first.observation)}
-        return RunReference(first.observation, first.described, "itself at half its accuracy", known)
+        hold(f"{first.described} and the same at half its accuracy", first.error)
+        return RunReference(first.observation, first.described, "itself at half its accuracy", first.apart)
     apart = errors(solved[1].observation, first.observation)
     hold(f"{first.described} and {solved[1].described}", _largest_error(apart))
     return RunReference(first.observation, first.described, solved[1].described, apart)
+
+
+def refine(
+    runner: Runner,
+    candidate: Candidate,
+    levels: Sequence[Mapping[str, float]],
+    seconds: float,
+    enough: float,
+    measure: Callable[[Mapping[str, ErrorSize]], float],
+    *,
+    rounding: float = math.inf,
+    **conditions: Any,
+) -> tuple[RefinedRun | None, str]:
+    """Return the motion by one method, refined until two levels agree, and an empty text; the best so far if accuracy
+    ends or time runs out; None, with the reason, if the method fails.
+
+    Parameters
+    ----------
+    levels : steps in a row of the grid, or tolerances, from coarse to fine, as arguments of ``Runner.run``
+    seconds : of the processor, that the method may take
+    enough : difference of two levels at which the refinement ends
+    measure : returns the difference that counts
+    rounding : below this a difference that hardly falls ends the refinement; results of methods of low order are
+        extrapolated to step zero if it is given
+    conditions : other arguments of ``Runner.run``
+    """
+    configuration, method = candidate.configuration({}), candidate.method
+    try:
+        runner.prepare(configuration)  # building takes none of the effort
+    except EomgenError as error:
+        return None, reason(error)
+    began, why, before, best = time.process_time(), took_longer(seconds), None, None
+    for level in levels:
+        outcome = runner.run(configuration, **level, dense=True, timed=False, estimated=False, **conditions)
+        here = outcome.reference
+        if here is None:
+            why = outcome.unresolved or outcome.said
+            if method.chooses_steps or best is not None:
+                break
+        elif before is not None:
+            apart = errors(before, here)
+            size = measure(apart)
+            if best is not None and 0.7 * best.error < size < rounding:  # rounding, or corners, have the word
+                break
+            words = f"{candidate.row.name}, {candidate.formulation}, {_words(level, runner.grid.row)}"
+            result = here
+            if rounding < math.inf and not method.chooses_steps and method.order < LOW_ORDER:
+                result, words = _extrapolate(here, before, method.order), f"{words}, extrapolated"
+            best = RefinedRun(candidate, result, words, apart, size, level)
+            if size <= enough:
+                break
+        before = here
+        if time.process_time() - began + (3.0 if method.chooses_steps else 2.0) * outcome.seconds > seconds:
+            break
+    return best, why
+
+
+def _words(level: Mapping[str, float], row: float) -> str:
+    return f"tolerance {level[TOLERANCE]:.3g}" if TOLERANCE in level else f"step {row / level['per_row']:.3g} s"
 
 
 def no_reference(tried: Sequence[str]) -> NumericalError:
@@ -178,89 +228,6 @@ def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, i
         constrained,
         names.index(candidate.formulation),
     )
-
-
-@dataclass(frozen=True)
-class _ReferenceSearch:
-    """Search for the most accurate run of a method.
-
-    Attributes
-    ----------
-    seconds : limit for one method
-    settled : difference of two runs at which the refinement ends
-    first_steps : between two times of the grid, of the coarsest run
-    conditions : other conditions of the runs
-    """
-
-    runner: Runner
-    seconds: float
-    settled: float
-    first_steps: int
-    conditions: Mapping[str, Any]
-
-    def best(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
-        """Return a candidate's most accurate run and an empty text; None and the reason if there is none. Of a method
-        that chooses its steps the run at the least tolerance."""
-        if not candidate.method.chooses_steps:
-            return self._halve_steps(candidate)
-        known = {x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x})}
-        tolerances = sorted(known)[:2]
-        runs = [self._run(candidate, tolerance=tolerance) for tolerance in tolerances]
-        tight, looser = runs[0].reference, runs[-1].reference
-        if tight is None:
-            return None, runs[0].said
-        settled = _largest_error(errors(looser, tight)) if looser is not None else 0.0
-        words = f"{candidate.row.name}, {candidate.formulation}, tolerance {tolerances[0]:g}"
-        return ReferenceSolution(tight, words, candidate.family, settled), ""
-
-    def _run(self, candidate: Candidate, **resolution: Any) -> ComparedRun:
-        configuration, more = candidate.configuration({}), self.conditions
-        return self.runner.run(configuration, **resolution, dense=True, timed=False, estimated=False, **more)
-
-    def _halve_steps(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
-        """Return the run at which halving the step has ended, and the message of the last run; None and a reason
-        without one. Results of methods of low order are extrapolated to step zero."""
-        try:
-            self.runner.prepare(candidate.configuration({}))  # building takes none of the effort
-        except EomgenError as error:
-            return None, reason(error)
-        best: ReferenceSolution | None = None
-        said, change, order = "", np.inf, candidate.method.order
-        levels = [{"per_row": self.first_steps * 2**k} for k in range(17) if self.first_steps * 2**k <= MOST_STEPS]
-        for level, outcome, before in refine(lambda level: self._run(candidate, **level), levels, self.seconds, 2.2):
-            said, here = outcome.said, outcome.reference
-            if here is None and best is not None:
-                break
-            if here is None or before is None:
-                continue
-            apart = _largest_error(errors(before, here))
-            if apart > 0.7 * change and apart < 1e-6:  # rounding has the word from here on
-                break
-            change = apart
-            words = (
-                f"{candidate.row.name}, {candidate.formulation}, step {self.runner.grid.row / level['per_row']:.3g} s"
-            )
-            if order < LOW_ORDER:
-                here, words = _extrapolate(here, before, order), f"{words}, extrapolated"
-            best = ReferenceSolution(here, words, candidate.family, apart)
-            if apart < self.settled:
-                break
-        return best, said or took_longer(self.seconds)
-
-
-def refine(
-    run: Callable[[dict[str, Any]], ComparedRun], levels: Sequence[dict[str, Any]], seconds: float, growth: float
-) -> Iterator[tuple[dict[str, Any], ComparedRun, Observation | None]]:
-    """Yield the levels of refinement of one method, each with its run and the observation of the run before, which is
-    None behind a run that is no reference. Ends before a run that would exceed the seconds, if each takes ``growth``
-    times as long as the one before."""
-    began, before = time.process_time(), None
-    for level in levels:
-        outcome = run(level)
-        yield level, outcome, before
-        before = outcome.reference
-        if time.process_time() - began + growth * outcome.seconds > seconds:
-            break
 
 
 def took_longer(seconds: float) -> str:

@@ -141,6 +141,8 @@ class PointJournal:
         return RunReference(observation, data["by"], data["held against"], uncertainty)
 
 
+#: Seconds that builds may take besides the budget's computation, if that is smaller.
+LEAST_BUILDING = 30.0
 #: Called with points done and points known, and with a word on the present work.
 Progress = Callable[[int, int, str], None]
 
@@ -473,7 +475,7 @@ class _WorkPrecisionStudy:
         built = sum(self.runner.compiled.values())
         name = self.runner.build_name(ladder.configuration)
         first = name == self.runner.build_name(self._own().configuration)
-        if built > max(self.budget, 30.0) and name not in self.runner.compiled and not first:
+        if built > max(self.budget, LEAST_BUILDING) and name not in self.runner.compiled and not first:
             self.left_out[ladder.configuration.label] = f"{NOT_BUILT}: builds have taken {built:.3g} s"
             return False
         try:
