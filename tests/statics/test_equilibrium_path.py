@@ -391,3 +391,11 @@ def test_a_path_does_not_leap_over_an_infinite_stiffness(to: float) -> None:
     path = eomgen.build(weight, profile="quick").equilibrium_path("k", to, 4.0)
     assert path.success and not path.critical
     np.testing.assert_allclose(path.q[:, 0] * path.values, 9.81, rtol=1e-6)
+
+
+@pytest.mark.parametrize("to", [1e12, 1e15])
+def test_limit_points_do_not_depend_on_the_range(snap: Model, to: float) -> None:
+    """Beside a long range the change of the load at its extreme would be rounding."""
+    near, far = (snap.equilibrium_path("load", end, max_points=20).critical for end in (20.0, to))
+    assert [item.value for item in far] == pytest.approx([item.value for item in near[: len(far)]], rel=1e-9)
+    assert far[0].kind == "limit point"

@@ -215,12 +215,12 @@ def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     assert rotating[turns].tolist() == [2.0] * 4 and rotating[[3, 4, 5, 7]].tolist() == v[[3, 4, 5, 7]].tolist()
     assert register._spins(still) == "it is held by constraints at rest"
     assert register._spins(subject) == ""
-    assert vars(register._late(subject, 1e3))["start"] == 1e3
-    assert vars(register._rho(subject, 0.5))["given"] == {"rho_inf": 0.5}
-    counted = register._count(subject, 50.0)
+    assert vars(register.BY_NAME["start"].conditions(subject, 1e3))["start"] == 1e3
+    assert vars(register.BY_NAME["rho_inf"].conditions(subject, 0.5))["given"] == {"rho_inf": 0.5}
+    counted: Any = register.BY_NAME["count"].conditions(subject, 50.0)
     assert (counted.steps, counted.step) == (50, register.STEPS * 0.01 / 50.0)
     for value, steps in ((0.0999, register.STEPS), (0.1, 2 * register.ROWS)):
-        stepped = register._step(subject, value)
+        stepped: Any = register.BY_NAME["step"].conditions(subject, value)
         assert (stepped.step, stepped.steps) == (value * 3.0, steps)
     assert register._decades(-3, 3, 3) == (1e-3, 1.0, 1e3)
 

@@ -4,8 +4,10 @@ linear buckling loads about a preload.
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,6 +53,8 @@ if TYPE_CHECKING:
 
 #: Largest step of the varied number, as a part of the range.
 _PART = 0.1
+#: The largest range that is a scale of the load factor, in loads that displace by the size of the scene.
+_REACH = 1e6
 #: Sizes, in rad or lengths of the scene, of the first step along a branch, in the order of trials.
 _ASIDE = (0.05, 0.1, 0.02, 0.2, 0.005)
 #: Number of progress reports along a path.
@@ -122,11 +126,17 @@ def equilibrium_path(
     if number_of("max_step", max_step, "number") <= 0.0 or max_points < 2:
         fault = "max_step is positive and max_points at least 2 [E0078]"
         raise UsageError(Problem("equilibrium_path", fault, "the defaults"))
-    request = (model, "equilibrium_path", parameter, first, number_of("to - start", last - first, kind))
-    varied, statics, onto = start_of_path(*request, initial, parameters, t, u)
-    limits = StepLimits(max_step, _PART * abs(last - first))
+    request, change = (model, "equilibrium_path", parameter, first), number_of("to - start", last - first, kind)
+    varied, statics, onto = start_of_path(*request, change, initial, parameters, t, u)
+    limits, scale = StepLimits(max_step, _PART * abs(change)), _REACH * load_scale(statics, onto.rest)
     with show_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
-        return _follow_path(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
+        follow_with = partial(_follow_path, model, target=last, limits=limits, max_points=max_points)
+        if 0.0 < scale < abs(change):  # limit points would drown in the rounding of the load factor
+            near = start_of_path(*request, math.copysign(scale, change), initial, parameters, t, u)
+            path = follow_with(*near, stability=stability, report=report)
+            if path.success or path.interrupted or abs(path.values[-1] - first) < scale:
+                return path
+        return follow_with(varied, statics, onto, stability=stability, report=report)
 
 
 def start_of_path(

@@ -3,11 +3,13 @@ its parameters."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.files import make_folder
 from eomgen.base.messages import counted
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
@@ -35,9 +37,6 @@ if TYPE_CHECKING:
     from eomgen.products.studies.savings import Savings, VariantCost
 
 
-#: Largest number of non-smooth functions that are named.
-_NAMED = 20
-
 _of_check = arguments_of("eomgen.products.studies:check")
 
 
@@ -57,10 +56,9 @@ def check(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """
     from eomgen.pipeline.documents import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import check as checked  # noqa: PLC0415
-    from eomgen.products.studies.verification.report import make  # noqa: PLC0415
 
     if folder is not None:
-        make(Path(folder))
+        make_folder(Path(folder))
     described = load_scene(scene, **{name: options.pop(name) for name in SCENE_OPTIONS})
     with terminal_bar(described.name) as progress:
         report = checked(described, progress=progress, **options)
@@ -88,32 +86,20 @@ def _why(form: FormReport) -> str:
 def _print_report(report: CheckReport) -> None:
     """Print a table of all closed forms with their errors and verdicts, then remarks, notes, kinks and the summary."""
     header = ("closed form", "is", "differences", "at step", "slope", "complex step", "second", "derivation", "verdict")
-    rows = [
-        (
-            form.name,
-            form.meaning,
-            _short(form.agreement),
-            _short(form.step),
-            "" if form.slope is None else f"{form.slope:.2f}",
-            _short(form.complex_step),
-            _short(form.second),
-            form.second_name,
-            form.verdict,
-        )
-        for form in report.forms
-    ]
+    rows = []
+    for form in report.forms:
+        numbers = (form.agreement, form.step, form.slope, form.complex_step, form.second)
+        formats = (".1e", ".1e", ".2f", ".1e", ".1e")
+        texts = ("" if x is None else f"{x:{digits}}" for x, digits in zip(numbers, formats, strict=True))
+        rows.append((form.name, form.meaning, *texts, form.second_name, form.verdict))
     title = f"{report.scene}: {counted(len(report.forms), 'closed form')} at {counted(len(report.states), 'state')}"
     print_table(title, header, rows, numeric=(2, 3, 4, 5, 6), whole=(8,), optional=(7, 1))
     for note in (*report.remarks, *report.notes):
         say(note)
     if report.corners:
-        more = len(report.corners) - _NAMED
-        say(f"not smooth everywhere: {', '.join(report.corners[:_NAMED])}{f' and {more} more' if more > 0 else ''}")
+        more = len(report.corners) - 20
+        say(f"not smooth everywhere: {', '.join(report.corners[:20])}{f' and {more} more' if more > 0 else ''}")
     say(report.summary)
-
-
-def _short(value: float | None) -> str:
-    return "" if value is None else f"{value:.1e}"
 
 
 #: Columns of the table: cost, heading, factor and format.
@@ -262,57 +248,23 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
 def _print_estimates(fit: Identification) -> None:
     """Print tables of the estimates, the determined combinations of unknowns (if any), and the measured columns."""
     share = f"{100.0 * fit.confidence:.6g} %"
-    print_table(
-        f"{fit.scene}: estimates",
-        ("unknown", "estimate", "unit", f"{share} from", "to", "start", ""),
-        [
-            (
-                estimate.name,
-                f"{estimate.value:.6g}",
-                estimate.unit,
-                *_interval(estimate.low, estimate.high),
-                f"{estimate.start:.6g}",
-                estimate.state,
-            )
-            for estimate in fit.estimates
-        ],
-        numeric=(1, 3, 4, 5),
-    )
+    header: tuple[str, ...] = ("unknown", "estimate", "unit", f"{share} from", "to", "start", "")
+    names = ("name", "value", "unit", "low", "high", "start", "state")
+    rows = [_texts(estimate, names) for estimate in fit.estimates]
+    print_table(f"{fit.scene}: estimates", header, rows, numeric=(1, 3, 4, 5))
     if fit.combinations:
-        print_table(
-            "combinations",
-            ("determined combination", "estimate", f"{share} from", "to", "as"),
-            [
-                (
-                    combination.text,
-                    f"{combination.value:.6g}",
-                    *_interval(combination.low, combination.high),
-                    combination.form,
-                )
-                for combination in fit.combinations
-            ],
-            numeric=(1, 2, 3),
-        )
-    print_table(
-        "measured",
-        ("column", "samples", f"deviation, {fit.noise}", "rms of residuals", "unit", "autocorrelation"),
-        [
-            (
-                column.name,
-                column.samples,
-                f"{column.deviation:.4g}",
-                f"{column.rms:.4g}",
-                column.unit,
-                f"{column.autocorrelation:.2f}",
-            )
-            for column in fit.columns
-        ],
-        numeric=(1, 2, 3, 5),
-    )
+        header = ("determined combination", "estimate", f"{share} from", "to", "as")
+        rows = [_texts(combination, ("text", "value", "low", "high", "form")) for combination in fit.combinations]
+        print_table("combinations", header, rows, numeric=(1, 2, 3))
+    header = ("column", "samples", f"deviation, {fit.noise}", "rms of residuals", "unit", "autocorrelation")
+    names = ("name", "samples", "deviation", "rms", "unit", "autocorrelation")
+    print_table("measured", header, [_texts(column, names, 4) for column in fit.columns], numeric=(1, 2, 3, 5))
 
 
-def _interval(low: float, high: float) -> tuple[str, str]:
-    return f"{low:.6g}", f"{high:.6g}"
+def _texts(item: object, names: Iterable[str], digits: int = 6) -> tuple[str, ...]:
+    """Return attributes as texts of a row, numbers with some digits."""
+    values = (getattr(item, name) for name in names)
+    return tuple(f"{value:.{digits}g}" if isinstance(value, float) else str(value) for value in values)
 
 
 def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:

@@ -30,12 +30,10 @@ from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.products.studies import Cell, Extremes, Point, Tradeoff, Tuned
+    from eomgen.products.studies import Extremes, Point, Tradeoff, Tuned
     from eomgen.scene.scene import Scene
 
 
-#: Deviation of a measured order from the declared order above which both are printed.
-_OFF = 0.15
 #: Largest number of listed items.
 _NAMED = 4
 
@@ -145,7 +143,7 @@ def _second(study: Tradeoff, demand: float, best: Point) -> tuple[str, str]:
 
 def _remarks(study: Tradeoff) -> list[str]:
     """Return sentences on reference, own settings, orders, wrong and failed runs, omissions and costs of a study."""
-    from eomgen.products.studies.work_precision.result import short_duration  # noqa: PLC0415
+    from eomgen.products.studies.work_precision.result import OFF, short_duration  # noqa: PLC0415
 
     by, second = study.reference["by"], study.reference["held against"]
     result = [f"reference: {by}, known to {study.uncertainty:.1e} by {second}"]
@@ -158,9 +156,9 @@ def _remarks(study: Tradeoff) -> list[str]:
         result.append(
             f"the scene's own, {usual.label}: error {study.error(usual):.1e} in {short_duration(usual.seconds)}{faster}"
         )
-    off = [s for s in study.slopes if abs(s.slope - s.declared) > _OFF]
+    off = [slope for slope in study.slopes if slope.is_off]
     every = len(study.slopes)
-    slopes = f"order as declared within {_OFF:g}: {every - len(off)} of {counted(every, 'configuration')}"
+    slopes = f"order as declared within {OFF:g}: {every - len(off)} of {counted(every, 'configuration')}"
     for slope in off[:_NAMED]:
         slopes += f"; {slope.configuration.label} {slope.slope:.2f} (declared {slope.declared})"
     if len(off) > _NAMED:
@@ -182,9 +180,6 @@ def _remarks(study: Tradeoff) -> list[str]:
     )
     return result
 
-
-#: Rivals that are named.
-_RIVALS = 5
 
 _of_tune = arguments_of("eomgen.products.studies:tune")
 
@@ -250,10 +245,10 @@ def _print_tuned(tuned: Tuned) -> None:
     ]
     settings, error, seconds = tuned.own
     if error < float("inf"):
-        times = f"{seconds / tuned.seconds:.3g} x the time"
-        rows.append(("the scene's own", f"{settings}: error {error:.2g}, {times}"))
+        told = f"{settings}: error {error:.2g}, {seconds / tuned.seconds:.3g} x the time"
+        rows.append(("the scene's own", told))
     rows.append(("one digit more", f"costs about {tuned.next_digit:.3g} x"))
-    for rival in tuned.rivals[:_RIVALS]:
+    for rival in tuned.rivals[:_NAMED]:
         how = "" if rival.measured else " (expected)"
         rows.append(
             ("next" if rival is tuned.rivals[0] else "", f"{rival.label}: {rival.seconds / tuned.seconds:.3g} x{how}")
@@ -270,9 +265,6 @@ def _print_tuned(tuned: Tuned) -> None:
     )
     print_table(f"{tuned.scene}: {tuned.measure} error of {tuned.quantity} below {tuned.demand:g}", ("", ""), rows)
 
-
-#: Largest number of cells and ladders, left out for the same reason, that are listed.
-_NAMED_CELLS = 8
 
 _of_extremes = arguments_of("eomgen.products.studies:extremes")
 
@@ -311,12 +303,13 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         _print_map(result)
     for why in dict.fromkeys(result.left_out.values()):
         names = [name for name, reason in result.left_out.items() if reason == why]
-        say(f"left out: {listed(names) if len(names) <= _NAMED_CELLS else counted(len(names), 'cell')}: {why}")
+        say(f"left out: {listed(names) if len(names) <= 2 * _NAMED else counted(len(names), 'cell')}: {why}")
     if files:
         say(f"written to {folder}: {', '.join(file.name for file in files)}")
     for cell in result.fails:
+        wrong = "" if cell.error is None else f" is wrong by {100.0 * cell.error:.2g} % of its motion"
         said = f", and says: {cell.said}" if cell.said else ""
-        say(f"fails: {_what(cell)}{said}; {result.command(cell)}")
+        say(f"fails: {cell.name}{wrong}{said}; {result.command(cell)}")
     return NumericalError.exit_code if result.fails else 0
 
 
@@ -339,7 +332,3 @@ def _print_cells(result: Extremes) -> None:
         for cell in result.cells
     ]
     print_table(f"{result.scene}: cells", ("cell", "verdict", "error", "it says", "held against"), rows, numeric=(2,))
-
-
-def _what(cell: Cell) -> str:
-    return f"{cell.name}" if cell.error is None else f"{cell.name} is wrong by {100.0 * cell.error:.2g} % of its motion"

@@ -50,7 +50,7 @@ class Ladder:
     scales: str
     values: tuple[float, ...]
     conditions: Callable[[Subject, float], RunConditions]
-    applies: Callable[[Subject], str]
+    applies: Callable[[Subject], str] = lambda subject: ""
     against: str = OTHER
     methods: str = FEW
     bound: float = 0.01
@@ -65,10 +65,6 @@ _ABSENT: Mapping[str, str] = {
     RATIO_LAST: "no two bodies in it have a mass of their own",
     ORIGIN: "nothing in it is fixed at a place",
 }
-
-
-def _always(subject: Subject) -> str:
-    return ""
 
 
 def _with(*factors: str) -> Callable[[Subject], str]:
@@ -105,25 +101,8 @@ def _at_origin(subject: Subject, value: float) -> RunConditions:
     return conditions.vary(q=conditions.q + shift)
 
 
-def _movable(subject: Subject) -> str:
-    return _with(ORIGIN)(subject) or subject.not_movable(_at_origin(subject, subject.extent))
-
-
 def _factor(name: str) -> Callable[[Subject, float], RunConditions]:
     return lambda subject, value: subject.conditions(model=FACTORS, parameters={name: value})
-
-
-def _step(subject: Subject, value: float) -> RunConditions:
-    return subject.conditions(step=value * subject.period, steps=STEPS if value < 0.1 else 2 * ROWS)
-
-
-def _single(subject: Subject, value: float) -> RunConditions:
-    return subject.conditions(model=SINGLE, step=value * subject.period)
-
-
-def _count(subject: Subject, value: float) -> RunConditions:
-    span = STEPS * subject.fine
-    return subject.conditions(step=span / value, steps=int(value))
 
 
 def _spins(subject: Subject) -> str:
@@ -175,26 +154,6 @@ def _right_angles(subject: Subject, value: float) -> RunConditions:
     return subject.conditions(q=q, v=v)
 
 
-def _late(subject: Subject, value: float) -> RunConditions:
-    return subject.conditions(start=value)
-
-
-def _rho(subject: Subject, value: float) -> RunConditions:
-    return subject.conditions(given={"rho_inf": value})
-
-
-def _has_single(subject: Subject) -> str:
-    return "" if subject.has(SINGLE) else subject.why_not[SINGLE]
-
-
-def _has_data(subject: Subject) -> str:
-    return "" if subject.data is not None else "the scene has no text whose numbers could be moved"
-
-
-def _nothing(subject: Subject, value: float) -> RunConditions:
-    return subject.conditions()
-
-
 def _decades(first: int, last: int, by: int = 1) -> tuple[float, ...]:
     return tuple(float(f"1e{k}") for k in range(first, last + 1, by))
 
@@ -208,9 +167,34 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("length", "unit of length, m", _LENGTHS, _in_units("length"), _similar(LENGTH), SAME, FEW, 1e-6),
     Ladder("mass", "unit of mass, kg", _LENGTHS, _in_units("mass"), _similar(MASS), SAME, FEW, 1e-6),
     Ladder("time", "unit of time, s", _TIMES, _in_units("time"), _similar(TIME), SAME, FEW, 1e-6),
-    Ladder("origin", "distance of the origin, m", _decades(2, 8, 2), _at_origin, _movable, SAME, FEW, 1e-4),
-    Ladder("structure", "numbers near 0, 1 and axes, by", _decades(-13, -7), _nothing, _has_data, EQUATIONS, ONE),
-    Ladder("step", "step by shortest period", _decades(-8, 0), _step, _always, OTHER, ALL),
+    Ladder(
+        "origin",
+        "distance of the origin, m",
+        _decades(2, 8, 2),
+        _at_origin,
+        lambda subject: _with(ORIGIN)(subject) or subject.not_movable(_at_origin(subject, subject.extent)),
+        SAME,
+        FEW,
+        1e-4,
+    ),
+    Ladder(
+        "structure",
+        "numbers near 0, 1 and axes, by",
+        _decades(-13, -7),
+        lambda subject, _: subject.conditions(),
+        lambda subject: "" if subject.data is not None else "the scene has no text whose numbers could be moved",
+        EQUATIONS,
+        ONE,
+    ),
+    Ladder(
+        "step",
+        "step by shortest period",
+        _decades(-8, 0),
+        lambda subject, value: subject.conditions(
+            step=value * subject.period, steps=STEPS if value < 0.1 else 2 * ROWS
+        ),
+        methods=ALL,
+    ),
     Ladder("stiffness", "all stiffnesses, times", _FACTORS, _factor(STIFFNESS), _with(STIFFNESS)),
     Ladder("damping", "all dampings, times", _FACTORS, _factor(DAMPING), _with(DAMPING)),
     Ladder("gravity", "gravity, times", (0.0, 1e-3, 1.0, 1e3, 1e6), _factor(GRAVITY), _with(GRAVITY)),
@@ -219,10 +203,28 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("spin", "turn within a step, rad", _SPINS, _spin, _spins),
     Ladder("turns", "angles, turns more", (0.4999999, 0.5, 1.0, 1e3, 1e6, 1e9), _turn_angles, _has_angles),
     Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), _right_angles, _has_angles),
-    Ladder("rho_inf", "spectral radius at infinity", (0.0, 0.2, 0.5, 0.8, 0.95, 1.0), _rho, _always, OTHER, DAMPED),
-    Ladder("start", "start of the run, s", _decades(3, 12, 3), _late, _always),
-    Ladder("count", "steps", _decades(5, 7), _count, _always, OTHER, ONE),
-    Ladder("float", "single precision, step by period", _decades(-5, -1), _single, _has_single),
+    Ladder(
+        "rho_inf",
+        "spectral radius at infinity",
+        (0.0, 0.2, 0.5, 0.8, 0.95, 1.0),
+        lambda subject, value: subject.conditions(given={"rho_inf": value}),
+        methods=DAMPED,
+    ),
+    Ladder("start", "start of the run, s", _decades(3, 12, 3), lambda subject, value: subject.conditions(start=value)),
+    Ladder(
+        "count",
+        "steps",
+        _decades(5, 7),
+        lambda subject, value: subject.conditions(step=STEPS * subject.fine / value, steps=int(value)),
+        methods=ONE,
+    ),
+    Ladder(
+        "float",
+        "single precision, step by period",
+        _decades(-5, -1),
+        lambda subject, value: subject.conditions(model=SINGLE, step=value * subject.period),
+        lambda subject: "" if subject.has(SINGLE) else subject.why_not[SINGLE],
+    ),
 )
 BY_NAME: Mapping[str, Ladder] = {ladder.name: ladder for ladder in LADDERS}
 

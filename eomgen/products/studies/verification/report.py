@@ -12,11 +12,12 @@ import numpy as np
 
 from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure, save_figure
-from eomgen.base.files import write_text
+from eomgen.base.figures import draw_grid, new_figure, save_figure
+from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
-from eomgen.errors import FileError, Message, Problem
+from eomgen.errors import Message
 from eomgen.products.studies.verification.differences import LADDER
+from eomgen.products.studies.work_precision.result import COLOURS, MARKS, legend_beside
 
 #: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: no state at which
 #: the closed form is finite.
@@ -95,10 +96,6 @@ class FormReport:
     worst: Disagreement | None = None
 
 
-#: Curves of one panel: more cannot be distinguished.
-_CURVES = 7
-_COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#7B3FA0", "#222222", "#00A0B0")
-_MARKS = ("o", "s", "^", "D", "v", "P", "X")
 #: Lower limit of drawn errors: zero errors have no place on a logarithmic axis.
 _LEAST = 1e-17
 
@@ -127,7 +124,7 @@ def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
         families.setdefault(form.family, []).append(form)
     panels = []
     for family, members in families.items():
-        count = -(-len(members) // _CURVES)
+        count = -(-len(members) // 7)  # more curves of one panel cannot be distinguished
         size = -(-len(members) // count)
         panels += [(family, members[first : first + size]) for first in range(0, len(members), size)]
     return panels
@@ -135,7 +132,7 @@ def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
 
 def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
     """Draw the errors of difference quotients over the step for a family of closed forms."""
-    for form, colour, mark in zip(forms, _COLOURS, _MARKS, strict=False):
+    for form, colour, mark in zip(forms, COLOURS, MARKS, strict=False):
         errors = np.clip(np.array(form.errors, dtype=float), _LEAST, None)
         failed = form.verdict != "agrees"
         label = f"{form.name} ({form.verdict})" if failed else form.name
@@ -152,8 +149,8 @@ def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
     axis.set_title(family, fontsize=10, loc="left")
     axis.set_xlabel("step / scale of the direction (1 rad, 1 rad/s, 1 s, size of the scene)", fontsize=8)
     axis.set_ylabel("error / largest entry", fontsize=9)
-    axis.grid(True, color="#dddddd", linewidth=0.6)
-    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8)
+    draw_grid(axis)
+    legend_beside(axis)
 
 
 #: Code of the note on states that are left out because the equations of motion are not finite there.
@@ -246,8 +243,7 @@ class CheckReport:
         UsageError
             The variable ``MPLBACKEND`` names no backend of matplotlib; after the first two files.
         """
-        target = Path(folder)
-        make(target)
+        target = make_folder(Path(folder))
         data, table, figure = target / "check.json", target / "check.csv", target / "check.png"
         write_text(data, json_text(self.to_dict()) + "\n")
         write_rows(table, _table(self))
@@ -257,16 +253,6 @@ class CheckReport:
         verdict = self.summary if self.passed else f"failed: {', '.join(form.name for form in self.failures[:4])}"
         states = f"closed forms against central differences at {len(self.states)} states"
         return [data, table, draw(drawn, f"{self.scene}: {states}; {verdict}", figure)]
-
-
-def make(folder: Path) -> None:
-    """Create a folder, with its parents, if missing. Raises FileError if that fails."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(
-            Problem(str(folder), f"cannot be made ({error.strerror or error}) [E1133]", "another folder")
-        ) from None
 
 
 def _table(report: CheckReport) -> Iterator[list[str]]:

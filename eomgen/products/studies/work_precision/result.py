@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure, save_figure
+from eomgen.base.figures import draw_grid, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.work_precision.axes import Configuration
@@ -24,9 +24,8 @@ WRONG = 0.1
 NOT_BUILT = "not built"
 #: Demands of the table.
 DEMANDS = (1e-2, 1e-4, 1e-6, 1e-8)
-#: Points that take part in a slope: errors below the first, and above the second of the reference's uncertainty.
-ASYMPTOTIC, ABOVE_UNCERTAINTY = 2e-3, 30.0
-_LEAST_ERROR = 1e-12
+#: Deviation of a measured order from the declared order above which both are printed.
+OFF = 0.15
 #: Attributes of points in files, before and after errors and times.
 _SAID, _COUNTED = ("kind", "value", "ended", "said"), ("repeats", "stats", "order", "took")
 
@@ -139,6 +138,11 @@ class Slope:
     slope: float
     declared: int
     points: int
+
+    @property
+    def is_off(self) -> bool:
+        """Whether it is another order than the declared one."""
+        return abs(self.slope - self.declared) > OFF
 
 
 @dataclass(frozen=True)
@@ -276,10 +280,10 @@ class Tradeoff:
         for point in self.points:
             if point.kind == "step" and point.ended == REACHED:
                 groups.setdefault(point.configuration.key, []).append(point)
-        floor = max(ABOVE_UNCERTAINTY * self.uncertainty, _LEAST_ERROR)
+        floor = max(30.0 * self.uncertainty, 1e-12)
         result = []
         for members in groups.values():
-            kept = [p for p in sorted(members, key=lambda p: p.value) if floor < self.error(p) < ASYMPTOTIC][:4]
+            kept = [p for p in sorted(members, key=lambda p: p.value) if floor < self.error(p) < 2e-3][:4]
             if len(kept) >= 3:
                 steps, errors = np.log([p.value for p in kept]), np.log([self.error(p) for p in kept])
                 slope = float(np.polyfit(steps, errors, 1)[0])
@@ -382,28 +386,20 @@ def short_duration(seconds: float) -> str:
     return f"{seconds / (size or 1e-6):.3g} {unit}"
 
 
-_COLOURS = (
-    "#0B62C4",
-    "#F08C00",
-    "#1A9850",
-    "#C8102E",
-    "#7B3FA0",
-    "#00A0B0",
-    "#8C564B",
-    "#B8860B",
-    "#E377C2",
-    "#5F7F00",
+#: Colours and marks of curves with a name.
+COLOURS = (
+    *("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#7B3FA0"),
+    *("#00A0B0", "#8C564B", "#B8860B", "#E377C2", "#5F7F00"),
 )
-_MARKS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
 _GREY = "#B4B4B4"
-#: Largest number of curves with a name; further curves are grey.
-_NAMED = 10
-#: Deviation of a measured order from the declared order above which both are printed.
-_OFF = 0.15
-#: Penalty for missing a demand at all, in decades of time.
-_NOT_MET = 4.0
 #: The largest error drawn to scale.
 _LARGEST = 10.0
+
+
+def legend_beside(axis: Any, *entries: Any) -> None:
+    """Draw the legend of an axis to its right."""
+    axis.legend(*entries, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8)
 
 
 def draw(study: Tradeoff, path: Path) -> Path:
@@ -419,9 +415,7 @@ def draw(study: Tradeoff, path: Path) -> Path:
     if handles:
         count = sum(line.get_zorder() == 3 for line in handles)  # curves are drawn worst first
         handles, labels = handles[:count][::-1] + handles[count:], labels[:count][::-1] + labels[count:]
-        axis.legend(
-            handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8
-        )
+        legend_beside(axis, handles, labels)
     return save_figure(figure, path)
 
 
@@ -447,7 +441,7 @@ def _rank(study: Tradeoff, members: list[Point]) -> float:
         if best is None or not best.seconds:
             continue
         able = [p.seconds for p in members if p.seconds and study.error(p) <= demand]
-        total += min(math.log10(min(able) / best.seconds), _NOT_MET) if able else _NOT_MET
+        total += min(math.log10(min(able) / best.seconds), 4.0) if able else 4.0
     return total
 
 
@@ -457,21 +451,21 @@ def _curves(axis: Any, study: Tradeoff) -> None:
     groups = _groups(study)
     for number, members in reversed(list(enumerate(groups))):
         members = sorted(members, key=lambda p: p.value, reverse=True)  # noqa: PLW2901  # coarse to fine
-        named = number < _NAMED
-        colour = _COLOURS[number % len(_COLOURS)] if named else _GREY
+        named = number < len(COLOURS)  # further curves are grey
+        colour = COLOURS[number] if named else _GREY
         errors = [min(max(study.error(p), 1e-17), _LARGEST) for p in members]
         axis.loglog(
             [1e3 * (p.seconds or math.nan) for p in members],
             errors,
             color=colour,
-            marker=_MARKS[number % len(_MARKS)] if named else ".",
+            marker=MARKS[number] if named else ".",
             markersize=4.5 if named else 3.0,
             linewidth=1.1 if named else 0.6,
             zorder=3 if named else 1,
             label=_name(members[0], slopes) if named else None,
         )
-    if others := [slopes.get(members[0].configuration.key) for members in groups[_NAMED:]]:
-        off = sum(slope is not None and abs(slope.slope - slope.declared) > _OFF for slope in others)
+    if others := [slopes.get(members[0].configuration.key) for members in groups[len(COLOURS) :]]:
+        off = sum(slope is not None and slope.is_off for slope in others)
         label = f"{len(others)} other configurations" + (f", {off} of another order than declared" if off else "")
         axis.plot([], [], color=_GREY, marker=".", linewidth=0.6, label=label)
 
@@ -537,7 +531,7 @@ def _describe(axis: Any, study: Tradeoff) -> None:
     axis.axhline(WRONG, color="#C8102E", linewidth=0.7, linestyle=":")
     axis.set_xlabel("processor's time for all steps, ms (without outputs, energies and the error estimate)", fontsize=9)
     axis.set_ylabel(f"{study.measure} error of {study.quantity}, relative", fontsize=9)
-    axis.grid(True, which="major", color="#DDDDDD", linewidth=0.6)
+    draw_grid(axis)
     axis.set_title(
         f"{study.scene}: {end - start:g} s, {len(study.points)} runs, reference known at {rows + 1} times\n"
         f"reference: {study.reference['by']}; held against {study.reference['held against']}\n"
