@@ -23,15 +23,10 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, correct, direction, held_factor, sparse
 from eomgen.solvers.equilibrium_path import PathPoint, point_within
 from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction, compliance
-
-#: Fractions of a step: tolerance of a critical point, distance below which two points are merged, and distance from a
-#: limit point within which the limit point's own stiffness changes sign.
-_LOCATED, _ONE, _BESIDE = 1e-12, 1e-6, 1e-3
-#: Number of smallest stiffnesses to compute, in addition to the stiffnesses that change sign.
-_NEXT = 2
 
 Kind = Literal["limit point", "bifurcation"]
 
@@ -82,7 +77,7 @@ def critical_points(statics: LoadedStatics, before: ExaminedPoint, after: Examin
     turning = _StepFunction(statics, before.point, after.point, lambda examined_point: examined_point.point.direction.s)
     turn, at = turning.root((0.0, before.point.direction.s), (way, after.point.direction.s), before, after)
     limit = CriticalPoint("limit point", at.point, _modes(at, 1))
-    sides = [turn + sign * _BESIDE * way for sign in (-1.0, 1.0)]
+    sides = [turn + sign * 1e-3 * way for sign in (-1.0, 1.0)]
     if abs(before.stiffness.negative - after.stiffness.negative) == 1:
         return [limit]
     near = [turning.examined(side) if 0.0 < side < way else None for side in sides]
@@ -139,7 +134,7 @@ class _StepFunction:
             return tried[way]
 
         try:
-            where = float(brentq(value, low[0], high[0], xtol=_LOCATED * self._second.stride, rtol=_LOCATED))
+            where = float(brentq(value, low[0], high[0], xtol=SUMMED * self._second.stride, rtol=SUMMED))
         except _LostPointError:  # singular at the root: interpolate linearly between neighbours
             negative = max((way for way in tried if tried[way] * low[1] > 0.0), default=low[0])
             positive = min((way for way in tried if tried[way] * high[1] > 0.0), default=high[0])
@@ -169,7 +164,7 @@ def _bifurcations(
             located.append(along.root(ends[0], ends[1], low[1], high[1]))
     located.sort(key=lambda item: item[0])
     points: list[CriticalPoint] = []
-    apart = _ONE * second.point.stride
+    apart = WRITTEN * second.point.stride
     while located:
         together = [item for item in located if item[0] - located[0][0] <= apart]
         located = located[len(together) :]
@@ -184,7 +179,7 @@ def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Call
     if below.symmetric and above.symmetric:
         numbers = range(min(below.negative, above.negative), max(below.negative, above.negative))
         neutral = min(below.neutral, above.neutral)
-        return [_eigenvalue(number, len(numbers) + _NEXT, neutral) for number in numbers]
+        return [_eigenvalue(number, len(numbers) + 2, neutral) for number in numbers]
     groups = below.groups(above)
     signs = zip(below.determinants(groups), above.determinants(groups), strict=True)
     return [_determinant(group, groups, was[1]) for group, (was, now) in enumerate(signs) if was[0] * now[0] < 0]
@@ -237,19 +232,10 @@ def _modes(at: ExaminedPoint, count: int) -> Array:
     return np.array(result).T
 
 
-#: First change of the load factor for the derivative of the stiffness, as a part of the reach, and later changes as a
-#: part of the lowest buckling load; number of trials.
-_FIRST, _PART, _TRIALS = 1e-2, 0.02, 3
-#: Number of buckling factors computed half way, of which the factor nearest to the prediction of the start is taken.
-_NEIGHBOURS = 4
+#: Later changes of the load factor for the derivative of the stiffness, as a part of the lowest buckling load.
+_PART = 0.02
 #: Largest number of velocity components for dense eigenvalues.
 WHOLE = 60
-#: Imaginary part of an eigenvalue, relative to its magnitude, below which the eigenvalue counts as real.
-_REAL = 1e-6
-#: Multiple of the lowest buckling factor above which a buckling factor is rounding.
-_FAR = 1e8
-#: Part by which sizes may differ that are the same.
-_ALIKE = 1e-6
 
 
 def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tuple[Array, Array]:
@@ -261,9 +247,9 @@ def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tu
     ArithmeticError
         The stiffness is singular already, the path has no tangent, or there is no equilibrium near the preload.
     """
-    change = _FIRST * statics.reach
+    change = 1e-2 * statics.reach
     factors, modes = np.zeros(0), np.zeros((len(statics.sizes), 0))
-    for _ in range(_TRIALS):
+    for _ in range(3):
         rate = _rate(statics, rest, change)
         tangents = statics.tangents(rest)
         factors, modes = _factors(sparse(tangents.K), sparse(tangents.B), rate, count)
@@ -286,7 +272,7 @@ def load_scale(statics: LoadedStatics, rest: LoadedState) -> float:
     if solve is None or not force > 0.0:
         return 0.0
     along, softness = np.ones(len(statics.sizes)), 0.0
-    for _ in range(_TRIALS):  # inverse iteration: the order of magnitude is enough
+    for _ in range(3):  # inverse iteration: the order of magnitude is enough
         along = solve(along / statics.sizes) / statics.sizes
         softness = float(np.linalg.norm(along))
         if not np.isfinite(softness) or softness == 0.0:
@@ -308,7 +294,7 @@ def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float 
     try:
         tangents = statics.tangents(point.rest)
         rate = _rate(statics, point.rest, _PART * abs(factor))
-        factors, _ = _factors(sparse(tangents.K), sparse(tangents.B), rate, _NEIGHBOURS)
+        factors, _ = _factors(sparse(tangents.K), sparse(tangents.B), rate, 4)
     except ArithmeticError:
         return None
     changes = point.rest.s - rest.s + factors
@@ -345,8 +331,8 @@ def _factors(K: csc_array, B: csc_array, rate: csc_array, count: int) -> tuple[A
         values, vectors = eigs(operator, k=min(2 * count + 4, nv - 2), which="LM", v0=np.ones(nv))
     inverse: Complex = np.asarray(values, complex)
     mu = -np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse != 0.0)
-    kept = np.isfinite(mu) & (np.abs(mu.imag) <= _REAL * np.abs(mu))
-    kept &= np.abs(inverse) > np.max(np.abs(inverse), initial=0.0) / _FAR
-    sizes = np.abs(mu) * np.where(mu.real < 0.0, 1.0 + _ALIKE, 1.0)  # of two of the same size the positive one first
+    kept = np.isfinite(mu) & (np.abs(mu.imag) <= WRITTEN * np.abs(mu))
+    kept &= np.abs(inverse) > np.max(np.abs(inverse), initial=0.0) / 1e8
+    sizes = np.abs(mu) * np.where(mu.real < 0.0, 1.0 + WRITTEN, 1.0)  # of two of the same size the positive one first
     order = [k for k in np.argsort(sizes, kind="stable") if kept[k]][:count]
     return mu.real[order], np.asarray(vectors).real[:, order]

@@ -57,10 +57,6 @@ _PART = 0.1
 _REACH = 1e6
 #: Sizes, in rad or lengths of the scene, of the first step along a branch, in the order of trials.
 _ASIDE = (0.05, 0.1, 0.02, 0.2, 0.005)
-#: Number of progress reports along a path.
-_SHARES = 1000
-#: Largest number of components of a mode in its description, and least part of the largest component for a mention.
-_NAMED, _TAKES_PART = 6, 0.3
 
 
 def equilibrium_path(
@@ -237,7 +233,7 @@ def _follow_path(
                 message = f"{max_points} points are not enough; try: max_points={2 * max_points}, or a larger max_step"
                 break
             if report is not None:
-                report(max(0, round(_SHARES * (1.0 - abs(target - point.rest.s) / reach))), _SHARES)
+                report(max(0, round(1000 * (1.0 - abs(target - point.rest.s) / reach))), 1000)
     except PathEndError as end:
         message = end.why
     except KeyboardInterrupt:
@@ -312,8 +308,8 @@ def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> 
     """Return the names, without ``v.``, of at most 6 components of v that take part in a mode (nv,), largest first. A
     component takes part if it is above 0.3 of the largest one, in rad or parts of the scene's length."""
     sizes = np.abs(mode / statics.sizes)
-    order = np.argsort(-sizes, kind="stable")[:_NAMED]
-    return tuple(model.v_names[k].removeprefix("v.") for k in order if sizes[k] > _TAKES_PART * np.max(sizes))
+    order = np.argsort(-sizes, kind="stable")[:6]
+    return tuple(model.v_names[k].removeprefix("v.") for k in order if sizes[k] > 0.3 * np.max(sizes))
 
 
 def _columns(
@@ -370,10 +366,6 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> Path
             return PathPoint(result.rest, onwards, 0.0, result.corrections, 0.0)
     fault = f"no equilibrium was found near the {critical.kind} [E0080]"
     raise NumericalError(Problem("branch", fault, "another size, such as 0.3 or -1"))
-
-
-#: Part by which the lowest load may differ from the prediction half way there.
-STEADY = 0.05
 
 
 @dataclass(frozen=True, repr=False)
@@ -488,7 +480,7 @@ def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float
         )
     lowest = float(factors[0])
     later = half_way(statics, rest, lowest)
-    if later is not None and abs(later - lowest) <= STEADY * abs(lowest):
+    if later is not None and abs(later - lowest) <= 0.05 * abs(lowest):
         return ""
     told = "there is none" if later is None else f"it is {value + later:.6g}"
     return (

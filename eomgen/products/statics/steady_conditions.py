@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import SUMMED
 from eomgen.compiled.coordinates import reaches
 from eomgen.compiled.terms import Inputs, TermsAt
 from eomgen.errors import ModelError
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 Mask = NDArray[np.bool_]
-#: A column of partials below this part of the largest is zero.
-_NOTHING = 1e-12
-_SAMPLES = 4
 
 
 @dataclass(frozen=True)
@@ -233,12 +231,12 @@ class Conditions:
         model = self.model
         rng = np.random.default_rng(1)
         nothing = np.ones(model.nv, dtype=bool)
-        for sample in filter(None, (self.sample(q, rng) for _ in range(_SAMPLES))):
+        for sample in filter(None, (self.sample(q, rng) for _ in range(4))):
             there, v, _, lam = sample
             at = self.at(there, v, np.zeros(model.nv), z, lam)
             by_q = np.concatenate([at.K, at.B[: len(at.position)], at.Z, at.Aq, at.Fq])
             J, _ = self.measured(at, by_q * self.extents)
             finite = np.all(np.isfinite(J), axis=0)
             sizes = np.max(np.abs(np.where(np.isfinite(J), J, 0.0)), axis=0, initial=0.0)
-            nothing &= finite & (sizes <= _NOTHING * max(float(np.max(sizes, initial=0.0)), 1e-300))
+            nothing &= finite & (sizes <= SUMMED * max(float(np.max(sizes, initial=0.0)), 1e-300))
         return nothing

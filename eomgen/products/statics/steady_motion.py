@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import distinct, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of, numbers
 from eomgen.compiled.initial_state import initial_state
@@ -48,8 +49,6 @@ if TYPE_CHECKING:
 
 
 Mask = NDArray[np.bool_]
-#: Relative tolerance between a given velocity and the velocity of a drive.
-_SAME = 1e-7
 
 
 def named_values(
@@ -111,7 +110,7 @@ def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) ->
     """Raise UsageError if a given velocity, (nv,), differs from the rate of a drive of the same component."""
     for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
         rate = driven.get(name.removeprefix("v."), value)
-        if abs(rate - value) > _SAME * max(abs(rate), abs(value)):
+        if abs(rate - value) > _STEADY * max(abs(rate), abs(value)):
             law_rate, given_rate = distinct(rate, value)
             fault = f"it is driven at {law_rate} {unit}, and {given_rate} {unit} is given [E0092]"
             hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
@@ -128,14 +127,8 @@ def _number(name: str, value: ArrayLike) -> float:
 
 #: Fractions of a turn of the fastest component at which the motion is looked at again.
 _LATER = (0.11, 0.37, 1.0, 2.6)
-#: Part of the pace of a motion below which a velocity is rounding of none.
-_ROUNDING = 1e-9
-#: Part of the measure of accelerations that may appear along a steady motion.
+#: Part of the measure of accelerations, or of a velocity, that is tolerated.
 _STEADY = 1e-7
-#: Parts of a direction that are named.
-_NAMED = 0.05
-#: Largest number of violated rows named in a message.
-_ROWS = 3
 
 
 @dataclass(frozen=True)
@@ -292,7 +285,7 @@ def motion_along(
     if undetermined:
         message += f"; one more value could have been given, of {', '.join(undetermined[:6])}"
     pace, extents = conditions.pace, conditions.extents
-    v = np.where(np.abs(state.v) > _ROUNDING * pace * extents, state.v, 0.0)
+    v = np.where(np.abs(state.v) > COMPUTED * pace * extents, state.v, 0.0)
     a = np.where(np.abs(state.a) > _STEADY * pace**2 * extents, state.a, 0.0)
     said = (acceleration, result.steps, tuple(names), tuple(undetermined), message)
     return SteadyMotion(state.q, v, state.z, state.lam, conditions.t, *said, None, a)
@@ -334,7 +327,7 @@ def _undetermined(conditions: Conditions, search: SteadySearch, targets: Prescri
     largest = np.max(parts, axis=0)
     parts = np.max(parts / np.where(largest > 0.0, largest, 1.0), axis=1)
     names = [*(name.removeprefix("v.") for name in model.v_names), *model.v_names]
-    return [name for name, part in zip(names, parts, strict=True) if part > _NAMED]
+    return [name for name, part in zip(names, parts, strict=True) if part > 0.05]
 
 
 def _check_lasting(
@@ -345,7 +338,7 @@ def _check_lasting(
     with the motion."""
     model, state, extents = conditions.model, search.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
-    turn = 2.0 * np.pi / fastest if fastest > _ROUNDING * conditions.pace else 1.0 / conditions.pace
+    turn = 2.0 * np.pi / fastest if fastest > COMPUTED * conditions.pace else 1.0 / conditions.pace
     at, worst = conditions.at(*state.motion), np.zeros(model.nv)
     rounding = conditions.measured(at, at.values)[1][: model.nv] * conditions.pace**2 * extents
     left = 2.0 * float(np.max(np.abs(conditions.accelerations(*state.motion)) / extents, initial=0.0))
@@ -390,21 +383,15 @@ def _failure(conditions: Conditions, search: SteadySearch, targets: PrescribedCo
 def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
     """Return a clause on each constraint equation that is violated, at level of position, velocity or acceleration; at
     most three, the largest first."""
-    at = linear.at
-    sets = (
-        ("", at.position, ""),
-        ("the rate of ", at.velocity, "/s"),
-        ("the acceleration of ", at.acceleration, "/s^2"),
-    )
+    at, names = linear.at, model.multipliers
     units = ["rad" if unit in ("1", "1/s") else unit.removesuffix("/s") for unit in model.library.layout["row_units"]]
-    start, clauses = model.nv, []
-    for level, values, per in sets:
-        measured = np.abs(linear.values[start : start + len(values)])
-        start += len(values)
-        for size, name, value, unit in zip(measured, model.multipliers, values, units, strict=False):
-            if size > _STEADY:
-                clauses.append((size, f"{level}{name} is off by {value:.4g} {unit}{per}"))
-    return [text for _, text in sorted(clauses, key=lambda item: -item[0])[:_ROWS]]
+    rows = [(f"{name} is off by", unit) for name, unit in zip(names[: len(at.position)], units, strict=False)]
+    for level, per in (("the rate of ", "/s"), ("the acceleration of ", "/s^2")):
+        rows += [(f"{level}{name} is off by", unit + per) for name, unit in zip(names, units, strict=True)]
+    values = np.concatenate([at.position, at.velocity, at.acceleration]).tolist()
+    sizes = np.abs(linear.values[model.nv : model.nv + len(rows)])
+    worst = [k for k in np.argsort(-sizes, kind="stable")[:3] if sizes[k] > _STEADY]
+    return [f"{rows[k][0]} {values[k]:.4g} {rows[k][1]}" for k in worst]
 
 
 def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelError:

@@ -9,23 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import COMPUTED
 from eomgen.lie.product import update
 from eomgen.products.statics.steady_conditions import Conditions, ConditionValues
 from eomgen.products.statics.symmetries import Fields, constant
 from eomgen.solvers.regular_inertia import regular_inertia
 
 Mask = NDArray[np.bool_]
+#: Steps of one search.
 _MAX_STEPS = 100
-_LARGEST_TURN = 0.5
-#: States around the start that are tried if the search from there fails.
-_RETRIES = 6
-#: Values, relative to their measures, below which values count as zero; round-off of large terms is allowed in
-#: addition.
-_BALANCED = 1e-11
-#: Singular values below this are zero.
-_SAME = 1e-9
-#: Part of the largest from which a component counts as one that the rows force to move.
-_FORCED = 0.05
 
 
 class PrescribedComponents(NamedTuple):
@@ -99,7 +91,7 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
     answer = np.zeros((len(moving), int(np.sum(moving))))
     answer[~moving] = np.linalg.lstsq(B[:, ~moving], -B[:, moving], rcond=None)[0]
     sizes = np.max(np.abs(answer), axis=1, initial=0.0)
-    result: Mask = sizes > _FORCED * np.max(sizes, initial=0.0)
+    result: Mask = sizes > 0.05 * np.max(sizes, initial=0.0)
     return result
 
 
@@ -110,7 +102,7 @@ def _search_around(
     the first failure if all fail."""
     rng = np.random.default_rng(2)
     first = result = _search(conditions, fields, targets, _start(conditions, fields, targets, q, v, z))
-    for _ in range(_RETRIES):
+    for _ in range(6):
         if result.balanced:
             return result
         eta = np.where(targets.held_q, 0.0, conditions.around(rng.normal(0.0, 0.3, conditions.model.nv)))
@@ -128,16 +120,16 @@ def _start(
     """Return the motion along the fields at q whose velocities are nearest to v; given velocities have precedence."""
     X = fields.directions(q) / conditions.extents[:, np.newaxis]
     scaled_v, mask = np.where(targets.held_v, targets.v, v) / conditions.extents, targets.held_v
-    g = np.linalg.lstsq(X[mask], scaled_v[mask], rcond=_SAME)[0]
+    g = np.linalg.lstsq(X[mask], scaled_v[mask], rcond=COMPUTED)[0]
     left = _null_space(X[mask])
-    g = g + left @ np.linalg.lstsq(X[~mask] @ left, (scaled_v - X @ g)[~mask], rcond=_SAME)[0]
+    g = g + left @ np.linalg.lstsq(X[~mask] @ left, (scaled_v - X @ g)[~mask], rcond=COMPUTED)[0]
     return motion_at(conditions, fields, q, np.asarray(g), z)
 
 
 def _null_space(matrix: Array) -> Array:
     """Return the null space of a matrix, as columns of norm one or less."""
     _, singular, Vt = np.linalg.svd(np.vstack([matrix, np.zeros((1, matrix.shape[1]))]))
-    return np.asarray(Vt[int(np.sum(singular > _SAME)) :].T)
+    return np.asarray(Vt[int(np.sum(singular > COMPUTED)) :].T)
 
 
 def motion_at(
@@ -240,7 +232,7 @@ def _search(conditions: Conditions, fields: Fields, targets: PrescribedComponent
     for steps in range(_MAX_STEPS + 1):
         linear = linear_conditions(conditions, fields, targets, state)
         value, J = linear.values, linear.J
-        balanced = bool(np.all(np.abs(value) <= _BALANCED + linear.rounding))
+        balanced = bool(np.all(np.abs(value) <= 1e-11 + linear.rounding))
         if not (np.all(np.isfinite(J)) and np.all(np.isfinite(value))) or steps == _MAX_STEPS:
             balanced = balanced and bool(np.all(np.isfinite(value)))
             break
@@ -248,7 +240,7 @@ def _search(conditions: Conditions, fields: Fields, targets: PrescribedComponent
         change = -np.linalg.lstsq(J / scale, value, rcond=1e-11)[0] / scale
         increment = linear.across @ change[: linear.across.shape[1]]
         turn = float(np.max(np.abs(increment[conditions.turning]), initial=0.0))
-        share = min(1.0, _LARGEST_TURN / turn) if turn > 0.0 else 1.0
+        share = min(1.0, 0.5 / turn) if turn > 0.0 else 1.0
         for _ in range(1 if balanced else 30):
             moved = _moved(conditions, fields, linear, state, share * change)
             next_value = _values(conditions, targets, linear.at, moved)

@@ -19,6 +19,7 @@ from scipy.linalg import expm
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import bracket_matrix, moved_frames
@@ -29,12 +30,6 @@ if TYPE_CHECKING:
 
 #: Singular values below this part of the largest are zero.
 _NOTHING = 1e-8
-#: Of more travels than these no turns among one another are looked for.
-_MOST_TRAVELS = 12
-#: Singular values of the constraints below this part of the largest are zero.
-_FREE = 1e-10
-#: Number of equations per unknown number for the identification of a symmetry.
-_EQUATIONS = 3
 
 
 @dataclass(frozen=True)
@@ -131,7 +126,7 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     model = conditions.model
     basis = _candidates(model, conditions.extents)
     rng = np.random.default_rng(1)
-    count = 2 + _EQUATIONS * len(basis) // max(model.nv, 1)
+    count = 2 + 3 * len(basis) // max(model.nv, 1)
     samples = filter(None, (conditions.sample(q, rng) for _ in range(count)))
     parts = [_equations(conditions, basis, *sample, z) for sample in samples]
     if not parts:
@@ -199,7 +194,7 @@ def _candidates(model: CompiledModel, extents: Array) -> list[SymmetryField]:
                 fields.append(SymmetryField(rest, none, unit[k], none))
     single = [k for factor in model.factors if factor.group == "R" for k in places[factor.v]]
     travels = [k for k in single if model.v_units[k] == "m/s"]
-    for i, j in itertools.combinations(travels, 2) if len(travels) <= _MOST_TRAVELS else ():
+    for i, j in itertools.combinations(travels, 2) if len(travels) <= 12 else ():
         A = np.zeros((nv, nv))
         A[i, j], A[j, i] = -1.0, 1.0
         fields.append(SymmetryField(rest, A, rest, A))
@@ -222,7 +217,7 @@ def _equations(
     free = np.eye(len(v))
     if len(at.B) and np.all(np.isfinite(at.B)):
         _, singular, Vt = np.linalg.svd(at.B * extents)
-        free = extents[:, np.newaxis] * Vt[int(np.sum(singular > _FREE * np.max(singular, initial=0.0))) :].T
+        free = extents[:, np.newaxis] * Vt[int(np.sum(singular > COMPUTED * np.max(singular, initial=0.0))) :].T
     fields = Fields(model, basis)
     W = fields.stacked.W
     eta, by_v, by_a = fields.directions(q), (W @ v).T, (W @ a).T
