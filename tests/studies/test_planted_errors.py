@@ -21,7 +21,7 @@ from eomgen.mechanics.constraints.rows import ConstraintCalculus
 from eomgen.mechanics.dynamics import separated
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.verification import check as checking
-from eomgen.products.studies.verification.claims.claim import Claim
+from eomgen.products.studies.verification.claims.claim import Claim, Second
 from eomgen.products.studies.verification.report import FormReport
 from eomgen.studies import CheckReport, check
 from tests.models.checked_scenes import drone, gate, reed, rod, striker
@@ -282,7 +282,7 @@ def test_a_second_derivation_without_numbers_is_no_agreement(monkeypatch: pytest
 
     def judged(claim: Claim, *given: Any) -> FormReport:
         if (second := claim.second) is not None:
-            claim = replace(claim, second=lambda engine, state: np.nan * second(engine, state))
+            claim = replace(claim, second=Second("by", lambda engine, state: np.nan * second(engine, state)))
             forms.append(claim.name)
         return own(claim, *given)
 

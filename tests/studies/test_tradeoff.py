@@ -74,9 +74,7 @@ def test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked
     found = eomgen.tradeoff(THROWN, announce=said.append, **options)
     assert {point.configuration.formulation for point in found.points} == {"joint"}
     assert found.left_out["SE3"] == "joint coordinates have no constraints; studied with the axis formulation named"
-    assert said == [
-        "methods to build, or to take from the cache: 3; then up to 2 min of runs"
-    ]
+    assert said == ["methods to build, or to take from the cache: 3; then up to 2 min of runs"]
 
 
 def test_curves_are_ranked_by_their_cost_of_the_demands() -> None:

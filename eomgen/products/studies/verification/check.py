@@ -75,7 +75,9 @@ def judge_claim(
     rng : source of random changes for the condition
     """
     remarks, names, state = Remarks(), states.names, dict(states.blocks)
-    report = FormReport(claim.name, claim.meaning, claim.family, "no state", second_name=claim.second_name)
+    report = FormReport(
+        claim.name, claim.meaning, claim.family, "no state", second_name=claim.second.name if claim.second else ""
+    )
     if claim.source is not None and names:
         inside = np.array(np.isfinite(claim.source(engine, state)).all(axis=-1))
         for k in np.flatnonzero(~inside):
@@ -130,9 +132,9 @@ def judge_claim(
     if claim.second is not None:
         second = claim.second(engine, state)
         unknown = finite & ~np.isfinite(second)
-        failures += _not_numbers(at, operations, ~unknown, remarks, claim.second_name)
+        failures += _not_numbers(at, operations, ~unknown, remarks, claim.second.name)
         undecided |= bool(unknown.any())
-        failures += _worst(at, finite, value, second, sizes.exact, claim.second_name)
+        failures += _worst(at, finite, value, second, sizes.exact, claim.second.name)
         report = replace(report, second=_largest(second - value, sizes, ~singular))
     verdict: Verdict = "FAILS" if failures else "undecided" if undecided else "agrees"
     return replace(report, verdict=verdict, remarks=remarks.texts, worst=failures[0] if failures else None)

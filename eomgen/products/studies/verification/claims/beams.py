@@ -26,6 +26,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Claim,
     ClaimOutput,
     Engine,
+    Second,
     Space,
     Value,
     column,
@@ -132,8 +133,7 @@ def _claim(
         f"elastic.{name}",
         meaning,
         lambda engine, state: np.asarray(engine("elastic", at(state))[name] @ along),
-        second=second,
-        second_name=change.name,
+        second=Second(change.name, second),
         rows=space.rows["v"],
         columns=space.along[block].names,
     )
@@ -229,8 +229,9 @@ def _balance(beams: _BeamElements) -> Claim:
         "section_loads.load_at_ends",
         "equilibrium of each element",
         lambda engine, state: _flat(_SECOND(engine, state)),
-        second=lambda engine, state: _flat(_transform_wrench(beams.twists(engine, state), _FIRST(engine, state))),
-        second_name="poses",
+        second=Second(
+            "poses", lambda engine, state: _flat(_transform_wrench(beams.twists(engine, state), _FIRST(engine, state)))
+        ),
         size=_largest_load,
         rows=beams.rows(_LOADS),
     )
@@ -251,8 +252,7 @@ def _mean(beams: _BeamElements) -> Claim:
         "section_loads.load",
         "mean along each element",
         lambda engine, state: _flat(_LOAD(engine, state)),
-        second=second,
-        second_name="poses",
+        second=Second("poses", second),
         size=_largest_load,
         rows=beams.rows(_LOADS),
     )
@@ -282,8 +282,7 @@ def _strains(beams: _BeamElements, system: System) -> Claim:
         "section_loads.strain",
         "stiffness times strain",
         value,
-        second=lambda engine, state: _flat(_LOAD(engine, still(state))),
-        second_name="load at rest",
+        second=Second("load at rest", lambda engine, state: _flat(_LOAD(engine, still(state)))),
         size=lambda engine, state: np.max(np.abs(_LOAD(engine, still(state))), axis=(-2, -1)),
         rows=beams.rows(_LOADS),
     )
@@ -309,8 +308,7 @@ def _jumps(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
         "section_loads.load_at_ends, at nodes",
         "virtual work on the nodes",
         beams.on_nodes(_FIRST, -1.0 * _SECOND),
-        second=second,
-        second_name="equations without stiffness",
+        second=Second("equations without stiffness", second),
         size=_largest_load,
         rows=space.rows["v"],
     )
@@ -325,8 +323,10 @@ def _halves(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
         "section_loads.load_on_halves",
         "virtual work on the nodes",
         beams.on_nodes(halves[..., 0, :], halves[..., 1, :]),
-        second=lambda engine, state: column(tape_engine("residual", state)["r"] - twice("residual", state)["r"]),
-        second_name="equations with twice the loads",
+        second=Second(
+            "equations with twice the loads",
+            lambda engine, state: column(tape_engine("residual", state)["r"] - twice("residual", state)["r"]),
+        ),
         size=lambda engine, state: np.max(np.abs(tape_engine("residual", state)["r"]), axis=-1),
         rows=space.rows["v"],
     )

@@ -11,7 +11,7 @@ infinitesimal ones.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -243,6 +243,16 @@ class ClaimOutput:
         return ClaimOutput(self.function, self.entry, lambda engine, state: change(self(engine, state)))
 
 
+class Second(NamedTuple):
+    """Another derivation of a closed form, with its name."""
+
+    name: str
+    value: Value
+
+    def __call__(self, engine: Engine, state: Blocks) -> Array:
+        return self.value(engine, state)
+
+
 @dataclass(frozen=True)
 class Claim:
     """A claim that a closed form is the derivative of another function, or equals a second derivation.
@@ -260,7 +270,7 @@ class Claim:
     combine : callable, optional
         Makes the expected ``value`` from the source's derivatives (..., n, count); the derivatives by default.
     second : callable, optional
-        The same numbers by another derivation, which ``second_name`` names.
+        The same numbers by another derivation.
     size : callable, optional
         Natural magnitude (...) of the compared values, if sums may cancel.
     rows, columns : names of rows and columns of ``value``
@@ -275,8 +285,7 @@ class Claim:
     source: Value | None = None
     directions: Rates | None = None
     combine: Callable[[Engine, Blocks, Array], Array] | None = None
-    second: Value | None = None
-    second_name: str = ""
+    second: Second | None = None
     size: Value | None = None
     rows: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
@@ -301,14 +310,12 @@ def jacobian(
     *,
     name: str = "",
     meaning: str = "",
-    second: Value | None = None,
-    second_name: str = "",
-    size: Value | None = None,
-    functions: tuple[str, ...] = (),
+    second: Second | None = None,
+    **options: Any,
 ) -> Claim:
     """Return the claim that ``value`` (..., rows, n) has the partials of ``source`` in a block, left-trivialised in q.
 
-    Outputs have names: ``partials.K`` is ``d r / dq``.
+    Outputs have names: ``partials.K`` is ``d r / dq``. ``options`` are further arguments of ``Claim``.
     """
     along = space.along[block]
 
@@ -321,12 +328,10 @@ def jacobian(
         along_directions(value),
         source=source,
         directions=constant_directions({block: along.matrix.T}),
-        second=None if second is None else along_directions(second),
-        second_name=second_name,
+        second=None if second is None else Second(second.name, along_directions(second)),
         rows=tuple(rows),
         columns=along.names,
-        functions=functions,
-        size=size,
+        **options,
     )
 
 

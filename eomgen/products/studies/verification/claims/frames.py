@@ -19,6 +19,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Claim,
     ClaimOutput,
     Engine,
+    Second,
     Space,
     along_motion,
     column,
@@ -105,8 +106,7 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
                 ClaimOutput(drift, "drift").flat.column,
                 source=lambda engine, state: times_velocity(J(engine, state), state["v"]),
                 directions=motion,
-                second=lambda engine, state: column(times_velocity(J_dot(engine, state), state["v"])),
-                second_name=rate,
+                second=Second(rate, lambda engine, state: column(times_velocity(J_dot(engine, state), state["v"]))),
                 size=sizes,
                 rows=rows,
                 functions=(matrix,),
@@ -166,8 +166,7 @@ def _mobilities(space: Space) -> Claim:
         "frame_mobilities.mobility",
         "J M^-1 J^T",
         ClaimOutput("frame_mobilities", "mobility").flat.column,
-        second=second,
-        second_name="by M",
+        second=Second("by M", second),
         rows=_row_names(space.system.frames, [f"{left}, {right}" for left in _TWIST for right in _TWIST]),
     )
 
@@ -189,8 +188,7 @@ def _momentum(space: Space) -> list[Claim]:
                 "centroidal_momentum.A, linear",
                 "m J of the centre of mass",
                 A[..., 3:, :] @ W,
-                second=linear,
-                second_name="center_of_mass_jacobian",
+                second=Second("center_of_mass_jacobian", linear),
                 rows=_MOMENTUM[3:],
                 columns=names,
             )
@@ -203,8 +201,7 @@ def _momentum(space: Space) -> list[Claim]:
                 "centroidal_momentum.A",
                 "sum over bodies",
                 A @ W,
-                second=lambda engine, state: bodies.momentum(engine, state) @ W,
-                second_name="poses and jacobians",
+                second=Second("poses and jacobians", lambda engine, state: bodies.momentum(engine, state) @ W),
                 rows=_MOMENTUM,
                 columns=names,
             )

@@ -13,6 +13,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Claim,
     ClaimOutput,
     Engine,
+    Second,
     Space,
     along_motion,
     column,
@@ -207,8 +208,7 @@ def _regressor_claim(rows: tuple[str, ...]) -> Claim:
         "regressor.Y",
         "Y pi + tau0 = tau",
         tau,
-        second=ClaimOutput("inverse_dynamics", "tau").column,
-        second_name="inverse dynamics",
+        second=Second("inverse dynamics", ClaimOutput("inverse_dynamics", "tau").column),
         size=size,
         rows=rows,
     )

@@ -16,11 +16,13 @@ from eomgen.products.studies.verification.claims.claim import (
     Claim,
     ClaimOutput,
     Engine,
+    Second,
     Space,
     Value,
     along_motion,
     column,
     constant_directions,
+    jacobian,
     spread,
 )
 from eomgen.scene.scene import Scene
@@ -94,8 +96,7 @@ def _mass(space: Space) -> Claim:
         projection(ClaimOutput("mass", "M")),
         source=lambda engine, state: momentum(engine, state, few.T),
         directions=constant_directions({"v": few.T}),
-        second=projection(ClaimOutput("partials", "M")) if also else None,
-        second_name="partials" if also else "",
+        second=Second("partials", projection(ClaimOutput("partials", "M"))) if also else None,
         rows=space.few.names,
         columns=space.few.names,
         functions=("energy",),
@@ -120,8 +121,7 @@ def _definite(*, constrained: bool) -> Claim:
         "mass.M, definite",
         "symmetric, positive definite",
         value,
-        second=lambda _, state: np.zeros((*state["q"].shape[:-1], 2, 1)),
-        second_name="eigenvalues",
+        second=Second("eigenvalues", lambda _, state: np.zeros((*state["q"].shape[:-1], 2, 1))),
         size=lambda _, state: np.ones(state["q"].shape[:-1]),
         rows=("M - M^T", "1 - smallest eigenvalue of M"),
     )
@@ -226,8 +226,7 @@ def _by_blocks_of_tau(
         name,
         meaning,
         value,
-        second=second,
-        second_name=second_name,
+        second=Second(second_name, second),
         size=lambda engine, state: _largest(_parts(engine, state)),
         rows=space.rows["v"],
     )
@@ -266,8 +265,7 @@ def _forward(space: Space) -> Claim:
         "forward_dynamics.vdot",
         "M vdot = Q - h - b",
         lambda engine, state: column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"])),
-        second=lambda engine, state: -_rest(engine, state),
-        second_name="sum of blocks",
+        second=Second("sum of blocks", lambda engine, state: -_rest(engine, state)),
         size=lambda engine, state: _largest(_parts(engine, _free(engine, state))),
         rows=space.rows["v"],
     )
@@ -317,29 +315,21 @@ _KINETIC = ClaimOutput("energy", "energy")[..., :1]
 
 
 def _momentum(space: Space) -> Claim:
-    along = space.along["v"]
-    return Claim(
-        "momenta.momentum",
-        "dT / dv",
-        (ClaimOutput("momenta", "momentum") @ along.matrix)[..., np.newaxis, :],
-        source=_KINETIC,
-        directions=constant_directions({"v": along.matrix.T}),
-        rows=("T",),
-        columns=along.names,
-    )
+    row = ClaimOutput("momenta", "momentum")[..., np.newaxis, :]
+    return jacobian(space, row, _KINETIC, "v", ["T"], meaning="dT / dv")
 
 
 def _momentum_rate(space: Space) -> Claim:
-    along, rate, force = space.along["q"], ClaimOutput("momenta", "momentum_rate"), ClaimOutput("force", "Q")
-    return Claim(
-        "momenta.momentum_rate",
-        "dT / dq + Q",
-        lambda engine, state: (rate(engine, state) - force(engine, state))[..., np.newaxis, :] @ along.matrix,
-        source=_KINETIC,
-        directions=constant_directions({"q": along.matrix.T}),
+    rate, force = ClaimOutput("momenta", "momentum_rate"), ClaimOutput("force", "Q")
+    return jacobian(
+        space,
+        lambda engine, state: (rate(engine, state) - force(engine, state))[..., np.newaxis, :],
+        _KINETIC,
+        "q",
+        ["T"],
+        name="momenta.momentum_rate",
+        meaning="dT / dq + Q",
         size=lambda engine, state: _largest([rate(engine, state), force(engine, state)]),
-        rows=("T",),
-        columns=along.names,
     )
 
 

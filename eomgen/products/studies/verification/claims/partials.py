@@ -14,6 +14,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Claim,
     ClaimOutput,
     Engine,
+    Second,
     Space,
     Value,
     along_motion,
@@ -53,8 +54,7 @@ def partial_claims(space: Space) -> list[Claim]:
                 block,
                 rows,
                 meaning=f"d residual / d{block}",
-                second=by_tape.get(name),
-                second_name="the tape's own" if by_tape else "",
+                second=Second("the tape's own", by_tape[name]) if by_tape else None,
             )
             for name, block in _MATRICES
         ]
@@ -107,8 +107,7 @@ def constraint_claims(space: Space) -> list[Claim]:
             "v",
             rows,
             name="constraint_jacobian.B by w",
-            second=reaction_partials,
-            second_name="d residual / d lam",
+            second=Second("d residual / d lam", reaction_partials),
         ),
         Claim(
             "constraint_bias.g",
@@ -227,8 +226,7 @@ def _same(space: Space, entry: str, second_entry: str, rows: str) -> Claim:
         f"equations.{entry}",
         f"as {second_entry}",
         of("equations"),
-        second=of(second_entry),
-        second_name=second_entry,
+        second=Second(second_entry, of(second_entry)),
         rows=space.rows[rows],
     )
 
@@ -248,8 +246,7 @@ def _nonzeros_claim(function: str, name: str, dense_function: str, system: Syste
         f"{function}.{packed}",
         f"nonzeros of {name}",
         value,
-        second=ClaimOutput(dense_function, name),
-        second_name=dense_function,
+        second=Second(dense_function, ClaimOutput(dense_function, name)),
     )
 
 
@@ -292,8 +289,7 @@ def _elimination_claims(space: Space) -> list[Claim]:
             elimination(name, space.along[block].matrix),
             source=_RESIDUAL,
             directions=constant_directions({block: space.along[block].matrix.T}),
-            second=ClaimOutput("partials", name) @ space.along[block].matrix if also else None,
-            second_name="partials" if also else "",
+            second=Second("partials", ClaimOutput("partials", name) @ space.along[block].matrix) if also else None,
             rows=space.rows["v"],
             columns=space.along[block].names,
         )

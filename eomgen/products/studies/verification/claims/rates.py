@@ -14,6 +14,7 @@ from eomgen.products.studies.verification.claims.claim import (
     ClaimOutput,
     Engine,
     Rates,
+    Second,
     Space,
     Value,
     along_motion,
@@ -75,8 +76,7 @@ def rate_claims(space: Space) -> list[Claim]:
                     directions=_along_motion(space.engine, source.function, free=term == "forward_rates"),
                     rows=_entries(space, name) if term in _OF_COMPONENTS else (),
                     size=_rounding_of(function, entry, order, *_mass_terms(space, term, order)),
-                    second=ClaimOutput(second_term, name).flat.column if also else None,
-                    second_name=second_term if also else "",
+                    second=Second(second_term, ClaimOutput(second_term, name).flat.column) if also else None,
                 )
             )
             source = ClaimOutput(term, name)
@@ -88,8 +88,7 @@ def rate_claims(space: Space) -> list[Claim]:
                     f"{term}.{name}",
                     f"as {second_term}",
                     ClaimOutput(term, name).flat.column,
-                    second=ClaimOutput(second_term, name).flat.column,
-                    second_name=second_term,
+                    second=Second(second_term, ClaimOutput(second_term, name).flat.column),
                     rows=_entries(space, name),
                     size=None if of is None else _rounding_of(*of, *more),
                 )
@@ -105,8 +104,7 @@ def _coriolis(space: Space) -> list[Claim]:
             f"{term}.C",
             "C v = h",
             _times_velocity(term),
-            second=ClaimOutput("coupling", "h").flat.column,
-            second_name="coupling",
+            second=Second("coupling", ClaimOutput("coupling", "h").flat.column),
             size=_rounding_of(term, "C", 1, *_mass_terms(space, "rates", 0)),
             rows=space.rows["v"],
         )
@@ -119,8 +117,7 @@ def _coriolis(space: Space) -> list[Claim]:
                 "coriolis_skew.C, skew",
                 "C + C^T = M'",
                 _symmetric,
-                second=ClaimOutput("mass_rates", "M_dot"),
-                second_name="mass_rates",
+                second=Second("mass_rates", ClaimOutput("mass_rates", "M_dot")),
                 rows=space.rows["v"],
                 columns=space.rows["v"],
                 size=_rounding_of(
