@@ -249,7 +249,7 @@ def _print_estimates(fit: Identification) -> None:
     """Print tables of the estimates, the determined combinations of unknowns (if any), and the measured columns."""
     share = f"{100.0 * fit.confidence:.6g} %"
     header: tuple[str, ...] = ("unknown", "estimate", "unit", f"{share} from", "to", "start", "")
-    names = ("name", "value", "unit", "low", "high", "start", "state")
+    names: tuple[str, ...] = ("name", "value", "unit", "low", "high", "start", "state")
     rows = [_texts(estimate, names) for estimate in fit.estimates]
     print_table(f"{fit.scene}: estimates", header, rows, numeric=(1, 3, 4, 5))
     if fit.combinations:

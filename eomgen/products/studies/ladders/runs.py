@@ -183,7 +183,8 @@ class RunnerProcess:
                 return raised
             began = time.perf_counter()
             if pipe.poll(limit):
-                return replace(pipe.recv(), seconds=time.perf_counter() - began)
+                ending: RunEnding = replace(pipe.recv(), seconds=time.perf_counter() - began)
+                return ending
             os.kill(process.pid or 0, signal.SIGINT)
             if pipe.poll(GRACE):
                 return self._close_with(replace(pipe.recv(), seconds=time.perf_counter() - began))

@@ -201,8 +201,8 @@ def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, floa
                 motion = float(np.max(np.abs(there[:, k] - there[0, k])))
                 yield kind, float(np.max(np.abs(here[:, k] - there[:, k]))), motion
             continue
-        turned = angles(here[:, :4], there[:, :4]), angles(there[:1, :4], there[:, :4])
-        yield "rad", *(float(np.max(angle)) for angle in turned)
+        error, motion = (float(np.max(angles(of, there[:, :4]))) for of in (here[:, :4], there[:1, :4]))
+        yield "rad", error, motion
         if factor.q_size > 4:
             apart, way = here[:, 4:] - there[:, 4:], there[:, 4:] - there[0, 4:]
             yield "m", float(np.max(np.linalg.norm(apart, axis=1))), float(np.max(np.linalg.norm(way, axis=1)))

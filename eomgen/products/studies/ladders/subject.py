@@ -261,7 +261,7 @@ def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mappin
         accelerations = np.asarray(model.constrained_dynamics(q, v, z=z, parameters=values)[0])
     else:
         accelerations = np.asarray(model.forward_dynamics(q, v, z=z, parameters=values))
-    rates = model.internal_rates(q, v, z, parameters=values) if model.nz else []
+    rates: Array = model.internal_rates(q, v, z, parameters=values) if model.nz else np.zeros(0)
     return np.concatenate([accelerations, rates])
 
 

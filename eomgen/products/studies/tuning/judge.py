@@ -271,7 +271,7 @@ class Judge:
             self.tried[candidate.row.name] = why
         return known
 
-    def _levels(self, candidate: Candidate) -> list[Mapping[str, float]]:
+    def _levels(self, candidate: Candidate) -> list[Mapping[str, Any]]:
         """Return successively finer resolutions of a method as arguments of ``Runner.run``."""
         if not candidate.method.chooses_steps:
             return [{"per_row": 2**k} for k in range(17)]

@@ -49,7 +49,7 @@ class RefinedRun:
     described: str
     apart: Mapping[str, ErrorSize]
     error: float
-    level: Mapping[str, float]
+    level: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def reference(
 def refine(
     runner: Runner,
     candidate: Candidate,
-    levels: Sequence[Mapping[str, float]],
+    levels: Sequence[Mapping[str, Any]],
     seconds: float,
     enough: float,
     measure: Callable[[Mapping[str, ErrorSize]], float],
@@ -187,7 +187,7 @@ def refine(
     return best, why
 
 
-def _words(level: Mapping[str, float], row: float) -> str:
+def _words(level: Mapping[str, Any], row: float) -> str:
     return f"tolerance {level[TOLERANCE]:.3g}" if TOLERANCE in level else f"step {row / level['per_row']:.3g} s"
 
 

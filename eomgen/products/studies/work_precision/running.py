@@ -255,8 +255,16 @@ class Runner:
                 return None if initial is None else _shorten_state(source, target, initial)
             self._starts[key] = None
             if "poses" in source.functions and "twists" in source.functions:
-                h, options = 1e-6 * self.grid.row, {"parameters": parameters, "inputs": inputs}
-                first = source.simulate(start + h, h, t_start=start, initial=initial, error_estimate=False, **options)
+                h = 1e-6 * self.grid.row
+                first = source.simulate(
+                    start + h,
+                    h,
+                    t_start=start,
+                    initial=initial,
+                    parameters=parameters,
+                    inputs=inputs,
+                    error_estimate=False,
+                )
                 same = same_start(source, first.q[0], first.v[0], target, start, parameters)
                 self._starts[key] = {**same, "z": first.z[0]} if target.nz else same
         return self._starts[key]

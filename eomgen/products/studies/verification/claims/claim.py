@@ -328,7 +328,7 @@ def jacobian(
         along_directions(value),
         source=source,
         directions=constant_directions({block: along.matrix.T}),
-        second=None if second is None else Second(second.name, along_directions(second)),
+        second=None if second is None else Second(second.name, along_directions(second.value)),
         rows=tuple(rows),
         columns=along.names,
         **options,
