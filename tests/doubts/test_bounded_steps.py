@@ -180,7 +180,7 @@ def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.
     assert rows["vslide"][-1] == pytest.approx(speed, rel=1e-4)
 
 
-@pytest.mark.slow_cases("0.008")
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [0.008, 0.013])
 def test_a_rate_that_rises_from_the_smallest_numbers_stops_no_run(width: float) -> None:
     """A Gaussian pulse underflows to 0 and to numbers of few digits far from its centre. Reference: its integral."""

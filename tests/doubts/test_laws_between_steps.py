@@ -368,7 +368,7 @@ NARROW_BY_PLACE = {
 }
 
 
-@pytest.mark.slow_cases("angular_velocity")
+@pytest.mark.slow_cases("angular_velocity", "velocity", "rotation")
 @pytest.mark.parametrize("quantity", NARROW_BY_PLACE)
 def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None:
     """Reference: the work of a barrier, 30*0.006*sqrt(pi) J; a level that holds a velocity at 0.004*sqrt(ln 2) below.

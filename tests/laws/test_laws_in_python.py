@@ -77,6 +77,7 @@ def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> Non
     assert difference(run.outputs["forces"], expected.outputs["forces"]) < 1e-12
 
 
+@pytest.mark.slow_cases("False")
 @pytest.mark.parametrize("partials", [False, True])
 def test_differences_and_functions_of_partials(folder: Path, *, partials: bool) -> None:
     if partials:

@@ -95,7 +95,7 @@ def elastica(load: float) -> tuple[float, float]:
     return 2.0 * ellipe(k**2) / ellipk(k**2) - 1.0, 2.0 * k / ellipk(k**2)
 
 
-@pytest.mark.slow_cases("100000.0-2.0")
+@pytest.mark.slow_cases("100000.0-2.0", "160000.0-1.2")
 @pytest.mark.parametrize(("stretch", "factor"), [(16e4, 1.2), (16e6, 1.5), (1e5, 2.0)])
 def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, stretch: float, factor: float) -> None:
     load, ends = factor * euler(1.0), []
@@ -117,6 +117,15 @@ def test_reversed_loads_are_named(column: Model) -> None:
     found = column.buckling_loads("load", at=-1.0, count=2)
     assert found.reversed == tuple(found.values > 0.0)
     assert f"{found.values[0]:.6g} (reversed load)" in repr(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1e-13])
+def test_the_first_buckling_load_does_not_depend_on_the_unit_of_the_load(unit: float) -> None:
+    scene = rod()
+    scene["forces"]["tip"]["force"] = [f"-{unit} * load", 0.0, 0.0]
+    loads = eomgen.build(scene, profile="quick").buckling_loads("load", count=1)
+    assert loads.values[0] * unit == pytest.approx(euler(1.0), rel=EIGHT) and not loads.warning
 
 
 def random_stiffness(seed: int, nv: int, rows: int, *, symmetric: bool = True, band: int = 0) -> TangentStiffness:

@@ -101,6 +101,7 @@ REFUSED: dict[str, Callable[[eomgen.Model], Any]] = {
 
 
 @pytest.mark.slow_cases("no steady motion was found in", "t is nan, not a finite number")
+@pytest.mark.slow_cases("nearer to it, or velocities of coordinates on which nothing depends: v.precession")
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_is_no_steady_motion_is_named(model: eomgen.Model, text: str) -> None:
     with pytest.raises((NumericalError, UsageError, ModelError)) as caught:

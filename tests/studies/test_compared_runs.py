@@ -182,6 +182,20 @@ def test_ladders_measure_errors_by_the_motion_and_the_size_of_the_machine(rng: n
         assert study.difference(subject, arrays[0] | {name: wrong}, arrays[1], bound=1e-3) == (np.inf, np.inf)
 
 
+@pytest.mark.parametrize("turned", [1e-13, 1e-11, 1e-9])
+def test_a_rotation_that_is_rounding_is_measured_by_what_moves(turned: float) -> None:
+    model = SimpleNamespace(factors=FACTORS[:1], v_units=["rad/s"] * 3 + ["m/s"] * 3, q_units=UNITS[:7], z_units=[])
+    subject: Any = SimpleNamespace(model=lambda kind: model, extent=1.0)
+    t = np.linspace(0.0, 1.0, 21)
+    q, v = np.zeros((21, 7)), np.zeros((21, 6))
+    q[:, 0], q[:, 2], q[:, 4], v[:, 3] = 1.0, 0.5 * turned * t, 2.0 * t, 2.0
+    off, held = q.copy(), {"t": t, "q": q, "v": v}
+    off[:, 2] *= 38.0
+    assert study.difference(subject, {**held, "q": off}, held, 0.01).position < 1e-3
+    off[:, 4] *= 1.5  # an error of what moves is seen
+    assert study.difference(subject, {**held, "q": off}, held, 0.01).position == pytest.approx(0.5)
+
+
 class LadderSubject(SimpleNamespace):
     """Start, model and conditions of a subject; conditions are kept as given."""
 
@@ -222,7 +236,6 @@ def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     for value, steps in ((0.0999, register.STEPS), (0.1, 2 * register.ROWS)):
         stepped: Any = register.BY_NAME["step"].conditions(subject, value)
         assert (stepped.step, stepped.steps) == (value * 3.0, steps)
-    assert register._decades(-3, 3, 3) == (1e-3, 1.0, 1e3)
 
 
 def test_pivots_are_ratios_of_leading_minors(rng: np.random.Generator) -> None:

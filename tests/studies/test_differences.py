@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from eomgen.lie.product import Factor
-from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification import check as checking
 from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, move_state
 from eomgen.products.studies.verification.differences import (
@@ -22,7 +21,6 @@ from eomgen.products.studies.verification.differences import (
     differences,
     sizes_of,
 )
-from eomgen.products.studies.work_precision.observation import extent_of
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 
@@ -96,20 +94,6 @@ def test_a_large_row_hides_no_feature_of_a_small_row() -> None:
     found = differences(at(form_of("v", 4), engine_of(function), state))
     exact = 30.0 / np.sqrt(2.0) + 1.0
     assert abs(found.best[0, 0, 0] - exact) <= BARS * found.bar[0, 0, 0]
-
-
-@pytest.mark.parametrize("size", [1e-3, 0.5, 300.0])
-def test_the_length_of_a_scene_is_its_extent_with_the_base(size: float) -> None:
-    """Small changes of positions are in its parts: a small machine needs small ones."""
-
-    def length(places: dict[str, list[float]], functions: tuple[str, ...] = ("poses",)) -> float:
-        model = SimpleNamespace(terms=functions, bodies=tuple(places))
-        model.pose = lambda body, q: np.array([1.0, 0.0, 0.0, 0.0, *places[body]])
-        return extent_of(cast(Model, model), np.zeros(1))
-
-    assert length({"far": [0.0, 2.0 * size, size]}) == pytest.approx(2.0 * size)
-    assert length({"up": [0.0, 0.0, size], "down": [0.0, size, -size]}) == pytest.approx(2.0 * size)
-    assert length({"here": [0.0, 0.0, 0.0]}) == length({}) == length({"far": [size, 0.0, 0.0]}, ()) == 1.0
 
 
 def test_turns_are_moved_by_the_exponential_and_to_first_order_alike(rng: np.random.Generator) -> None:

@@ -33,8 +33,7 @@ def test_flapping_of_a_hinged_blade() -> None:
     np.testing.assert_allclose(lin.modes().angular_frequency[0], rigid, rtol=1e-3)  # bending takes a little
 
 
-@pytest.mark.slow_cases("1")
-@pytest.mark.slow_cases("0")
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_check_draws_states_that_order_1_is_for(seed: int) -> None:
     report = check(blade(), seed=seed, only=["mass"], profile="quick")

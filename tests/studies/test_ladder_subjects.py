@@ -49,7 +49,7 @@ class Slider:
         return np.array([v[0] - z[0] / ((3.0 if self.fault != "state" or not self.scaled else 4.0) * time)])
 
     def pose(self, body: str, q: Any) -> np.ndarray:
-        return np.array([1.0, 0.0, 0.0, 0.0, q[0] if body == "near" else -7.0 * q[0], 0.0, 0.0])
+        return np.array([1.0, 0.0, 0.0, 0.0, *((q[0], 0.0, 0.0) if body == "near" else (-7.0 * q[0], 0.0, 9.0 * q[0]))])
 
     def linearize(self, at: str) -> Any:
         assert at == "initial"
@@ -98,7 +98,8 @@ def test_scenes_at_another_place_have_the_same_accelerations() -> None:
 
 
 def test_extents_rates_and_fine_steps() -> None:
-    assert subject_of().extent == 4.0
+    assert subject_of().extent == 4.5  # along z
+    assert subject_of(bodies=("near",)).extent == 0.5  # from the base
     assert subject_of(terms=()).extent == subject_of(bodies=()).extent == subject_of(initial_q=[0.0]).extent == 1.0
     subject = subject_of()
     assert subject.rate == 3.0 and subject.period == pytest.approx(2.0 * np.pi / 3.0)

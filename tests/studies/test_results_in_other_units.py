@@ -120,7 +120,7 @@ def test_runs_of_constrained_scenes_are_the_same(method: str, units: SceneUnits)
         alike(found, expected, 1e-6)
 
 
-@pytest.mark.slow_cases("small")
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
     gains = []

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+import tomllib
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,12 +19,12 @@ import eomgen
 from eomgen.cli import main
 from eomgen.products.studies.work_precision import study as work_precision
 from eomgen.products.studies.work_precision.axes import AXES, Configuration, candidates
-from eomgen.products.studies.work_precision.formulations import formulations
+from eomgen.products.studies.work_precision.formulations import Formulations, formulations
 from eomgen.products.studies.work_precision.observation import errors
 from eomgen.products.studies.work_precision.result import Point, _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
 from tests.models.library import scene_file
-from tests.models.scenes import SWING
+from tests.models.scenes import PENDULUM_TOML, SWING
 
 #: A rod on a ball joint, thrown: no constraint in joint coordinates, three rows in absolute ones.
 THROWN: dict[str, Any] = {
@@ -116,6 +117,19 @@ def test_builds_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "not built: builds have taken" in found.left_out["rk4, joint"]
 
 
+def test_studies_take_for_auto_the_method_of_a_run_with_the_parameters_that_it_has() -> None:
+    """A pendulum is smooth and slow beside its step: its run takes the explicit method of order 4."""
+    simulation = {"method": "auto", "duration": 1, "step": 1e-3}
+    settings = {"alpha": 0.1, "settings": {"max_iterations": 9}}
+    plain, given = ({**tomllib.loads(PENDULUM_TOML), "simulation": simulation | more} for more in ({}, settings))
+    for data in (plain, given):
+        runner = Runner(Formulations({"joint": eomgen.load(data)}, {}), Grid(row=1e-3, rows=10))
+        configuration = runner.own_configuration()
+        assert (configuration.method, configuration.parameters, configuration.settings) == ("rk4", {}, {})
+        assert runner.method(configuration).family == "runge_kutta"
+    assert eomgen.build(plain).simulate(0.01, error_estimate=False).metadata["method"] == "rk4"
+
+
 def test_help_names_the_axes_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["tradeoff", "--help"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -179,6 +193,7 @@ def test_the_front_holds_what_nothing_dominates(study: tuple[eomgen.Tradeoff, Pa
     assert found.error(best) <= 1e-6
 
 
+@pytest.mark.slow
 def test_files_hold_all_points(study: tuple[eomgen.Tradeoff, Path]) -> None:
     found, folder = study
     data = json.loads((folder / "tradeoff.json").read_text())

@@ -473,85 +473,52 @@ def _build_variant(variant: Variant, method: str, folder: Path, profile: str) ->
     return cost, model
 
 
-@dataclass
-class _Rounds:
-    """Timed runs of one variant in several rounds.
-
-    Attributes
-    ----------
-    cost : costs so far, with the problem if a run fails
-    step : s
-    steps : of a run; 0 for a variant that is not run
-    times, observed : s for a step, in each round, without and with recorded rows
-    """
-
-    cost: VariantCost
-    model: Model | None
-    step: float
-    steps: int = 0
-    times: list[float] = field(default_factory=list)
-    observed: list[float] = field(default_factory=list)
-
-    def begin(self, duration: float) -> None:
-        """Set the number of steps of a run that takes about 0.05 s, by a first run: 200 to 100000 steps, but no more
-        than fit in `duration` (s). Steps stay 0 without a model, and, with the problem in the costs, if the first run
-        fails.
-        """
-        if self.model is None:
-            return
-        most = int(duration / self.step)
-        try:
-            first = _run(self.model, self.step, min(FEWEST, max(1, most)))
-        except EomgenError as error:
-            self.cost = replace(self.cost, problem=str(error))
-            return
-        if not first.success:
-            self.cost = replace(self.cost, problem=first.message)
-            return
-        wanted = LONG_ENOUGH / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
-        self.steps = max(1, min(most, MOST, max(FEWEST, int(wanted))))
-
-    def measure(self) -> None:
-        run = _run(self.model, self.step, self.steps)
-        if not run.success:
-            self.cost = replace(self.cost, problem=run.message)
-        self.times.append(run.stats["wall_time"] / self.steps)
-        if "newton_iterations" in run.stats:
-            self.cost = replace(self.cost, iterations=run.stats["newton_iterations"] / self.steps)
-        began = time.perf_counter()
-        _run(self.model, self.step, self.steps, every=1)
-        self.observed.append((time.perf_counter() - began) / self.steps)
-
-    def result(self) -> VariantCost:
-        """Return the costs with medians and quartiles of the rounds; medians are None without a round, quartiles for
-        less than two.
-        """
-        return replace(
-            self.cost,
-            step_seconds=statistics.median(self.times) if self.times else None,
-            observed_seconds=statistics.median(self.observed) if self.observed else None,
-            step_quartiles=_quartiles(self.times),
-            observed_quartiles=_quartiles(self.observed),
-        )
-
-
 def _measure_steps(
     measured: Sequence[tuple[VariantCost, Model | None]], step: float, duration: float, rounds: int
 ) -> list[VariantCost]:
     """Return the costs of all variants with the times of a step, from timed runs in turns over some rounds.
 
-    Each run takes about 0.05 s of computation. `step` is its step and `duration` the upper bound of its simulated time,
-    both in s. In each round a variant runs once without and once with recorded rows; medians and quartiles of the
-    rounds are the costs. A variant without a model is not run; the costs of a failed run name the problem. Ctrl-C ends
-    the rounds, of which those so far count; Ctrl-C in the first runs, which choose the number of steps, is raised.
+    Each run takes about 0.05 s of computation, by the time of a first run: 200 to 100000 steps (`step`, s), but no more
+    than fit in `duration` (s). In each round a variant runs once without and once with recorded rows; medians and
+    quartiles of the rounds are the costs. A variant without a model is not run; the costs of a failed run name the
+    problem. Ctrl-C ends the rounds, of which those so far count; Ctrl-C in the first runs is raised.
     """
-    variants = [_Rounds(cost, model, step) for cost, model in measured]
-    for variant in variants:
-        variant.begin(duration)
+    costs, most, steps = [cost for cost, _ in measured], int(duration / step), dict[int, int]()
+    times, observed = ([list[float]() for _ in measured] for _ in range(2))
+    for k, (cost, model) in enumerate(measured):
+        if model is None:
+            continue
+        try:
+            first = _run(model, step, min(FEWEST, max(1, most)))
+            problem = "" if first.success else first.message
+        except EomgenError as error:
+            problem = str(error)
+        if problem:
+            costs[k] = replace(cost, problem=problem)
+            continue
+        wanted = LONG_ENOUGH / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
+        steps[k] = max(1, min(most, MOST, max(FEWEST, int(wanted))))
     with suppress(KeyboardInterrupt):  # the rounds so far have medians, too
-        for _, variant in itertools.product(range(rounds), [variant for variant in variants if variant.steps]):
-            variant.measure()
-    return [variant.result() for variant in variants]
+        for _, (k, count) in itertools.product(range(rounds), steps.items()):
+            run = _run(measured[k][1], step, count)
+            if not run.success:
+                costs[k] = replace(costs[k], problem=run.message)
+            if "newton_iterations" in run.stats:
+                costs[k] = replace(costs[k], iterations=run.stats["newton_iterations"] / count)
+            times[k].append(run.stats["wall_time"] / count)
+            began = time.perf_counter()
+            _run(measured[k][1], step, count, every=1)
+            observed[k].append((time.perf_counter() - began) / count)
+    return [
+        replace(
+            cost,
+            step_seconds=statistics.median(times[k]) if times[k] else None,
+            observed_seconds=statistics.median(observed[k]) if observed[k] else None,
+            step_quartiles=_quartiles(times[k]),
+            observed_quartiles=_quartiles(observed[k]),
+        )
+        for k, cost in enumerate(costs)
+    ]
 
 
 def _quartiles(seconds: Sequence[float]) -> tuple[float, float] | None:

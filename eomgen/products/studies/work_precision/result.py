@@ -319,7 +319,7 @@ class Tradeoff:
         }
 
     def plot(self, path: str | Path) -> Path:
-        """Draw errors over time, the front and the failures. Raises FileError.
+        """Draw errors over time and the front. Raises FileError.
 
         Parameters
         ----------
@@ -403,13 +403,13 @@ def legend_beside(axis: Any, *entries: Any) -> None:
 
 
 def draw(study: Tradeoff, path: Path) -> Path:
-    """Draw error over time of all configurations, the front and the failures into a file, and return the path. Raises
+    """Draw error over time of all configurations and the front into a file, and return the path. Raises
     FileError if the file cannot be written."""
     figure = new_figure((13.0, 7.2))
     axis = figure.subplots()
     _curves(axis, study)
     _front(axis, study)
-    _failures(axis, study)
+    _silent(axis, study)
     _describe(axis, study)
     handles, labels = axis.get_legend_handles_labels()
     if handles:
@@ -493,19 +493,8 @@ def _front(axis: Any, study: Tradeoff) -> None:
             )  # fmt: skip  # a call of one drawing
 
 
-def _failures(axis: Any, study: Tradeoff) -> None:
-    """Mark failed points, which have no error, at the top, at the times continued from the configuration's points."""
-    times = []
-    for point in study.failures:
-        if point.ended == "refused":
-            continue
-        same = [p for p in study.usable if p.configuration.key == point.configuration.key and p.kind == point.kind]
-        if same and point.kind == "step":
-            near = min(same, key=lambda p: abs(math.log(p.value / point.value)))
-            times.append(1e3 * (near.seconds or 0.0) * near.value / point.value)
-    if times:
-        label = f"stopped before the end ({len(times)}), at the time that its steps would take"
-        axis.plot(times, [_LARGEST] * len(times), "x", color="#C8102E", markersize=7, zorder=4, label=label)
+def _silent(axis: Any, study: Tradeoff) -> None:
+    """Mark wrong points without a warning by red circles."""
     silent = [p for p in study.silent if p.seconds is not None]
     if silent:
         axis.plot(

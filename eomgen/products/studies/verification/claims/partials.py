@@ -22,19 +22,12 @@ from eomgen.products.studies.verification.claims.claim import (
     jacobian,
     move_state,
 )
-from eomgen.symbolic.calculus.configuration import configuration_seeds
-from eomgen.symbolic.calculus.partials import forward_partials
-from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.operations import InputSymbol
-from eomgen.symbolic.tape import ONE, ZERO
 from eomgen.system.system import System
 from eomgen.system.terms import DIFFERENTIATED
 
 #: Matrices of the residual's partials, with their blocks.
 _MATRICES = (("K", "q"), ("C", "v"), ("M", "a"))
 _RESIDUAL = ClaimOutput("residual", "r")
-#: Operations times directions up to which the residual is differentiated operation by operation.
-_DIFFERENTIATED = 150_000
 #: Multipliers that the reactions are seen by, a power of two.
 _MULTIPLIERS = 2.0**40
 
@@ -45,17 +38,8 @@ def partial_claims(space: Space) -> list[Claim]:
     rows = space.rows["v"]
     claims: list[Claim] = []
     if space.has("partials"):
-        by_tape = _tape_matrices(space.system)
         claims += [
-            jacobian(
-                space,
-                ClaimOutput("partials", name),
-                _RESIDUAL,
-                block,
-                rows,
-                meaning=f"d residual / d{block}",
-                second=Second("the tape's own", by_tape[name]) if by_tape else None,
-            )
+            jacobian(space, ClaimOutput("partials", name), _RESIDUAL, block, rows, meaning=f"d residual / d{block}")
             for name, block in _MATRICES
         ]
     if space.has("internal_partials"):
@@ -295,32 +279,6 @@ def _elimination_claims(space: Space) -> list[Claim]:
         )
         for name, block in _MATRICES
     ]
-
-
-def _tape_matrices(system: System) -> dict[str, Value]:
-    """Return functions for K, C and M by forward differentiation of the residual's operations, by name. Empty if the
-    work, operations times velocities, would exceed 150000."""
-    tape, nv = system.tape, system.nv
-    residual = system.functions["residual"]
-    if len(tape.live(residual.refs)) * nv > _DIFFERENTIATED:
-        return {}
-    seeds = configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in system.factors])
-    for k in range(nv):
-        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
-    tangents = forward_partials(tape, residual.refs, seeds)
-
-    def of(first: int) -> Value:
-        refs = [tangent.get(first + k, ZERO) for tangent in tangents for k in range(nv)]
-        needed = {symbol.block for symbol in tape.depends_on(refs)}
-
-        def value(engine: Engine, state: Blocks) -> Array:
-            with np.errstate(all="ignore"):
-                values = evaluate(tape, refs, {name: array for name, array in state.items() if name in needed | {"q"}})
-            return values.reshape(*values.shape[:-1], nv, nv)
-
-        return value
-
-    return {name: of(k * nv) for k, name in enumerate("KCM")}
 
 
 #: Terms used by the gradient, if present.
