@@ -442,18 +442,17 @@ def steep(share: float, sign: float) -> tuple[Change, ...]:
     vars(rates).update(_way=lambda *_: np.ones(1), _next_velocities=lambda: step)
     vars(rates).update(_accelerations=lambda _, v: sign * (0.5 * v + jump * np.sign(v)))
     decay, rise, _ = rates._within(0, 0)
-    still = Rate()
-    return method_with(real_stability=1e-9), having(fastest=FastestRates(decay, rise, still, still))
+    return method_with(real_stability=1e-9), having(fastest=FastestRates(decay, rise))
 
 
-def growing(rate: float) -> tuple[Change, ...]:
-    """Give a law a rate of growth in parts of the step."""
-    still = Rate()
+def fastest(**rates: float) -> Change:
+    """Give a run fastest rates in parts of its step."""
 
     def change(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
-        vars(run)["fastest"] = FastestRates(still, Rate(rate / run.settings["step"], 0.05, "v.hinge"), still, still)
+        found = {name: Rate(rate / run.settings["step"], 0.05, "v.hinge") for name, rate in rates.items()}
+        vars(run)["fastest"] = FastestRates(**found)
 
-    return (change,)
+    return change
 
 
 def cancelling(error: float) -> tuple[Change, ...]:
@@ -491,17 +490,6 @@ def costing(run: FinishedRun, patch: pytest.MonkeyPatch, told: str) -> None:
 
 def warning(run: FinishedRun, patch: pytest.MonkeyPatch, told: list[str]) -> None:
     patch.setitem(run.run.model.library.layout, "warnings", told)
-
-
-def decaying(rate: float) -> tuple[Change, ...]:
-    """Give internal states a rate of decay in parts of the real stability of the method."""
-    still = Rate()
-
-    def change(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
-        decay = Rate(2.0 * rate / run.settings["step"], 0.05, "")
-        vars(run)["fastest"] = FastestRates(still, still, still, decay)
-
-    return method_with(real_stability=2.0), change
 
 
 def by(change: Callable[[Any], Change]) -> Callable[[Any], Reported]:
@@ -571,9 +559,11 @@ CHECKS_OF_RUNS: dict[str, tuple[Case, ...]] = {
     "exchanged_times": (Case(99.0, 101.0, by(longer), "simulate("),),
     "doubtful_call": (Case(7.99, 8.01, by(gaussian)),),
     "unresolved_damping": (Case(0.099, 0.101, of_run(lambda x: steep(x, -1.0))),),
-    "unresolved_states": (Case(0.99, 1.01, of_run(decaying)),),
+    "unresolved_states": (
+        Case(0.99, 1.01, of_run(lambda x: (method_with(real_stability=2.0), fastest(states=2.0 * x)))),
+    ),
     "passed_growth": (
-        Case(0.99, 1.01, of_run(growing)),
+        Case(0.99, 1.01, by(lambda x: fastest(growth=x))),
         Case(0.099, 0.101, of_run(lambda x: (*steep(x, 1.0), method_with(real_stability=1e9)))),
     ),
     "lost_digits": (Case(0.99e-8, 1.01e-8, of_run(cancelling)),),

@@ -65,12 +65,14 @@ def slider() -> eomgen.Model:
     return built()
 
 
-def deflection(t: Array, push: float = 0.0, start: float = 0.1, speed: float = 0.0) -> Array:
-    """Return x of 3 x'' + x' + 30 x = push: the closed form."""
-    decay, rate = 1.0 / 6.0, np.sqrt(10.0 - 1.0 / 36.0)
-    away = start - push / 30.0
+def deflection(
+    t: Array, push: float = 0.0, start: float = 0.1, speed: float = 0.0, stiffness: float = 30.0, damping: float = 1.0
+) -> Array:
+    """Return x of 3 x'' + damping x' + stiffness x = push: the closed form."""
+    decay = damping / 6.0
+    rate, away = np.sqrt(stiffness / 3.0 - decay**2), start - push / stiffness
     wave = away * np.cos(rate * t) + (speed + decay * away) / rate * np.sin(rate * t)
-    return np.asarray(push / 30.0 + np.exp(-decay * t) * wave)
+    return np.asarray(push / stiffness + np.exp(-decay * t) * wave)
 
 
 def data(seed: int = 0, count: int = 201, noise: float = NOISE, **given: float) -> dict[str, Array]:
@@ -89,17 +91,9 @@ def test_estimates_of_a_damped_oscillation_and_their_covariance(slider: eomgen.M
         assert found[name].low < TRUE[name] < found[name].high
         assert found[name].state == "determined"
     t = np.linspace(0.0, 4.0, 201)
-    columns = []
-    for k, h in ((0, 1e-4), (1, 1e-4)):
-        pair = []
-        for sign in (1.0, -1.0):
-            stiffness = found["stiffness"].value + sign * h * (k == 0)
-            damping = found["damping"].value + sign * h * (k == 1)
-            decay = damping / 6.0
-            rate = np.sqrt(stiffness / 3.0 - decay**2)
-            pair.append(0.1 * np.exp(-decay * t) * (np.cos(rate * t) + decay / rate * np.sin(rate * t)))
-        columns.append((pair[0] - pair[1]) / (2.0 * h))
-    J = np.stack(columns, axis=1)
+    at, h = {name: found[name].value for name in ("stiffness", "damping")}, 1e-4
+    sides = [[deflection(t, **at | {name: at[name] + h * sign}) for sign in (1.0, -1.0)] for name in at]
+    J = np.stack([(ahead - behind) / (2.0 * h) for ahead, behind in sides], axis=1)
     noise = found.columns[0].deviation
     assert noise == pytest.approx(NOISE, rel=0.15) and found.noise == "estimated"
     expected = noise * np.sqrt(np.diag(np.linalg.inv(J.T @ J)))

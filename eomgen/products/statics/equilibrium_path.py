@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -271,28 +272,25 @@ class EquilibriumPath:
 
     def _draw(self, ax: Any, name: str, column: Array) -> None:
         """Draw the parameter over a column on matplotlib's axes: stable and unstable parts, and critical points."""
-        told: set[str] = set()
-        between: dict[int, list[Critical]] = {}
-        for item in self.critical:
-            between.setdefault(item.after, []).append(item)
-        for row in range(len(column) - 1):
-            turns = between.get(row + 1, [])
-            xs = [column[row], *(item.columns.get(name, item.value) for item in turns), column[row + 1]]
-            ys = [self.values[row], *(item.value for item in turns), self.values[row + 1]]
-            for k in range(len(xs) - 1):
-                negative = self.negative[row] if k < len(xs) - 2 or not turns else self.negative[row + 1]
-                word = "" if negative < 0 else "unstable" if negative else "stable"
-                colour, line = (_UNSTABLE, "--") if word == "unstable" else (_STABLE, "-")
-                label = word if word and word not in told else None
-                told.add(word)
-                ax.plot(xs[k : k + 2], ys[k : k + 2], line, color=colour, linewidth=1.6, label=label)
+        vertices = []  # of the line, with the negative stiffnesses from there on
+        for row, point in enumerate(zip(column, self.values, strict=True)):
+            vertices.append((*point, self.negative[row]))
+            turns = [
+                (item.columns.get(name, item.value), item.value) for item in self.critical if item.after == row + 1
+            ]
+            vertices += [(*turn, self.negative[row + (k == len(turns))]) for k, turn in enumerate(turns, 1)]
+        for (x, y, negative), (next_x, next_y, _) in pairwise(vertices):
+            colour, line, word = (_UNSTABLE, "--", "unstable") if negative > 0 else (_STABLE, "-", "stable")
+            label = word if negative >= 0 else None
+            ax.plot([x, next_x], [y, next_y], line, color=colour, linewidth=1.6, label=label)
         for item in self.critical:
             colour, mark = (_LIMIT, "o") if item.kind == "limit point" else (_BIFURCATION, "D")
-            label = item.kind if item.kind not in told else None
-            told.add(item.kind)
-            ax.plot([item.columns.get(name, item.value)], [item.value], mark, color=colour, markersize=6, label=label)
+            place = [item.columns.get(name, item.value)], [item.value]
+            ax.plot(*place, mark, color=colour, markersize=6, label=item.kind)
         ax.set_xlabel(axis_label(name, self.units.get(name, "")))
         ax.set_ylabel(axis_label(self.parameter, self.unit))
         draw_grid(ax)
-        if told - {""}:
-            ax.legend(frameon=False, fontsize=8)
+        handles, labels = ax.get_legend_handles_labels()
+        if first := dict(zip(reversed(labels), reversed(handles), strict=True)):  # one entry for each word
+            words = dict.fromkeys(labels)
+            ax.legend([first[word] for word in words], words, frameon=False, fontsize=8)

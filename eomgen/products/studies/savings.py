@@ -280,12 +280,10 @@ class Savings:
             the quartiles of rounds overlap, and for a single round, which has no quartiles.
         """
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
-        if (
-            key in QUARTILES
-            and cost is not self.costs[0]
-            and _overlap(*(getattr(item, QUARTILES[key]) for item in (self.costs[0], cost)))
-        ):
-            return None
+        if key in QUARTILES and cost is not self.costs[0]:
+            first, other = (getattr(item, QUARTILES[key]) for item in (self.costs[0], cost))
+            if first is None or other is None or max(first[0], other[0]) <= min(first[1], other[1]):  # they overlap
+                return None
         return here / asked if asked and here is not None else None
 
     def to_dict(self) -> dict[str, Any]:
@@ -325,11 +323,6 @@ class Savings:
         write_rows(table, rows)
         write_text(data, json.dumps(self.to_dict(), indent=2) + "\n")
         return [table, data]
-
-
-def _overlap(asked: tuple[float, float] | None, here: tuple[float, float] | None) -> bool:
-    """Return whether intervals between quartiles overlap; single rounds have none."""
-    return asked is None or here is None or not (asked[1] < here[0] or here[1] < asked[0])
 
 
 def savings(
@@ -412,20 +405,15 @@ def savings(
         left = wanted[len(measured) :]
         measured += [(VariantCost(variant.name, variant.description, problem=_INTERRUPTED), None) for variant in left]
         costs = _measure_steps(measured, step, document.simulation.duration, rounds)
-        doubt = "" if costs[0].problem or measured[0][1] is None else _doubt(measured[0][1], document)
+        doubt, model = "", measured[0][1]
+        if model is not None and not costs[0].problem:
+            run = _run(model, step, max(1, int(document.simulation.duration / step)), every=1)
+            doubt = next(map(str, run.model.alike()), "")
     if costs[0].problem:
         raise UsageError(
             f"the scene as it is asked cannot be measured: {costs[0].problem} [E1110]", "another method or step"
         )
     return Savings(document.name, chosen, step, tuple(costs), doubt)
-
-
-def _doubt(model: Model, scene: Scene) -> str:
-    """Return the finding on motion that the steps of a scene do not resolve, after a run over the scene's duration with
-    every row recorded; empty without a finding.
-    """
-    run = _run(model, scene.simulation.step, max(1, int(scene.simulation.duration / scene.simulation.step)), every=1)
-    return next(map(str, run.model.alike()), "")
 
 
 def _absolute(described: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:

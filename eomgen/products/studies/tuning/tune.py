@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, VerificationRun, conditions, verify
-from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, RaceRun
+from eomgen.products.studies.tuning.race import COARSE, Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
@@ -254,6 +254,8 @@ class _Tuning:
         demand = self.demand
         grid, value = self.runner.grid, self._value(winner, run)
         name = winner.configuration.formulation
+        told = (c for c in contenders if any(each.error < COARSE for each in c.runs))
+        finer = [contender.predict_seconds(0.1 * demand.error) for contender in told]
         elsewhere = name != self.own and name not in self.formulations.simplified
         return Tuned(
             scene=self.runner.model(self.own).name,
@@ -268,7 +270,7 @@ class _Tuning:
             span=grid.end - grid.start,
             steps=run.steps,
             rivals=_rivals(contenders, winner, demand.error),
-            next_digit=_next_digit(contenders, run, demand.error),
+            next_digit=max(min(finer) / run.seconds, 1.0) if finer else 0.0,
             own=own_settings,
             said=self.runner.run(**winner.how(run), timed=False).said,
             verified=checks,
@@ -328,11 +330,6 @@ def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -
         if key not in best or rival.seconds < best[key].seconds:
             best[key] = rival
     return tuple(sorted(best.values(), key=lambda rival: rival.seconds))
-
-
-def _next_digit(contenders: Sequence[Contender], run: RaceRun, demand: float) -> float:
-    expected = [c.predict_seconds(0.1 * demand) for c in contenders if c.runs and any(r.error < 0.2 for r in c.runs)]
-    return max(min(expected, default=0.0) / run.seconds, 1.0) if expected else 0.0
 
 
 def _shortest(value: float) -> float:
