@@ -14,7 +14,6 @@ import numpy as np
 from eomgen.base.limits import Limit
 from eomgen.base.messages import key_of, listed
 from eomgen.formula.nodes import ZERO, Vector
-from eomgen.products.doubts.places import height_over_road
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.bodies.cross_sections import SHAPES
 from eomgen.scene.design_poses import UnknownPoseError
@@ -206,6 +205,8 @@ def tyres_in_the_road(facts: SceneFacts) -> list[str]:
                 f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side [W0257];"
                 " try: a level axis, as [0, 1, 0] of a wheel that rolls along x"
             )
+
+        from eomgen.products.doubts.places import height_over_road  # noqa: PLC0415  # most scenes have no tyres
 
         wheel, radius, stiffness = tyre.drawn(), values.value(tyre.radius), values.value(tyre.stiffness)
         with contextlib.suppress(ArithmeticError, KeyError):

@@ -1,5 +1,5 @@
-"""Places of bodies and points at states of a run, heights of wheels over roads, and the approach of the ends of
-springs; steps and rows that searches look at."""
+"""Places that bodies and points take in a run, heights above roads, and how near the ends of springs come; steps and
+rows that searches look at."""
 
 from __future__ import annotations
 

@@ -609,7 +609,7 @@ class _Examination:
 
     @cached_property
     def _scales(self) -> tuple[Array, Array, Array]:
-        """Scales of increments, the largest coordinates of the same unit, of velocities, (nv,) each, and of z.
+        """Scales of increments and velocities, (nv,) each, the largest values of the same unit, and of internal states.
 
         Scales are over all rows. Angles count at least 1 rad, velocities at least the coordinates per duration of the
         run. Internal states (nz,) have a scale each by itself. Scales of zero become 1.

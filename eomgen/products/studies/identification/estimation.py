@@ -62,7 +62,7 @@ class DependentColumns:
     coefficients: Array
 
     @property
-    def decided(self) -> tuple[int, ...]:
+    def certain(self) -> tuple[int, ...]:
         """Kept columns on which no other column depends."""
         return tuple(k for k in self.kept if k not in self.mixed_columns)
 

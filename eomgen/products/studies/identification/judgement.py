@@ -89,7 +89,7 @@ class Judgement:
         return Identification(
             unknowns.model.name,
             tuple(estimates),
-            correlation(cov, kept, parts.decided, count),
+            correlation(cov, kept, parts.certain, count),
             combinations,
             columns,
             records,
@@ -233,7 +233,7 @@ def estimates_of(
     columns; ``times`` is the half width of intervals in deviations, ``bias`` (n,) the change by errors of steps."""
     estimates = []
     for k, name in enumerate(names):
-        state = "determined" if k in parts.decided else "on its bound" if k in on_bound else "undetermined"
+        state = "determined" if k in parts.certain else "on its bound" if k in on_bound else "undetermined"
         value, deviation = float(x[k]), {"determined": float(spread[k]), "on its bound": 0.0}.get(state, np.inf)
         ends = value - times * deviation, value + times * deviation
         estimates.append(Estimate(name, units[k], value, deviation, *ends, float(bias[k]), float(start[k]), state))
@@ -244,7 +244,7 @@ def combinations_of(
     parts: DependentColumns, names: Sequence[str], x: Array, spread: Array, times: float, form: Callable[[int], str]
 ) -> tuple[Combination, ...]:
     """Return the combinations that the data determine although single unknowns are not determined; ``form`` gives the
-    form in which a dependent column is determined, other arguments are those of ``estimates_of``."""
+    form in which a dependent column is determined, other arguments as for ``estimates_of``."""
     forms = {dependent: form(dependent) for dependent in parts.others} if parts.mixed_columns else {}
     combinations = []
     for k in parts.mixed_columns:

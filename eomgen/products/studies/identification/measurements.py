@@ -103,20 +103,18 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     t = times_of(name, columns)
     layout = model.library.layout["outputs"]
     known = [label for item in layout for label in component_names("", str(item["name"]), int(item["size"]))]
-    states = (*model.q_names, *model.v_names, *model.z_names, *(f"a{name[1:]}" for name in model.v_names))
     wanted = None if chosen is None else _choose_components(chosen, known)
     outputs, inputs, ignored = dict[str, Array](), dict[str, Array](), list[str]()
     for column, values in columns.items():
         short = column.removeprefix("output.")
         driven = column.removeprefix("input.")
-        of_solution = column in (*states, *model.multipliers) or column.startswith(("energy.", "multipliers"))
         if column == "t":
             continue
         if short in known and (wanted is None or short in wanted):
             outputs[short] = values
         elif driven in model.inputs:
             inputs[driven] = values
-        elif wanted is not None or short in known or of_solution:
+        elif wanted is not None or short in known or _belongs_to_solution(model, column):
             ignored.append(column)
         else:
             hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
@@ -178,6 +176,12 @@ def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]
             raise UsageError(Problem("outputs", f"there is no output {shown(name)} [E0204]", _near(str(name), known)))
         result += labels
     return result
+
+
+def _belongs_to_solution(model: Model, column: str) -> bool:
+    """Return whether a column of a solution is not an output but a state, an energy, a multiplier."""
+    states = (*model.q_names, *model.v_names, *model.z_names, *(f"a{name[1:]}" for name in model.v_names))
+    return column in (*states, *model.multipliers) or column.startswith(("energy.", "multipliers"))
 
 
 def check_missing(missing: str) -> None:

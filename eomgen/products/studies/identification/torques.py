@@ -115,7 +115,7 @@ def identified_by_torque(
     return Identification(
         model.name,
         tuple(estimates),
-        correlation(solution.covariance, kept, parts.decided, len(names)),
+        correlation(solution.covariance, kept, parts.certain, len(names)),
         combinations,
         columns,
         records,

@@ -136,7 +136,7 @@ def difference(
     ----------
     of : run with the error: ``t``, ``q``, ``v`` and, if present, ``z``, with a row for each time
     held : run that counts as correct
-    bound : error of a cell that holds; a part of this, by the rounding of the arithmetic, is no error
+    bound : error of a cell that holds; a part of this, by the rounding of the arithmetic, does not count
     epsilon : rounding of the arithmetic
     """
     if of["q"].shape != held["q"].shape or not all(np.isfinite(array).all() for array in of.values()):
@@ -346,7 +346,7 @@ def _cell_of(text: str) -> tuple[Ladder, float, str]:
 
 
 def _ladder_named(where: str, name: str) -> Ladder:
-    """Return a ladder by name. Raises UsageError, which says where the name stands."""
+    """Return a ladder by name. Raises UsageError with the argument that has the name."""
     if name not in BY_NAME:
         raise UsageError(Problem(where, f"there is no ladder {shown(name)} [E1098]", nearest(name, list(BY_NAME))))
     return BY_NAME[name]

@@ -226,7 +226,7 @@ class Judge:
         apart = 0
         for candidate in self._order():
             self.say(f"reference: {candidate.row.name}{', ' * bool(condition.label)}{condition.label}")
-            known = self._refined(candidate, condition)
+            known = self._refine(candidate, condition)
             if known is not None and (best is None or known.error < best.error):
                 best = known
             if best is not None and best.error <= KNOWN * self.demand.error:
@@ -260,7 +260,7 @@ class Judge:
         able = (c for c in self.candidates if c.row.name not in self.tried)
         return sorted(able, key=lambda c: (c is not served, rank(self.runner, c)))
 
-    def _refined(self, candidate: Candidate, condition: Condition) -> RefinedRun | None:
+    def _refine(self, candidate: Candidate, condition: Condition) -> RefinedRun | None:
         """Return the motion by one method under a condition, refined until two levels agree to 5 % of the demand. The
         best so far if accuracy ends or time runs out; None, with the reason in ``tried``, if the method fails."""
         levels, enough = self._levels(candidate), KNOWN * self.demand.error

@@ -70,7 +70,7 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
 
 def _with_key(text: str, section: str, name: str, value: Any) -> str:
     """Return the text of a TOML file in which a key of a section, or, without one, of the file has a value; without the
-    key if the value is None. A new key stands behind the others. A comment stays beside a value that stays."""
+    key if the value is None. A new key comes last. A value that stays keeps its comment."""
     lines, where = text.rstrip().split("\n"), line_index(text)
     in_place = {key: line for key, line in where.items() if not lines[line - 1].lstrip().startswith("[")}
     number, written = in_place.get(f"{section}.{name}" if section else name), f"{name} = {_value(value)}"

@@ -177,9 +177,9 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
             result[Q] = shares({"increment": apart}, size, ("increment",)).max(axis=1, initial=0.0)
             result[V] = _relative(of.v - there[V], reference.v, names.v_units)
         elif of.poses and reference.poses:
-            result[Q] = _of_bodies(of.poses, reference.poses, at, _OF_POSES)
+            result[Q] = _errors_of_bodies(of.poses, reference.poses, at, _OF_POSES)
             if of.twists and reference.twists:
-                result[V] = _of_bodies(of.twists, reference.twists, at, _OF_TWISTS)
+                result[V] = _errors_of_bodies(of.twists, reference.twists, at, _OF_TWISTS)
         if of.z.size and of.components.z_names == names.z_names:
             result[Z] = shares({Z: np.abs(of.z - there[Z])}, size, (Z,)).max(axis=1)
         if result:
@@ -252,7 +252,7 @@ _OF_POSES: _Parts = ((slice(0, 4), angles), (slice(4, 7), _distances))
 _OF_TWISTS: _Parts = ((slice(0, 3), _distances), (slice(3, 6), _distances))
 
 
-def _of_bodies(of: Mapping[str, Array], reference: Mapping[str, Array], at: slice, parts: _Parts) -> Array:
+def _errors_of_bodies(of: Mapping[str, Array], reference: Mapping[str, Array], at: slice, parts: _Parts) -> Array:
     """Return the largest error of poses or twists of bodies, (nt,). Rotations and lengths are relative to the largest
     motion from the start of the reference, velocities to the largest velocity."""
     errors = []
