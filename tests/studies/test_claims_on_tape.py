@@ -104,7 +104,7 @@ CHECKED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip  # a table
 
 
-@pytest.mark.slow_cases("rod")
+@pytest.mark.slow_cases("rod", "striker")
 @pytest.mark.long_cases("gate", "drone")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> None:
