@@ -224,9 +224,9 @@ ORDER: dict[str, tuple[str, ...]] = {
         "linearise",
     ),
     "products.linear": (
-        "campbell_plot eigenvalues freedom other_words spectra",
+        "eigenvalues freedom other_words spectra",
         "modes multiblade plots state_space",
-        "sampling",
+        "campbell_plot sampling",
         "augmentation floquet random_response second_order_modes",
         "control linearization",
         "calibration controllers eigenvalue_loci",

@@ -424,10 +424,25 @@ FINE = random_model(3, 1, 2, 1)
 UNDRIVEN = shaping_filter([1.0], [1.0, 1.0], "white", "road")
 
 
+def oscillator(growth: float) -> StateSpace:
+    """Return an oscillator of 2 Hz that no input moves."""
+    turn = 4.0 * np.pi
+    return model([[growth, turn], [-turn, growth]], [[0.0], [0.0]])
+
+
 #: Calls that fail, by a part of what they say.
 NOT_DESIGNED: dict[str, Callable[[], object]] = {
     "the mode of x1 that grows at 0.4 1/s without oscillating cannot be stabilised: no actuator moves it": (
         lambda: lqr(UNMOVED, {"x1": 1.0}, {"u1": 1.0}, sample=0.1)
+    ),
+    "the mode of x1 and x2 at 2 Hz, which is not damped, cannot be stabilised: no actuator moves it": (
+        lambda: lqr(oscillator(0.0), np.eye(2), {"u1": 1.0})
+    ),
+    "the mode of x1 and x2 at 2 Hz, which grows at 0.25 1/s, cannot be stabilised: no actuator moves it": (
+        lambda: lqr(oscillator(0.25), np.eye(2), {"u1": 1.0})
+    ),
+    "the mode of x1 and x2 at 2 Hz, which decays at 0.25 1/s, cannot be placed: no actuator moves it": (
+        lambda: place(oscillator(-0.25), [-1.0, -2.0])
     ),
     "the mode of x1 at 0 Hz, which nothing holds, has zero weight": lambda: lqr(HELD, {"x2": 1.0}, {"u1": 1.0}),
     "the mode of x1 at 0 Hz, which nothing holds, is not seen in y1": lambda: kalman(HELD, {"w1": 1.0}, {"y1": 1.0}),
@@ -451,6 +466,10 @@ REFUSED: dict[str, Callable[[], object]] = {
     "inputs are a list of names, not [1]": lambda: lqr(FINE, 1.0, 1.0, inputs=cast(Any, [1])),
     "sample: motions over 1e+300 s are beyond all numbers": lambda: lqr(HELD, {"y1": 1.0}, {"u1": 1.0}, sample=1e300),
     "poles: a list of numbers is needed, not 'fast'": lambda: place(FINE, cast(Any, "fast")),
+    "poles: the pole -3+0i is there 2 times, and 1 of them": lambda: place(FINE, [-3.0, -3.0, -1.0]),
+    "Q is negative in some direction (eigenvalue -2)": lambda: lqr(FINE, [1.0, -2.0, 0.0], [1.0]),
+    "Q is not symmetric; try: W and its transpose, halved": lambda: lqr(FINE, np.eye(3, k=1), [1.0]),
+    "Q has an entry [1, 1] that is not finite; try: finite": lambda: lqr(FINE, [1.0, np.nan, 1.0], [1.0]),
     "poles: a pole is not finite": lambda: place(FINE, [1e9, 2e9, 3e9], sample=1.0),
     "Q has the shape (2, 2); try: (3, 3)": lambda: lqr(FINE, np.eye(2), [[1.0]]),
     "N has the shape (2, 1); try: (3, 1)": lambda: lqr(FINE, np.eye(3), [[1.0]], np.ones((2, 1))),

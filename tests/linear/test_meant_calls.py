@@ -92,11 +92,14 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: seconds("sample", np.inf), 'sample: sample is inf, not a finite number; try: 0.001 or "1 ms"'),
     (
         lambda: InputSpectrum("w", [0.0, 1.0], [1, 1]),
-        "InputSpectrum: w: the frequencies have to be two or more positive",
+        "InputSpectrum: w: frequencies have to be two or more positive",
     ),
     (lambda: NARROW.rms(4.0, 2.0), "rms: the band from 4 to 2 Hz is reversed; try: low <= high"),
     (lambda: NARROW.rms("4"), "low, high: an array of real numbers is needed, not list"),  # type: ignore[arg-type]
-    (lambda: MeasuredRoad([1.0, 2.0], [1.0, -1e-9]), "MeasuredRoad: a spectrum needs two or more frequencies above 0"),
+    (
+        lambda: MeasuredRoad([1.0, 2.0], [1.0, -1e-9]),
+        "MeasuredRoad: a spectrum needs as many densities of 0 or more as frequencies",
+    ),
     (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
     (
         lambda: eomgen.with_controller(spring(), law()),  # type: ignore[arg-type]

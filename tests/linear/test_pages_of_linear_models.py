@@ -14,7 +14,8 @@ from eomgen.products.linear.control import notebook as control
 from eomgen.products.linear.control.margins import Margins
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.modes import Modes
-from eomgen.products.linear.state_space import StateSpace
+from eomgen.products.linear.state_space import StateSpace, with_more
+from eomgen.products.linear.state_space import labels as labels_of
 
 
 def cells(html: str) -> list[list[str]]:
@@ -69,9 +70,10 @@ def test_modes_are_listed_without_parts_that_are_rounding() -> None:
     html = modes_of()._repr_html_()
     assert heading(html) == "5 modes, unstable"
     assert cells(html) == [
-        ["mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly"],
-        ["1", "0.125", "0.25", "-0.5 ± 2j", "c0, d"], ["2", "0.25", "0", "± 3j", "c1, d"],
-        ["3", "", "1", "-0.25", "c2, d"], ["4", "", "", "0", "c3, d"], ["5", "", "-1", "4", "c4, d"],
+        ["mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy"],
+        ["1", "0.125", "0.25", "-0.5 ± 2j", "c0 1, d 0.5 at 90°"], ["2", "0.25", "0", "0 ± 3j", "c1 1, d 0.5 at 90°"],
+        ["3", "", "1", "-0.25", "c2 1, d 0.5 at 90°"], ["4", "0", "", "0", "c3 1, d 0.5 at 90°"],
+        ["5", "", "-1", "4", "c4 1, d 0.5 at 90°"],
     ]  # fmt: skip
     model: Any = SimpleNamespace(
         reference=SimpleNamespace(what="equilibrium", t=1.5), coordinates=["hinge", "slide"], modes=modes_of
@@ -111,11 +113,11 @@ def test_margins_are_listed_by_loop() -> None:
 def test_labels_are_kept_and_appended_by_kind() -> None:
     model = space()
     (angle, _), (push,) = (
-        control.labels(model, "states", ["hinge", "v.hinge"]),
-        control.labels(model, "inputs", ["push"]),
+        labels_of(model, "states", ["hinge", "v.hinge"]),
+        labels_of(model, "inputs", ["push"]),
     )
     assert angle == ("rad", 0.5) and push == ("N", pytest.approx(np.nan, nan_ok=True))
-    labels = control.with_more(model, {"states": [("V", 7.0)], "outputs": [("A", 8.0), ("s", 9.0)]})
+    labels = with_more(model, {"states": [("V", 7.0)], "outputs": [("A", 8.0), ("s", 9.0)]})
     assert labels["units"] == {
         "states": ("rad", "rad/s", "V"), "inputs": ("N",), "disturbances": ("",), "outputs": ("m", "A", "s")
     }  # fmt: skip

@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from scipy.integrate import quad
 
 from eomgen.errors import UsageError
 from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _continue_roots
 from eomgen.products.linear.spectra import PowerSpectrum, RideTable, weighted_signal
-from eomgen.products.linear.spectra.power_spectrum import _integrals, _partial_fractions, _weighting, weighting_response
+from eomgen.products.linear.spectra.power_spectrum import _partial_fractions, _weighting, weighting_response
 
 
 @pytest.mark.parametrize("name", ["Wk", "Wd"])
@@ -21,16 +20,6 @@ def test_partial_fractions_are_the_response(name: str) -> None:
     poles, residues = _partial_fractions(_weighting(name))
     s = 2j * math.pi * f[:, np.newaxis]
     np.testing.assert_allclose(np.sum(residues / (s - poles), axis=1), weighting_response(name, f), rtol=1e-9)
-
-
-@pytest.mark.parametrize("z", [0.0, 0.3 - 0.4j, -0.99, -1.01, -7.0 + 3.0j, 2.0j])
-def test_integrals_of_decays_times_powers(z: complex) -> None:
-    for k, found in enumerate(_integrals(np.array([z], complex))):
-        real, imaginary = (
-            quad(lambda x, part=part, k=k: part(np.exp(z * (1.0 - x)) * x**k), 0.0, 1.0, epsabs=1e-14)[0]
-            for part in (np.real, np.imag)
-        )
-        assert found[0] == pytest.approx(complex(real, imaginary), abs=2e-13)
 
 
 @pytest.mark.parametrize("uneven", [False, True])

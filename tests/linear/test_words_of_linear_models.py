@@ -14,8 +14,8 @@ import pytest
 
 from eomgen.errors import UsageError
 from eomgen.products.linear import command as linearize
-from eomgen.products.linear.command import RideRequest
-from eomgen.products.linear.modes import ROUNDING, Modes, modes, significant
+from eomgen.products.linear.command import CampbellRequest
+from eomgen.products.linear.modes import Modes, modes, table_row
 from eomgen.products.statics import command
 
 
@@ -65,12 +65,13 @@ def test_modes_beyond_forty_are_counted(capsys: pytest.CaptureFixture[str]) -> N
 
 @pytest.mark.parametrize(("ratio", "text"), [(0.99e-9, "0"), (-0.99e-9, "0"), (1.1e-9, "1.1e-09"), (0.25, "0.25")])
 def test_damping_below_a_billionth_is_none(ratio: float, text: str) -> None:
-    assert f"{significant(ratio, ROUNDING):.6g}" == text
+    assert table_row(shown([1.0], -ratio, ratio), 0)[2] == text
 
 
-def test_real_parts_within_the_uncertainty_are_zero() -> None:
-    parts = (1e-9, -1e-9, 1.1e-9, -2.0)
-    assert [f"{significant(part, 1e-9):.9g}" for part in parts] == ["0", "0", "1.1e-09", "-2"]
+@pytest.mark.parametrize(("real", "text"), [(-0.049, "0"), (0.049, "0"), (-0.051, "-0.051"), (-2.0, "-2")])
+def test_real_parts_within_the_uncertainty_are_zero(real: float, text: str) -> None:
+    assert table_row(shown([3.0], real), 0)[3] == f"{text} ± 3j"
+    assert table_row(shown([0.0], real), 0)[3] == text
 
 
 @pytest.mark.parametrize(
@@ -88,63 +89,55 @@ def test_stability_in_words(A: list[list[float]], at_rest: bool, said: str) -> N
     assert linearize._stability_text(cast(Any, of(A, at_rest=at_rest))).startswith(said)
 
 
+def campbell(orders: str | None = None, whirl: tuple[str, ...] = (), modes: str | None = None) -> Any:
+    return CampbellRequest.read(" c = 1:2:3", orders, whirl, modes, None)
+
+
 def test_words_of_options_are_read() -> None:
-    assert linearize._modes("1, 4") == (1, 4) and linearize._modes(None) is None
+    assert campbell(modes="1, 4").modes == (1, 4) and campbell().modes is None
+    assert campbell("1P, 2p").orders == (1.0, 2.0) and campbell("1P").letter == "P" and campbell("1x,3").letter == "x"
+    read = campbell(whirl=(" x : y ",))
+    assert (read.speed, read.values, read.whirl) == ("c", [1.0, 1.5, 2.0], [("x", "y")])
     assert linearize._state("2.5") == 2.5 and linearize._state("steady") == "steady" and linearize._state(None) is None
-    assert linearize._sweep(" c = 1:2:3") == ("c", [1.0, 1.5, 2.0])
-    name, values = cast(Any, linearize._sweep("c=1:100:3:log"))
+    name, values = linearize._sweep("c=1:100:3:log")
     assert name == "c" and values == pytest.approx([1.0, 10.0, 100.0])
-    assert len(cast(Any, linearize._sweep("c=0:1:10000"))[1]) == 10_000 and cast(Any, linearize._sweep("c=0:1:2"))[
-        1
-    ] == [0.0, 1.0]
-    assert linearize._sweep(None) is None
-    assert linearize._response(" road : body ") == ("road", "body")
+    assert len(linearize._sweep("c=0:1:10000")[1]) == 10_000 and linearize._sweep("c=0:1:2")[1] == [0.0, 1.0]
     assert linearize._band("0.1:50") == (0.1, 50.0) and linearize._band(None) is None
     assert linearize._band("0:5", from_zero=True) == (0.0, 5.0)
-    assert linearize._speeds("10, 20") == (10.0, 20.0) and linearize._speeds(None) == ()
     assert command._range(" load = 0:10") == ("load", 0.0, 10.0)
     assert command._preload("load=2.5") == ("load", 2.5) and command._preload("load") == ("load", 0.0)
-    ride = cast(Any, RideRequest.read(("body", "seat:Wk"), "A, C", "10", (0.5, 80.0)))
-    assert ride == RideRequest({"body": None, "seat": "Wk"}, ("A", "C"), (10.0,), (0.5, 80.0))
-    assert RideRequest.read((), None, None, None) is None
-
-
-@pytest.mark.parametrize("other", ["responses", "rides"])
-def test_a_band_begins_at_zero_for_a_diagram_alone(other: str) -> None:
-    diagram = {"diagram": "spin=0:10:3", "responses": (), "rides": ()}
-    assert linearize._draws_campbell_alone(diagram)
-    assert not linearize._draws_campbell_alone({**diagram, other: ("body",)})
-    assert not linearize._draws_campbell_alone({**diagram, "diagram": None})
+    outputs = {"body": None, "seat": "Wk"}
+    wanted = {"outputs": outputs, "classes": ["A", "C"], "speeds": (10.0,), "band": (0.5, 80.0)}
+    assert linearize._ride(("body", "seat:Wk"), "A, C", "10", (0.5, 80.0)) == wanted
+    assert linearize._ride((), None, None, None) is None
 
 
 #: Texts of which the catalogue of bad inputs has none, or one of several causes.
-NUMBERS, FIRST = "a parameter, two values and their number are needed", "two positive frequencies in Hz are needed"
+NUMBERS, FIRST = "a parameter, two finite values without units, and", "two positive frequencies in Hz are needed"
 
 
 @pytest.mark.parametrize(
     ("read", "text"),
     [
-        (lambda: linearize._modes("2,0"), "--modes 2,0: numbers of modes from 1 on are needed; try: --modes 1,2,4"),
-        (lambda: linearize._modes("one"), "--modes one: numbers of modes from 1 on are needed; try: --modes 1,2,4"),
-        (lambda: linearize._sweep("c=1:2"), f"--root-locus c=1:2: {NUMBERS}"),
-        (lambda: linearize._sweep("=1:2:3"), f"--root-locus =1:2:3: {NUMBERS}"),
-        (lambda: linearize._sweep("c=1:2:1"), "c=1:2:1: finite values, and 2 to 10000 of them, are needed"),
-        (lambda: linearize._sweep("c=1:2:10001"), "c=1:2:10001: finite values, and 2 to 10000 of them, are needed"),
-        (lambda: linearize._sweep("c=1:inf:3"), "c=1:inf:3: finite values, and 2 to 10000 of them, are needed"),
+        (lambda: campbell(modes="2,0"), "--modes 2,0: numbers of modes from 1 on are needed; try: --modes 1,2,4"),
+        (lambda: campbell(modes="one"), "--modes one: numbers of modes from 1 on are needed; try: --modes 1,2,4"),
+        *((lambda c=c: linearize._sweep(c), f"--root-locus {c}: {NUMBERS}") for c in (
+            "c=1:2", "=1:2:3", "c=1:2:1", "c=1:2:10001", "c=1:inf:3", "c=1 N:2 N:3"
+        )),
         (lambda: linearize._sweep("c=0:1:3:log"), "c=0:1:3:log: values in equal ratios must be positive"),
         (lambda: linearize._sweep("c=1:0:3:log"), "c=1:0:3:log: values in equal ratios must be positive"),
-        (lambda: linearize._response("road"), "--response road: an input and an output are needed"),
+        (lambda: campbell(whirl=("x",)), "--whirl x: two deflections are needed"),
         (lambda: linearize._band("0:50"), f"--band 0:50: {FIRST}, the lower first"),
         (lambda: linearize._band("-1:50", from_zero=True), "--band -1:50: two frequencies in Hz from 0 on are needed"),
         (lambda: linearize._band("2:2"), f"--band 2:2: {FIRST}"),
         (lambda: linearize._band("1:inf"), f"--band 1:inf: {FIRST}"),
-        (lambda: linearize._speeds("10,0"), "--speeds 10,0: positive speeds in m/s are needed"),
-        (lambda: RideRequest.read((), None, "10", None), "--speeds: it belongs to a ride; try: --ride"),
+        (lambda: linearize._ride(("x",), None, "10,0", None), "--speeds 10,0: positive speeds in m/s are needed"),
+        (lambda: linearize._ride((), None, "10", None), "--speeds: it belongs to a ride; try: --ride"),
         (lambda: command._range("load=0"), "--path load=0: a name and two numbers are needed; try: --path load=0:10"),
         (lambda: command._range("=0:1"), "--path =0:1: a name and two numbers are needed; try: --path load=0:10"),
         (lambda: command._preload("load=a"), "--buckling load=a: 'a' is not a number; try: --buckling load=0"),
     ],
-)
+)  # fmt: skip  # a table
 def test_words_that_cannot_be_read(read: Callable[[], object], text: str) -> None:
     with pytest.raises(UsageError, match=re.escape(text)):
         read()
@@ -184,11 +177,11 @@ def test_modes_of_inner_states_have_shapes_of_their_own() -> None:
     assert repr(none) == "<Modes: 0, stable>"
 
 
-def shown(frequencies: list[float], decay: float = -0.1) -> Modes:
+def shown(frequencies: list[float], decay: float = -0.1, ratio: float = 0.1) -> Modes:
     values = np.array([decay + 1j * w for w in frequencies])
     size, empty = np.abs(values), np.zeros((1, len(values)), complex)
     unsure = np.full(len(values), 0.05)
-    return Modes(values, size, size / (2.0 * math.pi), 0.1 + 0.0 * size, unsure, empty, empty, ("x",), np.ones(1))
+    return Modes(values, size, size / (2.0 * math.pi), ratio + 0.0 * size, unsure, empty, empty, ("x",), np.ones(1))
 
 
 def test_modes_at_a_prompt_are_six_frequencies() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -12,11 +13,11 @@ from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails.distribution import importance_sampling, steepest_descent
 from eomgen.products.reliability.tails.most_probable_point import (
+    MostProbablePoint,
     breitung,
     first_order,
     further_design_points,
     hohenbichler_rackwitz,
-    most_probable_points,
     points_on_curve,
 )
 from eomgen.products.reliability.tails.quadratic_form import (
@@ -31,6 +32,13 @@ from tests.reliability.duffing import NODES, Duffing
 
 #: Quantiles of a million samples, 1e-3 to 0.999 (integrators_and_random_vibration.md 4.6).
 SHARES = np.array([1e-3, 0.01, 0.1, 0.9, 0.99, 0.999])
+
+
+def most_probable_points(response: Response, thresholds: Sequence[float]) -> list[MostProbablePoint]:
+    points, missed = points_on_curve(response, thresholds)
+    if missed:
+        raise missed[min(missed)]
+    return [points[k] for k in range(len(thresholds))]
 
 
 class CountedResponse:

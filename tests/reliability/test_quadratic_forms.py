@@ -83,7 +83,7 @@ def test_values_that_a_form_never_takes() -> None:
 def test_moments_and_distribution_of_the_linear_oscillator() -> None:
     """Reference digits of integrators_and_random_vibration.md 4.6, where the expansion is exact."""
     form = Duffing(cubic=0.0, depth=0.3).expansion(np.zeros(21)).form
-    moments = form.mean, form.standard_deviation, form.skewness, form.excess_kurtosis
+    moments = form.moments
     anchor("quadratic_response").check(moments)
     reference = anchor("quadratic_distribution").reference
     for name, tolerance in (("steepest_descent", 1e-8), ("lugannani_rice", 6e-4)):

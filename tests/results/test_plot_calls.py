@@ -79,6 +79,6 @@ def test_modes_roots_and_responses_draw_themselves() -> None:
     assert (magnitude.get_ylabel(), phase.get_ylabel()) == ("magnitude", "phase, °")
     expected = np.abs(linear.frequency_response(2 * np.pi * band, "torque", "angle"))
     assert np.array_equal(magnitude.get_lines()[0].get_ydata(), expected)
-    wrong = r"plot_response: frequencies have to be two or more positive numbers, Hz; try: numpy\.geomspace"
+    wrong = r"plot_response: frequencies have to be two or more positive numbers that increase; try: numpy\.geomspace"
     with pytest.raises(eomgen.UsageError, match=wrong):
         linear.plot_response("torque", "angle", [0.0, 1.0])

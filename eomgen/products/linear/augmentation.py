@@ -19,9 +19,7 @@ from eomgen.base.messages import listed
 from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.sampling import seconds
-from eomgen.products.linear.state_space import KINDS, HasStateSpace, StateSpace, state_space_of
-
-_LARGEST_ORDER = 12
+from eomgen.products.linear.state_space import KINDS, HasStateSpace, StateSpace, signal_labels, state_space_of
 
 
 def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSpace) -> StateSpace:
@@ -75,11 +73,9 @@ def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSp
     names = ((*space.states, *source.states), tuple(inputs), tuple(disturbances), (*space.outputs, *outputs))
     nu = len(inputs)
     matrices = (A, G[:, :nu], G[:, nu:], C, H[:, :nu], H[:, nu:])
-    labels = [_labels(kind, wanted, (space, source), driven) for kind, wanted in zip(KINDS, names, strict=True)]
-    units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, labels, strict=True)}
-    references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, labels, strict=True)}
+    signals = {kind: _labels(kind, wanted, (space, source), driven) for kind, wanted in zip(KINDS, names, strict=True)}
     of = (space.sample, space.input_delay, space.waiting, space.orientations)
-    return StateSpace(*matrices, *names, units, references, *of)
+    return StateSpace(*matrices, *names, *signal_labels(signals).values(), *of)
 
 
 def _driven_signals(space: StateSpace, source: StateSpace) -> list[str]:
@@ -185,9 +181,10 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     np.float64(1.0)
     """
     late, order = seconds("time", time), count_of("order", order)
-    if not late > 0.0 or order > _LARGEST_ORDER:
+    most = 12
+    if not late > 0.0 or order > most:
         fault = f"a delay of {late:.6g} s by an approximation of order {order!r} [E0371]"
-        raise UsageError(Problem("delay", fault, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
+        raise UsageError(Problem("delay", fault, f"a time above zero, and an order from 1 to {most}"))
     series = [(-1.0) ** k / math.factorial(k) for k in range(2 * order + 1)]
     numerator, denominator = (np.asarray(polynomial.coeffs, dtype=float) for polynomial in pade(series, order))
     A, B, C, D = _states_of(numerator, denominator)
@@ -250,11 +247,11 @@ def _filter(A: Array, B: Array, C: Array, D: Array, input: str, output: str, uni
     zero."""
     n = len(A)
     names = tuple(f"filter.{states}" + (f"[{k}]" if n > 1 else "") for k in range(n))
-    units = {"states": ("",) * n, "inputs": (), "disturbances": ("",), "outputs": (unit,)}
-    references = {"states": np.zeros(n), "inputs": np.zeros(0), "disturbances": np.zeros(1), "outputs": np.zeros(1)}
+    signals = {"states": [("", 0.0)] * n, "inputs": (), "disturbances": [("", 0.0)], "outputs": [(unit, 0.0)]}
     nothing = (np.zeros((n, 0)), np.zeros((1, 0)))
     E, C, F = (np.asarray(matrix, dtype=float) for matrix in (B, C, D))
-    return StateSpace(A, nothing[0], E, C, nothing[1], F, names, (), (input,), (output,), units, references)
+    of = (A, nothing[0], E, C, nothing[1], F, names, (), (input,), (output,))
+    return StateSpace(*of, **signal_labels(signals))
 
 
 def _how(space: StateSpace) -> str:

@@ -9,22 +9,22 @@ with earlier ones active. Gains are parameters, so the code of a model depends o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.errors import DescriptionError, EomgenError, Message, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
 from eomgen.pipeline.front_end import Preparation
-from eomgen.products.linear.control import second_order
 from eomgen.products.linear.control import weights as costs
-from eomgen.products.linear.control.plant import Plant
 from eomgen.products.linear.control.regulator import lqr, place
 from eomgen.products.linear.control.second_order import (
     ModalFeedback,
+    Plant,
     modal_feedback,
     modes_of,
     optimal_modal_gains,
@@ -44,18 +44,14 @@ if TYPE_CHECKING:
     from eomgen.products.linear.state_space import StateSpace
 
 
-#: Modal forces on other modes, as a share of requested modal forces, above which poles miss the requested places.
-_MISSED = 1e-6
 #: Relative distance of an eigenvalue from the requested place above which the distance is reported.
 _OFF = 1e-3
 
 
-def slowest_motion(plant: Plant, G: Array) -> str:
+def slowest_motion(A: Array, names: Sequence[str], inertias: Array) -> str:
     """Return a sentence with the decay rate (1/s) of the slowest motion of a closed loop, or a motion without decay.
-    `G` (m, 2n) are the gains of [q, v] in u = -G [q, v]."""
-    n = plant.n
-    A, _ = plant.state_space(G[:, :n], G[:, n:])
-    result = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))
+    `A` (ns, ns) is the matrix of the closed loop, whose first states are the coordinates `names` with `inertias`."""
+    result = modes(A, np.eye(len(names), len(A)), names, inertias)
     slowest = int(np.argmax(result.eigenvalues.real))
     rate, mover = -float(result.eigenvalues[slowest].real), result.dominant(slowest, 1)[0][0]
     if abs(rate) <= result.uncertainty[slowest]:
@@ -67,10 +63,10 @@ def slowest_motion(plant: Plant, G: Array) -> str:
 
 def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
     """Raise ModelError if the outputs of the controller `name` cannot actuate the controlled modes independently."""
-    if modal.crosstalk <= _MISSED:
+    if modal.crosstalk <= WRITTEN:
         return
     numbers = ", ".join(str(k + 1) for k in modal.controlled)
-    ways = int(np.linalg.matrix_rank(modal.modes.shapes[:, list(modal.controlled)].T @ plant.B, rtol=1e-9))
+    ways = int(np.linalg.matrix_rank(modal.modes.shapes[:, list(modal.controlled)].T @ plant.B, rtol=COMPUTED))
     only = f"{name} acts on them in {ways} independent way{'s' * (ways > 1)} only"
     fault = f"the modes {numbers} cannot be placed each by itself: {only} [E0517]"
     raise ModelError(fault, f"{ways} of the modes, an output more, all poles in place of modes, or lqr")
@@ -89,12 +85,8 @@ def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
     return f"damping couples the modes: {', '.join(differences)}; " if differences else ""
 
 
-#: Number of digits of calibrated numbers: further digits depend on the machine.
-_DIGITS = 12
 #: Part of the feedback that signals cannot represent, above which this part is reported.
 _MISSING = 1e-8
-#: Accelerations, m/s^2 or rad/s^2, above which an initial state is not in balance.
-_BALANCED = 1e-6
 
 
 def calibrate(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
@@ -205,22 +197,27 @@ def _one(
     names = [_input_of(output) for output in item.outputs]
     columns = [linear.names.inputs.index(name) for name in names]
     space = linear.state_space()
+    kept = len(space.states) if np.any(linear.Z0) else 2 * len(linear.coordinates)  # states that act on the motion
+    space = replace(
+        space,
+        A=space.A[:kept, :kept],
+        B=space.B[:kept],
+        E=space.E[:kept],
+        C=space.C[:, :kept],
+        states=space.states[:kept],
+        units={},
+        references={},
+    )
     D = space.D[:, columns]
-    if np.any(linear.Z0) and (calibration.method == "lqr" or calibration.poles):
-        C = space.C
-        G, description = _feedback_of_whole_state(space, names, opened, item, calibration)
-        scales = np.diag(balance(space.A, permute=False)[1])
-        labels = [f"q.{name}" if "." not in name else name.removeprefix("z.") for name in space.states]
-        state = _State(np.diag(1.0 / scales), np.diag(scales), labels)
+    if calibration.method == "lqr" or calibration.poles:
+        G, description = _feedback_of_whole_state(space, names, opened, item, calibration), ""
     else:
         _check_second_order(linear)
         plant = Plant(linear.M0, linear.C0, linear.K0, linear.B0[:, columns], linear.coordinates)
-        C = space.C[:, : 2 * plant.n]
-        G, description = _feedback(plant, opened, item, calibration, C, D)
-        labels = [f"q.{name}" for name in plant.names] + [f"v.{name}" for name in plant.names]
-        state = _State(plant.scales.state, plant.scales.state_back, labels)
+        G, description = _modal_feedback(plant, item, calibration)
+    description += slowest_motion(space.A - space.B[:, columns] @ G, linear.coordinates, np.diag(linear.M0))
     rows = opened.rows[f"{item.name}.signals"]
-    of_signals = _by_signals(state, item, G, C[rows], D[rows])
+    of_signals = _by_signals(space, item, G, space.C[rows], D[rows])
     result = {
         name: _round(value)
         for names_of_output, values_of_output in zip(item.gains, of_signals, strict=True)
@@ -238,36 +235,25 @@ def _one(
     return result, "; ".join((summary, *cautions))
 
 
-class _State(NamedTuple):
-    """The fed-back state: scaling T, x^ = T x, the inverse, and names of components."""
-
-    there: Array
-    back: Array
-    names: Sequence[str]
-
-
 def _feedback_of_whole_state(
     space: StateSpace, names: Sequence[str], opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration
-) -> tuple[Array, str]:
-    """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of the closed loop.
-    By pole placement if the calibration has poles, else by LQR. `names` are the m inputs that the controller drives."""
+) -> Array:
+    """Return the gains of coordinates, velocities and internal states, (m, ns), by pole placement if the calibration
+    has poles, else by LQR. `names` are the m inputs that the controller drives."""
     if calibration.poles:
-        law = place(space, calibration.poles, inputs=names)
-    else:
-        ns, m = len(space.states), len(names)
-        effort = costs.weight("the weight of the efforts", _each(calibration.effort_weights or (0.0,), m), m)
-        columns = [space.inputs.index(name) for name in names]
-        start = Weights(np.zeros((ns, ns)), effort, np.zeros((ns, m)))
-        weights = _weights(start, opened, item, calibration, space.C, space.D[:, columns])
-        law = lqr(space, weights.state, weights.effort, weights.cross, inputs=names)
-    decay = law.closed_loop.decay
-    return law.gains, f"of the whole state; the slowest motion of the closed loop decays at {decay:.4g} 1/s"
+        return place(space, calibration.poles, inputs=names).gains
+    ns, m = len(space.states), len(names)
+    effort = costs.weight("the weight of the efforts", _each(calibration.effort_weights or (0.0,), m), m)
+    columns = [space.inputs.index(name) for name in names]
+    start = Weights(np.zeros((ns, ns)), effort, np.zeros((ns, m)))
+    weights = _weights(start, opened, item, calibration, space.C, space.D[:, columns])
+    return lqr(space, weights.state, weights.effort, weights.cross, inputs=names).gains
 
 
 def _check_balance(linear: Linearization) -> None:
     """Raise ModelError if the linear model is not about a balance."""
     acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
-    if acceleration > _BALANCED:
+    if acceleration > WRITTEN:
         fault = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2 [E0518]"
         raise ModelError(fault, 'at = "equilibrium", or an initial state of rest or of steady motion')
 
@@ -280,25 +266,12 @@ def _check_second_order(linear: Linearization) -> None:
         raise ModelError(fault, "lqr, or all poles; a controller without memory between, or gains of your own")
 
 
-def _feedback(
-    plant: Plant, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
-) -> tuple[Array, str]:
-    """Return the gains of the state [q, v], (m, 2n), and a description of the closed loop. The method is the
-    calibration's: LQR, placement of all poles, or feedback of single modes with optimal or placed gains. `C` (outputs,
-    2n) and `D` (outputs, m) are the output matrices of the opened scene. Raises ModelError if modes cannot be placed
-    independently."""
-    if calibration.method == "lqr":
-        start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
-        optimal = second_order.lqr(plant, _weights(start, opened, item, calibration, C, D))
-        G = np.hstack([optimal.G_p, optimal.G_v])
-        return G, slowest_motion(plant, G)
-    if calibration.poles:
-        placed = second_order.place(plant, calibration.poles)
-        G = np.hstack([placed.G_p, placed.G_v])
-        return G, slowest_motion(plant, G)
+def _modal_feedback(plant: Plant, item: StateFeedback, calibration: Calibration) -> tuple[Array, str]:
+    """Return the gains of the state [q, v], (m, 2n), by single modes with optimal or placed gains, and the beginning of
+    a description. Raises ModelError if modes cannot be placed independently."""
     modes = modes_of(plant)
-    chosen = [number - 1 for number in calibration.modes] or list(range(min(plant.m, plant.n)))
-    known = [k for k in chosen if k < plant.n]
+    chosen = [number - 1 for number in calibration.modes] or list(range(min(plant.B.shape)))
+    known = [k for k in chosen if k < len(plant.M)]
     w, c = modes.frequencies[known], modes.damping[known]
     if calibration.method == "imsc":
         g, h = optimal_modal_gains(w, c, _each(calibration.effort_weights, len(known)))
@@ -312,8 +285,7 @@ def _feedback(
     if calibration.method == "pole_placement":
         check_reach(item.name, plant, modal)
         missed = not_reached(modal, wanted, ratios)
-    G = np.hstack([modal.G_p, modal.G_v])
-    return G, f"{description}; {missed}{slowest_motion(plant, G)}"
+    return np.hstack([modal.G_p, modal.G_v]), f"{description}; {missed}"
 
 
 def _each(numbers: Sequence[float], count: int) -> Array:
@@ -340,8 +312,8 @@ def _weights(
     return weights
 
 
-def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
-    """Return gains of the signals, (m, signals), that give the same feedback as the gains G of the state.
+def _by_signals(space: StateSpace, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
+    """Return gains of the signals, (m, signals), that give the same feedback as the gains G of the model's state.
 
     `G` is (m, ns); `Y` (signals, ns) and `Y_u` (signals, m) give the signals by state and by controller output.
 
@@ -354,15 +326,17 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
         signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]
         fault = f"the signal {signal} depends on the controller's output at the same instant [E0520]"
         raise ModelError(fault, "another signal")
-    scaled, wanted = Y @ state.back, G @ state.back
+    scales = np.diag(balance(space.A, permute=False)[1])
+    scaled, wanted = Y * scales, G * scales
     sizes = np.linalg.norm(scaled, axis=1)
     sizes[sizes == 0.0] = 1.0
     scaled = scaled / sizes[:, np.newaxis]
     result = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
     left, scale = wanted - result @ scaled, np.abs(G).max(axis=0, initial=0.0)
     if np.linalg.norm(left) > _MISSING * float(np.linalg.norm(wanted)):
-        share = np.abs(left @ state.there).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
-        missing, of = state.names[int(np.argmax(share))], item.name
+        share = np.abs(left / scales).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
+        name = space.states[int(np.argmax(share))]
+        missing, of = name.removeprefix("z.") if "." in name else f"q.{name}", item.name
         fault = f"the feedback needs {missing}, which the coordinates and signals of {of} do not determine [E0521]"
         raise ModelError(fault, f"{missing} among its signals, or its joint among its coordinates")
     result[np.abs(result) < 1e-13 * np.abs(result).max(initial=0.0)] = 0.0
@@ -370,7 +344,7 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
 
 
 def _round(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}") + 0.0
+    return float(f"{value:.12g}") + 0.0  # further digits depend on the machine
 
 
 CALIBRATION = Preparation("calibration", calibrate, gains)

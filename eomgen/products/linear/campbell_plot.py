@@ -1,21 +1,27 @@
-"""Figure of a Campbell diagram: frequencies over the speed, rays of orders, crossings with their speeds; labels do not
-overlap."""
+"""Campbell diagrams: frequencies of oscillations over the speed of a rotor, their whirl, and crossings with orders;
+their figure, in which labels do not overlap.
+
+An order n is an excitation of n times the speed; a speed is critical if a frequency equals an excitation.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass, field
 from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, save_figure
+from eomgen.base.html import page, table
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
+from eomgen.products.linear.plots import LETTER, LabelBox, free_box
 
 #: Colour, line style and word of each sense of whirl.
 _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#333333", "-", "")}
@@ -25,8 +31,8 @@ _RAY, _CROSSING = "#777777", "#C8102E"
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
 #: Inches of a new figure.
 _SIZE = (8.6, 5.6)
-#: Letters in points: size, width and height of a line, with the space to the next line.
-_POINTS, _WIDTH, _HEIGHT = 9.0, 5.6, 12.0
+#: Size of letters, points.
+_POINTS = 9.0
 #: Curves that end nearer than this part of the figure have one label; crossings nearer than this are one dot.
 _TOGETHER = 0.008
 #: Candidates for the label of a crossing: which corner or side is at the dot, and points upwards from the dot.
@@ -34,49 +40,8 @@ _AROUND = (
     (-1, 7.0), (1, -7.0), (-1, -7.0), (1, 7.0), (0, 11.0), (0, -11.0), (1, 0.0), (-1, 0.0),
     (-1, 15.0), (1, -15.0), (-1, -15.0), (1, 15.0),
 )  # fmt: skip  # nearest first
-#: Points upwards from which a candidate is far from its dot, and points of lines within its box that it has to save.
-_FAR, _SAVED = 12.0, 12
-#: Points from the axes to the labels at the right, and inches after the labels.
-_GAP, _MARGIN = 8.0, 0.1
-#: Half the side of a dot, points.
-_DOT = 3.5
-
-
-class DrawnCrossing(Protocol):
-    """Interface of a ``Crossing`` for drawing: order, speed (rad/s), frequency (rad/s), and number of the mode's
-    column."""
-
-    @property
-    def order(self) -> float: ...
-    @property
-    def speed(self) -> float: ...
-    @property
-    def frequency(self) -> float: ...
-    @property
-    def mode(self) -> int: ...
-
-
-class DrawnCampbell(Protocol):
-    """Interface of a ``Campbell`` for drawing: speeds (n,), damped frequencies (n, modes) in Hz, whirl (n, modes) as 1,
-    -1 or 0, orders and crossings. ``number`` turns the column of a mode into the number in labels."""
-
-    @property
-    def parameter(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def values(self) -> Array: ...
-    @property
-    def frequencies(self) -> Array: ...
-    @property
-    def whirl(self) -> NDArray[np.int_]: ...
-    @property
-    def orders(self) -> Sequence[float]: ...
-    @property
-    def crossings(self) -> Sequence[DrawnCrossing]: ...
-    @property
-    def numbers(self) -> tuple[int, ...]: ...
-    def number(self, mode: int) -> int: ...
+#: Inches after the labels at the right.
+_MARGIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -92,7 +57,7 @@ class CampbellView:
     #: Letter of orders in labels: ``x``, or ``P`` as of wind turbines.
     letter: str = "x"
 
-    def check(self, diagram: DrawnCampbell) -> None:
+    def check(self, diagram: Campbell) -> None:
         """Raise UsageError for modes, orders or a speed unit that the diagram does not have, and for unsuitable
         limits."""
         count = diagram.frequencies.shape[1]
@@ -135,12 +100,185 @@ class CampbellView:
 _ALL = CampbellView()
 
 
-def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: CampbellView = _ALL) -> Path:
+@dataclass(frozen=True)
+class Crossing:
+    """A speed at which a mode has the frequency of an order.
+
+    Attributes
+    ----------
+    order : frequency over speed
+    speed, frequency : rad/s, both, the frequency damped: ``Campbell.frequencies`` are in Hz
+    mode : column of ``Campbell.eigenvalues``
+    whirl : ``forward``, ``backward``, or empty
+    """
+
+    order: float
+    speed: float
+    frequency: float
+    mode: int
+    whirl: str
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False)
+class Campbell:
+    """Oscillations over a speed, or over another parameter.
+
+    Attributes
+    ----------
+    parameter, unit : name and unit of the varied parameter
+    values : (n,) in ``unit``; values without a linear model are left out
+    eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number if a mode does not oscillate
+    whirl : (n, modes) 1 forward, -1 backward, 0 neither or not known
+    orders : orders with a search for crossings
+    crossings : by order and speed
+    stability : (n,) ``stable``, ``marginal`` or ``unstable``
+    left_out : by value, why there is no linear model there
+    interrupted : whether Ctrl-C has ended the search early, with the values and crossings that were found
+    numbers : (modes,) in tables and pictures: as ``Modes`` counts the modes of a reference, else from 1 on
+    """
+
+    parameter: str
+    unit: str
+    values: Array
+    eigenvalues: NDArray[np.complex128]
+    whirl: NDArray[np.int_]
+    orders: tuple[float, ...]
+    crossings: tuple[Crossing, ...]
+    stability: tuple[str, ...]
+    left_out: Mapping[float, str] = field(default_factory=dict)
+    interrupted: bool = False
+    numbers: tuple[int, ...] = ()
+
+    def number(self, mode: int) -> int:
+        """Return the number of a mode, a column of ``eigenvalues``, in tables and pictures.
+
+        Parameters
+        ----------
+        mode : int
+            Column of ``eigenvalues``, from 0.
+
+        Returns
+        -------
+        int
+            Number of the mode in tables and pictures.
+
+        Examples
+        --------
+        >>> rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("cross", 0)
+        >>> rotor = rotor.body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
+        >>> rotor = rotor.joint("tilt", "revolute", "base", "cross", axis=[1, 0, 0], stiffness=7200)
+        >>> rotor = rotor.joint("spin", "revolute", "cross", "disc", axis=[0, 0, 1])
+        >>> diagram = eomgen.build(rotor.build()).campbell("spin", [0.0, 100.0], orders=(1,))
+        >>> diagram.number(0)
+        1
+        """
+        return self.numbers[mode] if self.numbers else mode + 1
+
+    @property
+    def angular_frequencies(self) -> Array:
+        """(n, modes), rad/s as speeds are: damped frequencies, imaginary parts of the eigenvalues."""
+        return np.asarray(self.eigenvalues.imag)
+
+    @property
+    def frequencies(self) -> Array:
+        """(n, modes), Hz: damped frequencies, ``angular_frequencies`` over 2 pi, if speeds are in rad/s."""
+        return self.angular_frequencies / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratios of the modes, (n, modes)."""
+        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
+
+    @property
+    def critical_speeds(self) -> Array:
+        """Speeds equal to the frequency of a mode at this speed, rad/s, increasing."""
+        return np.array([item.speed for item in self.crossings if item.order == 1.0])
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Headings of ``rows``."""
+        return ("order", f"{self.parameter}, rad/s", "1/min", "damped frequency, Hz", "mode", "whirl")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Each crossing as a tuple of texts: order, speed in rad/s, speed in 1/min, damped frequency in Hz, mode number
+        by ``number``, whirl (may be empty). An empty list without crossings."""
+        return [
+            (
+                f"{item.order:g}",
+                f"{item.speed:.9g}",
+                f"{item.speed * 30.0 / np.pi:.9g}",
+                f"{item.frequency / (2.0 * np.pi):.9g}",
+                str(self.number(item.mode)),
+                item.whirl,
+            )
+            for item in self.crossings
+        ]
+
+    def __repr__(self) -> str:
+        modes = f"{self.eigenvalues.shape[1]} modes at {len(self.values)} values of {self.parameter}"
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        ends = f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}"
+        result = ", ".join(f"{item.order:g}x at {item.speed:.6g}{unit}" for item in self.crossings)
+        missing = f"; none at {', '.join(f'{value:.6g}' for value in self.left_out)}" if self.left_out else ""
+        missing += "; interrupted" if self.interrupted else ""
+        height = float(np.nanmax(self.frequencies, initial=0.0))
+        return f"<Campbell: {modes}, {ends}, up to {height:.6g} Hz; {result or 'no crossings'}{missing}>"
+
+    def _repr_html_(self) -> str:
+        heading = f"{self.eigenvalues.shape[1]} modes over {self.parameter}; crossings with orders"
+        return page(heading, table(self.headings, self.rows))
+
+    def plot(
+        self,
+        axes: object = None,
+        *,
+        frequencies: tuple[float, float] | None = None,
+        modes: Sequence[int] | None = None,
+        orders: Sequence[float] | None = None,
+        speed_unit: str | None = None,
+    ) -> list[Any]:
+        """Draw frequencies over the speed, orders as rays, crossings as dots; return matplotlib's axes, a list of one.
+
+        Forward whirl is blue, backward whirl is dashed in orange. Crossings are labelled with their speeds, if there is
+        room; modes have their numbers by ``number``, as in ``rows``, at the right if there is room.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes
+            A new figure of pyplot if none are given.
+        frequencies : pair of float
+            Limits of the frequency axis, Hz. By default the picture ends above all modes, or, if these lie far above
+            the rays, above the highest ray and the lowest mode, and says how many modes lie higher.
+        modes : sequence of int
+            Numbers of the modes drawn, columns of ``eigenvalues`` from 0 on; all by default.
+        orders : sequence of float
+            Rays and crossings drawn, some of ``orders``; all by default.
+        speed_unit : str
+            ``rad/s``, ``rpm`` or ``Hz`` of the speed axis and of the labels of crossings; the parameter's own unit by
+            default.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
+
+        Raises
+        ------
+        UsageError
+            An object that is not axes, or more than one; limits below 0 or that do not increase; numbers of no modes;
+            orders without a search for crossings; an unknown unit, or a unit for a parameter that is not in rad/s.
+        """
+        return plot_campbell(self, axes, CampbellView(frequencies, modes, orders, speed_unit))
+
+
+def draw_campbell(diagram: Campbell, title: str, path: Path, view: CampbellView = _ALL) -> Path:
     """Draw the diagram into a file, and return the path.
 
     Parameters
     ----------
-    diagram : DrawnCampbell
+    diagram : Campbell
         Parameter values and followed eigenvalues.
     title : str
         Name above the figure.
@@ -165,12 +303,12 @@ def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: Campbell
     return save_figure(figure, path)
 
 
-def numbering(diagram: DrawnCampbell) -> str:
+def numbering(diagram: Campbell) -> str:
     """Return the meaning of the numbers of modes in words."""
     return "numbers of the table of modes" if diagram.numbers else "oscillations, by frequency at the first speed"
 
 
-def plot_campbell(diagram: DrawnCampbell, axes: object = None, view: CampbellView = _ALL) -> list[Any]:
+def plot_campbell(diagram: Campbell, axes: object = None, view: CampbellView = _ALL) -> list[Any]:
     """Draw frequencies over the speed on matplotlib axes, and return a list with the axes; see ``Campbell.plot``.
     `axes` are the caller's; a new figure is made if None. Raises UsageError for a view that the diagram does not
     have."""
@@ -190,23 +328,10 @@ class _Label(NamedTuple):
     colour: str
 
 
-class _Box(NamedTuple):
-    """A rectangle within the axes by centre and half sides, in points; ``meets`` is whether two rectangles overlap."""
-
-    x: float
-    y: float
-    half_width: float
-    half_height: float
-
-    def meets(self, other: _Box) -> bool:
-        clear_in_x = abs(self.x - other.x) >= self.half_width + other.half_width
-        return not clear_in_x and abs(self.y - other.y) < self.half_height + other.half_height
-
-
 class _Drawing:
     """Drawing of the parts of one Campbell diagram that a view chooses, on one pair of matplotlib axes."""
 
-    def __init__(self, axis: Any, diagram: DrawnCampbell, view: CampbellView) -> None:
+    def __init__(self, axis: Any, diagram: Campbell, view: CampbellView) -> None:
         self.axis, self.diagram = axis, diagram
         self.modes = list(range(diagram.frequencies.shape[1])) if view.modes is None else list(view.modes)
         self.orders = sorted(diagram.orders if view.orders is None else view.orders)
@@ -240,7 +365,7 @@ class _Drawing:
         if above and not self.fixed:
             words = f"{above} mode{'s' * (above > 1)} above {self.top:.3g} Hz"
             style = {"textcoords": "offset points", "xycoords": "axes fraction", "ha": "right", "va": "bottom"}
-            axis.annotate(words, (1.0, 1.0), (0.0, 2.0 + _HEIGHT), fontsize=_POINTS, color="#444444", **style)
+            axis.annotate(words, (1.0, 1.0), (0.0, 2.0 + LETTER[1]), fontsize=_POINTS, color="#444444", **style)
 
     def _curves(self) -> set[str]:
         """Draw the frequencies of the modes, with colour and line style by sense of whirl. Returns the words in the
@@ -295,12 +420,12 @@ class _Drawing:
                 groups.append([(height, mode)])
         number = self.diagram.number
         modes = [_Label(group[0][0], _mode_label([number(mode) for _, mode in group]), "#111111") for group in groups]
-        gap = _HEIGHT / self.size[1]
+        gap = LETTER[1] / self.size[1]
         both = sorted([*rays, *modes])
         labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
         for label, height in zip(labels, _spread([item.place for item in labels], gap), strict=True):
             self.axis.annotate(
-                label.text, (1.0, label.place), (1.0 + _GAP / self.size[0], height), "axes fraction",
+                label.text, (1.0, label.place), (1.0 + 8.0 / self.size[0], height), "axes fraction",
                 va="center", fontsize=_POINTS, color=label.colour,
                 arrowprops={"arrowstyle": "-", "color": "#bbbbbb", "linewidth": 0.7, "shrinkA": 1.0, "shrinkB": 0.0},
             )  # fmt: skip  # place, text, looks
@@ -315,7 +440,7 @@ class _Drawing:
         width = float(self.ends[1] - self.ends[0])
         places = {order: (self.top * 2.0 * math.pi / order - self.ends[0]) / width for order in leaving[::-1]}
         kept = [(order, height) for order, height in places.items() if height >= 0.0]
-        gap = 4.4 * _WIDTH / self.size[0]
+        gap = 4.4 * LETTER[0] / self.size[0]
         if len(kept) * gap > 1.0:
             return
         for (order, _), height in zip(kept, _spread([height for _, height in kept], gap), strict=True):
@@ -341,11 +466,10 @@ class _Drawing:
             "o", color=_CROSSING, markeredgecolor="white", markeredgewidth=0.8, markersize=6.5, zorder=3, clip_on=False,
             label=axis_label("crossing", self.unit) if single else None,
         )  # fmt: skip  # place, looks
-        lines = self._points_of_lines()
-        taken = [_Box(float(point[0]), float(point[1]), _DOT, _DOT) for point, _, _ in single]
+        taken = [LabelBox.dot(*point) for point, _, _ in single]
         for point, speed, frequency in single:
             text = _number(speed * self.scale)
-            box = _free(point, text, taken, lines, self.size)
+            box = free_box(point, text, _AROUND, taken, self.size)
             if box is None:
                 continue
             taken.append(box)
@@ -360,36 +484,6 @@ class _Drawing:
     def _points(self, speed: float, frequency: float) -> Array:
         across = (speed - self.ends[0]) / (self.ends[1] - self.ends[0])
         return np.asarray(np.array([across, self._height(frequency)]) * self.size)
-
-    def _points_of_lines(self) -> Array:
-        """Return points (n, 2) along all curves and rays, dense enough to decide whether a line crosses a label."""
-        speeds = np.linspace(float(self.ends[0]), float(self.ends[1]), 300)
-        values, outside = self.diagram.values, {"left": np.nan, "right": np.nan}
-        curves = [np.interp(speeds, values, column, **outside) for column in self.frequencies.T]
-        curves += [order * np.abs(speeds) / (2.0 * np.pi) for order in self.orders]
-        if not curves:
-            return np.zeros((0, 2))
-        across = np.linspace(0.0, 1.0, len(speeds)) * self.size[0]
-        points = np.concatenate([np.column_stack([across, self._height(line) * self.size[1]]) for line in curves])
-        return np.asarray(points[np.isfinite(points[:, 1])])
-
-
-def _free(point: Array, text: str, taken: Iterable[_Box], lines: Array, size: Array) -> _Box | None:
-    """Return the box of a label next to a dot that overlaps none of the boxes `taken` and meets the fewest lines.
-    `point` (2,) is the dot, `lines` (n, 2) are points along curves, `size` (2,) is the extent of the axes, all in
-    points; `text` gives the width. None if each candidate overlaps a box or leaves the axes."""
-    half = (0.5 * _WIDTH * len(text), 0.5 * _HEIGHT)
-    best: tuple[int, _Box] | None = None
-    for side, up in _AROUND:
-        right = side * (half[0] + (_DOT if up else 2.0 * _DOT) - 1.0)
-        box = _Box(float(point[0] + right), float(point[1] + up), *half)
-        inside = half[0] <= box.x <= size[0] - half[0] and half[1] <= box.y <= size[1] - half[1]
-        if not inside or any(box.meets(label_box) for label_box in taken):
-            continue
-        crossed = int(np.sum(np.all(np.abs(lines - (box.x, box.y)) < half, axis=1))) + _SAVED * (abs(up) > _FAR)
-        if best is None or crossed < best[0]:
-            best = crossed, box
-    return best[1] if best is not None else None
 
 
 def _number(speed: float) -> str:

@@ -19,28 +19,17 @@ from scipy.optimize import brentq, linear_sum_assignment
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import ModelError, NumericalError
 from eomgen.products.linear.eigenvalue_loci import NUMBER, Campbell, Crossing, MergedWarnings
 from eomgen.products.linear.linearization import Linearization
 
-#: Relative accuracy of critical speeds.
-_ACCURACY = 1e-12
-#: Ratio of axes below which an orbit counts as a line, without a sense of whirl.
-_LINE = 1e-6
-#: Deflections, as parts of the largest coordinate of a mode, below which a mode has no orbit but for rounding.
-_FAINT = 1e-8
 #: Circular part of the motion, in the mean over the values, below which a mode has no sense of whirl by multiblade
 #: coordinates: collective modes and modes of the support have a little of it, in either sense.
 _MINOR = 0.1
-#: Eigenvalues that differ by less than this part are one of several modes.
-_EQUAL = 1e-9
 #: Modes that are more unlike than this are followed over a value between, unless their shapes differ by less than the
 #: second number and all other modes are more unlike by the first.
 _UNLIKE, _SAME_SHAPE = 0.5, 0.25
-#: So often an interval is halved for that.
-_DEPTH = 4
-#: Values that a diagram has at the least.
-_FEWEST = 2
 
 
 @dataclass(frozen=True)
@@ -100,7 +89,7 @@ def campbell(
             if report is not None:
                 report(number, all_steps)
     except KeyboardInterrupt:
-        if search.wanted_count < _FEWEST:
+        if search.wanted_count < 2:
             raise
         interrupted = True
     search.check_failures(stacklevel=5)
@@ -185,7 +174,7 @@ class _CrossingSearch:
         except (ModelError, NumericalError) as error:
             self.failures[value] = error
 
-    def between(self, low: _Node, high: _Node, depth: int = _DEPTH) -> list[_Node]:
+    def between(self, low: _Node, high: _Node, depth: int = 4) -> list[_Node]:
         """Return the nodes at intermediate values between two nodes that are needed to follow modes, by bisection. None
         are needed if each mode has one clear continuation. None are returned without a linear model in between, or at
         `depth` 0, the number of halvings left."""
@@ -201,7 +190,7 @@ class _CrossingSearch:
 
     def check_failures(self, stacklevel: int) -> None:
         """Raise the first failure if too few values have a linear model, else warn of the values without one."""
-        if self.failures and self.wanted_count < _FEWEST:
+        if self.failures and self.wanted_count < 2:
             raise next(iter(self.failures.values()))
         kinds: dict[str, list[str]] = {}  # of failures that differ in numbers alone
         for text in map(str, self.failures.values()):
@@ -227,8 +216,8 @@ class _CrossingSearch:
         try:
             if np.sign(excess(low.value)) == np.sign(excess(high.value)):
                 return []  # another mode is nearer there
-            accuracy = _ACCURACY * max(abs(low.value), abs(high.value))
-            speed = float(brentq(excess, low.value, high.value, xtol=accuracy, rtol=_ACCURACY))
+            accuracy = SUMMED * max(abs(low.value), abs(high.value))
+            speed = float(brentq(excess, low.value, high.value, xtol=accuracy, rtol=SUMMED))
             excess(speed)
         except (ModelError, NumericalError) as error:
             text = f"Campbell diagram: a crossing with {order:g}x is left out: {error} [W0029]"
@@ -307,7 +296,7 @@ def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: f
         # x = cos t, y = sin t has the amplitudes 1 and -i
         area = -np.sum((first.conj() * second).imag, axis=0)
         size = np.sum(np.abs(first) ** 2 + np.abs(second) ** 2, axis=0)
-    seen = np.abs(area) > np.maximum(_LINE * size, _FAINT**2)
+    seen = np.abs(area) > np.maximum(WRITTEN * size, 1e-16)
     sense = np.where(seen, np.sign(area), 0.0) * np.sign(value)
     lengths = np.linalg.norm(shapes, axis=0)
     shapes = shapes / np.where(lengths > 0.0, lengths, 1.0)
@@ -325,7 +314,7 @@ def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
     for k, value in enumerate(eigenvalues):
         for group in groups:
             known = group[0]
-            if abs(value - eigenvalues[known]) <= max(_EQUAL * abs(value), uncertainty[k], uncertainty[known]):
+            if abs(value - eigenvalues[known]) <= max(COMPUTED * abs(value), uncertainty[k], uncertainty[known]):
                 group.append(k)
                 break
         else:

@@ -4,7 +4,7 @@ frequency responses, rides on random roads."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -39,10 +39,46 @@ if TYPE_CHECKING:
     from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
     from eomgen.products.linear.linearization import Linearization
     from eomgen.products.linear.modes import Modes
-    from eomgen.products.linear.spectra import PowerSpectrum, RideTable, RoadExcitation
+    from eomgen.products.linear.spectra import PowerSpectrum, RideTable
 
 
-Number = TypeVar("Number", int, float)
+Read = TypeVar("Read")
+
+
+def _read(option: str, text: str, reader: Callable[[str], Read], fault: str, example: str) -> Read:
+    """Return the value that `reader` returns for the text of an option. Raises UsageError with a fault and an example
+    if it raises ValueError."""
+    try:
+        return reader(text)
+    except ValueError:
+        raise UsageError(Problem(f"{option} {text}", fault, example)) from None
+
+
+def _positive(text: str, number: Callable[[str], Any] = float) -> tuple[Any, ...]:
+    """Return the positive, finite numbers between the commas of a text, each read by `number`; raises ValueError."""
+    numbers = tuple(map(number, text.split(",")))
+    if not all(0.0 < value < math.inf for value in numbers):
+        raise ValueError
+    return numbers
+
+
+def _order(text: str) -> float:
+    return float(text.strip().rstrip("xXpP"))
+
+
+def _pair(text: str) -> tuple[str, str]:
+    """Return the texts before and after a colon, stripped; raises ValueError if one is empty."""
+    first, _, second = (part.strip() for part in text.partition(":"))
+    if not (first and second):
+        raise ValueError
+    return first, second
+
+
+def _check_absent(fault: str, example: str, **options: object) -> None:
+    """Raise UsageError if one of some options is given."""
+    for name, value in options.items():
+        if value:
+            raise UsageError(Problem(f"--{name.replace('_', '-')}", fault, example))
 
 
 @dataclass(frozen=True)
@@ -63,28 +99,24 @@ class CampbellRequest:
 
     @classmethod
     def read(
-        cls,
-        sweep: tuple[str, list[float]] | None,
-        orders: str | None,
-        whirl: tuple[str, ...],
-        modes: str | None,
-        speed_unit: str | None,
+        cls, sweep: str | None, orders: str | None, whirl: tuple[str, ...], modes: str | None, speed_unit: str | None
     ) -> CampbellRequest | None:
-        """Return the options of a Campbell diagram read from their texts; None without ``--campbell``. `sweep` is the
-        name of the speed and its values, or None. Raises UsageError for unreadable options, values that do not
-        increase, and options of the diagram without ``--campbell``."""
-        if sweep is not None:
-            _check_increasing(*sweep)
-        else:
-            options = {"--orders": orders, "--whirl": whirl, "--modes": modes, "--speed-unit": speed_unit}
-            for option, value in options.items():
-                if value:
-                    fault = "it belongs to a Campbell diagram [E0166]"
-                    raise UsageError(Problem(option, fault, "--campbell spin=0:300:31"))
+        """Return the options of a Campbell diagram read from their texts; None without ``--campbell``. Raises
+        UsageError for unreadable options, and options of the diagram without ``--campbell``."""
+        if sweep is None:
+            given = {"orders": orders, "whirl": whirl, "modes": modes, "speed_unit": speed_unit}
+            _check_absent("it belongs to a Campbell diagram [E0166]", "--campbell spin=0:300:31", **given)
             return None
-        fault = "two deflections are needed [E0167]"
-        pairs = [_pair(text, Problem(f"--whirl {text}", fault, "--whirl x:y")) for text in whirl]
-        return cls(*sweep, *_orders(orders), pairs, _modes(modes), speed_unit)
+        multiples, numbers = None, None
+        if orders is not None:
+            fault, example = "positive numbers are needed [E0169]", "--orders 1,2"
+            multiples = _read("--orders", orders, lambda text: _positive(text, _order), fault, example)
+        if modes is not None:
+            fault, example = "numbers of modes from 1 on are needed [E0170]", "--modes 1,2,4"
+            numbers = _read("--modes", modes, lambda text: _positive(text, int), fault, example)
+        pairs = [_read("--whirl", text, _pair, "two deflections are needed [E0167]", "--whirl x:y") for text in whirl]
+        letter = "P" if "p" in (orders or "").lower() else "x"
+        return cls(*_sweep(sweep, "--campbell"), multiples, letter, pairs, numbers, speed_unit)
 
     def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
         """Return the view of the diagram to draw, with the `band` of frequencies (Hz), modes, speed unit and letter of
@@ -93,125 +125,37 @@ class CampbellRequest:
         from eomgen.products.linear.campbell_plot import CampbellView  # noqa: PLC0415
 
         columns = {diagram.number(mode): mode for mode in range(diagram.eigenvalues.shape[1])}
-        missing = [number for number in self.modes or () if number not in columns]
+        missing = " or ".join(str(number) for number in self.modes or () if number not in columns)
         modes = None if self.modes is None else tuple(columns[number] for number in self.modes if number in columns)
+        if missing and not modes:
+            fault = f"there is no mode {missing} that oscillates in the diagram [E0168]"
+            raise UsageError(Problem("--modes", fault, f"some of {', '.join(map(str, sorted(columns)))}"))
         if missing:
-            known = f"some of {', '.join(map(str, sorted(columns)))}"
-            listed = " or ".join(map(str, missing))
-            if not modes:
-                fault = f"there is no mode {listed} that oscillates in the diagram [E0168]"
-                raise UsageError(Problem("--modes", fault, known))
-            left = "it" if len(missing) == 1 else "them"
-            say_note(
-                f"--modes: there is no mode {listed} that oscillates in the diagram, so the picture leaves {left} out"
-                " [W0017]"
-            )
+            say_note(f"--modes: no mode {missing} oscillates in the diagram, so the picture is without [W0017]")
         view = CampbellView(band, modes, None, self.speed_unit, self.letter)
         view.check(diagram)
         return view
 
-    def diagram(self, model: Model, **options: Any) -> Campbell:
-        """Return the diagram; options as of ``Model.campbell``."""
-        return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, progress=True, **options)
 
-    def interruption(self, diagram: Campbell | None) -> str:
-        """Return the sentence for Ctrl-C with the numbers of computed values and crossings; `diagram` None if none
-        are."""
-        if diagram is None:
-            return "interrupted before there was a Campbell diagram"
-        values = f"{len(diagram.values)} of {len(self.values)} values of {self.speed}"
-        return f"interrupted: the Campbell diagram has {values} and {counted(len(diagram.crossings), 'crossing')}"
-
-
-def _orders(text: str | None) -> tuple[tuple[float, ...] | None, str]:
-    """Return orders, written as 1, 1x or 1P, and the letter of their labels."""
-    if text is None:
-        return None, "x"
-    otherwise = Problem(f"--orders {text}", "positive numbers are needed [E0169]", "--orders 1,2")
-    orders = _positive(text, lambda part: float(part.strip().rstrip("xXpP")), otherwise)
-    return orders, "P" if "p" in text.lower() else "x"
-
-
-def _modes(text: str | None) -> tuple[int, ...] | None:
-    """Return the numbers of modes."""
-    if text is None:
+def _ride(
+    rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
+) -> dict[str, Any] | None:
+    """Return the arguments of ``Linearization.ride_table`` read from their texts; None without ``--ride``. Raises
+    UsageError for unreadable speeds, and ``--classes`` or ``--speeds`` without ``--ride``."""
+    if not rides:
+        fault, example = "it belongs to a ride [E0171]", "--ride body_acceleration"
+        _check_absent(fault, example, classes=classes is not None, speeds=speeds is not None)
         return None
-    fault = "numbers of modes from 1 on are needed [E0170]"
-    return _positive(text, int, Problem(f"--modes {text}", fault, "--modes 1,2,4"))
-
-
-def _positive(text: str, number: Callable[[str], Number], otherwise: Problem) -> tuple[Number, ...]:
-    """Return the positive, finite numbers between the commas of a text, each read by `number`. Raises UsageError with
-    the problem `otherwise` for any other text."""
-    try:
-        numbers = tuple(map(number, text.split(",")))
-        if all(0.0 < value < math.inf for value in numbers):
-            return numbers
-    except ValueError:
-        pass
-    raise UsageError(otherwise)
-
-
-@dataclass(frozen=True)
-class RideRequest:
-    """Options ``--ride``, ``--classes``, ``--speeds`` and ``--band`` of the command, as values. `outputs` maps names of
-    outputs to their weighting (None without), `classes` are road classes, `speeds` are in m/s, `band` in Hz; empty or
-    None for the road, speed and band of the scene."""
-
-    outputs: dict[str, str | None]
-    classes: tuple[str, ...]
-    speeds: tuple[float, ...]
-    band: tuple[float, float] | None
-
-    @classmethod
-    def read(
-        cls, rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
-    ) -> RideRequest | None:
-        """Return the options of a ride read from their texts; None without ``--ride``. Raises UsageError for an unknown
-        weighting or road class, unreadable speeds, and ``--classes`` or ``--speeds`` without ``--ride``."""
-        if not rides:
-            for option, value in (("--classes", classes), ("--speeds", speeds)):
-                if value is not None:
-                    raise UsageError(Problem(option, "it belongs to a ride [E0171]", "--ride body_acceleration"))
-            return None
-        from eomgen.base.random_inputs import ROUGHNESS  # noqa: PLC0415
-        from eomgen.products.linear.spectra import WEIGHTINGS  # noqa: PLC0415
-
-        outputs: dict[str, str | None] = {}
-        for text in rides:
-            name, colon, weighting = text.rpartition(":")
-            if colon and weighting not in WEIGHTINGS:
-                fault = f"there is no weighting {ascii(weighting)[:32]} [E0173]"
-                raise UsageError(Problem(f"--ride {text}", fault, " or ".join(f"{name}:{key}" for key in WEIGHTINGS)))
-            outputs[(name if colon else text).strip()] = weighting or None if colon else None
-        chosen = tuple(part.strip() for part in classes.split(",")) if classes is not None else ()
-        unknown = [name for name in chosen if name not in ROUGHNESS]
-        if unknown:
-            fault = f"there is no road class {ascii(unknown[0])[:32]} [E0172]"
-            raise UsageError(Problem(f"--classes {classes}", fault, f"some of {','.join(ROUGHNESS)}"))
-        return cls(outputs, chosen, _speeds(speeds), band)
-
-    def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
-        """Return the root mean squares of the outputs over road classes and speeds. By default on the road of the scene
-        (`excitation`) at its speed. Raises UsageError for classes on a measured road."""
-        from eomgen.products.linear.spectra import MeasuredRoad  # noqa: PLC0415
-
-        if self.classes and isinstance(excitation.road, MeasuredRoad):
-            fault = "the road of the scene is a measured one, which has a spectrum of its own, and no class [E2187]"
-            ride = " ".join(f"--ride {name}" + (f":{key}" if key else "") for name, key in self.outputs.items())
-            raise UsageError(Problem(f"--classes {','.join(self.classes)}", fault, f"{ride} without --classes"))
-        return lin.ride_table(excitation, self.outputs, self.classes, self.speeds, self.band)
-
-    def spectra(self, lin: Linearization, excitation: RoadExcitation) -> list[PowerSpectrum]:
-        """Return the spectra of the outputs, without weightings."""
-        return [lin.psd(name, excitation) for name in self.outputs]
-
-
-def _speeds(text: str | None) -> tuple[float, ...]:
-    if text is None:
-        return ()
-    fault = "positive speeds in m/s are needed [E0174]"
-    return _positive(text, float, Problem(f"--speeds {text}", fault, "--speeds 10,20,30"))
+    outputs: dict[str, str | None] = {}
+    for text in rides:
+        name, colon, weighting = text.rpartition(":")
+        outputs[(name if colon else text).strip()] = weighting if colon else None
+    wanted: tuple[float, ...] = ()
+    if speeds is not None:
+        fault, example = "positive speeds in m/s are needed [E0174]", "--speeds 10,20,30"
+        wanted = _read("--speeds", speeds, _positive, fault, example)
+    of_road = [] if classes is None else [part.strip() for part in classes.split(",")]
+    return {"outputs": outputs, "classes": of_road, "speeds": wanted, "band": band}
 
 
 _SHOWN = 40
@@ -256,26 +200,30 @@ _POINTS = 600
 @debug_option
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
-    sweep = _sweep(options.pop("root_locus"))
-    band = _band(options.pop("band"), from_zero=_draws_campbell_alone(options))
-    pairs = [_response(text) for text in options.pop("responses")]
-    ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
-    campbell = CampbellRequest.read(
-        _sweep(options.pop("diagram"), "--campbell"),
-        *(options.pop(name) for name in ("orders", "whirl", "modes", "speed_unit")),
-    )
+    sweep = None if (text := options.pop("root_locus")) is None else _sweep(text)
+    drawn_alone = options["diagram"] is not None and not (options["responses"] or options["rides"])
+    band = _band(options.pop("band"), from_zero=drawn_alone)
+    fault, example = "an input and an output are needed [E0186]", "--response road:body_acceleration"
+    pairs = [_read("--response", text, _pair, fault, example) for text in options.pop("responses")]
+    ride = _ride(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
+    words = ("diagram", "orders", "whirl", "modes", "speed_unit")
+    campbell = CampbellRequest.read(*(options.pop(name) for name in words))
     request = _Request(scene, options, sweep, campbell)
-    excitation = request.model.road_excitation() if ride is not None else None
+    excitation = None if ride is None else request.model.road_excitation()
     if folder is None and sweep is not None:  # names are checked before files are
         request.model.parameter_array({sweep[0]: sweep[1][0]})
     with waiting(f"{request.model.name}: linear model"):
         lin = request.linearize({}, None)
-    _check_drawings(lin, folder, sweep, pairs)
+    for pair in pairs:
+        lin.frequency_response([], *pair)
+    if folder is None and (sweep or pairs):
+        fault = "there is no folder to draw roots or responses to [E0175]"
+        raise UsageError(Problem("eomgen linearize", fault, "--out DIR"))
     # imported when the arguments are known to be fine
     from eomgen.products.linear import files as linear_files  # noqa: PLC0415
 
     data = linear_files.to_json_data(lin, request.model.name)
-    table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
+    table = None if ride is None or excitation is None else lin.ride_table(excitation, **ride)
     if table is not None:
         data["ride"] = linear_files.described_ride(table)
     diagram, ends = request.campbell(campbell, lin)
@@ -288,8 +236,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         ends = ends or cut
         files = request.write(lin, data, Path(folder), locus, pairs, band)
         files += request.written_campbell(diagram, view, Path(folder))
-        spectra = ride.spectra(lin, excitation) if ride is not None and excitation is not None else ()
-        files += request.written_ride(table, spectra, Path(folder))
+        if table is not None and excitation is not None:
+            files += request.written_ride(table, [lin.psd(name, excitation) for name in table.outputs], Path(folder))
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:
@@ -300,21 +248,6 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         say(ends)
         return INTERRUPTED
     return 0
-
-
-def _check_drawings(
-    lin: Linearization,
-    folder: str | None,
-    sweep: tuple[str, list[float]] | None,
-    pairs: Sequence[tuple[str, str]],
-) -> None:
-    """Raise UsageError for an unknown input or output in `pairs`, and for a root locus (`sweep`) or frequency responses
-    without a folder to draw to."""
-    for pair in pairs:
-        lin.frequency_response([], *pair)
-    if folder is None and (sweep or pairs):
-        fault = "there is no folder to draw roots or responses to [E0175]"
-        raise UsageError(Problem("eomgen linearize", fault, "--out DIR"))
 
 
 def _print_ending(lin: Linearization, folder: str | None, files: Sequence[Path]) -> None:
@@ -392,11 +325,14 @@ class _Request:
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
         options |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
         options |= {"multiblade": self.multiblade, "reference": lin}
+        options |= {"orders": wanted.orders, "whirl": wanted.whirl, "progress": True}
         try:
-            result = wanted.diagram(self.model, **options, **at)
+            result = self.model.campbell(wanted.speed, wanted.values, **options, **at)
         except KeyboardInterrupt:
-            return None, wanted.interruption(None)
-        return result, wanted.interruption(result) if result.interrupted else ""
+            return None, "interrupted before there was a Campbell diagram"
+        values = f"{len(result.values)} of {len(wanted.values)} values of {wanted.speed}"
+        cut = f"interrupted: the Campbell diagram has {values} and {counted(len(result.crossings), 'crossing')}"
+        return result, cut if result.interrupted else ""
 
     def roots(self, parameter: str, values: list[float]) -> tuple[RootLocus | None, str]:
         """Return the root locus over values of a parameter, and a line that reports Ctrl-C (empty without an
@@ -465,11 +401,8 @@ class _Request:
         table = write_campbell(diagram, folder / "campbell.csv")
         return [table, draw_campbell(diagram, self.model.name, folder / "campbell.png", view)]
 
-    def written_ride(self, table: RideTable | None, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
-        """Write ride.csv, spectra.csv and spectra.png of random roads, and return the paths; an empty list without a
-        table."""
-        if table is None:
-            return []
+    def written_ride(self, table: RideTable, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
+        """Write ride.csv, spectra.csv and spectra.png of random roads, and return the paths."""
         from eomgen.products.linear import files, plots  # noqa: PLC0415
 
         tables = [files.write_ride(table, folder / "ride.csv"), files.write_spectra(spectra, folder / "spectra.csv")]
@@ -510,26 +443,12 @@ def _print(lin: Linearization, name: str) -> None:
     """Print a table of at most 40 modes of a linear model: frequency, damping ratio, eigenvalue, largest
     coordinates. Oscillating modes come first; a line counts the modes that are not shown. `name` is the model's name
     in the heading."""
-    from eomgen.products.linear.modes import ROUNDING, degrees, oscillating_first, significant  # noqa: PLC0415
+    from eomgen.products.linear.modes import HEADINGS, oscillating_first, table_row  # noqa: PLC0415
 
     modes = lin.modes()
-    rows = []
     shown = oscillating_first(modes, _SHOWN)[:_SHOWN]
-    for k in shown:
-        value, bound, oscillating = modes.eigenvalues[k], modes.uncertainty[k], bool(modes.oscillating[k])
-        zero = abs(value) <= bound
-        frequency = f"{modes.frequency[k]:.9g}" if oscillating else "0" if zero else ""
-        ratio = "" if zero else f"{significant(modes.damping_ratio[k], ROUNDING):.6g}"
-        imaginary = f" ± {value.imag:.9g}j" if oscillating else ""
-        eigenvalue = "0" if zero else f"{significant(value.real, bound):.9g}{imaginary}"
-        shape = ", ".join(
-            f"{coordinate} {abs(x):.3g}" + (f" at {degrees(x)}°" if degrees(x) else "")
-            for coordinate, x in modes.dominant(k)
-        )
-        rows.append((k + 1, frequency, ratio, eigenvalue, shape))
     about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
-    headings = ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy")
-    print_table(about, headings, rows, numeric=(0, 1, 2, 3))
+    print_table(about, HEADINGS, [table_row(modes, k) for k in shown], numeric=(0, 1, 2, 3))
     if len(modes) > _SHOWN:
         hidden = set(range(len(modes))) - set(shown)
         hidden_oscillations = sum(bool(modes.oscillating[k]) for k in hidden)
@@ -579,78 +498,34 @@ def _state(text: str | None) -> str | float | None:
     UsageError for any other text."""
     if text is None or text in ("equilibrium", "steady", "initial"):
         return text
-    try:
-        time = float(text)
-    except ValueError:
-        hint = "--at equilibrium, --at steady, --at initial, or --at 2.5"
-        raise UsageError(Problem(f"--at {text}", "this is neither a state nor a time [E0179]", hint)) from None
-    if not 0.0 < time < math.inf:
-        fault = "a run that leads there needs a positive time [E0180]"
-        raise UsageError(Problem(f"--at {text}", fault, "--at initial, or --at 2.5"))
-    return time
+    fault = "this is neither a state nor a positive time [E0179]"
+    return float(_read("--at", text, _positive, fault, "--at equilibrium, --at steady, --at initial, or --at 2.5")[0])
 
 
-#: Hints on units of pictures, by option.
-_OF_PICTURES = {"--campbell": "; --speed-unit rpm draws speeds in rpm"}
+def _sweep(text: str, option: str = "--root-locus") -> tuple[str, list[float]]:
+    """Return the name and the values of ``NAME=FROM:TO:N`` or ``NAME=FROM:TO:N:log``. Values are evenly spaced, or have
+    equal ratios with ``log``. Raises UsageError for unreadable texts, values with units, fewer than 2 or more than
+    10000 values, and ratios of values that are not positive; `option` serves messages."""
 
-
-def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[float]] | None:
-    """Return the name and the values of ``NAME=FROM:TO:N`` or ``NAME=FROM:TO:N:log``; None without a text. Values are
-    evenly spaced, or have equal ratios with ``log``. Raises UsageError for unreadable texts, values with units, fewer
-    than 2 or more than 10000 values, and ratios of values that are not positive; `option` serves messages."""
-    if text is None:
-        return None
-    name, equals, rest = text.partition("=")
-    parts = rest.split(":")
-    logarithmic = len(parts) == 4 and parts[3] == "log"
-    hint = f"{option} damping=10:1000:40, or damping=10:1000:40:log"
-    try:
-        if not equals or not name.strip() or not (len(parts) == 3 or logarithmic):
+    def read(text: str) -> tuple[str, list[float]]:
+        name, _, rest = text.partition("=")
+        parts = rest.split(":")
+        logarithmic = len(parts) == 4 and parts[3] == "log"
+        if not name.strip() or not (len(parts) == 3 or logarithmic):
             raise ValueError
         first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
-    except ValueError:
-        fault = "a parameter, two values and their number are needed [E0181]"
-        if any(letter.isalpha() for letter in "".join(parts[:2]).replace("e", "")):
-            hint += f", in the unit of the parameter{_OF_PICTURES.get(option, '')}"
-            fault = "a parameter, two values and their number are needed, and values have no units [E0182]"
-        raise UsageError(Problem(f"{option} {text}", fault, hint)) from None
-    if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
-        raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed [E0183]", hint))
-    if logarithmic and not (first > 0.0 and last > 0.0):
-        raise UsageError(
-            Problem(f"{option} {text}", "values in equal ratios must be positive [E0184]", "values without :log")
-        )
-    steps = [k / (count - 1) for k in range(count)]
-    if logarithmic:
+        if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
+            raise ValueError
+        steps = [k / (count - 1) for k in range(count)]
+        if not logarithmic:
+            return name.strip(), [first + (last - first) * s for s in steps]
+        if not (first > 0.0 and last > 0.0):
+            fault = "values in equal ratios must be positive [E0184]"
+            raise UsageError(Problem(f"{option} {text}", fault, "values without :log"))
         return name.strip(), [first * (last / first) ** s for s in steps]
-    return name.strip(), [first + (last - first) * s for s in steps]
 
-
-def _check_increasing(name: str, values: Sequence[float]) -> None:
-    first, last = values[0], values[-1]
-    if last <= first:
-        least, most = (last, first) if last < first else (0.0, 300.0)
-        fault = f"the values go from {first:.6g} to {last:.6g}, and have to increase [E0185]"
-        example = f"--campbell {name}={least:.6g}:{most:.6g}:{len(values)}"
-        raise UsageError(Problem(f"--campbell {name}", fault, example))
-
-
-def _draws_campbell_alone(options: Mapping[str, Any]) -> bool:
-    return options["diagram"] is not None and not (options["responses"] or options["rides"])
-
-
-def _response(text: str) -> tuple[str, str]:
-    fault, example = "an input and an output are needed [E0186]", "--response road:body_acceleration"
-    return _pair(text, Problem(f"--response {text}", fault, example))
-
-
-def _pair(text: str, otherwise: Problem) -> tuple[str, str]:
-    """Return the texts before and after a colon, stripped. Raises UsageError with the problem `otherwise` if one is
-    empty."""
-    first, _, second = (part.strip() for part in text.partition(":"))
-    if not (first and second):
-        raise UsageError(otherwise)
-    return first, second
+    fault = "a parameter, two finite values without units, and their number from 2 to 10000 are needed [E0181]"
+    return _read(option, text, read, fault, f"{option} damping=10:1000:40, or damping=10:1000:40:log")
 
 
 def _band(text: str | None, *, from_zero: bool = False) -> tuple[float, float] | None:
@@ -658,12 +533,13 @@ def _band(text: str | None, *, from_zero: bool = False) -> tuple[float, float] |
     zero if `from_zero` (the picture of a Campbell diagram alone). Raises UsageError otherwise."""
     if text is None:
         return None
-    try:
+
+    def read(text: str) -> tuple[float, float]:
         low, high = (float(part) for part in text.split(":"))
-    except ValueError:
-        low = high = math.nan
+        if not (low > 0.0 or (from_zero and low == 0.0)) or not low < high < math.inf:
+            raise ValueError
+        return low, high
+
     least = "frequencies in Hz from 0 on" if from_zero else "positive frequencies in Hz"
-    if not (low > 0.0 or (from_zero and low == 0.0)) or not low < high < math.inf:
-        hint = "--band 0:5" if from_zero else "--band 0.1:50"
-        raise UsageError(Problem(f"--band {text}", f"two {least} are needed, the lower first [E0187]", hint))
-    return low, high
+    fault = f"two {least} are needed, the lower first [E0187]"
+    return _read("--band", text, read, fault, "--band 0:5" if from_zero else "--band 0.1:50")

@@ -22,6 +22,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import NAME_LENGTH, counted, nearest, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.products.linear.control.output_feedback import OutputFeedback
@@ -39,8 +40,6 @@ Limits = Sequence[Amount | None]
 _NAMES = ("parameters", "inputs", "random", "states", "controllers", "curves")
 #: Samples from which on a delay is doubtful.
 _LONG_DELAY = 50
-#: Share of a quantum by which a limit may miss a whole multiple.
-_WHOLE = 1e-9
 #: Quantities that formulas of controllers cannot use.
 _OF_ACCELERATIONS = re.compile(r"\b(?:a|acceleration|reaction|drive_effort)\.")
 #: Kinds of outputs whose values formulas call by name.
@@ -248,8 +247,8 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
         fault = f"the delay {late:.6g} s is negative [E0530]"
         raise UsageError(Problem(f"delay of {name}", fault, "a time from zero on"))
     if step:  # a converter has no value between two multiples
-        least = math.ceil(lower / step - _WHOLE) if lower > -math.inf else lower
-        most = math.floor(upper / step + _WHOLE) if upper < math.inf else upper
+        least = math.ceil(lower / step - COMPUTED) if lower > -math.inf else lower
+        most = math.floor(upper / step + COMPUTED) if upper < math.inf else upper
         if least > most:
             fault = f"no multiple of the quantum {step:.6g} lies between {lower:.6g} and {upper:.6g} [E0533]"
             raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
@@ -258,7 +257,7 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
         text = f"delay of {name}: {late:.6g} s are {late / space.sample:.0f} samples of {space.sample:.6g} s"
         warnings.warn(f'{text}; try: "{late:.6g} ms" if milliseconds are meant [W0044]', RuntimeWarning, stacklevel=6)
     if late and kind != "inputs" and space.sample:
-        used = math.ceil(late / space.sample - _WHOLE)
+        used = math.ceil(late / space.sample - COMPUTED)
         text = f"delay of {name}: a reading that comes {late:.6g} s late is used {counted(used, 'sample')} later, after"
         text += f" {used * space.sample:.6g} s, which the design did not know"
         warnings.warn(f"{text}; try: sampled_loop().stability of the closed loop [W0045]", RuntimeWarning, stacklevel=6)

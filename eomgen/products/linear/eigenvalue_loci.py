@@ -1,38 +1,28 @@
-"""Eigenvalues of linear models over a parameter: root loci, each eigenvalue followed from value to value, and Campbell
-diagrams: frequencies of oscillations over the speed of a rotor, their whirl, and crossings with orders.
-
-An order n is an excitation of n times the speed; a speed is critical if a frequency equals an excitation.
-"""
+"""Root loci: eigenvalues of linear models over a parameter, each followed from value to value."""
 
 from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import checked_calls
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, save_figure
-from eomgen.base.html import page, table
 from eomgen.base.progress import Progress
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import EomgenError, Problem
-from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
+from eomgen.products.linear.campbell_plot import Campbell, Crossing  # noqa: F401  # public here
 from eomgen.products.linear.linearization import Linearization
 
 #: A number within a warning.
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-#: Roots of neighbouring values are joined by a line if the distance is below this part of the figure.
-_JUMP = 0.08
-#: Real parts are zero below this part of an eigenvalue.
-_ROUNDING = 1e-9
 
 
 class MergedWarnings:
@@ -78,179 +68,6 @@ class MergedWarnings:
             first = f"at {self.parameter} = {kind[0][0]:.6g}"
             text = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
             warnings.warn(f"{text}: {kind[0][1].message} [W0040]", kind[0][1].category, stacklevel=stacklevel)
-
-
-@dataclass(frozen=True)
-class Crossing:
-    """A speed at which a mode has the frequency of an order.
-
-    Attributes
-    ----------
-    order : frequency over speed
-    speed, frequency : rad/s, both, the frequency damped: ``Campbell.frequencies`` are in Hz
-    mode : column of ``Campbell.eigenvalues``
-    whirl : ``forward``, ``backward``, or empty
-    """
-
-    order: float
-    speed: float
-    frequency: float
-    mode: int
-    whirl: str
-
-
-@checked_calls()
-@dataclass(frozen=True, repr=False)
-class Campbell:
-    """Oscillations over a speed, or over another parameter.
-
-    Attributes
-    ----------
-    parameter, unit : name and unit of the varied parameter
-    values : (n,) in ``unit``; values without a linear model are left out
-    eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number if a mode does not oscillate
-    whirl : (n, modes) 1 forward, -1 backward, 0 neither or not known
-    orders : orders with a search for crossings
-    crossings : by order and speed
-    stability : (n,) ``stable``, ``marginal`` or ``unstable``
-    left_out : by value, why there is no linear model there
-    interrupted : whether Ctrl-C has ended the search early, with the values and crossings that were found
-    numbers : (modes,) in tables and pictures: as ``Modes`` counts the modes of a reference, else from 1 on
-    """
-
-    parameter: str
-    unit: str
-    values: Array
-    eigenvalues: NDArray[np.complex128]
-    whirl: NDArray[np.int_]
-    orders: tuple[float, ...]
-    crossings: tuple[Crossing, ...]
-    stability: tuple[str, ...]
-    left_out: Mapping[float, str] = field(default_factory=dict)
-    interrupted: bool = False
-    numbers: tuple[int, ...] = ()
-
-    def number(self, mode: int) -> int:
-        """Return the number of a mode, a column of ``eigenvalues``, in tables and pictures.
-
-        Parameters
-        ----------
-        mode : int
-            Column of ``eigenvalues``, from 0.
-
-        Returns
-        -------
-        int
-            Number of the mode in tables and pictures.
-
-        Examples
-        --------
-        >>> rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("cross", 0)
-        >>> rotor = rotor.body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
-        >>> rotor = rotor.joint("tilt", "revolute", "base", "cross", axis=[1, 0, 0], stiffness=7200)
-        >>> rotor = rotor.joint("spin", "revolute", "cross", "disc", axis=[0, 0, 1])
-        >>> diagram = eomgen.build(rotor.build()).campbell("spin", [0.0, 100.0], orders=(1,))
-        >>> diagram.number(0)
-        1
-        """
-        return self.numbers[mode] if self.numbers else mode + 1
-
-    @property
-    def angular_frequencies(self) -> Array:
-        """(n, modes), rad/s as speeds are: damped frequencies, imaginary parts of the eigenvalues."""
-        return np.asarray(self.eigenvalues.imag)
-
-    @property
-    def frequencies(self) -> Array:
-        """(n, modes), Hz: damped frequencies, ``angular_frequencies`` over 2 pi, if speeds are in rad/s."""
-        return self.angular_frequencies / (2.0 * np.pi)
-
-    @property
-    def damping_ratios(self) -> Array:
-        """Damping ratios of the modes, (n, modes)."""
-        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
-
-    @property
-    def critical_speeds(self) -> Array:
-        """Speeds equal to the frequency of a mode at this speed, rad/s, increasing."""
-        return np.array([item.speed for item in self.crossings if item.order == 1.0])
-
-    @property
-    def headings(self) -> tuple[str, ...]:
-        """Headings of ``rows``."""
-        return ("order", f"{self.parameter}, rad/s", "1/min", "damped frequency, Hz", "mode", "whirl")
-
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
-        """Each crossing as a tuple of texts: order, speed in rad/s, speed in 1/min, damped frequency in Hz, mode number
-        by ``number``, whirl (may be empty). An empty list without crossings."""
-        return [
-            (
-                f"{item.order:g}",
-                f"{item.speed:.9g}",
-                f"{item.speed * 30.0 / np.pi:.9g}",
-                f"{item.frequency / (2.0 * np.pi):.9g}",
-                str(self.number(item.mode)),
-                item.whirl,
-            )
-            for item in self.crossings
-        ]
-
-    def __repr__(self) -> str:
-        modes = f"{self.eigenvalues.shape[1]} modes at {len(self.values)} values of {self.parameter}"
-        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
-        ends = f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}"
-        result = ", ".join(f"{item.order:g}x at {item.speed:.6g}{unit}" for item in self.crossings)
-        missing = f"; none at {', '.join(f'{value:.6g}' for value in self.left_out)}" if self.left_out else ""
-        missing += "; interrupted" if self.interrupted else ""
-        height = float(np.nanmax(self.frequencies, initial=0.0))
-        return f"<Campbell: {modes}, {ends}, up to {height:.6g} Hz; {result or 'no crossings'}{missing}>"
-
-    def _repr_html_(self) -> str:
-        heading = f"{self.eigenvalues.shape[1]} modes over {self.parameter}; crossings with orders"
-        return page(heading, table(self.headings, self.rows))
-
-    def plot(
-        self,
-        axes: object = None,
-        *,
-        frequencies: tuple[float, float] | None = None,
-        modes: Sequence[int] | None = None,
-        orders: Sequence[float] | None = None,
-        speed_unit: str | None = None,
-    ) -> list[Any]:
-        """Draw frequencies over the speed, orders as rays, crossings as dots; return matplotlib's axes, a list of one.
-
-        Forward whirl is blue, backward whirl is dashed in orange. Crossings are labelled with their speeds, if there is
-        room; modes have their numbers by ``number``, as in ``rows``, at the right if there is room.
-
-        Parameters
-        ----------
-        axes : matplotlib Axes
-            A new figure of pyplot if none are given.
-        frequencies : pair of float
-            Limits of the frequency axis, Hz. By default the picture ends above all modes, or, if these lie far above
-            the rays, above the highest ray and the lowest mode, and says how many modes lie higher.
-        modes : sequence of int
-            Numbers of the modes drawn, columns of ``eigenvalues`` from 0 on; all by default.
-        orders : sequence of float
-            Rays and crossings drawn, some of ``orders``; all by default.
-        speed_unit : str
-            ``rad/s``, ``rpm`` or ``Hz`` of the speed axis and of the labels of crossings; the parameter's own unit by
-            default.
-
-        Returns
-        -------
-        list of matplotlib Axes
-            One.
-
-        Raises
-        ------
-        UsageError
-            An object that is not axes, or more than one; limits below 0 or that do not increase; numbers of no modes;
-            orders without a search for crossings; an unknown unit, or a unit for a parameter that is not in rad/s.
-        """
-        return plot_campbell(self, axes, CampbellView(frequencies, modes, orders, speed_unit))
 
 
 @dataclass(frozen=True)
@@ -401,17 +218,17 @@ def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))
     ratios = locus.values[1:] / locus.values[:-1] if np.all(locus.values > 0.0) else np.zeros(0)
-    logarithmic = len(ratios) > 1 and np.allclose(ratios, ratios[0], rtol=1e-9) and ratios[0] != 1.0
+    logarithmic = len(ratios) > 1 and np.allclose(ratios, ratios[0], rtol=COMPUTED) and ratios[0] != 1.0
     norm = (LogNorm if logarithmic else Normalize)(low, high)
-    exact = np.abs(locus.eigenvalues.real) > _ROUNDING * np.abs(locus.eigenvalues)
+    exact = np.abs(locus.eigenvalues.real) > COMPUTED * np.abs(locus.eigenvalues)
     eigenvalues = np.where(exact, locus.eigenvalues, 1j * locus.eigenvalues.imag)
-    tolerance = _ROUNDING * (1.0 + float(np.max(np.abs(eigenvalues), initial=0.0)))
+    tolerance = COMPUTED * (1.0 + float(np.max(np.abs(eigenvalues), initial=0.0)))
     extent = float(np.ptp(eigenvalues.real) + np.ptp(eigenvalues.imag))
     drawn = None
     for root in eigenvalues.T:
         upper = root.imag >= -tolerance
         # at roots that meet and part, a long line would suggest a branch that does not exist
-        near = np.abs(np.diff(root)) <= _JUMP * extent
+        near = np.abs(np.diff(root)) <= 0.08 * extent
         for k in np.flatnonzero(near & upper[1:] & upper[:-1]):
             axis.plot(root.real[k : k + 2], root.imag[k : k + 2], color="#bbbbbb", linewidth=0.8, zorder=1)
         colours = locus.values[upper]

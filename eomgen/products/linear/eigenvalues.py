@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array, Complex
 
 #: Rounding errors are this many times the bound's unit.
-_MARGIN = 16.0
+MARGIN = 16.0
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -118,10 +118,10 @@ def uncertainties(size: float, values: Complex, cosines: Array) -> Array:
         condition = 1.0 / cosines
     orders = np.arange(1, len(values) + 1)
     for k in np.flatnonzero(condition > 1.0 / np.sqrt(EPSILON)):
-        reach = 2.0 * size * (_MARGIN * EPSILON) ** (1.0 / orders)
+        reach = 2.0 * size * (MARGIN * EPSILON) ** (1.0 / orders)
         m = max(2, int(np.max(orders[np.sort(np.abs(values - values[k])) <= reach])))
         condition[k] = min(condition[k], EPSILON ** (1.0 / m - 1.0))
-    return np.asarray(_MARGIN * EPSILON * size * condition)
+    return np.asarray(MARGIN * EPSILON * size * condition)
 
 
 def verdict(growth: Array, uncertainty: Array) -> str:

@@ -7,7 +7,6 @@ method of order 8 that is A-stable (Watts and Shampine 1972, BIT 12, 252-266), t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -18,18 +17,15 @@ from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid
 from eomgen.base.html import page, paragraph, table
-from eomgen.products.linear.eigenvalues import EPSILON, balance, eigenvectors, verdict
+from eomgen.products.linear.eigenvalues import EPSILON, MARGIN, balance, eigenvectors, verdict
+from eomgen.products.linear.plots import LabelBox, free_box
 
 #: Places of the collocation in an interval, from 0 on.
 PLACES = 6
 #: Multipliers nearer than this are one point of a picture; frequencies that its label names at most.
 _ONE_POINT, _NAMED = 0.03, 2
-#: Points of a picture: a unit of the axes in a new figure, half a dot, width and height of a letter.
-_UNIT, _DOT, _LETTER, _LINE = 140.0, 3.0, 4.6, 9.0
-#: Rounding errors of multipliers, in bounds of Wilkinson's unit.
-_MARGIN = 16.0
-#: Points to the right and upwards.
-_Shift = tuple[float, float]
+#: Points of a unit of the axes in a new figure.
+_UNIT = 140.0
 
 
 @checked_calls()
@@ -145,9 +141,15 @@ class Floquet:
         for chosen, colour in ((~growing, "#0B62C4"), (growing, "#C8102E")):
             values = self.multipliers[chosen]
             axis.plot(values.real, values.imag, "o", color=colour, markersize=6.0, markeredgecolor="white")
-        for center, text, (across, up) in _place_labels(self._labels(), self.multipliers):
+        taken = [LabelBox.dot(_UNIT * value.real, _UNIT * value.imag) for value in self.multipliers.tolist()]
+        for center, text in self._labels():
+            x, y, inward = _UNIT * center.real, _UNIT * center.imag, -1 if center.real > 0.0 else 1
+            sides = ((inward, 0.0), (0, 10.0), (inward, 10.0), (inward, -10.0), (-inward, 0.0), (0, -10.0))
+            if (box := free_box((x, y), text, sides, taken)) is None:
+                continue
+            taken.append(box)
             axis.annotate(
-                text, (center.real, center.imag), (across, up), textcoords="offset points",
+                text, (center.real, center.imag), (box.x - x, box.y - y), textcoords="offset points",
                 ha="center", va="center", fontsize=8, color="#333333",
             )  # fmt: skip  # place, text, looks
         axis.set_aspect("equal", adjustable="datalim")
@@ -178,23 +180,6 @@ class Floquet:
             if text and center.imag >= 0.0:
                 labels.append((center, text))
         return labels
-
-
-def _place_labels(labels: Sequence[tuple[complex, str]], multipliers: Complex) -> list[tuple[complex, str, _Shift]]:
-    """Return (multiplier, text, shift in points) for each label, shifted to the first free side of the dot. Labels
-    without a free side are left out."""
-    taken = [(_UNIT * value.real, _UNIT * value.imag, _DOT, _DOT) for value in multipliers.tolist()]
-    placed: list[tuple[complex, str, _Shift]] = []
-    for center, text in labels:
-        half, tall = 0.5 * _LETTER * len(text), 0.5 * _LINE
-        inward = -half - 6.0 if center.real > 0.0 else half + 6.0
-        for across, up in ((inward, 0.0), (0.0, 10.0), (inward, 10.0), (inward, -10.0), (-inward, 0.0), (0.0, -10.0)):
-            x, y = _UNIT * center.real + across, _UNIT * center.imag + up
-            if all(abs(x - box[0]) >= half + box[2] or abs(y - box[1]) >= tall + box[3] for box in taken):
-                taken.append((x, y, half, tall))
-                placed.append((center, text, (across, up)))
-                break
-    return placed
 
 
 @cache
@@ -253,7 +238,7 @@ def multipliers(matrix: Array, half: Array, quarter: Array) -> tuple[Complex, Ar
     ratio = last / before if before > 0.0 else 1.0
     off = last * min(1.0, max(ratio, 2.0**-8)) if np.isfinite(before) else last
     values, _, cosines = eigenvectors(balanced)
-    change = off + _MARGIN * EPSILON * size
+    change = off + MARGIN * EPSILON * size
     with np.errstate(divide="ignore"):
         # of a double multiplier that has one vector alone, the root of the change
         bounds = np.minimum(change / cosines, np.sqrt(change * size))

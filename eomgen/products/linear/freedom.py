@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, bracket_matrix
 
@@ -100,10 +101,6 @@ class Partials:
             for name, shape in shapes.items()
         }
         return Partials(**partials, holonomic=holonomic)
-
-
-#: A pivot below this part of the largest says that rows depend on each other.
-DEPENDENT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -283,7 +280,7 @@ def _pivots(matrix: Array, favour: Array) -> list[int]:
         return []
     sizes = np.linalg.norm(matrix, axis=1, keepdims=True)
     scaled = matrix / np.where(sizes > 0.0, sizes, 1.0)
-    if rows > matrix.shape[1] or np.linalg.svd(scaled, compute_uv=False)[-1] <= DEPENDENT:
+    if rows > matrix.shape[1] or np.linalg.svd(scaled, compute_uv=False)[-1] <= COMPUTED:
         raise singular_mechanism()
     order = scipy.linalg.qr(scaled * favour, mode="r", pivoting=True)[1]
     return [int(k) for k in order[:rows]]

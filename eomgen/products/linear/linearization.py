@@ -20,6 +20,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, paragraph
+from eomgen.base.rounding import COMPUTED
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.linear.freedom import Freedom, Partials
@@ -37,13 +38,16 @@ from eomgen.products.linear.spectra import (
     check_excitation,
     check_weighted,
 )
+from eomgen.products.linear.spectra.road import check_frequencies
 from eomgen.products.linear.state_space import (
     KINDS,
     FirstOrderForm,
     StateSpace,
     first_order,
     has_diagonal_inertia,
+    labels,
     linear_model_name,
+    signal_labels,
 )
 
 
@@ -72,9 +76,9 @@ class LinearNames:
     """Names of the components of v (without the letter), and of internal states, inputs, disturbances and outputs.
 
     ``measured`` are the candidates of independent coordinates: the components, or coordinates of joints between
-    absolute bodies. ``units`` are the known units of inputs, outputs and states by name. ``units_by_kind`` and
-    ``references``, as of a ``StateSpace``, belong to ``measured``, the rates of ``measured`` under ``velocities``,
-    ``states``, ``inputs``, ``disturbances`` and ``outputs``. ``orientations``: as of a ``StateSpace``.
+    absolute bodies. ``units_by_kind`` and ``references``, as of a ``StateSpace``, belong to ``measured``, the rates of
+    ``measured`` under ``velocities``, ``states``, ``inputs``, ``disturbances`` and ``outputs``. ``orientations``: as of
+    a ``StateSpace``.
     """
 
     components: tuple[str, ...]
@@ -83,10 +87,21 @@ class LinearNames:
     inputs: tuple[str, ...]
     disturbances: tuple[str, ...]
     outputs: tuple[str, ...]
-    units: Mapping[str, str] = field(default_factory=dict)
     units_by_kind: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     references: Mapping[str, Array] = field(default_factory=dict)
     orientations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of inputs, outputs and states by name; empty if unknown."""
+        states = tuple(f"z.{name}" for name in self.states)
+        kinds = {"velocities": tuple(f"v.{name}" for name in self.measured), "states": states}
+        kinds |= {kind: getattr(self, kind) for kind in ("measured", "inputs", "disturbances", "outputs")}
+        return {
+            name: unit
+            for kind, names in kinds.items()
+            for name, unit in zip(names, self.units_by_kind.get(kind, ()), strict=False)
+        }
 
 
 @checked_calls()
@@ -199,7 +214,7 @@ class Linearization(NamedAttributes):
         """
         values = np.asarray(scipy.linalg.eigvals(self.K0, self.M0)) if len(self.M0) else np.zeros(0, complex)
         scale = float(np.max(np.abs(values), initial=0.0))
-        real = np.abs(values.imag) <= 1e-9 * scale
+        real = np.abs(values.imag) <= COMPUTED * scale
         return np.sort(np.where(real, np.sign(values.real) * np.sqrt(np.abs(values.real)), np.nan))
 
     # -- first order ---------------------------------------------------------------------------------------------------
@@ -269,18 +284,18 @@ class Linearization(NamedAttributes):
         nothing = np.zeros((len(A), 0)), np.zeros((len(of.outputs), 0))
         C = np.hstack([of.C, of.D[:, -n:]])
         states = (*of.states, *(f"z.{name}" for name in part.names))
-        units, references = {}, {}
-        if of.units:
-            units = {kind: of.units[kind] for kind in ("states", "outputs")}
-            units |= {"states": (*units["states"], *of.units["inputs"][-n:]), "inputs": (), "disturbances": ()}
-        if of.references:
-            references = {kind: of.references[kind] for kind in ("states", "outputs")}
-            references["states"] = np.append(references["states"], of.references["inputs"][-n:])
-            references |= dict.fromkeys(("inputs", "disturbances"), np.zeros(0))
-        matrices = (A, nothing[0], nothing[0], C, nothing[1], nothing[1])
-        return StateSpace(
-            *matrices, states, (), (), of.outputs, units, references, part.common_period, orientations=of.orientations
+        held = labels(of, "inputs", of.inputs[-n:])
+        known = signal_labels(
+            {
+                "states": [*labels(of, "states"), *held],
+                "inputs": (),
+                "disturbances": (),
+                "outputs": labels(of, "outputs"),
+            }
         )
+        matrices = (A, nothing[0], nothing[0], C, nothing[1], nothing[1])
+        names = (states, (), (), of.outputs)
+        return StateSpace(*matrices, *names, **known, sample=part.common_period, orientations=of.orientations)
 
     def modes(self) -> Modes:
         """Return the modes with the shapes of all coordinates, including dependent coordinates.
@@ -381,9 +396,7 @@ class Linearization(NamedAttributes):
         """
         chosen = np.geomspace(*self.modes().band, 500) if frequencies is None else frequencies
         band = np.atleast_1d(np.asarray(chosen, dtype=float))
-        if band.ndim != 1 or len(band) < 2 or not np.all(np.isfinite(band)) or np.any(band <= 0.0):
-            fault = "frequencies have to be two or more positive numbers, Hz [E0439]"
-            raise UsageError(Problem("plot_response", fault, "numpy.geomspace(0.1, 100.0, 500)"))
+        check_frequencies("plot_response", band, "numpy.geomspace(0.1, 100.0, 500), Hz")
         values = self.frequency_response(2.0 * np.pi * band, input, output)
         return plot_response(band, values, (input, output), axes)
 
@@ -430,9 +443,7 @@ class Linearization(NamedAttributes):
         check_excitation("psd", excitation)
         modes = self.modes()
         f = _spread(modes, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
-        if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
-            fault = "frequencies have to be two or more positive numbers that increase, Hz [E0440]"
-            raise UsageError(Problem("psd", fault, "numpy.geomspace(0.1, 100.0, 500)"))
+        check_frequencies("psd", f, "numpy.geomspace(0.1, 100.0, 500), Hz")
         density = densities(self.state_space(), modes, excitation, [output], f)[0]
         return PowerSpectrum(output, self._unit(output), f, density, excitation.name)
 

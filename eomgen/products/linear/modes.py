@@ -17,6 +17,7 @@ from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, save_figure
 from eomgen.base.html import page, table
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.eigenvalues import (
     balance,
@@ -27,8 +28,8 @@ from eomgen.products.linear.eigenvalues import (
 )
 from eomgen.products.linear.freedom import times
 
-#: Damping ratios below this are rounding.
-ROUNDING = 1e-9
+#: Headings of ``table_row``.
+HEADINGS = ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy")
 #: Largest numbers of modes and coordinates in one figure: more cannot be distinguished.
 _MODES, _COORDINATES = 12, 14
 
@@ -72,20 +73,8 @@ class Modes(NamedAttributes):
         return f"<Modes: {len(self)}, {self.stability}{heard}>"
 
     def _repr_html_(self) -> str:
-        rows = (
-            (
-                k + 1,
-                f"{self.frequency[k]:.6g}" if self.oscillating[k] else "",
-                f"{significant(self.damping_ratio[k], ROUNDING):.4g}"
-                if abs(self.eigenvalues[k]) > self.uncertainty[k]
-                else "",
-                _eigenvalue(self.eigenvalues[k], self.uncertainty[k]),
-                ", ".join(name for name, _ in self.dominant(k)),
-            )
-            for k in range(len(self))
-        )
-        headings = ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly")
-        return page(f"{len(self)} modes, {self.stability}", table(headings, rows))
+        rows = [table_row(self, k) for k in range(len(self))]
+        return page(f"{len(self)} modes, {self.stability}", table(HEADINGS, rows))
 
     def plot(self, axes: object = None) -> list[Any]:
         """Draw the shapes of at most 12 modes and return matplotlib's axes, one for each drawn mode.
@@ -219,7 +208,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
     of_largest = shapes[largest, np.arange(len(kept))]
     states = original[np.argmax(np.abs(original), axis=0), np.arange(len(kept))]
     # modes of internal states do not move bodies
-    unit = np.where(np.abs(of_largest) > 1e-9 * np.abs(states), of_largest, states)
+    unit = np.where(np.abs(of_largest) > COMPUTED * np.abs(states), of_largest, states)
     weights = np.sqrt(np.abs(inertias))
     return modes_of(values[kept], uncertainty[kept], shapes / unit, original / unit, tuple(coordinates), weights)
 
@@ -270,7 +259,7 @@ def draw_modes(modes: Modes, title: str, path: Path) -> Path:
 
 
 def _shown_modes(modes: Modes) -> list[int]:
-    return [k for k in oscillating_first(modes, _MODES) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
+    return [k for k in oscillating_first(modes, _MODES) if np.any(np.abs(modes.shapes[:, k]) > COMPUTED)][:_MODES]
 
 
 def oscillating_first(modes: Modes, few: int) -> list[int]:
@@ -336,21 +325,27 @@ def caption(modes: Modes, k: int) -> str:
     or grows, or "no stiffness" for an eigenvalue that is zero within its uncertainty."""
     value = modes.eigenvalues[k]
     if modes.oscillating[k]:
-        ratio = significant(modes.damping_ratio[k], ROUNDING)
+        ratio = _significant(modes.damping_ratio[k], COMPUTED)
         return f"mode {k + 1}: {modes.frequency[k]:.5g} Hz undamped, damping ratio {ratio:.4g}"
     if abs(value) <= modes.uncertainty[k]:
         return f"mode {k + 1}: no stiffness"
     return f"mode {k + 1}: {'decays' if value.real < 0.0 else 'grows'} with {abs(value.real):.4g} 1/s"
 
 
-def _eigenvalue(value: complex, uncertainty: float) -> str:
-    """Return an eigenvalue without the parts that are rounding."""
-    real, imaginary = significant(value.real, uncertainty), significant(value.imag, uncertainty)
-    if not imaginary:
-        return f"{real:.6g}"
-    return f"{real:.6g} ± {imaginary:.6g}j" if real else f"± {imaginary:.6g}j"
+def table_row(modes: Modes, k: int) -> tuple[str, ...]:
+    """Return mode `k` (from 0) as texts of a table with the columns ``HEADINGS``."""
+    value, bound, oscillating = modes.eigenvalues[k], modes.uncertainty[k], bool(modes.oscillating[k])
+    zero, imaginary = bool(abs(value) <= bound), f" ± {value.imag:.9g}j" if oscillating else ""
+    parts = (f"{name} {abs(x):.3g}" + (f" at {degrees(x)}°" if degrees(x) else "") for name, x in modes.dominant(k))
+    return (
+        str(k + 1),
+        f"{modes.frequency[k]:.9g}" if oscillating else "0" if zero else "",
+        "" if zero else f"{_significant(modes.damping_ratio[k], COMPUTED):.6g}",
+        "0" if zero else f"{_significant(value.real, bound):.9g}{imaginary}",
+        ", ".join(parts),
+    )
 
 
-def significant(value: float, uncertainty: float) -> float:
+def _significant(value: float, uncertainty: float) -> float:
     """Return a number, and zero for one within its uncertainty."""
     return value if abs(value) > uncertainty else 0.0

@@ -20,11 +20,10 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.freedom import Freedom, Partials
 
-#: Part of the largest coefficient below which rows are as large as this part: rounding of the large ones.
-_SMALL = 1e-6
 #: Fewest blades whose sums over cosines and sines of the azimuth are constant.
 _FEWEST = 3
 _EXAMPLE = '{"spin": [("flap_1", "flap_2", "flap_3")]}'
@@ -291,7 +290,7 @@ def largest_change(A: Array, others: Collection[Array], sizes: Array, least: flo
         return 0.0, 0
     scale = sizes[:, np.newaxis] / sizes
     of_rows = np.max(np.abs(A) * scale, axis=1)
-    of_rows = np.maximum(of_rows, max(least, _SMALL * float(np.max(of_rows))))
+    of_rows = np.maximum(of_rows, max(least, WRITTEN * float(np.max(of_rows))))
     changes = np.array([np.max(np.abs(matrix - A) * scale, axis=1) / of_rows for matrix in others])
     k = int(np.argmax(np.max(changes, axis=0)))
     return float(np.max(changes)), k

@@ -1,10 +1,10 @@
-"""Figures of frequency responses and spectra, as PNG or on the axes of a caller."""
+"""Figures of frequency responses and spectra, as PNG or on the axes of a caller; places of labels."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,3 +99,53 @@ def draw_spectra(spectra: Sequence[PowerSpectrum], title: str, path: Path) -> Pa
 def _ratio(over: str, under: str) -> str:
     """Return the unit of a response; empty if a unit is not known or both are the same."""
     return f"{over} per {under}" if over and under and over != under else ""
+
+
+#: Width and height of a letter in points, with the space to the next line.
+LETTER = (5.6, 12.0)
+
+
+class LabelBox(NamedTuple):
+    """A rectangle by centre and half sides, in points; ``meets`` is whether two rectangles overlap."""
+
+    x: float
+    y: float
+    half_width: float
+    half_height: float
+
+    @classmethod
+    def dot(cls, x: float, y: float) -> LabelBox:
+        """Return the rectangle of a dot."""
+        return cls(x, y, 3.5, 3.5)
+
+    def meets(self, other: LabelBox) -> bool:
+        """Return whether two rectangles overlap."""
+        clear_in_x = abs(self.x - other.x) >= self.half_width + other.half_width
+        return not clear_in_x and abs(self.y - other.y) < self.half_height + other.half_height
+
+
+def free_box(
+    point: Sequence[float] | Array,
+    text: str,
+    candidates: Sequence[tuple[int, float]],
+    taken: Sequence[LabelBox],
+    size: Sequence[float] | Array = (np.inf, np.inf),
+) -> LabelBox | None:
+    """Return the first place of a label next to a dot that overlaps no other box; None without such a place.
+
+    Parameters
+    ----------
+    point : (2,) points, the dot
+    text : of the label
+    candidates : in this order: -1, 0 or 1 for a label to the left, above or to the right of the dot, and points upwards
+    taken : boxes of dots and labels
+    size : (2,) points, the extent of axes that begin at 0 and hold the label; no such bound by default
+    """
+    half = 0.5 * LETTER[0] * len(text), 0.5 * LETTER[1]
+    for side, up in candidates:
+        box = LabelBox(float(point[0]) + side * (half[0] + (2.5 if up else 6.0)), float(point[1]) + up, *half)
+        bounded = np.isfinite(size[0])
+        inside = half[0] <= box.x <= size[0] - half[0] and half[1] <= box.y <= size[1] - half[1]
+        if (inside or not bounded) and not any(box.meets(other) for other in taken):
+            return box
+    return None

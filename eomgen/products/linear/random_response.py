@@ -18,13 +18,12 @@ import numpy as np
 import scipy.linalg
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.spectra import Excitation, RoadExcitation, weighting_response
 from eomgen.products.linear.state_space import StateSpace
 
-#: Relative error of integrals over frequency.
-_TOLERANCE = 1e-8
 #: Initial points of integration intervals about a resonance, in half bandwidths from the resonance.
 _AROUND = (-30.0, -6.0, -1.5, 0.0, 1.5, 6.0, 30.0)
 
@@ -148,7 +147,7 @@ def root_mean_squares(
         lambda x: integrand(x)[:, 0] / scale,
         *ends,
         epsabs=0.0,
-        epsrel=_TOLERANCE,
+        epsrel=1e-8,
         norm="max",
         points=_places(modes, np.asarray(getattr(excitation, "bends", ())), ends),
         limit=20_000,
@@ -188,8 +187,6 @@ def _check_damped(modes: Modes, low: float, high: float) -> None:
 
 
 _PLACE = "rms on a road of white noise"
-#: A static response below this part of its summands is rounding.
-_NO_STATIC_RESPONSE = 1e-9
 
 
 def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation, output: str) -> float:
@@ -254,7 +251,7 @@ class _Steps:
         self.start, self.static = of_rate - final, self.C @ final + direct[0]
         size = np.sum(np.abs(self.C) @ np.abs(final) + np.abs(direct[0]))
         left = [abs(float(np.sum(self.static[wheels]))) for wheels in tracks]
-        self.unbounded = max(left) > _NO_STATIC_RESPONSE * size or bool(np.any(at_once))
+        self.unbounded = max(left) > COMPUTED * size or bool(np.any(at_once))
 
     def products(self) -> Array:
         """Return the integrals over time of the products of the responses of each two tracks, (tracks, tracks)."""

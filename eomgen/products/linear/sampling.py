@@ -24,13 +24,12 @@ from scipy.linalg import expm
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.products.linear.freedom import Partials
-from eomgen.products.linear.state_space import HasStateSpace, StateSpace, state_space_of
+from eomgen.products.linear.state_space import HasStateSpace, StateSpace, labels, state_space_of, with_more
 
-#: A delay this close to whole samples, as a share of one, is of whole samples.
-_WHOLE = 1e-9
 #: A sampling time above this number of seconds, given as a number, is more likely meant as samples per second.
 RARE = 10.0
 #: Largest number of inputs that wait for their effect.
@@ -135,9 +134,9 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
     if not 0.0 <= late <= _WAITING * period:
         fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s [E0458]"
         raise UsageError(Problem("delay", fault, f"a delay from zero to {_WAITING} samples"))
-    whole = math.floor(late / period + _WHOLE)
+    whole = math.floor(late / period + COMPUTED)
     part = late - whole * period
-    part = part if part > _WHOLE * period else 0.0
+    part = part if part > COMPUTED * period else 0.0
     ns, nu = space.B.shape
     nw = space.E.shape[1]
     waiting = whole + (part > 0.0)
@@ -205,18 +204,12 @@ def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
     set."""
     ends = {k: f"_before_{k}" if k > 1 else "_before" for k in range(1, waiting + 1)}
     named = {f"{name}{end}": (name, k) for k, end in ends.items() for name in space.inputs}
-    units, references = dict(space.units), dict(space.references)
-    if units:
-        units["states"] = (*units["states"], *(units["inputs"] * waiting))
-    if references:
-        references["states"] = np.concatenate([references["states"], np.tile(references["inputs"], waiting)])
-    return replace(space, states=(*space.states, *named), units=units, references=references, waiting=named)
+    more = with_more(space, {"states": labels(space, "inputs") * waiting})
+    return replace(space, states=(*space.states, *named), waiting=named, **more)
 
 
 #: Largest numerator and denominator of ratios of periods, and largest number of samples in a common period.
 _MOST = 10_000
-#: Part of a period by which times may differ and be the same.
-_SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -252,7 +245,7 @@ class SampledPart:
         first = self.periods[0]
         ratios = [Fraction(period / first).limit_denominator(_MOST) for period in self.periods]
         pairs = zip(self.periods, ratios, strict=True)
-        exact = all(abs(period - first * ratio) <= _SAME * period for period, ratio in pairs)
+        exact = all(abs(period - first * ratio) <= COMPUTED * period for period, ratio in pairs)
         whole = Fraction(math.lcm(*(of.numerator for of in ratios)), math.gcd(*(of.denominator for of in ratios)))
         if not exact or whole * sum(1 / of for of in ratios) > _MOST:
             listed = ", ".join(f"{period:.9g} s" for period in dict.fromkeys(self.periods))
@@ -268,8 +261,8 @@ class SampledPart:
         for k, (period, offset) in enumerate(zip(self.periods, self.offsets, strict=True)):
             for number in range(round(end / period)):
                 phase = ((offset + number * period) / end) % 1.0
-                due.setdefault(round(phase / _SAME) % round(1.0 / _SAME), []).append(k)
-        return [(phase * _SAME * end, due[phase]) for phase in sorted(due)]
+                due.setdefault(round(phase / COMPUTED) % round(1.0 / COMPUTED), []).append(k)
+        return [(phase * COMPUTED * end, due[phase]) for phase in sorted(due)]
 
 
 def held_as_inputs(partials: Partials, part: SampledPart) -> Partials:

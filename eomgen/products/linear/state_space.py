@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, TypedDict
 
 import numpy as np
 import scipy.linalg
@@ -19,14 +19,13 @@ from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
 from eomgen.base.messages import close_names, nearest, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.linear.eigenvalues import eigenvalues_of_parts, verdict
 from eomgen.products.linear.freedom import Freedom, Partials, times
 
 #: Kinds of signals of a linear model.
 KINDS = ("states", "inputs", "disturbances", "outputs")
-#: Distance of an eigenvalue of a sampled model from the unit circle that rounding of the exponential may make.
-_ON_BORDER = 1e-9
 
 
 @checked_calls()
@@ -179,7 +178,7 @@ class StateSpace(NamedAttributes):
         values, bounds = self._spectrum
         if self.sample is None:
             return verdict(values.real, bounds)
-        return verdict(np.abs(values) - 1.0, np.maximum(bounds, _ON_BORDER))
+        return verdict(np.abs(values) - 1.0, np.maximum(bounds, COMPUTED))
 
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
         """Return the complex response of an output to an input at angular frequencies.
@@ -328,6 +327,31 @@ class StateSpace(NamedAttributes):
     def _output_numbers(self, outputs: Sequence[str]) -> list[int]:
         known = (*self.outputs, *self.states)
         return [_number("output or state", linear_model_name(name, known), known) for name in outputs]
+
+
+class SignalLabels(TypedDict):
+    """Units and references of signals by kind, as of a ``StateSpace``."""
+
+    units: dict[str, tuple[str, ...]]
+    references: dict[str, Array]
+
+
+def labels(space: StateSpace, kind: str, names: Sequence[str] | None = None) -> list[tuple[str, float]]:
+    """Return the unit and the reference of each of some signals of a kind, of all by default."""
+    chosen = getattr(space, kind) if names is None else names
+    return [(space.unit(kind, name), space.reference(kind, name)) for name in chosen]
+
+
+def signal_labels(signals: Mapping[str, Sequence[tuple[str, float]]]) -> SignalLabels:
+    """Return units and references by kind from the (unit, reference) pairs of signals of all kinds."""
+    units = {kind: tuple(unit for unit, _ in signals[kind]) for kind in KINDS}
+    references = {kind: np.array([value for _, value in signals[kind]], dtype=float) for kind in KINDS}
+    return {"units": units, "references": references}
+
+
+def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> SignalLabels:
+    """Return units and references of a model's signals by kind, with the (unit, reference) pairs in `more` appended."""
+    return signal_labels({kind: [*labels(space, kind), *more.get(kind, ())] for kind in KINDS})
 
 
 class HasStateSpace(Protocol):

@@ -15,6 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import names_of
 from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, number_of
 from eomgen.compiled.coordinates import StateArrays, coordinate_units
@@ -73,21 +74,8 @@ def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequ
         description.driven,
         description.disturbances,
         tuple(outputs),
-        _units(model),
         _units_by_kind(model, measured == components),
     )
-
-
-def _units(model: CompiledModel) -> dict[str, str]:
-    """Return a mapping from names to units: inputs, output components, coordinates (name without ``v.``), velocities
-    (``v.name``), and the components of ``base.acceleration`` and ``base.angular_acceleration``."""
-    units = {item.name: item.unit for item in model.description.inputs}
-    for item in model.library.layout["outputs"]:
-        units |= dict.fromkeys(component_names("", str(item["name"]), int(item["size"])), str(item["unit"]))
-    for name, unit in zip(model.v_names, model.v_units, strict=True):
-        units |= {name: unit, name.removeprefix("v."): unit.removesuffix("/s")}
-    units |= {f"base.acceleration[{k}]": "m/s^2" for k in range(3)}
-    return units | {f"base.angular_acceleration[{k}]": "rad/s^2" for k in range(3)}
 
 
 def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple[str, ...]]:
@@ -154,30 +142,24 @@ def reference_values(
 
 def with_held(names: LinearNames, sampled: SampledPart) -> LinearNames:
     """Return names whose sampled states stand among the inputs, after the other inputs, instead of among the states.
-    Units by name, units by kind and reference values move, too. `sampled` gives the places and names of the sampled
+    Units and reference values move, too. `sampled` gives the places and names of the sampled
     states."""
     held, kept = list(sampled.places), sampled.others
-
-    def hold_states(by_kind: Mapping[str, Any]) -> dict[str, Any]:
-        states = by_kind["states"]
-        return {
-            **by_kind,
-            "states": type(states)([states[k] for k in kept]) if isinstance(states, tuple) else states[kept],
-            "inputs": (*by_kind["inputs"], *(states[k] for k in held))
-            if isinstance(states, tuple)
-            else np.append(by_kind["inputs"], states[held]),
-        }
-
+    units, values = names.units_by_kind, names.references
     return replace(
         names,
         states=tuple(names.states[k] for k in kept),
         inputs=(*names.inputs, *sampled.names),
-        units={
-            **names.units,
-            **dict(zip(sampled.names, (names.units_by_kind["states"][k] for k in held), strict=True)),
+        units_by_kind={
+            **units,
+            "states": tuple(units["states"][k] for k in kept),
+            "inputs": (*units["inputs"], *(units["states"][k] for k in held)),
         },
-        units_by_kind=hold_states(names.units_by_kind),
-        references=hold_states(names.references),
+        references={
+            **values,
+            "states": values["states"][kept],
+            "inputs": np.append(values["inputs"], values["states"][held]),
+        },
     )
 
 
@@ -188,15 +170,11 @@ def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]
 
 
 #: Part of a turn after which a linear model about a motion is computed again, and limit of the difference.
-_LATER, SAME = 0.11, 1e-6
+_LATER, SAME = 0.11, WRITTEN
 #: Words of the warning of a linear model that is frozen at an instant.
 AT_ONE_INSTANT = "the linear model changes with the turn"
 #: Parts of a turn after which models in multiblade coordinates are compared: no rotor of few blades is alike there.
 AZIMUTHS = (0.11, 0.37, 0.71)
-#: Part of the largest coefficient of signals below which a coefficient is rounding.
-_ROUNDING = 1e-12
-#: Largest acceleration of a state that counts as rest, m/s^2 or rad/s^2.
-_RESTS = 1e-3
 #: Names in ``Partials`` of blocks of the terms, if different.
 _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
 
@@ -510,7 +488,7 @@ def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization],
     for kind, (first, *later) in rows.items():
         largest = np.max(np.abs(first), axis=1, initial=0.0)
         change = np.max([np.max(np.abs(matrix - first), axis=1, initial=0.0) for matrix in later], axis=0)
-        changing = change > np.maximum(SAME * largest, _ROUNDING * np.max(largest, initial=0.0))
+        changing = change > np.maximum(SAME * largest, SUMMED * np.max(largest, initial=0.0))
         names = [name for name, true in zip(getattr(spaces[0], f"{kind}s"), changing, strict=True) if true]
         if names:
             told.append(f"the {kind}{'s' if len(names) > 1 else ''} {listed(names)}")
@@ -620,23 +598,15 @@ def _to_multiblade(linear: Linearization, rotors: Sequence[Rotor]) -> Linearizat
     same = names.components == names.measured
     of["components"] = of["measured"] if same else Basis.of(names.components, ())
     partials, free = in_multiblade(linear.partials, linear.free, of, of["measured"])
-    labels: dict[str, str] = {}
-    for kind in kinds:
-        old, new = getattr(names, kind), of[kind].names
-        labels |= {now: names.units.get(before, "") for before, now in zip(old, new, strict=True) if before != now}
-        if kind == "measured":
-            rates = zip(old, new, strict=True)
-            labels |= {f"v.{now}": names.units.get(f"v.{before}", "") for before, now in rates if before != now}
     bases = {**of, "velocities": of["measured"]}
     values = {kind: bases[kind].values(references) for kind, references in names.references.items()}
     renamed: dict[str, Any] = {kind: of[kind].names for kind in ("components", *kinds)}
-    units = {name: unit for name, unit in {**names.units, **labels}.items() if unit}
     multiblade = Multiblade(tuple(rotors), of["components"].matrix, tuple(of["measured"].pairs))
     return replace(
         linear,
         partials=partials,
         free=free,
-        names=replace(names, **renamed, units=units, references=values),
+        names=replace(names, **renamed, references=values),
         multiblade=multiblade,
     )
 
@@ -646,7 +616,7 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
     equilibrium."""
     a = linear.reference.a
     k = int(np.argmax(np.abs(a))) if len(a) else 0
-    if len(a) and abs(a[k]) > _RESTS:
+    if len(a) and abs(a[k]) > 1e-3:
         name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
         sentence = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
         hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'
@@ -662,8 +632,6 @@ def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array
     finite."""
     keywords = state.point.keywords | {"z": state.z}
     if not model.multipliers:
-        if state.a is None or state.kind != "given state":
-            _check_mass(model, state)
         a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **keywords)
         lam = np.zeros(0)
     elif state.a is None:
@@ -682,33 +650,6 @@ def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array
         lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
     check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
     return a, lam
-
-
-def _check_mass(model: CompiledModel, state: OperatingState) -> None:
-    """Raise ModelError if the inertia matrix of a model without constraints is not positive definite in a state. The
-    message names the velocity component with the largest part in the deficient direction, and the parameters. A matrix
-    that is not finite passes."""
-    if "mass" in model.functions:
-        M = model.mass(state.q, parameters=state.point.parameters)
-    else:
-        still, nothing = np.zeros(model.nv), np.zeros(0)
-        M = whole(sparse_partials(model, state.q, still, still, state.z, nothing, state.point.keywords).M)
-    diagonal = np.diagonal(M)
-    if np.all(diagonal > 0.0) and np.count_nonzero(M) == len(M):  # of bodies that are free
-        return
-    sizes = np.sqrt(np.abs(diagonal))
-    sizes[sizes == 0.0] = 1.0
-    if not np.all(np.isfinite(M)):
-        return
-    values, vectors = np.linalg.eigh(M / np.outer(sizes, sizes))
-    if values[0] > 0.0:
-        return
-    along = model.v_names[int(np.argmax(np.abs(vectors[:, 0])))]
-    how = "singular" if values[0] == 0.0 else "not positive definite"
-    values_of = zip(model.parameters, state.point.parameters, strict=True)
-    used = ", ".join(f"{name} = {value:.6g}" for name, value in values_of)
-    fault = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''} [E0068]"
-    raise ModelError(Problem("linearize", fault, "masses and inertias that bodies can have"))
 
 
 def _measures(

@@ -15,6 +15,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.compiled.arguments import check_finite, components
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.compiled.rest.driven_rest import driven_components, held_base, law_rates
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Largest velocity, rad/s or m/s, of a state that is called an equilibrium and not a steady motion.
-_AT_REST = 1e-9
 #: Fractions of a turn of the base for the check of constant forces, and the largest displacement of the rest by changed
 #: forces, in rad or scene lengths.
 _LATER, _STEADY = (0.11, 0.37, 1.0, 2.6), 1e-7
@@ -43,8 +42,6 @@ _LATER, _STEADY = (0.11, 0.37, 1.0, 2.6), 1e-7
 _STEPS = StepLimits(factor=1.0)
 #: Slices of a base's state: angular velocity and angular acceleration.
 _TURNING, _CHANGING = slice(7, 10), slice(13, 16)
-#: Largest angular acceleration of an evenly turning base, relative to the squared rate.
-_EVEN = 1e-9
 
 
 def turns_evenly(model: CompiledModel, p: Array, t: float) -> bool:
@@ -53,7 +50,7 @@ def turns_evenly(model: CompiledModel, p: Array, t: float) -> bool:
         return False
     base = model.base(t, parameters=p)
     rate = float(np.linalg.norm(base[_TURNING]))
-    return rate > 0.0 and float(np.linalg.norm(base[_CHANGING])) <= _EVEN * rate**2
+    return rate > 0.0 and float(np.linalg.norm(base[_CHANGING])) <= COMPUTED * rate**2
 
 
 def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u: Inputs) -> SteadyMotion:
@@ -117,8 +114,6 @@ def _residuals_later(model: CompiledModel, rest: LoadedState, u: Inputs, p: Arra
     return np.asarray(residual)
 
 
-#: Limit of the violation of constraints in a given state, in the units of the constraints.
-MET = 1e-6
 #: The result of ``model.equilibrium`` or ``model.steady_motion``.
 EquilibriumState = Equilibrium | SteadyMotion
 
@@ -192,7 +187,7 @@ def check_constraints(model: CompiledModel, state: OperatingState) -> None:
         rows.append(("acceleration", B @ state.a + g))
     for level, values in rows:
         worst = int(np.argmax(np.abs(values)))
-        if not abs(values[worst]) <= MET:
+        if not abs(values[worst]) <= WRITTEN:
             name, off = model.multipliers[worst], values[worst]
             fault = f"the state does not meet the constraints: {name} is off by {off:.3g} in its {level} [E0075]"
             hint = "no a, for the acceleration of the motion"
@@ -322,7 +317,7 @@ def as_found(kind: str, rest: EquilibriumState, point: OperatingPoint, *, stackl
     stacklevel : int, optional
         Stack level of the warning.
     """
-    kind = "steady motion" if np.any(np.abs(rest.v) > _AT_REST) else kind
+    kind = "steady motion" if np.any(np.abs(rest.v) > COMPUTED) else kind
     if np.any(rest.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"

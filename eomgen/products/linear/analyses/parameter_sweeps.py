@@ -112,8 +112,6 @@ def state_of(lin: Linearization) -> dict[str, Any] | None:
 
 #: Excitations per turn whose crossings are looked for, if none are given.
 ORDERS = (1.0,)
-#: Volume of three unit axes from which they count as across one another.
-_ACROSS = 0.9
 _SPEED = "rad/s"
 
 
@@ -302,7 +300,7 @@ def _check_whirl(
     for first, second in known:
         turning = [hinges[name] for name in (first, second, speed)]
         axes = [rotated(bodies[hinge.parent][0][0], np.array(hinge.axis)) for hinge in turning]
-        if np.linalg.det(axes) < -_ACROSS:
+        if np.linalg.det(axes) < -0.9:  # across one another
             text = f"whirl {first}:{second} is against the sense of {speed}: the axis of {second} is a quarter turn"
             text += f" before the axis of {first}, so that forward and backward are exchanged"
             warnings.warn(f"campbell: {text}; try: {second}:{first} [W0001]", RuntimeWarning, stacklevel=4)

@@ -14,8 +14,8 @@ from eomgen.products.linear.sampling import SampledPart
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Changes for differences, relative to values or to 1; the weights of f(h) - f(-h) and f(2 h) - f(-2 h).
-_CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
+#: Weights of f(h) - f(-h) and f(2 h) - f(-2 h).
+_WEIGHTS = (2.0 / 3.0, -1.0 / 12.0)
 
 
 def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, keywords: Mapping[str, Any]) -> SampledPart | None:
@@ -46,7 +46,7 @@ def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, keywords: M
         fault = f"a function gives {', '.join(called)}, and its slopes are not known [E0089]"
         hint = "sampled states by formulas, or inputs in place of the controller"
         raise ModelError(Problem("linearize", fault, hint))
-    sizes = [_CHANGE * np.maximum(np.abs(part), 1.0) for part in (np.zeros(len(v)), v, z)]
+    sizes = [1e-3 * np.maximum(np.abs(part), 1.0) for part in (np.zeros(len(v)), v, z)]
     changes = np.diag(np.concatenate(sizes))
     nv = len(v)
     total = np.zeros((len(rows), len(changes)))

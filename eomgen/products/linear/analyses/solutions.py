@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 
 from eomgen.base.arrays import Array, count_of
+from eomgen.base.rounding import WRITTEN
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.errors import Problem, UsageError
@@ -17,13 +18,7 @@ from eomgen.products.linear.spectra import PowerSpectrum, check_weighted, weight
 from eomgen.results.plots import only_curve, rows_from
 from eomgen.results.recorded import ModelOfRun, MotionWithModel, RecordedSolution, model_of
 
-#: Spacings of rows are equal if the spacings differ by less than this part.
-_EQUAL = 1e-6
 _FEWEST = 16
-#: Hz: rows have to hold lower frequencies for weightings of ISO 2631-1, which weigh lower ones by a third and more.
-_HIGHEST_FELT = 16.0
-#: Part by which a weighted value from every other row may differ.
-_RESOLVED = 0.05
 
 
 def linearize(solution: MotionWithModel, t: float) -> Linearization:
@@ -103,7 +98,7 @@ def psd(solution: RecordedSolution, name: str, *, segments: int = 8, start: floa
         raise UsageError(Problem("psd", fault, "a longer run, or one with more rows"))
     spacings = np.diff(t)
     spacing = float(np.mean(spacings))
-    if np.any(np.abs(spacings - spacing) > _EQUAL * spacing):
+    if np.any(np.abs(spacings - spacing) > WRITTEN * spacing):
         k = int(np.argmax(np.abs(spacings - spacing)))
         fault = (
             f"the rows are not evenly spaced: {spacings[k]:.6g} s at t = {t[k]:.6g} s, {spacing:.6g} s on the"
@@ -187,7 +182,7 @@ def _warn_of_coarse_rows(
     of 16 Hz. `t` and `x` (n,) are times and values, `start` the first time that counts."""
     distance = float(np.median(np.diff(t)))
     step = solution.metadata.get("step")
-    if 0.5 / distance < _HIGHEST_FELT and isinstance(step, float) and step < 0.75 * distance:
+    if 0.5 / distance < 16.0 and isinstance(step, float) and step < 0.75 * distance:
         text = f"rows every {distance:.4g} s hold frequencies up to {0.5 / distance:.4g} Hz"
         text += f", and {weighting} counts up to 80 Hz"
     else:
@@ -198,7 +193,7 @@ def _warn_of_coarse_rows(
                 return
             weighted = weighted_signal(weighting, t[::every], x[::every])
             values.append(_root_mean_square(t[::every][used], weighted[used]))
-        if abs(values[1] - values[0]) <= _RESOLVED * values[0]:
+        if abs(values[1] - values[0]) <= 0.05 * values[0]:
             return
         text = f"every other row gives {values[1]:.4g} in place of {values[0]:.4g}"
     warnings.warn(

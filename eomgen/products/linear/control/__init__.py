@@ -27,4 +27,4 @@ __all__ = [
     "stationary_covariance",
 ]
 #: Open to the other parts of ``linear`` as well.
-WITHIN = ["output_feedback", "plant", "regulator", "second_order", "weights"]
+WITHIN = ["output_feedback", "regulator", "second_order", "weights"]

@@ -15,19 +15,15 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError
-from eomgen.products.linear.control.plant import distinct, in_words
 from eomgen.products.linear.eigenvalues import balance
 
 #: Distance from the border of stability, as a share of the largest eigenvalue, up to which an eigenvalue counts as on
-#: the border.
+#: the border; and length of a column of a square root, as a share of the longest, that is rounding.
 _ON_BORDER = 1e-7
-#: A singular value below this share of the largest is none.
-_RANK = 1e-9
-#: A column of a square root below this share of the longest is rounding.
-_ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -39,11 +35,14 @@ class Dynamics:
     A : (ns, ns)
     states : names
     sample : s between two samples; None in continuous time
+    scales : (ns,) units of the states in which A is balanced; found from A if None, which parts of A that are not
+        coupled leave open
     """
 
     A: Array
     states: tuple[str, ...]
     sample: float | None = None
+    scales: Array | None = None
 
     @property
     def rate(self) -> float:
@@ -55,7 +54,7 @@ class Dynamics:
     @property
     def dual(self) -> Dynamics:
         """The dual model with A^T: modes unobservable in outputs are uncontrollable there."""
-        return Dynamics(self.A.T, self.states, self.sample)
+        return Dynamics(self.A.T, self.states, self.sample, None if self.scales is None else 1.0 / self.scales)
 
     def growth(self, value: complex) -> float:
         """Return the distance of an eigenvalue beyond the border of stability, as a share of ``rate``."""
@@ -131,28 +130,28 @@ def _worst(dynamics: Dynamics, lost: Sequence[complex]) -> str:
 
 def _unseen_on_border(dynamics: Dynamics, root: Array) -> str:
     """Return the first motion on the border of stability that a square root (r, ns) does not see; empty for none."""
-    for value in _uncontrollable_eigenvalues(dynamics.dual, root.T, math.sqrt(_RANK), _ROUNDING):
+    for value in _uncontrollable_eigenvalues(dynamics.dual, root.T, math.sqrt(COMPUTED), _ON_BORDER):
         if abs(dynamics.growth(value)) <= _ON_BORDER:
             return describe_mode(dynamics, value)
     return ""
 
 
 def _uncontrollable_eigenvalues(
-    dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: float = 0.0
+    dynamics: Dynamics, B: Array, tolerance: float = COMPUTED, negligible: float = 0.0
 ) -> list[complex]:
     """Return the eigenvalues of the modes that the columns of B (ns, m) do not reach, one of each pair. `tolerance`
     bounds the least singular value of [A - s 1, B] in balanced units. Columns shorter than a ``negligible`` share of
     the longest count as zero."""
     if not len(dynamics.A):
         return []
-    A, scales = balance(dynamics.A, permute=False)
-    b = B / np.diag(scales)[:, np.newaxis]
+    T = np.diag(balance(dynamics.A, permute=False)[1]) if dynamics.scales is None else dynamics.scales
+    A, b = dynamics.A * T / T[:, np.newaxis], B / T[:, np.newaxis]
     sizes = np.linalg.norm(b, axis=0)
     kept = sizes > negligible * np.max(sizes, initial=0.0)
     b = b[:, kept] / sizes[kept]
     norm = float(np.linalg.norm(A, 2)) or 1.0
     lost = []
-    for value in distinct(np.linalg.eigvals(A / norm)):
+    for value in _distinct(np.linalg.eigvals(A / norm)):
         pencil = np.hstack([A / norm - value * np.eye(len(A)), b])
         if np.linalg.svd(pencil, compute_uv=False)[-1] < tolerance:
             lost.append(norm * value)
@@ -170,4 +169,31 @@ def describe_mode(dynamics: Dynamics, value: complex) -> str:
     if dynamics.sample is not None:
         value = complex(np.log(complex(value))) / dynamics.sample
     axis = _ON_BORDER * dynamics.rate if dynamics.sample is None else _ON_BORDER / dynamics.sample
-    return in_words(value, movers, axis)
+    return _in_words(value, movers, axis)
+
+
+def _distinct(values: Complex) -> list[complex]:
+    """Return eigenvalues without repetitions, by increasing magnitude. Kept are one of each conjugate pair, with a
+    positive imaginary part, and one of each group of equal eigenvalues."""
+    distinct: list[complex] = []
+    for value in sorted(map(complex, values), key=lambda value: (round(abs(value), 9), -value.imag)):
+        near = math.sqrt(np.finfo(float).eps) * max(1.0, abs(value))
+        if value.imag >= -near and all(abs(value - known) > near for known in distinct):
+            distinct.append(value)
+    return distinct
+
+
+def _in_words(value: complex, movers: Sequence[str], axis: float) -> str:
+    """Return a description of a mode by its eigenvalue, 1/s, and the names of the moving coordinates (empty if
+    unknown). Real and imaginary parts below ``axis``, 1/s, count as zero."""
+    where = f" of {' and '.join(movers)}" if movers else ""
+    if abs(value) <= axis:
+        return f"the mode{where} at 0 Hz, which nothing holds,"
+    if abs(value.imag) <= axis:
+        trend = "grows" if value.real > 0.0 else "decays"
+        return f"the mode{where} that {trend} at {abs(value.real):.4g} 1/s without oscillating"
+    frequency = abs(value.imag) / (2.0 * math.pi)
+    if value.real > axis:
+        return f"the mode{where} at {frequency:.4g} Hz, which grows at {value.real:.4g} 1/s,"
+    damping = f"decays at {-value.real:.4g} 1/s" if value.real < -axis else "is not damped"
+    return f"the mode{where} at {frequency:.4g} Hz, which {damping},"

@@ -16,11 +16,8 @@ from scipy.optimize import brentq, minimize_scalar
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass, field
 
-_POINTS = 2000
 #: Points about each resonance, at distances in half bandwidths.
 _ABOUT = np.concatenate([-np.geomspace(0.02, 20.0, 30)[::-1], [0.0], np.geomspace(0.02, 20.0, 30)])
-#: Beyond the fastest and before the slowest eigenvalue, in decades.
-_DECADES = 3.0
 
 
 @dataclass(frozen=True)
@@ -123,8 +120,8 @@ def _frequencies(eigenvalues: Complex, sample: float | None) -> Array:
     sizes = np.abs(values)
     sizes = sizes[sizes > 1e-9 * np.max(sizes, initial=0.0)]
     low, high = (sizes.min(), sizes.max()) if len(sizes) else (1.0, 1.0)
-    last = np.pi / sample if sample is not None else high * 10.0**_DECADES
-    points = [np.geomspace(min(low * 10.0**-_DECADES, 1e-3 * last), last, _POINTS)]
+    last = np.pi / sample if sample is not None else 1e3 * high
+    points = [np.geomspace(min(1e-3 * low, 1e-3 * last), last, 2000)]
     for value in values[np.abs(values.imag) > 1e-9 * high]:
         points.append(abs(value.imag) + _ABOUT * max(abs(value.real), 1e-9 * abs(value)))
     every = np.unique(np.concatenate(points))

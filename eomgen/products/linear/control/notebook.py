@@ -1,10 +1,10 @@
-"""Regulators, observers and output feedback in a notebook: parts of pages, units and references of signals; and figures
-of stability margins, open loops in the complex plane."""
+"""Regulators, observers and output feedback in a notebook: parts of pages; and figures of stability margins, open loops
+in the complex plane."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.figures import axes_of_caller, draw_grid
 from eomgen.base.html import page, table
 from eomgen.products.linear.control.margins import Margins
-from eomgen.products.linear.state_space import KINDS, StateSpace
+from eomgen.products.linear.state_space import StateSpace
 
 
 def gains_html(space: StateSpace, gains: Array, columns: Sequence[str]) -> str:
@@ -54,31 +54,8 @@ def eigenvalues_html(title: str, space: StateSpace) -> str:
     return page(f"{title}, {space.stability}", table((f"eigenvalue, {unit}",), rows))
 
 
-class SignalLabels(TypedDict):
-    """Units and references of signals by kind, as of a ``StateSpace``."""
-
-    units: dict[str, tuple[str, ...]]
-    references: dict[str, Array]
-
-
-def labels(space: StateSpace, kind: str, names: Sequence[str]) -> list[tuple[str, float]]:
-    """Return the unit and the reference of each of some signals of a kind."""
-    return [(space.unit(kind, name), space.reference(kind, name)) for name in names]
-
-
-def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> SignalLabels:
-    """Return units and references of a model's signals by kind, with the (unit, reference) pairs in `more` appended."""
-    units, references = {}, {}
-    for kind in KINDS:
-        every = [*labels(space, kind, getattr(space, kind)), *more.get(kind, ())]
-        units[kind] = tuple(unit for unit, _ in every)
-        references[kind] = np.array([reference for _, reference in every], dtype=float)
-    return {"units": units, "references": references}
-
-
-_REACH = 2.6
-#: Frequencies that are written along a loop, and the least distance of two of them.
-_NAMED, _APART = 4, 0.8
+#: Ends of a figure, and the least distance of two frequencies that are written along a loop.
+_REACH, _APART = 2.6, 0.8
 
 
 def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[Any]:
@@ -123,7 +100,7 @@ def _annotate_direction(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> 
     """
     places: list[int] = []
     for k in np.flatnonzero(inside).tolist():
-        if len(places) < _NAMED and all(abs(item.loop[k] - item.loop[earlier]) > _APART for earlier in places):
+        if len(places) < 4 and all(abs(item.loop[k] - item.loop[earlier]) > _APART for earlier in places):
             places.append(k)
     look: dict[str, Any] = {"fontsize": 7, "color": "#0B62C4", "textcoords": "offset points"}
     for k in places:

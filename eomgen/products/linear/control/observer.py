@@ -173,7 +173,7 @@ def kalman(
         _refuse_white_measurements(measured, F, W)
     _, root = without_cross_terms(joined, np.zeros((len(joined), 0)))
     check_driven(replace(dynamics, A=known.A.T), root)
-    before, _, _ = sampled_solution(known.A.T, observer.C.T, joined, V, np.zeros_like(cross))
+    before, _ = sampled_solution(known.A.T, observer.C.T, joined, V, np.zeros_like(cross))
     spread = observer.C @ before @ observer.C.T + V
     M = np.asarray(np.linalg.solve(spread, observer.C @ before).T, dtype=float)
     left = np.eye(len(before)) - M @ observer.C

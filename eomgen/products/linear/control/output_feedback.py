@@ -16,10 +16,10 @@ from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page, paragraph
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.control.margins import Margins, margins_of
-from eomgen.products.linear.control.notebook import eigenvalues_html, labels, margins_html, plot_margins, with_more
+from eomgen.products.linear.control.notebook import eigenvalues_html, margins_html, plot_margins
 from eomgen.products.linear.control.observer import Observer
 from eomgen.products.linear.control.regulator import Regulator
-from eomgen.products.linear.state_space import StateSpace
+from eomgen.products.linear.state_space import StateSpace, labels, signal_labels, with_more
 
 
 @checked_calls()
@@ -92,16 +92,15 @@ class OutputFeedback:
             kept = np.eye(len(closed)) - L @ C
             A, B, through, direct = closed @ kept, closed @ L, -K @ kept, -K @ L
         of = {
-            "states": labels(space, "states", space.states),
+            "states": labels(space, "states"),
             "inputs": self._measured_labels,
-            "outputs": labels(space, "inputs", space.inputs),
+            "disturbances": (),
+            "outputs": labels(space, "inputs"),
         }
         estimates = tuple(f"estimate.{name}" for name in space.states)
-        none = (np.zeros((len(A), 0)), np.zeros((len(K), 0)))
+        matrices = (A, B, np.zeros((len(A), 0)), through, direct, np.zeros((len(K), 0)))
         names = (estimates, self.observer.measured, (), space.inputs)
-        of_matrices = (A, B, none[0], through, direct, none[1])
-        kinds = with_more(StateSpace(*of_matrices, (), (), (), ()), of)
-        return StateSpace(*of_matrices, *names, **kinds, sample=space.sample)
+        return StateSpace(*matrices, *names, **signal_labels(of), sample=space.sample)
 
     @cached_property
     def closed_loop(self) -> StateSpace:
@@ -123,7 +122,7 @@ class OutputFeedback:
         outputs = np.vstack([seen + space.D @ matrix, matrix[[space.inputs.index(name) for name in fed_back]]])
         of_state, of_inputs, of_noise = slice(0, 2 * n), slice(2 * n, 2 * n + m), slice(2 * n + m, None)
         more = {
-            "states": labels(space, "states", space.states),
+            "states": labels(space, "states"),
             "disturbances": [(unit, 0.0) for unit, _ in self._measured_labels],
             "outputs": labels(space, "inputs", fed_back),
         }

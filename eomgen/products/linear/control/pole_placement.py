@@ -9,10 +9,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.messages import shown
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import NumericalError, Problem, UsageError
-
-#: Distance of a reached pole from the requested place, as a share of the pole, above which a placement is refused.
-_REACHED = 1e-6
 
 
 def pole_array(where: str, poles: Sequence[complex], sample: float | None = None) -> Complex:
@@ -67,6 +65,6 @@ def pole_gains(A: Array, B: Array, poles: Array | Complex) -> Array:
 def check_reached(reached: Array | Complex, wanted: Complex, rate: float) -> None:
     """Raise NumericalError if a pole is not among the eigenvalues of the closed loop; ``rate`` is a scale of these."""
     missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
-    if not missed <= _REACHED:
+    if not missed <= WRITTEN:
         fault = f"the poles are reached to {missed:.1e} of their size only [E0403]"
         raise NumericalError(fault, "poles nearer to the model's")

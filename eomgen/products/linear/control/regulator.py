@@ -31,10 +31,8 @@ from eomgen.products.linear.control.margins import Margins, margins_of
 from eomgen.products.linear.control.notebook import (
     eigenvalues_html,
     gains_html,
-    labels,
     margins_html,
     plot_margins,
-    with_more,
 )
 from eomgen.products.linear.control.pole_placement import (
     check_poles,
@@ -53,7 +51,7 @@ from eomgen.products.linear.control.riccati_equation import (
 from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
 from eomgen.products.linear.eigenvalues import balance
 from eomgen.products.linear.sampling import discretized, sampled_with_cost
-from eomgen.products.linear.state_space import HasStateSpace, StateSpace, state_space_of
+from eomgen.products.linear.state_space import HasStateSpace, StateSpace, labels, state_space_of, with_more
 
 #: Function that raises an error for excluded motions, given the dynamics and the matrix of actuators or weights.
 Check = Callable[[Dynamics, Array], None]
@@ -380,8 +378,8 @@ def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) 
     cross = T[:, np.newaxis] * (weights.cross @ half)
     a = balanced / rate - b @ cross.T
     cost, root = without_cross_terms(T[:, np.newaxis] * weights.state * T, cross)
-    check(replace(dynamics, A=A - B @ half @ (cross.T / T)), root / T)
-    P, _ = solution(a, b, cost)
+    check(replace(dynamics, A=A - B @ half @ (cross.T / T), scales=T), root / T)
+    P = solution(a, b, cost)
     gains = half @ (b.T @ P + cross.T) / T
     return gains, P / np.outer(T, T) / rate
 
@@ -403,10 +401,11 @@ def _sampled_regulator(space: StateSpace, weights: Weights) -> Regulator:
     free, (root, effort) = dynamics, np.split(root, [len(space.states)], axis=1)
     if np.any(effort):  # action of optimal inputs alone
         of_state = np.linalg.lstsq(effort, root, rcond=1e-10)[0]
-        free = replace(dynamics, A=space.A - space.B @ of_state)
+        scales = np.diag(balance(space.A, permute=False)[1])
+        free = replace(dynamics, A=space.A - space.B @ of_state, scales=scales)
         root = root - effort @ of_state
     check_weighted(free, root)
-    P, gains, _ = sampled_solution(space.A, space.B, weights.state, weights.effort, weights.cross)
+    P, gains = sampled_solution(space.A, space.B, weights.state, weights.effort, weights.cross)
     return Regulator(space, gains, P)
 
 

@@ -7,7 +7,7 @@ technique for the computation of the steady state gains for the discrete optimal
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -19,16 +19,13 @@ from scipy.linalg import (
 )
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.linear.eigenvalues import balance
 
-#: Rows and columns of blocks of a matrix.
-Blocks = tuple[tuple[slice, slice], ...]
-WHOLE: Blocks = ((slice(None), slice(None)),)
-#: Relative residual of each block above which a solution is refused.
+#: Relative residual above which a solution is refused.
 TOLERANCE = 1e-10
 _NEWTON_STEPS = 8
-_NEGATIVE = 1e-12
 
 
 @contextmanager
@@ -61,7 +58,7 @@ def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
     semidefinite."""
     cost = Q - cross @ cross.T
     values, vectors = np.linalg.eigh((cost + cost.T) / 2.0)
-    if values[0] < -_NEGATIVE * max(float(np.linalg.norm(Q, 2)), abs(values[-1])):
+    if values[0] < -SUMMED * max(float(np.linalg.norm(Q, 2)), abs(values[-1])):
         fault = "the cost has no minimum: its cross terms outweigh the weights of states and inputs [E0410]"
         raise UsageError(fault, "smaller cross terms")
     values = np.maximum(values, 0.0)
@@ -69,13 +66,12 @@ def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
 
 
 @solvable()
-def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[Array, float]:
-    """Return the stabilising P of A^T P + P A - P B B^T P + cost = 0, and the relative residual.
+def solution(A: Array, B: Array, cost: Array) -> Array:
+    """Return the stabilising P of A^T P + P A - P B B^T P + cost = 0.
 
     Parameters
     ----------
     A, B, cost : (n, n), (n, m) and (n, n)
-    blocks : rows and columns of the blocks with separately judged residuals
 
     Raises
     ------
@@ -86,43 +82,20 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
     reach = float(np.linalg.norm(B, 2)) or 1.0
     weight = size * reach**2  # of P B B^T P when cost and B have the norm 1
     unit, b = cost / size, B / reach
-    P: Array = np.asarray(solve_continuous_are(A, b, unit, np.eye(B.shape[1]) / weight), dtype=float)
-    residual = _residual(A, b, unit, P, weight, blocks)
-    for _ in range(_NEWTON_STEPS):
-        gain = weight * b.T @ P
-        closed = A - b @ gain
-        if np.linalg.eigvals(closed).real.max() >= 0.0:
-            break
-        solved = np.asarray(solve_continuous_lyapunov(closed.T, -(unit + gain.T @ gain / weight)), dtype=float)
-        better = (solved + solved.T) / 2.0
-        reached = _residual(A, b, unit, better, weight, blocks)
-        if not reached < 0.5 * residual:
-            break
-        P, residual = better, reached
-    if not residual <= TOLERANCE or np.linalg.eigvals(A - weight * b @ (b.T @ P)).real.max() >= 0.0:
-        fault = (
-            f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is"
-            f" needed [E0411]"
-        )
-        raise NumericalError(fault, "weights that differ less in size")
-    return P * size, residual
 
+    def gain_of(P: Array) -> tuple[Array, float]:
+        return weight * b.T @ P, _relative((A.T @ P, P @ A, -weight * P @ b @ b.T @ P, unit))
 
-def _residual(A: Array, b: Array, cost: Array, P: Array, weight: float, blocks: Blocks) -> float:
-    """Return the largest residual of the Riccati equation's blocks, each relative to the sum of the norms of its
-    terms."""
-    terms = (A.T @ P, P @ A, -weight * P @ b @ b.T @ P, cost)
-    worst = 0.0
-    for block in blocks:
-        scale = sum(float(np.linalg.norm(term[block])) for term in terms)
-        left = float(np.linalg.norm(sum(term[block] for term in terms)))
-        worst = max(worst, left / scale if scale > 0.0 else 0.0)
-    return worst
+    def improved(closed: Array, gain: Array) -> Array:
+        return np.asarray(solve_continuous_lyapunov(closed.T, -(unit + gain.T @ gain / weight)), dtype=float)
+
+    first = np.asarray(solve_continuous_are(A, b, unit, np.eye(B.shape[1]) / weight), dtype=float)
+    return _refined(first, A, b, gain_of, improved, lambda values: float(values.real.max()))[0] * size
 
 
 @solvable()
-def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[Array, Array, float]:
-    """Return the stabilising P of the Riccati equation of a sampled model, the gain (m, n) and the residual.
+def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[Array, Array]:
+    """Return the stabilising P of the Riccati equation of a sampled model, and the gain (m, n).
 
     P = A^T P A - (A^T P B + S) G + Q,  G = (R + B^T P B)^-1 (B^T P A + S^T)
 
@@ -146,31 +119,62 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
     q, r, s = Q * np.outer(T, T), R * np.outer(inputs, inputs), S * np.outer(T, inputs)
     size = float(np.linalg.norm(q, 2)) or float(np.linalg.norm(r, 2)) or 1.0
     q, r, s = q / size, r / size, s / size
-    P = np.asarray(solve_discrete_are(a, b, q, r, s=s), dtype=float)
-    gain, residual = _sampled_gain(a, b, q, r, s, P)
-    for _ in range(_NEWTON_STEPS):
-        closed = a - b @ gain
-        if np.max(np.abs(np.linalg.eigvals(closed))) >= 1.0:
-            break
+
+    def gain_of(P: Array) -> tuple[Array, float]:
+        gain = np.asarray(np.linalg.solve(r + b.T @ P @ b, b.T @ P @ a + s.T), dtype=float)
+        return gain, _relative((a.T @ P @ a, -(a.T @ P @ b + s) @ gain, q, -P))
+
+    def improved(closed: Array, gain: Array) -> Array:
         spent = q - s @ gain - gain.T @ s.T + gain.T @ r @ gain
-        better = np.asarray(solve_discrete_lyapunov(closed.T, (spent + spent.T) / 2.0, "bilinear"), dtype=float)
+        return np.asarray(solve_discrete_lyapunov(closed.T, (spent + spent.T) / 2.0, "bilinear"), dtype=float)
+
+    first = np.asarray(solve_discrete_are(a, b, q, r, s=s), dtype=float)
+    P, gain = _refined(first, a, b, gain_of, improved, lambda values: float(np.abs(values).max()) - 1.0)
+    return size * P / np.outer(T, T), gain * inputs[:, np.newaxis] / T
+
+
+def _refined(
+    P: Array,
+    A: Array,
+    B: Array,
+    gain_of: Callable[[Array], tuple[Array, float]],
+    improved: Callable[[Array, Array], Array],
+    growth: Callable[[Array], float],
+) -> tuple[Array, Array]:
+    """Return a solution after Newton's steps, and its gain.
+
+    Parameters
+    ----------
+    P, A, B : a solution, and the model (n, n), (n, m)
+    gain_of : returns the gain of a solution, and the relative residual
+    improved : returns the next solution, given the matrix of the closed loop and the gain
+    growth : returns how far the eigenvalues of a closed loop are beyond the border of stability
+
+    Raises
+    ------
+    NumericalError
+        A residual above 1e-10, or a closed loop that does not decay.
+    """
+    gain, residual = gain_of(P)
+    for _ in range(_NEWTON_STEPS):
+        closed = A - B @ gain
+        if growth(np.linalg.eigvals(closed)) >= 0.0:
+            break
+        better = improved(closed, gain)
         better = (better + better.T) / 2.0
-        newer, reached = _sampled_gain(a, b, q, r, s, better)
+        newer, reached = gain_of(better)
         if not reached < 0.5 * residual:
             break
         P, gain, residual = better, newer, reached
-    if not residual <= TOLERANCE or np.max(np.abs(np.linalg.eigvals(a - b @ gain)), initial=0.0) >= 1.0:
+    if not residual <= TOLERANCE or growth(np.linalg.eigvals(A - B @ gain)) >= 0.0:
         fault = (
             f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is"
             f" needed [E0411]"
         )
         raise NumericalError(fault, "weights that differ less in size, or another sample")
-    return size * P / np.outer(T, T), gain * inputs[:, np.newaxis] / T, residual
+    return P, gain
 
 
-def _sampled_gain(A: Array, B: Array, Q: Array, R: Array, S: Array, P: Array) -> tuple[Array, float]:
-    """Return the gain that belongs to P, and the residual of P relative to the sum of the norms of its terms."""
-    gain = np.asarray(np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A + S.T), dtype=float)
-    terms = (A.T @ P @ A, -(A.T @ P @ B + S) @ gain, Q, -P)
-    scale = sum(float(np.linalg.norm(term)) for term in terms)
-    return gain, float(np.linalg.norm(sum(terms))) / (scale or 1.0)
+def _relative(terms: Sequence[Array]) -> float:
+    """Return the norm of a sum of terms relative to the sum of their norms."""
+    return float(np.linalg.norm(sum(terms))) / (sum(float(np.linalg.norm(term)) for term in terms) or 1.0)

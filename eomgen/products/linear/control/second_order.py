@@ -1,19 +1,8 @@
-"""Feedback of second-order models: the linear-quadratic regulator in blocks of the model's own size, pole placement,
-and one law per mode.
+"""Feedback of second-order models M q'' + C q' + K q = B u by one law for each mode (independent modal space control).
 
-The linear-quadratic regulator: With S = M^-1 B R^-1 B^T M^-T and P = [[P11, P12], [P12^T, P22]] (cross terms of the
-cost taken into C, K and the weights before):
-
-    -P12 M^-1 K - K^T M^-T P12^T - P12 S P12^T + Q1 = 0
-    P12 + P12^T - P22 M^-1 C - C^T M^-T P22 - P22 S P22 + Q2 = 0
-    P11 = P12 M^-1 C + K^T M^-T P22 + P12 S P22 - Q12
-    G_p = R^-1 B^T M^-T P12^T,  G_v = R^-1 B^T M^-T P22
-
-They are solved as an equation of first order in scaled units (``riccati_equation``).
-
-In independent modal space control, each mode has a law in closed form. A mode xi'' + 2 zeta w xi' + w^2 xi = f with f =
--g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L. Meirovitch and H. Baruh, Control of self-adjoint
-distributed-parameter systems, Journal of Guidance and Control 5, 1982; there without damping)
+A mode xi'' + 2 zeta w xi' + w^2 xi = f has f = -g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L.
+Meirovitch and H. Baruh, Control of self-adjoint distributed-parameter systems, Journal of Guidance and Control 5, 1982;
+there without damping)
 
     g = w sqrt(w^2 + 1/R) - w^2,  h = sqrt(c^2 + 2 g + 1/R) - c,  c = 2 zeta w,
 
@@ -30,121 +19,28 @@ from scipy.linalg import eigh
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError, UsageError
-from eomgen.products.linear.control.plant import (
-    Plant,
-    check_controllable,
-    check_detectable,
-    check_stabilisable,
-    first_order,
-)
-from eomgen.products.linear.control.pole_placement import (
-    check_poles,
-    check_reached,
-    pole_array,
-    pole_gains,
-    repeated_pole,
-)
-from eomgen.products.linear.control.riccati_equation import solution, whitening, without_cross_terms
-from eomgen.products.linear.control.weights import Weights
 
 
 @dataclass(frozen=True)
-class SecondOrderRegulator:
-    """Optimal gains u = -G_p q - G_v v, and the matrix of the cost that is left, [q, v]^T P [q, v].
+class Plant:
+    """A linear model M q'' + C q' + K q = B u with n coordinates, whose ``names`` serve messages, and m actuators.
 
-    Attributes
-    ----------
-    G_p, G_v : (m, n)
-    P11, P12, P22 : (n, n)
-    residual : of the worst of the three block equations, relative to the sum of the norms of the terms.
-    eigenvalues : (2n,) of the closed loop, 1/s.
+    M (n, n) is symmetric and positive definite, C and K (n, n) need not be symmetric, B is (n, m).
     """
 
-    G_p: Array
-    G_v: Array
-    P11: Array
-    P12: Array
-    P22: Array
-    residual: float
-    eigenvalues: Complex
+    M: Array
+    C: Array
+    K: Array
+    B: Array
+    names: Sequence[str]
 
-
-def lqr(plant: Plant, weights: Weights) -> SecondOrderRegulator:
-    """Return the gains that minimise the quadratic cost of a second-order model, with the cost that is left.
-
-    Raises
-    ------
-    UsageError
-        Efforts without cost, or a cost that is not bounded below.
-    ModelError
-        A mode that does not decay and that no actuator moves; a mode on the imaginary axis without weight.
-    NumericalError
-        No solution with a residual below 1e-10.
-    """
-    half = whitening(weights.effort)
-    check_stabilisable(plant)
-    back, rate, n = plant.scales.state_back, plant.scales.rate, plant.n
-    k, c, b = plant.scaled_matrices
-    B = np.vstack([np.zeros_like(b), b]) @ half
-    cross = back.T @ weights.cross @ half
-    A = first_order(k, c) - B @ cross.T
-    cost, root = without_cross_terms(back.T @ weights.state @ back, cross)
-    check_detectable(plant, A, root)
-    halves = (slice(0, n), slice(n, 2 * n))
-    P, residual = solution(A, B, cost, ((halves[0], halves[0]), halves, (halves[1], halves[1])))
-    there = plant.scales.state
-    G = half @ (B.T @ P + cross.T) @ there
-    # of extreme plants the cost is beyond doubles before the gains are
-    with np.errstate(over="ignore", invalid="ignore"):
-        P = there.T @ P @ there / rate
-    eigenvalues = plant.eigenvalues(G[:, :n], G[:, n:])
-    return SecondOrderRegulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
-
-
-@dataclass(frozen=True)
-class PolePlacement:
-    """Gains u = -G_p q - G_v v, (m, n) each, and the eigenvalues of the closed loop, (2n,), 1/s."""
-
-    G_p: Array
-    G_v: Array
-    eigenvalues: Complex
-
-
-def place(plant: Plant, poles: Sequence[complex]) -> PolePlacement:
-    """Return gains for which the closed loop has the given eigenvalues.
-
-    Parameters
-    ----------
-    poles : 2n eigenvalues, 1/s; complex eigenvalues in conjugate pairs; none more often than the number of actuators.
-
-    Raises
-    ------
-    UsageError
-        Poles of another number, without complex conjugates, repeated too often, or not finite.
-    ModelError
-        A mode that no actuator moves.
-    NumericalError
-        Poles that are not reached to 1e-6.
-    """
-    wanted = pole_array("", poles)
-    n, rate = plant.n, plant.scales.rate
-    check_poles("", wanted, 2 * n)
-    if repeated := repeated_pole(wanted, plant.m):
-        pole, count = repeated
-        fault = f"the pole {pole} is there {count} times, and {plant.m} actuators place {plant.m} at most [E0414]"
-        raise UsageError(fault, "distinct poles")
-    check_controllable(plant)
-    k, c, b = plant.scaled_matrices
-    A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
-    G = pole_gains(A, B, wanted / rate) @ plant.scales.state
-    reached = plant.eigenvalues(G[:, :n], G[:, n:])
-    check_reached(reached, wanted, rate)
-    return PolePlacement(G[:, :n], G[:, n:], reached)
-
-
-_ASYMMETRY = 1e-8
-_RANK = 1e-9
+    def state_matrix(self, G_p: ArrayLike = 0.0, G_v: ArrayLike = 0.0) -> Array:
+        """Return A (2n, 2n) of x' = A x, x = [q, v], under u = -G_p q - G_v v with gains (m, n)."""
+        n, m = self.B.shape
+        forces = [part + self.B @ np.broadcast_to(gains, (m, n)) for part, gains in ((self.K, G_p), (self.C, G_v))]
+        return np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(self.M, np.hstack(forces))])
 
 
 @dataclass(frozen=True)
@@ -172,7 +68,6 @@ class ModalFeedback:
     G_p, G_v : (m, n)
     modes : of the plant.
     controlled : numbers of the modes that are fed back, from 0.
-    g, h : modal gains that were asked for, one of each controlled mode.
     crosstalk : largest modal force that reaches another controlled mode, or is missing in the requested mode, per
         requested force; 0 with at least as many independent actuators as controlled modes.
     spillover : largest modal force that reaches a mode that is not controlled, per force that is asked for.
@@ -183,8 +78,6 @@ class ModalFeedback:
     G_v: Array
     modes: PlantModes
     controlled: tuple[int, ...]
-    g: Array
-    h: Array
     crosstalk: float
     spillover: float
     eigenvalues: Complex
@@ -192,17 +85,17 @@ class ModalFeedback:
 
 def modes_of(plant: Plant) -> PlantModes:
     """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
-    if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
+    if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=1e-8 * np.abs(plant.K).max(initial=0.0)):
         fault = "the stiffness matrix is not symmetric, so there are no modes that keep their shape [E0415]"
         raise ModelError(fault, "lqr")
     squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
-    limit = 1e-10 * plant.scales.rate**2
+    limit = COMPUTED * float(np.abs(squares).max())
     if squares[0] < -limit:
         mover = plant.names[int(np.argmax(np.abs(shapes[:, 0])))]
         fault = f"the equilibrium is unstable: the mode of {mover} grows at {(-squares[0]) ** 0.5:.4g} 1/s"
         raise ModelError(f"{fault}, and modal control is for modes that oscillate [E0416]", "lqr")
     damping = np.einsum("ik,ij,jk->k", shapes, plant.C, shapes)
-    return PlantModes(np.sqrt(np.where(np.abs(squares) < limit, 0.0, squares)), damping, np.asarray(shapes))
+    return PlantModes(np.sqrt(np.where(np.abs(squares) <= limit, 0.0, squares)), damping, np.asarray(shapes))
 
 
 def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayLike) -> tuple[Array, Array]:
@@ -276,11 +169,11 @@ def modal_feedback(
     ModelError
         Actuators that do not reach the controlled modes, or a closed loop that spillover makes unstable.
     """
-    chosen = [int(k) for k in controlled]
+    chosen, (n, m) = [int(k) for k in controlled], plant.B.shape
     for k in chosen:
-        if not 0 <= k < plant.n:
-            fault = f"there is no mode {k + 1}: the model has {plant.n} [E0420]"
-            raise UsageError(fault, f"1 to {plant.n}" if plant.n > 1 else "1")
+        if not 0 <= k < n:
+            fault = f"there is no mode {k + 1}: the model has {n} [E0420]"
+            raise UsageError(fault, f"1 to {n}" if n > 1 else "1")
     if not chosen or len(set(chosen)) < len(chosen):
         raise UsageError("the modes to control are none, or one of them is named twice [E0421]", "[1, 2]")
     gains = [np.broadcast_to(np.asarray(values, dtype=float), (len(chosen),)) for values in (g, h)]
@@ -288,23 +181,22 @@ def modal_feedback(
     sizes = np.linalg.norm(reach, axis=1)
     largest = float(np.linalg.norm(modes.shapes.T @ plant.B, 2))
     for column, k in enumerate(chosen):
-        if not sizes[column] > _RANK * largest:
+        if not sizes[column] > COMPUTED * largest:
             frequency = modes.frequencies[k] / (2.0 * np.pi)
             fault = f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz [E0422]"
             raise ModelError(fault, "another place for one, or other modes")
-    efforts = np.linalg.pinv(reach, rcond=_RANK)
+    efforts = np.linalg.pinv(reach, rcond=COMPUTED)
     of_coordinates = modes.shapes[:, chosen].T @ plant.M
     G_p, G_v = (efforts @ (values[:, np.newaxis] * of_coordinates) for values in gains)
-    rest = [k for k in range(plant.n) if k not in chosen]
+    rest = [k for k in range(n) if k not in chosen]
     crosstalk = float(np.abs(reach @ efforts - np.eye(len(chosen))).max())
     spillover = float(np.abs(modes.shapes[:, rest].T @ plant.B @ efforts).max(initial=0.0))
-    eigenvalues = plant.eigenvalues(G_p, G_v)
+    without, eigenvalues = (np.linalg.eigvals(plant.state_matrix(*G)) for G in ((), (G_p, G_v)))
     worst = eigenvalues[np.argmax(eigenvalues.real)]
-    if worst.real > 1e-9 * plant.scales.rate and worst.real > plant.eigenvalues().real.max():
-        fault = f"modal control with {plant.m} actuators makes a mode at {abs(worst.imag) / (2 * np.pi):.4g} Hz grow"
+    if worst.real > COMPUTED * np.abs(eigenvalues).max() and worst.real > without.real.max():
+        fault = f"modal control with {m} actuators makes a mode at {abs(worst.imag) / (2 * np.pi):.4g} Hz grow"
         detail = f"(crosstalk {crosstalk:.2g}, spillover {spillover:.2g} of the forces asked for)"
         raise ModelError(f"{fault} {detail} [E0423]", "as many actuators as modes, or fewer controlled modes")
-    if crosstalk < 1e-9:
+    if crosstalk < COMPUTED:
         crosstalk = 0.0
-    of_modes = np.array(gains)
-    return ModalFeedback(G_p, G_v, modes, tuple(chosen), of_modes[0], of_modes[1], crosstalk, spillover, eigenvalues)
+    return ModalFeedback(G_p, G_v, modes, tuple(chosen), crosstalk, spillover, eigenvalues)

@@ -6,16 +6,43 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import block_diag
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest, shown
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import Problem, UsageError
-from eomgen.products.linear.control.plant import Plant, real_matrix
-from eomgen.products.linear.state_space import StateSpace, linear_model_name
+from eomgen.products.linear.state_space import KINDS, StateSpace, labels, linear_model_name, signal_labels
 
-_ASYMMETRY = 1e-9
+
+def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:
+    """Return a matrix as finite floats.
+
+    Parameters
+    ----------
+    name : str
+        Name in messages.
+    value : array_like
+        The matrix.
+    rows, columns : int
+        Shape that is needed.
+
+    Raises
+    ------
+    UsageError
+        Another shape, or an entry that is not a finite number.
+    """
+    try:
+        matrix = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        fault = f"{name} is not a matrix of real numbers [E0392]"
+        raise UsageError(fault, f"an array of shape ({rows}, {columns})") from None
+    if matrix.shape != (rows, columns):
+        raise UsageError(f"{name} has the shape {matrix.shape} [E0393]", f"({rows}, {columns})")
+    if not np.all(np.isfinite(matrix)):
+        row, column = np.argwhere(~np.isfinite(matrix))[0]
+        raise UsageError(f"{name} has an entry [{row}, {column}] that is not finite [E0395]", "finite numbers")
+    return matrix
 
 
 @dataclass(frozen=True)
@@ -32,25 +59,6 @@ class Weights:
     state: Array
     effort: Array
     cross: Array
-
-    @classmethod
-    def of(cls, plant: Plant, position: ArrayLike = 0.0, velocity: ArrayLike = 0.0, effort: ArrayLike = 0.0) -> Weights:
-        """Return J = int q^T Q1 q + v^T Q2 v + u^T R u dt.
-
-        Parameters
-        ----------
-        position, velocity, effort : (n, n), (n, n) and (m, m) matrices; or the diagonals; or one number for all
-            components.
-
-        Raises
-        ------
-        UsageError
-            A matrix of another size, not symmetric, or negative in some direction.
-        """
-        n, m = plant.n, plant.m
-        of_coordinates = weight("the weight of the coordinates", position, n)
-        state = np.asarray(block_diag(of_coordinates, weight("the weight of the velocities", velocity, n)))
-        return cls(state, weight("the weight of the efforts", effort, m), np.zeros((2 * n, m)))
 
     def plus_output(self, of_state: ArrayLike, of_effort: ArrayLike, cost: ArrayLike) -> Weights:
         """Return the cost plus the cost int y^T W y dt of an output y = F [q, v] + D u. `of_state` is F (ny, 2n),
@@ -72,11 +80,11 @@ def weight(name: str, value: ArrayLike, size: int) -> Array:
         array = np.diag(np.broadcast_to(array, (size,)))
     matrix = real_matrix(name, array, size, size)
     largest = float(np.abs(matrix).max(initial=0.0))
-    if not np.allclose(matrix, matrix.T, rtol=0.0, atol=_ASYMMETRY * largest):
+    if not np.allclose(matrix, matrix.T, rtol=0.0, atol=COMPUTED * largest):
         raise UsageError(f"{name} is not symmetric [E0428]", "W and its transpose, halved")
     matrix = matrix / 2.0 + matrix.T / 2.0
     least = float(np.linalg.eigvalsh(matrix)[0]) if size else 0.0
-    if least < -_ASYMMETRY * largest:
+    if least < -COMPUTED * largest:
         fault = f"{name} is negative in some direction (eigenvalue {least:.4g}) [E0429]"
         raise UsageError(fault, "weights of zero and above")
     return matrix
@@ -157,13 +165,11 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
     kept = [space.inputs.index(name) for name in wanted]
     rest = [k for k in range(len(space.inputs)) if k not in kept]
     left = tuple(space.inputs[k] for k in rest)
-    units, references = dict(space.units), dict(space.references)
-    if units:
-        units["inputs"] = tuple(space.units["inputs"][k] for k in kept)
-        units["disturbances"] = (*space.units["disturbances"], *(space.units["inputs"][k] for k in rest))
-    if references:
-        references["inputs"] = space.references["inputs"][kept]
-        references["disturbances"] = np.append(space.references["disturbances"], space.references["inputs"][rest])
+    of = {kind: labels(space, kind) for kind in KINDS}
+    of |= {
+        "inputs": labels(space, "inputs", wanted),
+        "disturbances": [*of["disturbances"], *labels(space, "inputs", left)],
+    }
     return replace(
         space,
         B=space.B[:, kept],
@@ -172,8 +178,7 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
         F=np.hstack([space.F, space.D[:, rest]]),
         inputs=wanted,
         disturbances=(*space.disturbances, *left),
-        units=units,
-        references=references,
+        **signal_labels(of),
     )
 
 

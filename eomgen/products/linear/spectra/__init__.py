@@ -27,3 +27,5 @@ __all__ = [
     "weighted_signal",
     "weighting_response",
 ]
+#: Open to the other parts of ``linear`` as well.
+WITHIN = ["road"]

@@ -20,7 +20,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
-from eomgen.products.linear.spectra.road import Road
+from eomgen.products.linear.spectra.road import Road, check_frequencies
 
 
 class Excitation(Protocol):
@@ -113,9 +113,7 @@ class InputSpectrum:
         title = f"InputSpectrum: {self.input}"
         if (self.density is None) == (self.function is None):
             raise UsageError(Problem(title, "it needs either a density or a function [E0462]", "density=[...]"))
-        if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
-            fault = "the frequencies have to be two or more positive numbers that increase, Hz [E0463]"
-            raise UsageError(Problem(title, fault, "[1.0, 20.0, 100.0]"))
+        check_frequencies(title, f, "[1.0, 20.0, 100.0]")
         if self.density is not None:
             g = np.asarray(self.density, dtype=float)
             if g.shape != f.shape or not np.all(np.isfinite(g)) or np.any(g < 0.0):
@@ -244,11 +242,9 @@ class RoadExcitation:
         if not known:
             fault = f"{ascii(self.coherence)[:32]} is not a coherence between tracks [E0466]"
             raise UsageError(Problem("RoadExcitation", fault, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
-        if self.coherence == "isotropic" and math.isnan(self.road.exponent) and len(self._places) > 1:
-            fault = "an isotropic road between tracks has an exponent, and a measured one has none [E0467]"
-            raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
-        if self.coherence == "isotropic" and self.road.long_exponent is not None and len(self._places) > 1:
-            fault = "an isotropic road between tracks has one exponent, and this one has two [E0468]"
+        one = not math.isnan(self.road.exponent) and self.road.long_exponent is None
+        if self.coherence == "isotropic" and not one and len(set(self._places)) > 1:
+            fault = "an isotropic road between tracks has one exponent, and a measured one none [E0467]"
             raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
 
     @property
@@ -279,12 +275,12 @@ class RoadExcitation:
     @property
     def lateral(self) -> Array:
         """(m, m) distances between the wheels' tracks, m."""
-        places = np.array([self.tracks.get(wheel, 0.0) for wheel in self.wheels], dtype=float)
+        places = np.array(self._places, dtype=float)
         return np.asarray(np.abs(places[:, np.newaxis] - places))
 
     @property
-    def _places(self) -> set[float]:
-        return {self.tracks.get(wheel, 0.0) for wheel in self.wheels}
+    def _places(self) -> list[float]:
+        return [self.tracks.get(wheel, 0.0) for wheel in self.wheels]
 
     def at(self, speed: float | str | None = None, road: Road | None = None) -> RoadExcitation:
         """Return the same wheels at another speed, in m/s or as text with a unit, or on another road.

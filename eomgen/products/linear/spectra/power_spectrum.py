@@ -20,6 +20,7 @@ from eomgen.base.figures import axes_of_caller, axis_label, draw_grid
 from eomgen.base.html import page, table
 from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
+from eomgen.solvers.phi_functions import phi
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,6 @@ WEIGHTINGS = {
     "Wk": WeightingFilter("vertical, of a seat or the floor", 0.4, 100.0, 12.5, 12.5, 0.63, (2.37, 0.91, 3.35, 0.91)),
     "Wd": WeightingFilter("horizontal, of a seat or the floor", 0.4, 100.0, 2.0, 2.0, 0.63),
 }
-
-
-#: Terms of the series of integrals for arguments below 1.
-_TERMS = 20
 
 
 def _weighting(name: str) -> WeightingFilter:
@@ -153,9 +150,8 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     steps = np.diff(t)
     coefficients = CubicSpline(t, values).c[::-1]  # (4, n - 1), of powers 0 to 3
     z = poles[:, np.newaxis] * steps
-    entering = sum(
-        c * steps ** (k + 1) * phi for k, (c, phi) in enumerate(zip(coefficients, _integrals(z), strict=True))
-    )
+    # the integral of exp(z (1 - x)) x^k over x from 0 to 1 is k! phi_(k+1)(z)
+    entering = sum(c * steps ** (k + 1) * math.factorial(k) * phi(z, k + 1) for k, c in enumerate(coefficients))
     decays = np.exp(z).T
     state = -values[0] / poles
     result = np.empty(len(t))
@@ -163,25 +159,6 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     for k, (decay, added) in enumerate(zip(decays, np.asarray(entering).T, strict=True), 1):
         state = decay * state + added
         result[k] = (residues @ state).real
-    return result
-
-
-def _integrals(z: Complex) -> list[Complex]:
-    """Return the integrals of exp(z (1 - x)) x^k over x from 0 to 1, k = 0 to 3, at z (...): the recursion upwards, or
-    the series for small z."""
-    small = np.abs(z) < 1.0
-    safe = np.where(small, 1.0, z)
-    result: list[Complex] = []
-    upward = (np.exp(safe) - 1.0) / safe
-    for k in range(4):
-        if k:
-            upward = (k * upward - 1.0) / safe
-        term = np.where(small, 1.0 / (k + 1), 0.0).astype(complex)  # k! z^j / (k + 1 + j)!
-        series = term.copy()
-        for j in range(1, _TERMS):
-            term = term * z / (k + 1 + j)
-            series += term
-        result.append(np.where(small, series, upward))
     return result
 
 

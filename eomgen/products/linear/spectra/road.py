@@ -182,6 +182,13 @@ class Road:
         return 2.0 * math.pi**2 * REFERENCE_FREQUENCY**2 * self.reference_roughness * speed
 
 
+def check_frequencies(where: str, f: Array, example: str) -> None:
+    """Raise UsageError unless an array is two or more positive frequencies that increase."""
+    if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
+        fault = "frequencies have to be two or more positive numbers that increase [E0440]"
+        raise UsageError(Problem(where, fault, example))
+
+
 def _check(name: str, value: float, needed: str) -> None:
     if not (isinstance(value, int | float) and 0.0 < value < math.inf):
         fault = f"{ascii(value)[:32]} is not a valid value for a road [E0475]"
@@ -190,10 +197,6 @@ def _check(name: str, value: float, needed: str) -> None:
 
 #: Samples of a segment at least.
 _FEWEST = 32
-#: Number of lowest frequencies of a segment that are distorted by the window and the removal of the trend.
-_BENT = 2
-#: Densities of a measured road in parts of class H, from which on elevations are hardly in m.
-_ROUGHEST = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,12 +219,9 @@ class MeasuredRoad(Road):
 
     def __post_init__(self) -> None:
         n, density = (np.asarray(array, dtype=float) for array in (self.frequencies, self.density))
-        rising = n.ndim == 1 and len(n) > 1 and bool(np.all(np.isfinite(n)) and n[0] > 0.0 and np.all(np.diff(n) > 0.0))
-        if not (rising and density.shape == n.shape and np.all(np.isfinite(density)) and np.all(density >= 0.0)):
-            fault = (
-                "a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or"
-                " more [E0476]"
-            )
+        check_frequencies("MeasuredRoad", n, "MeasuredRoad.of_profile(distance, elevation)")
+        if not (density.shape == n.shape and np.all(np.isfinite(density)) and np.all(density >= 0.0)):
+            fault = "a spectrum needs as many densities of 0 or more as frequencies [E0476]"
             raise UsageError(Problem("MeasuredRoad", fault, "MeasuredRoad.of_profile(distance, elevation)"))
         object.__setattr__(self, "band", (float(n[0]), float(n[-1])))
         object.__setattr__(self, "exponent", float("nan"))  # undefined; refused if needed
@@ -287,12 +287,13 @@ class MeasuredRoad(Road):
         n, density = welch(np.interp(even, x, y), 1.0 / spacing, "hann", nperseg=length, detrend=detrend)
         # Frequencies that the widest gap resolves; the last frequency is half the sampling rate.
         gap = max(float(np.diff(x).max()), widest)
-        inside = (np.arange(len(n)) >= _BENT) & (n <= 0.5 / gap) & (np.arange(len(n)) < len(n) - 1)
+        # the two lowest ones are distorted by the window and the removal of the trend
+        inside = (np.arange(len(n)) >= 2) & (n <= 0.5 / gap) & (np.arange(len(n)) < len(n) - 1)
         if np.count_nonzero(inside) < 2:
             fault = f"the widest gap of the profile, {gap:.4g} m, leaves no frequencies [E0479]"
             raise UsageError(Problem("MeasuredRoad", fault, "points that are spread more evenly"))
         ratio = float(np.interp(REFERENCE_FREQUENCY, n[inside], density[inside], 0.0, 0.0)) / ROUGHNESS["H"]
-        if ratio > _ROUGHEST:
+        if ratio > 4.0:
             text = f"MeasuredRoad: the road is {ratio:.3g} times as rough as class H, by the density at"
             hint = "elevations in m"
             warnings.warn(f"{text} {REFERENCE_FREQUENCY:g} cycle/m; try: {hint} [W0043]", RuntimeWarning, stacklevel=2)

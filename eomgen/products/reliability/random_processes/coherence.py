@@ -17,14 +17,10 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import FREQUENCY_RANGE
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.random_processes.covariance import Band, Covariance, DensityTable, RoadProfile
 from eomgen.solvers.quadrature import gauss_legendre
-
-#: Largest number of projections; change at which the iteration ends.
-_PROJECTIONS, _SETTLED = 2000, 1e-12
-#: Least eigenvalue of a returned matrix, so that it has a Cholesky factor.
-_LEAST = 1e-10
 
 
 def nearest_correlation(matrix: Array) -> Array:
@@ -36,27 +32,23 @@ def nearest_correlation(matrix: Array) -> Array:
     Higham: Computing the nearest correlation matrix, IMA J. Numer. Anal. 22 (2002), algorithm 3.3.
     """
     here, correction = matrix.copy(), np.zeros_like(matrix)
-    for _ in range(_PROJECTIONS):
+    for _ in range(2000):
         shifted = here - correction
         values, vectors = np.linalg.eigh(shifted)
         positive = (vectors * np.maximum(values, 0.0)) @ vectors.T
         correction = positive - shifted
         before, here = here, positive.copy()
         np.fill_diagonal(here, 1.0)
-        if np.linalg.norm(here - before) <= _SETTLED:
+        if np.linalg.norm(here - before) <= SUMMED:
             break
-    share = max(0.0, _LEAST - float(np.linalg.eigvalsh(here)[0]))
+    share = max(0.0, 1e-10 - float(np.linalg.eigvalsh(here)[0]))
     return np.asarray((here + share * np.eye(len(here))) / (1.0 + share))
 
 
 #: Nodes of a panel of frequencies; largest number of nodes.
 _NODES, _MOST_NODES = 16, 40_000
-#: Part of the variance that may be left out beyond the last frequency; error of the integral by the same measure.
-_LEFT, _ERROR = 1e-11, 1e-10
-#: Degree of the spline over lags, number of points for the shortest wave, and number of points beyond both ends.
-_DEGREE, _OF_WAVE, _BEYOND = 9, 12, 12
-#: Lags at which the integral is looked at.
-_LAGS = 33
+#: Number of points of the spline over lags for the shortest wave, and beyond both ends.
+_POINTS = 12
 
 
 class Coherence(Protocol):
@@ -127,13 +119,13 @@ class CrossCovariance:
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  # slow to import; most processes have none
 
         frequencies, shares = self._rule
-        apart = 1.0 / (_OF_WAVE * frequencies[-1])
-        lags = apart * np.arange(-_BEYOND, math.ceil(self.window / apart) + _BEYOND + 1)
+        apart = 1.0 / (_POINTS * frequencies[-1])
+        lags = apart * np.arange(-_POINTS, math.ceil(self.window / apart) + _POINTS + 1)
         values = np.empty(lags.size)
         for begin in range(0, lags.size, 1024):
             waves = np.multiply.outer(2.0 * math.pi * lags[begin : begin + 1024], frequencies)
             values[begin : begin + 1024] = np.cos(waves) @ shares
-        spline: Callable[[Array], Array] = make_interp_spline(lags, values, k=_DEGREE)
+        spline: Callable[[Array], Array] = make_interp_spline(lags, values, k=9)
         return spline
 
     def density(self, frequency: Array) -> Array:
@@ -148,7 +140,8 @@ class CrossCovariance:
         bounded = bool(_edges(self.covariance)) or bool(self.coherence.edges)
         last = edges[-1] if bounded else self._last(variance)
         borders = np.array([0.0, *edges] if bounded else [0.0, *edges, last])
-        lags, before, waves = np.linspace(0.0, self.window, _LAGS), np.full(_LAGS, np.inf), 4.0
+        lags, waves = np.linspace(0.0, self.window, 33), 4.0
+        before = np.full(len(lags), np.inf)
         while True:
             frequencies, weights = _panels(borders, waves / self.window)
             if len(frequencies) > _MOST_NODES:
@@ -156,7 +149,7 @@ class CrossCovariance:
                 raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
             shares = weights * self.density(frequencies)
             values = np.cos(2.0 * math.pi * np.multiply.outer(lags, frequencies)) @ shares
-            if np.max(np.abs(values - before)) <= _ERROR * variance:
+            if np.max(np.abs(values - before)) <= 1e-10 * variance:
                 return frequencies, shares
             before, waves = values, 0.5 * waves
 
@@ -164,7 +157,7 @@ class CrossCovariance:
         """Return the frequency in cycles beyond which c G is negligible relative to the variance; raises UsageError if
         this is too high for the quadrature."""
         last = 1.0 / self.window
-        while float(self.density(np.array([last]))[0]) * last > _LEFT * variance or last < 4.0 / self.window:
+        while float(self.density(np.array([last]))[0]) * last > 1e-11 * variance or last < 4.0 / self.window:
             last *= 2.0
             if last * self.window > _MOST_NODES:
                 fault = "the coherence falls too slowly: at high frequencies the processes are one and the same [E0965]"

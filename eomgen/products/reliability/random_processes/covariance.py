@@ -21,6 +21,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.solvers.quadrature import gauss_legendre
@@ -261,10 +262,6 @@ class DensityTable:
 BEYOND, MAP_POINTS = 12.0, 401
 #: Number of Hermite polynomials, and nodes of the quadrature for the projection.
 _DEGREES, _NODES = 40, 160
-#: Number of correlations of g with a known correlation of X, and number of lags of the inversion.
-_CORRELATIONS, _LAGS = 4001, 1025
-#: Tolerated excess of an inverted correlation: rounding of the projection.
-_ROUNDING = 1e-9
 
 
 def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
@@ -326,14 +323,14 @@ def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window:
     UsageError
         If no correlation of g gives the requested correlation: a translation bounds correlations from below.
     """
-    lags = np.linspace(0.0, window, _LAGS)
+    lags = np.linspace(0.0, window, 1025)
     wanted = covariance.at(lags) / covariance.at(np.zeros(1))
-    correlation = np.linspace(-1.0, 1.0, _CORRELATIONS)
+    correlation = np.linspace(-1.0, 1.0, 4001)
     made = translated_correlation(map_of, correlation)
     falling = np.flatnonzero(np.diff(made) <= 0.0)
     first = int(falling[-1]) + 1 if len(falling) else 0
     lowest, worst = made[first], int(np.argmin(wanted))
-    if wanted[worst] < lowest - _ROUNDING:
+    if wanted[worst] < lowest - COMPUTED:
         fault = (
             f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag"
             f" {lags[worst]:.3g}: of this one they are {lowest:.3g} or more [E0967]"

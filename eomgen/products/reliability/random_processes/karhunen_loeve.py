@@ -20,13 +20,9 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import (
-    Constant,
-    Covariance,
-    CovarianceTable,
-    Exponential,
-)
+from eomgen.products.reliability.random_processes.covariance import Constant, Covariance, Exponential
 from eomgen.solvers.quadrature import gauss_legendre
 
 #: Most modes: each is a table, and a variable. Loading time grows with the cube of the number of modes (9 s of
@@ -36,22 +32,12 @@ MOST_MODES = 1024
 _NODES = 16
 #: Most nodes of the window.
 _MOST_NODES = 4096
-#: Number of nodes per mode of the largest number of modes that is sufficient for a decision on more nodes.
-_ENOUGH = 4
-#: Frequencies of a spectrum, by the window's own, and their number; part of the variance that these have to hold, and
-#: modes, in part and in number, by which a spectrum may be off.
-_LOWEST, _HIGHEST, _FREQUENCIES = 1e-3, 1e15, 40_000
-_HELD, _MARGIN, _FEW_MODES = 0.9, 0.1, 8
-#: The least share that is suggested.
-_USEFUL = 0.05
 #: Change of an eigenvalue by doubled panels, relative to the largest, at which the eigenvalue counts as converged.
 _CONVERGED = 1e-10
 #: The same of several processes together, whose tables of modes are not closer.
 _CONVERGED_JOINTLY = 1e-7
 #: The same after which a window at the largest number of nodes is refused.
 _DOUBTFUL = 1e-5
-#: A negative eigenvalue below this part of the largest is rounding, or the error of a spline through a table.
-_NEGATIVE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +101,6 @@ def expand(
     if isinstance(covariance, Constant):
         variance = np.array([covariance.standard_deviation**2 * duration])
         return Expansion(duration, variance, float(variance[0]), lambda times: np.full((1, len(times)), duration**-0.5))
-    if modes is None and share is not None and not isinstance(covariance, CovarianceTable):
-        _refuse_far(covariance, duration, share)
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
     return expand_jointly([[covariance]], duration, share=share, modes=modes, repair=repair)[0]
@@ -166,62 +150,34 @@ def expand_jointly(
         return [component(column) for column in range(count)]
 
     while True:
-        resolved, refused = np.zeros(0), None
+        known, refused = np.zeros(0), None
+        resolved = known
         try:
             expansion = _nystrom(covariances, duration, panels, repair)
-            resolved = expansion.eigenvalues
-            chosen = _chosen(expansion, share, modes)
-            values = chosen.eigenvalues
-            change = math.inf
-            if len(values) <= len(before):
-                change = float(np.max(np.abs(values - before[: len(values)]))) / values[0]
-            if change <= (_CONVERGED if count == 1 else _CONVERGED_JOINTLY):
-                return split_processes(chosen)
+            known = resolved = expansion.eigenvalues
+            expansion = _chosen(expansion, share, modes)
+            known = expansion.eigenvalues
         except UsageError as error:
-            if panels * _NODES >= _ENOUGH * MOST_MODES:
-                raise
-            change, refused = math.inf, error
+            refused = error
+        change = math.inf
+        if 0 < len(known) <= len(before):
+            change = float(np.max(np.abs(known - before[: len(known)]))) / known[0]
+        if refused is None and change <= (_CONVERGED if count == 1 else _CONVERGED_JOINTLY):
+            return split_processes(expansion)
         if 2 * panels * _NODES * count > _MOST_NODES:
-            if refused is not None:
+            if refused is not None and (change <= _DOUBTFUL or not len(known)):
                 raise refused
             if change <= _DOUBTFUL:
-                return split_processes(chosen)
+                return split_processes(expansion)
             fault = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes [E0968]"
             raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
         panels, before = 2 * panels, resolved
 
 
-def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
-    """Raise UsageError for a share that needs far more modes than allowed, without a computation of modes.
-
-    In long windows eigenvalues are G(f) / 2 at frequencies with the distance 1 / (2 T), so n modes have the largest
-    part of the spectrum on n / (2 T) of frequencies; Nystrom's nodes do not resolve correlations that are as short.
-
-    References
-    ----------
-    Grenander, Szegoe: Toeplitz Forms and Their Applications (1958), 8.6.
-    """
-    edges = np.concatenate([[0.0], np.geomspace(_LOWEST, _HIGHEST, _FREQUENCIES) / duration])
-    widths = np.diff(edges)
-    density = covariance.density(0.5 * (edges[1:] + edges[:-1]))
-    variance = float(covariance.at(np.zeros(1))[0])
-    if not float(density @ widths) > _HELD * variance:
-        return
-
-    def variance_share(modes: float) -> float:
-        order = np.argsort(-density, kind="stable")
-        room = np.cumsum(widths[order])
-        taken = np.clip(0.5 * modes / duration - (room - widths[order]), 0.0, widths[order])
-        return float(density[order] @ taken) / variance
-
-    if variance_share((1.0 + _MARGIN) * MOST_MODES + _FEW_MODES) < share:
-        raise UsageError(_too_many(share, MOST_MODES, variance_share(MOST_MODES)))
-
-
 def _too_many(share: float, modes: int, has: float) -> Problem:
     fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g} [E0969]"
     least = math.floor(has * 1e4) / 1e4
-    hint = f"share = {least:g}, or a shorter window" if least >= _USEFUL else "a shorter window, a longer correlation"
+    hint = f"share = {least:g}, or a shorter window" if least >= 0.05 else "a shorter window, a longer correlation"
     return Problem("", fault, hint)
 
 
@@ -279,7 +235,7 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
     order = np.argsort(-every, kind="stable")
     every, vector = every[order], vector[:, :, order]
     removed = 0.0
-    if every[-1] < -_NEGATIVE * every[0]:
+    if every[-1] < -WRITTEN * every[0]:
         part, removed = every[-1] / every[0], float(np.linalg.norm(every[every < 0.0]) / np.linalg.norm(every))
         if not repair:
             fault = (

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import curves, evaluate_batch, symbols
@@ -224,10 +225,6 @@ class Covariances:
         return curve
 
 
-#: Least eigenvalue of a matrix of coherences below which no processes have these coherences.
-_NEGATIVE = -1e-9
-
-
 class _CovarianceReader:
     """A reader, which reports faults by key."""
 
@@ -261,7 +258,7 @@ class Coherences(_CovarianceReader):
         if len(self.report.noted) > before:
             return None
         least, frequency = least_eigenvalue(result)
-        if least < _NEGATIVE:
+        if least < -COMPUTED:
             fault = (
                 f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
                 f" frequency {frequency:.3g} is {least:.3g}, negative [E0997]"
@@ -311,12 +308,6 @@ def cross_covariances(
     ]
 
 
-#: Largest deviation of a process from the mean, in standard deviations, for checks, and number of examined values.
-_FARTHEST, _PLACES = 6.0, 1201
-#: Quantiles at least.
-_FEWEST_QUANTILES = 3
-
-
 class Translations(_CovarianceReader):
     """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles."""
 
@@ -341,7 +332,7 @@ class Translations(_CovarianceReader):
         which is reported. The map is straight before the first and after the last quantile."""
         points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
-        rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
+        rising = len(share) >= 3 and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
         if not rising or share[0] <= 0.0 or share[-1] >= 1.0:
             fault = (
                 "quantiles are three points or more, probabilities between 0 and 1 and values that both rise [E1002]"
@@ -436,7 +427,7 @@ class Translations(_CovarianceReader):
         formula = process.translation
         if formula is None or curves(formula) or self._mentions_refused(formula):
             return
-        away = np.linspace(-_FARTHEST, _FARTHEST, _PLACES)
+        away = np.linspace(-6.0, 6.0, 1201)
         g = process.mean + process.standard_deviation * away
         value = self._values_at(formula, g)
         key = f"{key_of('random', process.name)}.translation"

@@ -15,6 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.base.random_inputs import FASTEST, standard_normals
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.errors import UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
@@ -30,12 +31,8 @@ from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault
 from eomgen.scene.signals.curves import Curves
 from eomgen.system.signals import Input, NormalSeries, Parameter, variables_of
 
-#: Points of a table for each wave of the mode, and the least number of points.
-_POINTS, _FEWEST = 8, 32
-#: Most points of a table.
-_MOST_POINTS = 4096
-#: Error of a table, measured by the largest value of all modes; the same by the standard deviation that is left out.
-_TABLE_ERROR, _OF_THE_REST = 1e-6, 1e-4
+#: Least number of points of a table, and the largest number.
+_FEWEST, _MOST_POINTS = 32, 4096
 
 
 def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
@@ -44,7 +41,7 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
     error requires, 4096 at most: modes of short waves have small values, and need less relative accuracy."""
     count, points = len(expansion.eigenvalues), _FEWEST
     result: dict[int, Curve] = {}
-    allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.variance_shares[-1]), 0.0)))
+    allowed = max(WRITTEN, 1e-4 * math.sqrt(max(1.0 - float(expansion.variance_shares[-1]), 0.0)))
     highest = 0.0
     while len(result) < count:
         x = np.linspace(0.0, expansion.duration, points + 1)
@@ -54,7 +51,7 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
         last = 2 * points > _MOST_POINTS
         for k in range(count):
             # mode k has about k / 2 waves: fewer points may be on the mode by chance
-            if k in result or (points < _POINTS * (k + 1) // 2 and not last):
+            if k in result or (points < 8 * (k + 1) // 2 and not last):
                 continue
             spline = Curve(f"{name} mode {k + 1}", start + x, y[k], smooth_ends=True)
             error = float(np.max(np.abs(spline(start + between) - exact[k])))
@@ -62,10 +59,6 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
                 result[k] = spline
         points *= 2
     return tuple(result[k] for k in range(count))
-
-
-#: Largest nesting depth of a sum, because formulas are walked recursively.
-_DEPTH = 257
 
 
 def input_of(process: NormalSeries, entry: written.RandomProcess) -> Input:
@@ -105,7 +98,8 @@ def _formula(process: NormalSeries) -> Formula:
 
 def _sum(terms: Sequence[Formula]) -> Formula:
     """Return the sum of terms, nested such that the depth hardly grows with the number of terms."""
-    parts = [functools.reduce(operator.add, terms[k : k + _DEPTH]) for k in range(0, len(terms), _DEPTH)]
+    depth = 257  # formulas are walked recursively
+    parts = [functools.reduce(operator.add, terms[k : k + depth]) for k in range(0, len(terms), depth)]
     return parts[0] if len(parts) == 1 else _sum(parts)
 
 
@@ -113,10 +107,6 @@ def _first_set(entry: written.RandomProcess, words: Sequence[str]) -> str:
     """Return the first of some keys that an entry gives another value than its default; empty for none."""
     fields = written.RandomProcess.model_fields
     return next((word for word in words if getattr(entry, word) != fields[word].default), "")
-
-
-#: Least eigenvalue of a correlation matrix up to which the matrix counts as singular.
-_SINGULAR = 1e-12
 
 
 class Processes:
@@ -247,24 +237,19 @@ class Processes:
             return []
         if coherences is None:
             return self._group(made[0], names, entries)
-        members = zip(made[1:], others, strict=True)
-        return [made[0], *(self._coherent(made[0], process, name, entries[name]) for process, name in members)]
-
-    def _coherent(
-        self, first: NormalSeries, process: NormalSeries, name: str, entry: written.RandomProcess
-    ) -> NormalSeries:
-        """Return a coherent process of a group, `process` scaled to its own standard deviation, which shares the
-        variables of the first process and has separate modes."""
-        scale = self._scale(first, name, entry)
-        return self._member(
-            process,
-            name,
-            entry,
-            weights=(scale,) * len(process.modes),
-            eigenvalues=tuple(scale**2 * value for value in process.eigenvalues),
-            total=scale**2 * process.total,
-            coherent_with=tuple(entry.coherence or {}),
-        )
+        for k, name in enumerate(others, 1):  # which share the variables of the first process and have separate modes
+            entry, process = entries[name], made[k]
+            scale = self._scale(made[0], name, entry)
+            made[k] = self._member(
+                process,
+                name,
+                entry,
+                weights=(scale,) * len(process.modes),
+                eigenvalues=tuple(scale**2 * value for value in process.eigenvalues),
+                total=scale**2 * process.total,
+                coherent_with=tuple(entry.coherence or {}),
+            )
+        return made
 
     def _member(self, template: NormalSeries, name: str, entry: written.RandomProcess, **changes: Any) -> NormalSeries:
         """Return a process of a group, with its own mean and translation, which is checked."""
@@ -332,7 +317,7 @@ class Processes:
                     return None
                 matrix[i, j] = matrix[j, i] = value if i != j else 1.0
         least = float(np.linalg.eigvalsh(matrix)[0])
-        if least <= _SINGULAR:
+        if least <= SUMMED:
             nearest = nearest_correlation(matrix)
             away = float(np.linalg.norm(nearest - matrix))
             key = f"{key_of('random', names[-1])}.correlation"

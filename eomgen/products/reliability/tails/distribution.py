@@ -18,10 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
+from scipy.optimize import brentq
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.limits import Limit
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response
 
@@ -32,15 +34,6 @@ Forms = QuadraticForm | Sequence[QuadraticForm]
 #: Distance of nodes along the path, in standard deviations of the Gaussian integrand, and number of nodes: the next
 #: node has exp(-8.6^2 / 2) = 9e-17 of the first value.
 _APART, _NODES = 1.0 / 16.0, 138
-#: Corrections of a node by Newton's method, at most.
-_CORRECTIONS = 20
-#: Halvings of an interval with a saddle, and following Newton steps.
-_HALVINGS, _POLISHED = 40, 3
-#: Difference to a third of the nodes, relative, beyond which the integral is refused.
-_DIFFERENCE = 1e-6
-#: Distance of a saddle from zero, in standard deviations, below which the formula of Lugannani and Rice is replaced by
-#: its limit.
-_AT_THE_MEAN = 1e-4
 
 
 class Tails(NamedTuple):
@@ -100,45 +93,24 @@ class _CumulantFunction:
 
     def saddles(self) -> Array:
         """Return s (m,) between the poles at which K' = y: inf if y is above all values of the form, -inf if below. K'
-        rises all along the strip between the poles, so the interval about a saddle is halved."""
-        rows = np.arange(self.offsets.size)
-        at_zero = np.real(self.first(np.zeros(rows.size), rows))
-        sign = np.where(at_zero > 0.0, -1.0, 1.0)
-        poles = np.maximum(np.max(sign[:, None] * self.values, axis=1), 0.0)
-        with np.errstate(divide="ignore", over="ignore"):
-            edge = sign / poles
-        result = np.where(at_zero == 0.0, 0.0, sign * np.inf)
-        inner, outer = np.zeros(rows.size), sign * 1.0
-        ahead, held = np.flatnonzero(at_zero), []
-        for _ in range(200):
-            beyond = np.abs(outer) >= np.abs(edge)
-            outer = np.where(beyond, 0.5 * (inner + np.where(beyond, edge, 0.0)), outer)
-            passed = np.real(self.first(outer[ahead], ahead)) * np.sign(at_zero[ahead]) <= 0.0
-            held.append(ahead[passed])
-            ahead = ahead[~passed]
-            if not ahead.size:
-                break
-            inner[ahead] = outer[ahead]
-            # a pole may be far beyond the saddle: forms that are nearly planes have such
-            near, far = 2.0 * outer[ahead], 0.5 * (outer[ahead] + edge[ahead])
-            outer[ahead] = np.where(np.abs(near) < np.abs(far), near, far)
-            ahead = ahead[np.abs(outer[ahead]) <= 1e12]
-        inside = np.concatenate(held) if held else ahead
-        if inside.size:
-            result[inside] = self._bisect(inner[inside], outer[inside], inside, at_zero[inside])
-        return result
+        rises all along the strip between the poles."""
+        return np.array([self._saddle(row) for row in range(self.offsets.size)])
 
-    def _bisect(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
-        """Return saddles of the thresholds ``rows`` between ``inner``, at which K' - y has the same sign as at zero,
-        and ``outer``; ``at_zero`` is K' - y at s = 0. Halvings are followed by Newton steps."""
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (inner + outer)
-            before = np.real(self.first(middle, rows)) * np.sign(at_zero) > 0.0
-            inner, outer = np.where(before, middle, inner), np.where(before, outer, middle)
-        s = 0.5 * (inner + outer)
-        for _ in range(_POLISHED):
-            s = s - np.real(self.first(s, rows) / self.second(s, rows))
-        return np.asarray(s)
+    def _saddle(self, row: int) -> float:
+        rows = np.array([row])
+
+        def slope(s: float) -> float:
+            return float(self.first(np.array([s]), rows)[0])
+
+        if not (at_zero := slope(0.0)):
+            return 0.0
+        sign = -1.0 if at_zero > 0.0 else 1.0
+        pole = max(float(np.max(sign * self.values[row], initial=0.0)), 1e-12)
+        end = sign * (1.0 - np.finfo(float).eps) / pole
+        if slope(end) * at_zero > 0.0:
+            return sign * np.inf
+        s = float(brentq(slope, 0.0, end, xtol=np.finfo(float).tiny, maxiter=1000))
+        return s - slope(s) / float(self.second(np.array([s]), rows)[0])
 
 
 def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
@@ -183,7 +155,7 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     rest, rough = (np.exp(-0.5 * w**2) * each / np.pi for each in (integral, thirds))
     smaller = np.maximum(special.ndtr(-np.abs(w)), np.finfo(float).tiny)
     off = np.abs(rest - rough) / smaller
-    if np.any(off > _DIFFERENCE):
+    if np.any(off > WRITTEN):
         worst = int(np.argmax(off))
         fault = (
             f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives a part of"
@@ -200,11 +172,11 @@ def _on_path(
     """Return u next to a guess at which K has fallen by t^2 / 2 from its value at a saddle, and the slope of K at the
     saddle plus u: complex, one for each of the thresholds ``rows``."""
     u = guess
-    for _ in range(_CORRECTIONS):
+    for _ in range(20):
         rise, slope = generating.beside(u, saddles, rows)
         step = (rise + 0.5 * t**2) / slope
         u = u - step
-        if np.all(np.abs(step) <= 1e-9 * np.abs(u)):  # Newton's next step is the square of this step
+        if np.all(np.abs(step) <= COMPUTED * np.abs(u)):  # Newton's next step is the square of this step
             break
     return u, generating.beside(u, saddles, rows)[1]
 
@@ -229,7 +201,7 @@ def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
     with np.errstate(divide="ignore", invalid="ignore"):
         between = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi) * (1.0 / w - 1.0 / u)
     limit = generating.third(s0, rows) / (6.0 * np.sqrt(2.0 * np.pi) * second**1.5)
-    between = np.where(np.abs(w) < _AT_THE_MEAN, limit, between)
+    between = np.where(np.abs(w) < 1e-4, limit, between)
     below[rows], above[rows] = special.ndtr(w) + between, special.ndtr(-w) - between
     return Tails(below.reshape(shape), above.reshape(shape))
 
@@ -253,23 +225,17 @@ def _saddle_points(several_forms: Forms, y: Array) -> tuple[_CumulantFunction, A
     return generating, saddles, below, 1.0 - below
 
 
-#: Samples that are asked for at once.
-_BLOCK = 4096
 #: Least number of samples for the correction of a probability.
 FEWEST = 200
 UNSEEN = Limit(
     1e-3, "1", "probability beyond a point that is left out, in parts of the whole", "a hundredth of the accuracy"
 )
-#: Largest number of branches with samples.
-_BRANCHES = 3
 LEAST_FOR_SKEWNESS = Limit(
     25.0,
     "1",
     "samples in parts of the square of their skewness",
     "95 % intervals hold at least 94 %: Cochran, Sampling Techniques (1977), 2.15",
 )
-#: Cosine of the angle to the most probable point above which samples about this point see a branch.
-_SEEN = 0.5
 
 
 class ProbabilityEstimate(NamedTuple):
@@ -303,10 +269,10 @@ def importance_sampling(
     ----------
     Schueller, Stix: A critical appraisal of methods to determine failure probabilities, Structural Safety 4 (1987).
     """
-    random = np.random.default_rng(seed)
+    random, block = np.random.default_rng(seed), 4096
     total = squares = 0.0
-    for begin in range(0, samples, _BLOCK):
-        z = point + random.standard_normal((min(_BLOCK, samples - begin), len(point)))
+    for begin in range(0, samples, block):
+        z = point + random.standard_normal((min(block, samples - begin), len(point)))
         weights = np.exp(0.5 * point @ point - z @ point)
         y = response.values(z)
         parts = np.where(np.isnan(y), np.nan, np.where((y > threshold) == above, weights, 0.0))
@@ -404,9 +370,9 @@ def far_branches(form: QuadraticForm, threshold: float, point: Array, probabilit
     points = places[:, np.newaxis] * np.tile(vectors[:, back].T, (2, 1))
     distance = np.abs(places)
     likely = special.ndtr(-distance) > UNSEEN * probability
-    seen = points @ point > _SEEN * distance * np.linalg.norm(point)
+    seen = points @ point > 0.5 * distance * np.linalg.norm(point)
     chosen = np.flatnonzero(likely & ~seen)
-    nearest: Array = points[chosen[np.argsort(distance[chosen])[:_BRANCHES]]]
+    nearest: Array = points[chosen[np.argsort(distance[chosen])[:3]]]
     return nearest
 
 

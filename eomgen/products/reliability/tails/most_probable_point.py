@@ -8,13 +8,14 @@ hardly of the points' own samples starts another search.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import EomgenError, NumericalError
 from eomgen.products.reliability.tails.distribution import FEWEST, UNSEEN, Draws
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response, ResponseExpansion
@@ -24,22 +25,12 @@ from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Resp
 _STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
 #: Largest number of Newton iterations at a threshold; distance of z at which the iteration ends.
 _ITERATIONS, _CLOSE = 25, 1e-10
-#: Tolerances of a point, tangential and normal to the limit state, in standard deviations.
-_ASIDE, _OFF = 3e-8, 1e-9
-#: The same tolerances for points next to a jump of the gradient, which stalls the iteration, and the stride, relative
-#: to the first stride, below which such points are accepted.
-_ROUGHLY_ASIDE, _ROUGHLY_OFF, _ROUGH = 2e-2, 1e-3, 0.3
-#: Relative rounding error of a value of a run.
-_ROUNDED = 1e-14
-#: Test for a jump of the gradient: distance from the point, in standard deviations, and part of the gradient's change
-#: that the Hessian does not explain; reason for the end of a curve.
-_BESIDE, _JUMPS = 1e-3, 0.5
+#: Tolerance of a point, tangential to the limit state, in standard deviations.
+_ASIDE = 3e-8
+#: Tolerances of points next to a jump of the gradient, which stalls the iteration, tangential and normal.
+_ROUGHLY_ASIDE, _ROUGHLY_OFF = 2e-2, 1e-3
+#: Reason for the end of a curve.
 JUMPING = "where the gradient of the response jumps, as it does if slopes of forces or of the output jump"
-#: Iterations after which the Hessian is taken anew.
-_RENEWED = 6
-#: Ratio of a step to the previous step, beyond which curve and Hessian are not extrapolated from both ends of the
-#: previous step.
-_AHEAD = 10.0
 #: Searches for further points at most.
 _STARTS = 32
 #: Distance from the mean, in standard deviations, beyond which no point is sought: P = 8e-24.
@@ -140,20 +131,6 @@ def _curvature_corrected_tail(design_point: MostProbablePoint, weight: float) ->
     return tail if sign > 0 else 1.0 - tail
 
 
-def most_probable_points(response: Response, thresholds: Sequence[float]) -> list[MostProbablePoint]:
-    """Return the most probable points of thresholds, in order.
-
-    Raises
-    ------
-    NumericalError
-        If the curve of most probable points does not come to a threshold, as of a response without slope at the mean.
-    """
-    result, missed = points_on_curve(response, thresholds)
-    if missed:
-        raise missed[min(missed)]
-    return [result[k] for k in range(len(thresholds))]
-
-
 def points_on_curve(
     response: Response, thresholds: Sequence[float], kinked: Callable[[], bool] = bool
 ) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
@@ -201,10 +178,10 @@ def _why_it_ends(response: Response, last: MostProbablePoint) -> str:
     gradient that jumps next to the point (``JUMPING``), or a bound of the response."""
     if np.linalg.norm(last.point) > FARTHEST:
         return "beyond which nothing is so probable as 1e-23"
-    ahead = _BESIDE * last.expansion.gradient / np.linalg.norm(last.expansion.gradient)
+    ahead = _ROUGHLY_OFF * last.expansion.gradient / np.linalg.norm(last.expansion.gradient)
     change = response.gradient(last.point + ahead)[1] - response.gradient(last.point - ahead)[1]
     missed = np.linalg.norm(change - 2.0 * last.expansion.hessian @ ahead)
-    if missed > _JUMPS * np.linalg.norm(change):
+    if missed > 0.5 * np.linalg.norm(change):
         return JUMPING
     return "where the response has its bound or folds"
 
@@ -238,7 +215,7 @@ def _follow_curve(
         rest = threshold - last.threshold
         ahead = np.sign(rest) * min(abs(rest), stride * slope)
         wanted = last.threshold + ahead if abs(ahead) < abs(rest) else threshold
-        rough = last.aside > 0.0 or (stride < _ROUGH * _STRIDE and kinked())
+        rough = last.aside > 0.0 or (stride < 0.3 * _STRIDE and kinked())
         reached = _newton(response, before, last, wanted, rough=rough)
         if reached is None:
             stride *= 0.5
@@ -283,7 +260,7 @@ def _extrapolate(
     hessian = last.expansion.hessian.copy()
     ahead = threshold - last.threshold
     span = 0.0 if before is None else last.threshold - before.threshold
-    if before is None or not 0.0 < ahead / span <= _AHEAD:
+    if before is None or not 0.0 < ahead / span <= 10.0:
         result = here + ahead * rate
         return result[:-1], float(result[-1]), hessian
     t, there, slope = 1.0 + ahead / span, np.append(before.point, before.multiplier), _rates(before)
@@ -324,7 +301,7 @@ def _newton(
             hit = abs(value - threshold) <= _ROUGHLY_OFF * float(np.linalg.norm(gradient))
             if rough and hit and aside <= _ROUGHLY_ASIDE:
                 return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration, aside)
-            if iteration % _RENEWED == 0:
+            if iteration % 6 == 0:
                 hessian = response.expansion(z).hessian.copy()
             else:
                 missed = gradient - slope - hessian @ moved
@@ -347,7 +324,7 @@ def _is_solved(z: Array, multiplier: float, value: float, threshold: float, grad
     """
     slope = float(np.linalg.norm(gradient))
     aside = float(np.linalg.norm(z + multiplier * gradient))
-    return aside <= _ASIDE and abs(value - threshold) <= _OFF * slope + _ROUNDED * abs(threshold)
+    return aside <= _ASIDE and abs(value - threshold) <= COMPUTED * slope + 1e-14 * abs(threshold)  # rounding of a run
 
 
 def further_design_points(response: Response, design_point: MostProbablePoint, seed: int) -> list[MostProbablePoint]:
@@ -364,17 +341,36 @@ def further_design_points(response: Response, design_point: MostProbablePoint, s
     """
     random = np.random.default_rng(seed)
     distance = float(np.linalg.norm(design_point.point))
-    points, begun = [design_point], 0
-    while begun < _STARTS and _unseen_points(begun, len(points)) > 0.5:
-        direction = random.standard_normal(len(design_point.point)) if begun else -design_point.point
-        begin = distance * direction / np.linalg.norm(direction)
-        begun += 1
-        point = descend(response, begin, design_point.threshold, points)
-        if point is None or np.linalg.norm(point.point) > distance + 1.0:
+
+    def begins(points: Sequence[MostProbablePoint]) -> Iterator[Array]:
+        for begun in range(_STARTS):
+            if _unseen_points(begun, len(points)) <= 0.5:
+                return
+            direction = random.standard_normal(len(design_point.point)) if begun else -design_point.point
+            yield distance * direction / np.linalg.norm(direction)
+
+    return _search(response, design_point.threshold, begins, [design_point], distance + 1.0, _STRIDE)
+
+
+def _search(
+    response: Response,
+    threshold: float,
+    begins: Callable[[Sequence[MostProbablePoint]], Iterable[Array]],
+    known: Sequence[MostProbablePoint],
+    farthest: float,
+    apart: float,
+) -> list[MostProbablePoint]:
+    """Return the points of a threshold that searches find in addition to known ones, the nearest to the mean first.
+    `begins` returns the starts, given the list of points, which grows; points beyond ``farthest`` from the mean, or
+    nearer than `apart` to another, are left out."""
+    points = list(known)
+    for begin in begins(points):
+        point = descend(response, begin, threshold, points)
+        if point is None or np.linalg.norm(point.point) > farthest:
             continue
-        if all(np.linalg.norm(point.point - known.point) > _STRIDE for known in points):
+        if all(np.linalg.norm(point.point - other.point) > apart for other in points):
             points.append(point)
-    return sorted(points[1:], key=lambda design_point: float(np.linalg.norm(design_point.point)))
+    return sorted(points[len(known) :], key=lambda point: float(np.linalg.norm(point.point)))
 
 
 def _unseen_points(starts: int, points: int) -> float:
@@ -425,12 +421,6 @@ def descend(
     return _newton(response, None, MostProbablePoint(here.value, z, multiplier, here, 0), threshold)
 
 
-#: Samples about the points for each one about the mean, at least.
-_ABOUT_POINTS = 4
-#: Share of a sample in the probability from which on it starts a search for another point.
-_NOTABLE = 0.02
-
-
 def draws_about(run: Callable[[Array], tuple[Array, ...]], centres: Array, seed: int) -> Draws:
     """Return samples about centres (c, n), about the mean, and about the mean with a deviation that reaches these.
 
@@ -439,7 +429,7 @@ def draws_about(run: Callable[[Array], tuple[Array, ...]], centres: Array, seed:
     Owen, Zhou: Safe and effective importance sampling, J. Am. Stat. Assoc. 95 (2000): defensive mixtures.
     """
     count, size = centres.shape
-    times = -(-_ABOUT_POINTS // count)
+    times = -(-4 // count)  # samples about the points for each one about the mean, at least
     reach = max(1.0, float(np.linalg.norm(centres, axis=1).min()) / np.sqrt(size))
     means = np.vstack([*([centres] * times), np.zeros((2, size))])
     return Draws(run, means, seed, np.append(np.ones(len(means) - 1), reach))
@@ -477,7 +467,7 @@ def all_centres(
         share = draws.shares(z)[:, :-2].sum(axis=1)
         order = np.argsort(-parts)
         new: Array | None = None
-        for k in order[(parts[order] > _NOTABLE * total) & (share[order] < 0.5)].tolist():
+        for k in order[(parts[order] > 0.02 * total) & (share[order] < 0.5)].tolist():
             if searches == _STARTS or _unseen_points(searches, len(centres)) <= 0.5:
                 break
             searches += 1
@@ -537,9 +527,5 @@ def searched_points(
     """
     directions = np.random.default_rng(seed).standard_normal((starts, response.size))
     directions *= distance / np.linalg.norm(directions, axis=1)[:, np.newaxis]
-    points: list[MostProbablePoint] = []
-    for begin in np.concatenate([directions, -directions]):
-        point = descend(response, begin, threshold, points)
-        if point is not None and all(np.linalg.norm(point.point - known.point) > 1.0 for known in points):
-            points.append(point)
-    return sorted(points, key=lambda design_point: float(np.linalg.norm(design_point.point)))
+    begins = np.concatenate([directions, -directions])
+    return _search(response, threshold, lambda _: begins, [], np.inf, 1.0)

@@ -10,10 +10,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError
-
-#: Hessian, by the gradient, that rounding leaves of a linear response.
-_ROUNDED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class QuadraticForm:
     @property
     def linear(self) -> bool:
         """Whether the Hessian is 0 but for rounding."""
-        return bool(np.linalg.norm(self.hessian) <= _ROUNDED * np.linalg.norm(self.gradient))
+        return bool(np.linalg.norm(self.hessian) <= COMPUTED * np.linalg.norm(self.gradient))
 
     @cached_property
     def principal(self) -> tuple[Array, Array]:
@@ -74,22 +72,19 @@ class QuadraticForm:
         return np.array([first, *higher])
 
     @property
+    def moments(self) -> tuple[float, float, float, float]:
+        """Mean, standard deviation, skewness and excess kurtosis; the last two are NaN without spread."""
+        mean, second, third, fourth = self.cumulants().tolist()
+        shape = (third / second**1.5, fourth / second**2) if second > 0.0 else (np.nan, np.nan)
+        return mean, float(np.sqrt(second)), *shape
+
+    @property
     def mean(self) -> float:
-        return float(self.cumulants()[0])
+        return self.moments[0]
 
     @property
     def standard_deviation(self) -> float:
-        return float(np.sqrt(self.cumulants()[1]))
-
-    @property
-    def skewness(self) -> float:
-        _, second, third, _ = self.cumulants()
-        return float(third / second**1.5) if second**1.5 > 0.0 else float("nan")
-
-    @property
-    def excess_kurtosis(self) -> float:
-        _, second, _, fourth = self.cumulants()
-        return float(fourth / second**2) if second**2 > 0.0 else float("nan")
+        return self.moments[1]
 
     def values(self, points: Array) -> Array:
         """Return y (m,) at points (m, n)."""

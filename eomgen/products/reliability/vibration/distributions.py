@@ -31,15 +31,13 @@ from eomgen.products.reliability.tails.most_probable_point import (
     further_design_points,
     hohenbichler_rackwitz,
 )
-from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response
+from eomgen.products.reliability.tails.quadratic_form import Response
 from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.products.reliability.vibration.run_response import RunResponse
 
-#: Accuracy of probabilities that samples correct, relative; samples about a most probable point and about the mean at
-#: most. A form that is good needs 200.
-ACCURACY, _MOST, _MOST_ABOUT_MEAN = 0.1, 4000, 8000
-#: Largest distance of a most probable point from the mean for an estimate by samples about the mean.
-_NEAREST = 1.5
+#: Accuracy of probabilities that samples correct, relative; samples about a most probable point at most, and half of
+#: the samples about the mean. A form that is good needs 200.
+ACCURACY, _MOST = 0.1, 4000
 FEWEST_SEEN = Limit(
     10.0, "1", "samples in a region that give its probability", "standard error of a count: 1 / sqrt(10) of it"
 )
@@ -56,29 +54,15 @@ _LIKE = Limit(
 _NONE: Array = np.zeros(0)
 
 
-def moments_of(form: QuadraticForm) -> tuple[float, float, float, float]:
-    return form.mean, form.standard_deviation, form.skewness, form.excess_kurtosis
-
-
-def form_distribution(form: QuadraticForm, thresholds: Array) -> Distribution:
-    return Distribution(*steepest_descent(form, thresholds), _NONE, _NONE)
-
-
 def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
+    """Return the distributions by each method at the thresholds of most probable points, by name."""
     forms, thresholds = [point.form for point in reached], [point.threshold for point in reached]
-    result = {
-        "form": _from_upper_tail([first_order(point) for point in reached]),
-        "breitung": _from_upper_tail([breitung(point) for point in reached]),
-        "hohenbichler_rackwitz": _from_upper_tail([hohenbichler_rackwitz(point) for point in reached]),
-    }
+    upper = {"form": first_order, "breitung": breitung, "hohenbichler_rackwitz": hohenbichler_rackwitz}
+    tails = {name: np.array([of(point) for point in reached]) for name, of in upper.items()}
+    result = {name: Distribution(1.0 - above, above, _NONE, _NONE) for name, above in tails.items()}
     for name, inversion in (("lugannani_rice", lugannani_rice), ("quadratic", steepest_descent)):
         result[name] = Distribution(*inversion(forms, thresholds), _NONE, _NONE)
     return result
-
-
-def _from_upper_tail(above: Sequence[float]) -> Distribution:
-    upper = np.array(above)
-    return Distribution(1.0 - upper, upper, _NONE, _NONE)
 
 
 def further_points(
@@ -181,10 +165,8 @@ def correct_by_samples(
         of_form = 0.0 if design_point is None else float(np.fmin(forms.above[k], forms.below[k]))
         form = None if design_point is None else design_point.form
         best = ProbabilityEstimate(np.nan, np.nan, 0)
-        if indices.get(k, np.inf) < _NEAREST:
-            best = corrected_tail(
-                about_mean, form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_MOST_ABOUT_MEAN
-            )
+        if indices.get(k, np.inf) < 1.5:  # near enough to the mean for samples about it
+            best = corrected_tail(about_mean, form, of_form, threshold, above=upper, accuracy=ACCURACY, most=2 * _MOST)
         if np.isnan(best.probability):
             points = [point.point for point in ([] if design_point is None else [design_point, *others.get(k, ())])]
             if design_point is not None:
@@ -230,7 +212,7 @@ def _notes_on_regions(thresholds: Array, several: Sequence[tuple[int, int]], unk
 def _count_tail(about_mean: Draws, threshold: float, *, above: bool) -> tuple[float, float, float]:
     """Return P(y > threshold), or P(y <= threshold) if not `above`, and bounds of 95 % confidence, by counts of samples
     about the mean; three NaN if fewer than ten are counted or a sample failed."""
-    _, y, *_ = about_mean.first(_MOST_ABOUT_MEAN)
+    _, y, *_ = about_mean.first(2 * _MOST)
     seen = int(np.count_nonzero((y > threshold) == above))
     if np.isnan(y).any() or seen < FEWEST_SEEN:
         return np.nan, np.nan, np.nan
@@ -276,12 +258,6 @@ def relative_errors(distribution: Distribution, true: Distribution) -> Array:
         return np.asarray((ours - theirs) / theirs)
 
 
-def disagreements(thresholds: Sequence[float], form: Distribution, true: Distribution) -> dict[int, str]:
-    """Return, by index, the thresholds with a quadratic form far from the correction by samples."""
-    ending = "samples: the response is not a quadratic form there, and the form is left out; take `corrected`"
-    return {k: f"{text} by {ending}" for k, text in _apart(thresholds, form, true).items()}
-
-
 def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distribution) -> list[str]:
     """Return notes on quadratic forms that are off by more than a tenth, and on corrections that are not accurate.
     `errors` (n,) by method, with "quadratic" and "form", are relative to the corrected distribution ``true`` at the
@@ -306,27 +282,18 @@ def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distri
     return notes
 
 
-def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> dict[int, str]:
-    """Return by place the thresholds whose quadratic form gives another probability than samples of the whole
-    distribution, on the side if there are fewer."""
-    apart = _apart(wanted.tolist(), form, counted)
-    return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in apart.items()}
-
-
-def _apart(thresholds: Sequence[float], form: Distribution, counted: Distribution) -> dict[int, str]:
+def disagreements(thresholds: Array, form: Distribution, counted: Distribution, ending: str) -> dict[int, str]:
     """Return sentences on thresholds at which a form and samples differ significantly, by number of the threshold. Each
-    has the probabilities of both on the less probable side; the standard error follows from the bounds of `counted`,
-    the distribution by samples."""
+    has the probabilities of both on the less probable side, and the ending; the standard error follows from the bounds
+    of `counted`, the distribution by samples."""
     result = {}
-    for k, threshold in enumerate(thresholds):
-        side = "above" if counted.above[k] <= 0.5 else "below"
+    for k, threshold in enumerate(thresholds.tolist()):
+        side, sign = ("above", ">") if counted.above[k] <= 0.5 else ("below", "<=")
         ours, theirs = float(getattr(form, side)[k]), float(getattr(counted, side)[k])
         error = 0.5 * float(counted.high[k] - counted.low[k]) / 1.96
         if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
-            sign = ">" if side == "above" else "<="
-            result[k] = (
-                f"P(y {sign} {threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g}"
-            )
+            told = f"is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g} by {ending}"
+            result[k] = f"P(y {sign} {threshold:.6g}) {told}"
     return result
 
 

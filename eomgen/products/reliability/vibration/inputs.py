@@ -20,11 +20,13 @@ from scipy import signal, special
 from eomgen.base.arrays import Array
 from eomgen.base.calls import check_options
 from eomgen.base.data import dataclass
-from eomgen.base.messages import shown
-from eomgen.compiled.arguments import number_of
+from eomgen.base.messages import nearest, shown
+from eomgen.base.rounding import COMPUTED, SUMMED
+from eomgen.compiled.arguments import check_finite, number_of, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.vibration.result import Process
 from eomgen.simulation.option_types import SensitivityOptions
+from eomgen.system.description import component_names
 from eomgen.system.signals import NormalSeries
 
 if TYPE_CHECKING:
@@ -33,13 +35,8 @@ if TYPE_CHECKING:
 
 #: Samples at least, if any are requested.
 FEWEST = 20
-#: Standard deviation of an output, relative to the mean, below which rounding of runs leaves few digits.
-_FAINT = 1e-9
-#: Divisor for the number of last modes; share of the output's variance in the last modes that gives a note; share of a
-#: process above which its modes count as complete.
-_LAST, _TRUNCATED, _ALL = 10, 0.01, 1.0 - 1e-9
-#: Part of a step, and of the run, by which an end may miss the end of a step.
-_WHOLE = 1e-9
+#: Share of the output's variance in modes that are left out, or in the last tenth of modes, that gives a note.
+_TRUNCATED = 0.01
 #: Options of ``simulate`` excluded in runs with derivatives, and substitutes.
 _OF_OTHER_RUNS = {
     **dict.fromkeys(("tolerance", "order"), "step=..., for fixed steps"),
@@ -87,7 +84,7 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
 def cut_processes(model: Model) -> list[NormalSeries]:
     """Return the random processes of a scene that share an expansion of which modes are left out, or follow one."""
     processes = [item.series for item in model.description.inputs if item.series is not None]
-    return processes if any(process.captured[-1] <= _ALL for process in processes) else []
+    return processes if any(process.captured[-1] <= 1.0 - COMPUTED for process in processes) else []
 
 
 def doubts_of_truncation(lost: float, processes: Sequence[NormalSeries], *, linear: bool) -> list[str]:
@@ -118,9 +115,9 @@ def truncated_processes(model: Model, variables: Sequence[str], gradient: Array)
     for item in model.description.inputs:
         process = item.series
         own_variables = () if process is None else process.own_variables
-        if process is None or process.captured[-1] > _ALL or not own_variables:
+        if process is None or process.captured[-1] > 1.0 - COMPUTED or not own_variables:
             continue
-        last = own_variables[-max(1, len(own_variables) // _LAST) :]
+        last = own_variables[-max(1, len(own_variables) // 10) :]
         share = sum(slopes.get(name, 0.0) for name in last) / whole if whole > 0.0 else 0.0
         if share > _TRUNCATED:
             count = f"{len(last)} of {len(own_variables)} modes" if len(last) > 1 else f"mode of {len(own_variables)}"
@@ -182,21 +179,15 @@ def numbers_of(name: str, value: Any, hint: str, *, least: int = 1) -> Array:
     least : int, optional
         Smallest length.
     """
-    try:
-        result = np.asarray(value)
-    except ValueError:  # rows of different lengths
-        result = np.asarray(None)
-    if result.ndim != 1 or len(result) < least or (len(result) and result.dtype.kind not in "iuf"):
+    result = numbers(name, value)
+    if result.ndim != 1 or len(result) < least:
         raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(value)} [E1039]", hint))
-    if not np.isfinite(result).all():
-        bad = result[~np.isfinite(result)][0]
-        raise UsageError(Problem(name, f"{bad} is not a finite number [E1040]", hint))
-    return result.astype(float)
+    check_finite(name, result)
+    return result
 
 
 def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
-    """Return the end and the step of a run, s. Raises UsageError for a step that is not positive, an end that is not
-    after the start, and a run that is not a whole number of steps.
+    """Return the end and the step of a run, s.
 
     Parameters
     ----------
@@ -209,43 +200,16 @@ def span_of(model: Model, at: float | None, step: float | None, t_start: float =
     """
     simulation = model.description.simulation
     end = t_start + simulation.duration if at is None else number_of("at", at)
-    size = simulation.step if step is None else number_of("step", step)
-    if not size > 0.0:
-        raise UsageError(
-            Problem("step", f"the step must be positive, not {size:.6g} [E1041]", f"step={simulation.step:.6g}")
-        )
-    if not end > t_start:
-        fault = f"there is no run from {t_start:.6g} s to t = {end:.6g} s [E1042]"
-        raise UsageError(
-            Problem("at", fault, f"at={t_start + simulation.duration:.6g} (--t-end), a time after the start")
-        )
-    count = (end - t_start) / size
-    if count < 1.0 - _WHOLE:
-        fault = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s [E1043]"
-        swapped = at is not None and step is not None
-        shorter = 0.01 * (end - t_start)
-        hint = f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={shorter:.2g}"
-        raise UsageError(Problem("step", fault, hint))
-    if abs(count - round(count)) > _WHOLE * max(1.0, count):
-        fault = f"t = {end:.9g} s is not a whole number of steps of {size:.6g} s [E1044]"
-        whole = t_start + round(count) * size
-        raise UsageError(Problem("at", fault, f"at={whole:.9g} (--t-end {whole:.9g})"))
-    return end, size
+    return end, simulation.step if step is None else number_of("step", step)
 
 
 def check_output(model: Model, output: str) -> None:
-    sizes = {str(item["name"]): int(item["size"]) for item in model.library.layout["outputs"]}
-    known = f"one of {', '.join(sizes)}" if sizes else "[outputs.x] in the scene"
-    if not isinstance(output, str):
-        raise UsageError(Problem("output", f"a name is needed, not {type(output).__name__} [E1045]", known))
-    name, bracket, rest = output.partition("[")
-    if name not in sizes:
-        raise UsageError(Problem("output", f"there is no output {name!r} [E0204]", known))
-    size = sizes[name]
-    index = rest.rstrip("]")
-    if bool(bracket) != (size > 1) or (bracket and not (index.isdigit() and int(index) < size)):
-        hint = name if size == 1 else f"{name}[0] to {name}[{size - 1}]"
-        raise UsageError(Problem("output", f"{output!r} is not a single component of {name} [E1046]", hint))
+    """Raise UsageError for a name that is no component of an output."""
+    outputs = model.library.layout["outputs"]
+    names = [name for item in outputs for name in component_names("", str(item["name"]), int(item["size"]))]
+    if output not in names:
+        known = nearest(str(output), names) or f"one of {', '.join(names[:12]) or '[outputs.x] in the scene'}"
+        raise UsageError(Problem("output", f"there is no output {shown(output)} [E0204]", known))
 
 
 def thresholds_of(
@@ -284,7 +248,7 @@ def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str
     empty. ``varies`` says whether samples differ."""
     if not deviation > 0.0:
         return [_without_spread(varies=varies)]
-    if deviation < _FAINT * abs(mean):
+    if deviation < COMPUTED * abs(mean):
         part = deviation / abs(mean)
         return [f"the output's standard deviation is {part:.1g} of its mean: rounding of runs leaves few of its digits"]
     return []
@@ -293,8 +257,6 @@ def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str
 #: Tolerated difference between the gradient in the variables and the gradient from derivatives in the values of
 #: processes, as a part of the norm.
 _EXPLAINED = 0.02
-#: Relative rounding of a variance, compared with the sum of the magnitudes of terms.
-_ROUNDED = 1e-12
 
 
 @dataclass(frozen=True)
@@ -357,7 +319,7 @@ def lost_variance(
     variances = [_variance(parts) for parts in expansions.values()]
     variance, size = sum(variance for variance, _ in variances), sum(size for _, size in variances)
     kept = float(gradient[columns] @ gradient[columns])
-    if not variance > _ROUNDED * size:
+    if not variance > SUMMED * size:
         return float("nan")
     return max(0.0, (variance - kept) / (variance - kept + float(gradient @ gradient)))
 

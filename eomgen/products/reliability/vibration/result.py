@@ -146,27 +146,10 @@ class RandomVibration:
             ``first_passage`` are the levels as texts, and each of ``moments`` is a dict by name of the moment.
         """
         keys = ("mean", "standard_deviation", "skewness", "excess_kurtosis")
-        return {
-            "scene": self.scene,
-            "output": self.output,
-            "unit": self.unit,
-            "t": self.t,
-            "processes": [vars(process) | {"eigenvalues": list(process.eigenvalues)} for process in self.processes],
+        return {name: _plain(value) for name, value in vars(self).items()} | {
             "moments": {name: dict(zip(keys, values, strict=True)) for name, values in self.moments.items()},
-            "thresholds": self.thresholds.tolist(),
-            "indices": self.indices.tolist(),
-            "distributions": {
-                name: {key: getattr(distribution, key).tolist() for key in ("below", "above", "low", "high")}
-                for name, distribution in self.distributions.items()
-            },
-            "times": self.times.tolist(),
-            "autocovariance": {name: values.tolist() for name, values in self.autocovariance.items()},
             "first_passage": {f"{level:.9g}": dict(result) for level, result in self.first_passage.items()},
-            "costs": {name: vars(cost) for name, cost in self.costs.items()},
-            "notes": list(self.notes),
             "error": self.error.summary(),
-            "lost_variance": self.lost_variance,
-            "errors": {name: values.tolist() for name, values in self.errors.items()},
             "message": self.message,
         }
 
@@ -217,7 +200,25 @@ class RandomVibration:
         list of Path
             The pictures.
         """
-        return draw(self, make_folder(Path(folder)))
+        target = make_folder(Path(folder))
+        files = [save_figure(_distribution(self), target / "distribution.png")]
+        if len(self.times):
+            files.append(save_figure(_covariance(self), target / "autocovariance.png"))
+        return [*files, save_figure(_modes(self), target / "modes.png")]
+
+
+def _plain(value: Any) -> Any:
+    """Return arrays, mappings, sequences and dataclasses as JSON data."""
+    match value:
+        case np.ndarray():
+            return value.tolist()
+        case Mapping():
+            return {name: _plain(item) for name, item in value.items()}
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case Distribution() | Cost() | Process():
+            return _plain(vars(value))
+    return value
 
 
 #: Label, colour, line and mark of each method.
@@ -233,15 +234,6 @@ _STYLES = {
 }
 #: Probabilities that the scale names.
 _NAMED = (1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99)
-
-
-def draw(result: RandomVibration, folder: Path) -> list[Path]:
-    """Draw all plots and return the files."""
-    files = [save_figure(_distribution(result), folder / "distribution.png")]
-    if len(result.times):
-        files.append(save_figure(_covariance(result), folder / "autocovariance.png"))
-    files.append(save_figure(_modes(result), folder / "modes.png"))
-    return files
 
 
 def _normal_quantiles(distribution: Distribution) -> Any:

@@ -12,6 +12,7 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings
@@ -27,8 +28,7 @@ if TYPE_CHECKING:
 
 Derived = TypeVar("Derived")
 
-#: Steps of z for differences of gradients: the third derivative of a response of order 1 gives a relative error of
-#: 2e-9.
+#: Steps of z for differences of gradients: the third derivative of a response of order 1 gives an error of 2e-9.
 _APART = 1e-4
 
 
@@ -74,10 +74,6 @@ class RunResponse:
         self.runs, self.adjoints, self.tangents = self.runs + runs, self.adjoints + adjoints, self.tangents + tangents
 
     @property
-    def _functional(self) -> str:
-        return f"final({self.output})"
-
-    @property
     def size(self) -> int:
         return len(self.variables)
 
@@ -100,7 +96,7 @@ class RunResponse:
         result = self.model.simulate_many(
             *self.span,
             table=dict(zip(self.variables, points.T, strict=True)),
-            columns=[self._column],
+            columns=[f"output.{self.output}"],
             points=2,
             error_estimate=error_estimate,
             **self.options,
@@ -109,38 +105,25 @@ class RunResponse:
         return result
 
     def _column_values(self, ensemble: Ensemble) -> tuple[Array, Array]:
-        final, highest = (ensemble.results[f"{self._column}.{which}"] for which in ("final", "max"))
+        final, highest = (ensemble.results[f"output.{self.output}.{which}"] for which in ("final", "max"))
         return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
-
-    @property
-    def _column(self) -> str:
-        return f"output.{self.output}"
 
     def kinks(self) -> list[str]:
         """Return operations of the equations at which slopes jump with the motion, in words; found once."""
         return self._kinks
 
-    @property
-    def _places(self) -> slice:
-        """Range of the output's components in the list of all components, all outputs in order."""
-        begin = 0
-        for item in self.model.library.layout["outputs"]:
-            end = begin + int(item["size"])
-            if item["name"] == self.output.partition("[")[0]:
-                return slice(begin, end)
-            begin = end
-        return slice(0)
-
     @cached_property
     def _kinks(self) -> list[str]:
-        model = self.model
+        model, name = self.model, self.output.partition("[")[0]
+        owners = [item["name"] for item in model.library.layout["outputs"] for _ in range(int(item["size"]))]
+        places = slice(owners.index(name), owners.index(name) + owners.count(name)) if name in owners else slice(0)
         if model.branches is None:
             return []
         moving, names = {"q", "v", "z"}, {"u": list(model.inputs), "p": list(model.parameters)}
         random = {*self.variables, *(item.name for item in model.description.inputs if item.series is not None)}
         kinks = (
             kink
-            for kink in model.branches().kinks(self._places)
+            for kink in model.branches().kinks(places)
             if any(
                 symbol.block in moving or names.get(symbol.block, [""])[symbol.index] in random
                 for symbol in kink.symbols
@@ -155,7 +138,7 @@ class RunResponse:
         if (still := self._still_at(point)) is not None:
             return ResponseExpansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
         derivatives = self._sensitivities(point)
-        derived = self._exactly(lambda: derivatives.expansions([self._functional]))
+        derived = self._exactly(lambda: derivatives.expansions([f"final({self.output})"]))
         if derived is None:
             return ResponseExpansion(*self.gradient(point), self._difference_gradients(point, np.eye(self.size)))
         known = self._slope is not None and np.array_equal(self._slope[0], point)
@@ -196,7 +179,7 @@ class RunResponse:
             return self._bent_still(still, directions)
         count = directions.shape[1]
         derivatives = self._sensitivities(point)
-        products = self._exactly(lambda: derivatives.hessian_products(self._functional, directions))
+        products = self._exactly(lambda: derivatives.hessian_products(f"final({self.output})", directions))
         if products is None:
             return self._difference_gradients(point, directions)
         self.spend(0, 1 + count, count)
@@ -228,7 +211,7 @@ class RunResponse:
         if self._slope is None or not np.array_equal(self._slope[0], point):
             derivatives = self._sensitivities(point)
             value = float(component(derivatives.outputs, self.output)[-1])
-            gradient = derivatives.gradients([self._functional])[0]
+            gradient = derivatives.gradients([f"final({self.output})"])[0]
             self._slope = np.array(point), value, gradient
             self.spend(0, 1)
         return self._slope[1], self._slope[2]
@@ -249,7 +232,7 @@ class RunResponse:
         each, about the mean: by one run and one adjoint run."""
         self.spend(1, 1)
         result = self._sensitivities_at(np.zeros(self.size), by=self.variables[:1])  # any parameter does
-        return result.t, result.input_gradient(self._functional)
+        return result.t, result.input_gradient(f"final({self.output})")
 
     def ending(self, time: float) -> RunResponse:
         """Return the response at another end time, with separate counts of evaluations; about a constant state no
@@ -284,15 +267,14 @@ class RunResponse:
             raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean") from error
 
 
-#: Probability of samples below which they contradict a rate of crossings, and the part of a probability, or of its
-#: complement, by which both may differ; probability of samples below which no difference is passed over.
-_CHANCE, _LIKE, _CERTAIN = 1e-3, 0.2, 1e-9
+#: Probability of samples below which they contradict a rate of crossings.
+_CHANCE = 1e-3
 
 
 def rows_at(t: Array, times: Sequence[float]) -> list[int]:
     rows = [int(np.argmin(np.abs(t - time))) for time in times]
     for row, time in zip(rows, times, strict=True):
-        if not abs(t[row] - time) <= 1e-6 * np.ptp(t):  # nor not a number
+        if not abs(t[row] - time) <= WRITTEN * np.ptp(t):  # nor not a number
             fault = f"t = {time:.6g} s is not a row of the run; the nearest one is at {t[row]:.9g} s [E1050]"
             raise UsageError(Problem("times", fault, "whole steps within the run"))
     return rows
@@ -351,8 +333,9 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int, *, n
     share = passed / samples
     more = float(special.bdtrc(passed - 1, samples, of_rate)) if passed else 1.0
     fewer = float(special.bdtr(passed, samples, of_rate))
-    alike = _LIKE * min(max(share, of_rate), 1.0 - min(share, of_rate))
-    if min(more, fewer) > _CERTAIN and (min(more, fewer) > _CHANCE or abs(share - of_rate) <= alike):
+    # the part of a probability, or of its complement, by which both may differ
+    alike = 0.2 * min(max(share, of_rate), 1.0 - min(share, of_rate))
+    if min(more, fewer) > COMPUTED and (min(more, fewer) > _CHANCE or abs(share - of_rate) <= alike):
         return of_rate, ""
     by = f"{of_rate:.3g} by the rate of crossings of a normal process and {share:.3g} by {samples} samples"
     why = "" if normal else ": the response is not normal"

@@ -17,7 +17,7 @@ from eomgen.compiled.arguments import number_of
 from eomgen.errors import EomgenError, Message, NumericalError, Problem, UsageError
 from eomgen.products.derivatives.crossings import CrossedJump
 from eomgen.products.derivatives.linearise import sensitivities
-from eomgen.products.reliability.tails.distribution import Draws
+from eomgen.products.reliability.tails.distribution import Draws, steepest_descent
 from eomgen.products.reliability.tails.most_probable_point import (
     JUMPING,
     MostProbablePoint,
@@ -32,17 +32,15 @@ from eomgen.products.reliability.tails.quadratic_form import (
     leading_directions,
 )
 from eomgen.products.reliability.vibration.distributions import (
+    ACCURACY,
     FEWEST_SEEN,
-    against_samples,
     at_points,
     correct_by_samples,
     counted_instead,
     disagreements,
     doubts_of_forms,
     empirical_distribution,
-    form_distribution,
     further_points,
-    moments_of,
     notes_on_unreached,
     relative_errors,
     spread,
@@ -79,13 +77,8 @@ from eomgen.simulation.option_types import SensitivityOptions
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
-#: Check of the quadratic form at the mean: number of samples, largest deviation relative to their standard deviation,
-#: and number of samples that correct the moments of a rejected form.
-_TRIED, _MISSED, _CORRECTING = 32, 0.1, 400
-#: Samples about the mean that check first passages.
-_OF_LEVELS = 1000
-#: Random directions, and their opposites, in which a most probable point off the curve from the mean is looked for.
-_DIRECTIONS = 2
+#: Samples that check the quadratic form at the mean, correct the moments of a rejected form, and check first passages.
+_TRIED, _CORRECTING, _OF_LEVELS = 32, 400, 1000
 #: Distributions that are samples' own.
 _SAMPLED = ("corrected", "importance_sampling", "monte_carlo")
 
@@ -367,8 +360,11 @@ class _VibrationStudy:
 
     def by_forms(self, forms: Mapping[str, QuadraticForm], wanted: Array) -> None:
         """Add the distributions and moments of quadratic forms."""
-        self.distributions = {name: form_distribution(form, wanted) for name, form in forms.items()}
-        self.moments = {name: moments_of(form) for name, form in forms.items()}
+        none = np.zeros(0)
+        self.distributions = {
+            name: Distribution(*steepest_descent(form, wanted), none, none) for name, form in forms.items()
+        }
+        self.moments = {name: form.moments for name, form in forms.items()}
 
     def varies(self) -> bool:
         """Return whether a few samples differ."""
@@ -389,7 +385,7 @@ class _VibrationStudy:
             )
         if len(y) - failed < 2 or not np.nanvar(y) > 0.0:
             return
-        if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= _MISSED:
+        if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= ACCURACY:
             return
         with self._count_costs("check"):
             z, y, _ = self.about_mean.first(_CORRECTING)
@@ -441,7 +437,8 @@ class _VibrationStudy:
         if not passage:
             return
         with self._count_costs("check"):
-            _, y, highest = self._first_passages()
+            few = self._samples is None or len(self._samples[0]) < _OF_LEVELS
+            y, highest = self.about_mean.first(_OF_LEVELS)[1:] if few else self._samples
         known = np.isfinite(y) & np.isfinite(highest)
         y, highest = y[known], highest[known]
         bent = "" if normal is None else not_normal(y, normal.mean, normal.standard_deviation)
@@ -457,12 +454,6 @@ class _VibrationStudy:
             if not note and bent and passed < FEWEST_SEEN:
                 note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent} [W0070]"
             self.notes += [note] if note else []
-
-    def _first_passages(self) -> tuple[Array, ...]:
-        """Return points, outputs and largest outputs of the samples for first passages."""
-        if self._samples is not None and len(self._samples[0]) >= _OF_LEVELS:
-            return (np.zeros(0), *self._samples)
-        return self.about_mean.first(_OF_LEVELS)
 
     def about_points(self, wanted: Array, tail_samples: int, samples: int, others: bool) -> Array:
         """Compute most probable points and the distributions about these points; return reliability indices,
@@ -499,7 +490,9 @@ class _VibrationStudy:
             whole, unknown = correct_by_samples(self.response, wanted, points, forms, self.about_mean, more, self.seed)
             whole, contradicted = counted_instead(wanted, whole, self.about_mean)
         if not points and not others and np.isnan(whole.below).all():
-            raise self._unreached_threshold(missed[min(missed)], float(wanted[min(missed)]))
+            first = missed[min(missed)]
+            why = why_gradient_changes(self.response.kinks()) if first.why == JUMPING else first.why
+            raise UnreachedThreshold(first.last, float(wanted[min(missed)]), why)
         self.notes += [*notes_on_unreached(missed, wanted, self.response.kinks), *unknown, *contradicted]
         if tail_samples and reached:
             with self._count_costs("importance_sampling"):
@@ -518,11 +511,6 @@ class _VibrationStudy:
         self.distributions["corrected"] = whole
         return indices
 
-    def _unreached_threshold(self, first: UnreachedThreshold, threshold: float) -> UnreachedThreshold:
-        if first.why != JUMPING:
-            return first
-        return UnreachedThreshold(first.last, threshold, why_gradient_changes(self.response.kinks()))
-
     def _compare(
         self, about: dict[str, Distribution], wanted: Array, places: Sequence[int], whole: Distribution
     ) -> None:
@@ -535,7 +523,8 @@ class _VibrationStudy:
             name: relative_errors(distribution, true) for name, distribution in about.items() if name not in _SAMPLED
         }
         self.notes += doubts_of_forms(wanted[places], errors, true)
-        wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
+        ending = "samples: the response is not a quadratic form there, and the form is left out; take `corrected`"
+        wrong = disagreements(wanted[places], about["quadratic"], true, ending)
         self.notes += wrong.values()
         about["quadratic"] = without(about["quadratic"], wrong)
         self.distributions |= {name: spread(distribution, places, len(wanted)) for name, distribution in about.items()}
@@ -548,15 +537,13 @@ class _VibrationStudy:
         threshold. The points are on the curve from the mean. If the curve does not come to a threshold, as for a
         response without slope at the mean, searches start from random directions; a threshold without result keeps its
         reason."""
-        points, missed = points_on_curve(self._response_with_hessians, wanted.tolist(), self._has_kinks)
+        kinked = lambda: bool(self.response.kinks())  # noqa: E731  # sought only if a point is not found
+        points, missed = points_on_curve(self._response_with_hessians, wanted.tolist(), kinked)
         for k in sorted(missed):
-            if some := searched_points(self._response_with_hessians, float(wanted[k]), _DIRECTIONS, self.seed):
+            if some := searched_points(self._response_with_hessians, float(wanted[k]), 2, self.seed):
                 points[k] = some[0]
                 del missed[k]
         return points, missed
-
-    def _has_kinks(self) -> bool:
-        return bool(self.response.kinks())
 
     def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
         """Return a list with one note on points next to a jump of the gradient, which have reduced accuracy (``aside``
@@ -621,7 +608,8 @@ class _VibrationStudy:
             self.notes.append(f"{failed} of {count} samples failed, and are in no statistics [W0074]")
         if "quadratic" in self.distributions:
             form, counted = self.distributions["quadratic"], self.distributions["monte_carlo"]
-            wrong = against_samples(wanted, form, counted)
+            ending = "Monte Carlo: the form is left out, trust samples"
+            wrong = disagreements(wanted, form, counted, ending)
             self.notes += wrong.values()
             self.distributions["quadratic"] = without(form, wrong)
 
@@ -664,12 +652,9 @@ class _VibrationStudy:
 
 
 def _check_projection(projected: float | None, whole: bool) -> None:
-    if projected is not None:
-        number_of("projected", projected, "number")
-    if projected is not None and not 0.0 < projected < 1.0:
-        raise UsageError(
-            Problem("projected", f"the share {projected:.6g} is not between 0 and 1 [E1027]", "projected=0.999")
-        )
+    if projected is not None and not 0.0 < number_of("projected", projected, "number") < 1.0:
+        fault = f"the share {projected:.6g} is not between 0 and 1 [E1027]"
+        raise UsageError(Problem("projected", fault, "projected=0.999"))
     if projected is None and not whole:
         fault = "no Hessian is left without the whole one [E1052]"
         raise UsageError(Problem("whole", fault, "projected=0.999, the share of the directions that have one"))
