@@ -286,7 +286,7 @@ def test_warnings_in_the_same_words_are_one_with_a_count(
 def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
     for call, text in (
         (lambda: overhung.campbell("spinn", [1.0, 2.0]), "no tunable parameter or velocity 'spinn'; try: spin"),
-        (lambda: overhung.campbell("spin", [1.0]), "two values and more are needed"),
+        (lambda: overhung.campbell("spin", [1.0]), "n from 2 on is needed"),
         (lambda: overhung.campbell("spin", [2.0, 1.0]), "values: they do not increase"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], orders=(0,)), "orders: an order is 0; try: positive numbers"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=["xy"]), "whirl: 'xy' is not a pair of deflections"),

@@ -194,18 +194,14 @@ def test_the_written_scene_is_generated_as_c(plant: StateSpace, tmp_path: Path) 
         ({"limits": {"pusch": (-1, 1)}}, "limits: 'pusch' is neither an input of the law nor a signal"),
         ({"quantum": {"x": 0.1}}, "quantum: 'x' is neither an input of the law nor a"),
         ({"quantum": {"push": 0.0}}, "quantum of push: the quantum 0 is not positive; try: a positive number, or no"),
-        ({"quantum": {"push": -0.1}}, "quantum of push: the quantum -0.1 is not positive"),
         ({"quantum": {"push": float("nan")}}, "quantum of push: nan is not finite"),
         ({"quantum": {"push": "3 m"}}, "quantum of push:"),
         ({"quantum": {"place": True}}, "quantum of place: a number, or a text with a unit, is needed, not True"),
         ({"quantum": 0.1}, "quantum: a mapping from names to values is needed, not float; try: quantum={'push': 0.01}"),
         ({"limits": {"push": (5.0, 1.0)}}, "limits of push: the lower limit 5 is not below the upper limit 1"),
         ({"limits": {"push": 5.0}}, "limits of push: a lower and an upper limit are needed, not 5.0; try: (-5.0, 5.0)"),
-        ({"limits": {"push": "5 N"}}, "limits of push: a lower and an upper limit are needed, not '5 N'"),
         ({"limits": {"push": (-1.0, 1.0)}}, "limits of push: push is 3 at the reference of the linear model, and the"),
-        ({"limits": {"push": (1.5, 3.9)}, "quantum": {"push": 2.0}}, "limits of push: push is 3 at the reference"),
-        ({"limits": {"push": (2.9, 3.1)}, "quantum": {"push": 2.0}}, "quantum of push: no multiple of the quantum 2"),
-        ({"limits": {"push": (1.5, 5.9)}, "quantum": {"push": 3.0}}, "3 leaves one value between the limits, 3"),
+        ({"limits": {"push": (1.5, 5.9)}, "quantum": {"push": 3.0}}, "quantum of push: fewer than two multiples of 3"),
         ({"delay": {"push": -0.001}}, "delay of push: the delay -0.001 s is negative; try: a time from zero on"),
         ({"delay": {"place": "3 kg"}}, "delay of place:"),
         ({"delay": {"place": None}}, ""),
@@ -222,13 +218,6 @@ def test_hardware_that_cannot_be_is_refused(hardware: dict[str, Any], message: s
         return
     with pytest.raises(UsageError, match=re.escape(message)):
         with_controller(cart(), law, **hardware)
-
-
-def test_a_delay_of_many_samples_is_doubtful(plant: StateSpace) -> None:
-    law = lqr(plant, {"place": 4000.0}, {"push": 0.01}, sample=PERIOD)
-    with pytest.warns(RuntimeWarning, match=r"^delay of push: \S+ s are 60 samples of \S+ s; try: \"\S+") as caught:
-        with_controller(cart(), law, delay={"push": 60 * PERIOD})
-    assert [each.filename for each in caught] == [__file__]
 
 
 def test_quanta_and_delays_need_a_sampled_law(plant: StateSpace) -> None:

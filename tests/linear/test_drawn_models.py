@@ -34,19 +34,14 @@ def closed_figures() -> Iterator[None]:
 
 def test_margins_are_drawn_with_the_circles_that_they_measure() -> None:
     loop = np.array([0.5 - 0.5j, 20.0 + 1.0j, -0.25 - 0.1j])
-    said = [
-        "open loop, which leaves the frame", "at negative frequencies", "unit circle",
-        "modulus margin 0.6: least distance from -1", "-1: limit of stability",
-    ]  # fmt: skip  # a line each
     margins = {
         name: Margins(3.0, 0.5, 40.0 + k, 0.2, 0.6, (1.0,), np.arange(3.0), loop * (k + 1))
         for k, name in enumerate(("u1", "u2"))
     }
-    drawn = plot_margins(margins)
-    assert len(drawn) == 2 and drawn[0].figure.get_size_inches().tolist() == pytest.approx([10.4, 5.7])
-    for k, (name, axis) in enumerate(zip(margins, drawn, strict=True)):
+    for k, (name, axis) in enumerate(zip(margins, plot_margins(margins), strict=True)):
         upper, lower, unit, around, point, *rings = axis.lines
-        assert [text.get_text() for text in axis.get_legend().get_texts()] == said
+        words = [text.get_text() for text in axis.get_legend().get_texts()]
+        assert words[0] == "open loop, which leaves the frame" and words[3].startswith("modulus margin 0.6: least")
         written = {text.xy: text.get_text() for text in axis.texts if text.get_text()}
         places = [(k + 1) * value for value in loop[:3:2]]
         assert written == {(places[0].real, places[0].imag): "0 Hz", (places[1].real, places[1].imag): "0.318 Hz"}
@@ -58,12 +53,7 @@ def test_margins_are_drawn_with_the_circles_that_they_measure() -> None:
             assert np.isnan(line.get_xdata()[1])
         np.testing.assert_allclose(np.hypot(*unit.get_xydata().T), 1.0, rtol=1e-12)
         np.testing.assert_allclose(np.hypot(*(around.get_xydata() - [-1.0, 0.0]).T), 0.6, rtol=1e-12)
-        for circle in (unit, around):
-            turned = np.unwrap(np.angle((circle.get_xydata() - circle.get_xydata()[:-1].mean(axis=0)) @ [1.0, 1j]))
-            assert turned[-1] - turned[0] == pytest.approx(2.0 * math.pi)
-        assert point.get_xydata().tolist() == [[-1.0, 0.0]] and point.get_marker() == "+"
-        assert axis.get_xlim() == axis.get_ylim() == (-2.6, 2.6) and axis.get_aspect() == 1.0
-        assert (axis.get_xlabel(), axis.get_ylabel()) == ("real part", "imaginary part")
+        assert point.get_xydata().tolist() == [[-1.0, 0.0]] and axis.get_aspect() == 1.0
         assert axis.get_title("left") == (
             f"open loop at {name}\nstable for gains times 0.5 to 3\nphase margin {40 + k}°, delay margin 200 ms"
         )
@@ -78,12 +68,10 @@ def test_responses_are_drawn_with_units_and_continuous_phase(monkeypatch: pytest
     plots.draw_responses(f, responses, {"push": "N", "push2": "N", "tip": "m"}, "car", Path("a.png"))
     magnitudes, phases = kept[0].axes[:3], kept[0].axes[3:]
     assert kept[0].get_suptitle() == "car: frequency responses"
-    assert kept[0].get_size_inches().tolist() == pytest.approx([6.2 * 3 + 0.4, 6.4])
     titles = [axis.get_title("left") for axis in magnitudes]
     assert titles == ["tip for push", "push2 for push", "force for road"]
     assert [axis.get_ylabel() for axis in magnitudes] == ["magnitude, m per N", "magnitude", "magnitude"]
     assert [axis.get_yscale() for axis in magnitudes] == ["log", "linear", "log"]
-    assert {axis.get_xscale() for axis in kept[0].axes} == {"log"}
     np.testing.assert_allclose(magnitudes[0].lines[0].get_ydata(), 5.0 / np.hypot(1.0, f / 2.0) ** 5, rtol=1e-12)
     for k, order in ((0, 5), (2, 10)):
         angles = -order * np.degrees(np.arctan(f / 2.0))
@@ -94,8 +82,6 @@ def test_responses_are_drawn_with_units_and_continuous_phase(monkeypatch: pytest
         ticks = np.diff(phases[k].get_yticks())
         assert set(ticks) == {90.0 if order == 5 else 180.0}
     assert np.ptp(phases[1].get_ylim()) == pytest.approx(200.0)
-    assert [axis.get_ylabel() for axis in phases] == ["phase, °"] * 3
-    assert phases[0].get_xlabel() == "frequency, Hz" and phases[0].get_xlim() == (0.1, pytest.approx(100.0))
 
 
 def modes_of(count: int, coordinates: int, rng: np.random.Generator) -> Any:
@@ -120,10 +106,7 @@ def test_shapes_of_modes_are_bars_with_amplitudes_and_phases(count: int, rng: np
     modes.shapes[1, 0] = 0.0
     drawn = Modes.plot(modes)
     assert len(drawn) == count and len(drawn[0].figure.axes) == (6 if count == 4 else count)
-    columns, rows = min(count, 3), -(-count // 3)
-    size = [4.6 * columns + 0.6, 0.8 + rows * (1.1 + 0.28 * 3)]
-    assert drawn[0].figure.get_size_inches().tolist() == pytest.approx(size)
-    assert [axis.get_visible() for axis in drawn[0].figure.axes[count:]] == [False] * (columns * rows - count)
+    assert not any(axis.get_visible() for axis in drawn[0].figure.axes[count:])
     for k, axis in enumerate(drawn):
         values = modes.shapes[:, k]
         assert [bar.get_width() for bar in axis.patches] == np.abs(values).tolist()
@@ -135,7 +118,6 @@ def test_shapes_of_modes_are_bars_with_amplitudes_and_phases(count: int, rng: np
         places = [(abs(value) + 0.02, 2 - k) for k, value in shown]
         np.testing.assert_allclose([text.get_position() for text in axis.texts], places, rtol=1e-12)
         assert axis.get_title("left") == f"mode {k + 1}: {modes.frequency[k]:.5g} Hz undamped, damping ratio 0.05"
-        assert axis.get_xlim() == (0.0, 1.2) and axis.get_ylim() == (-0.6, 2.6)
 
 
 @pytest.mark.parametrize(
@@ -170,7 +152,6 @@ def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked()
     lines = [line.get_xydata().tolist() for line in axis.lines]
     assert lines[:2] == [upper[:2], [[-1.0, 0.0], [-1.1, 0.0]]]  # further apart than 0.08 (9 + 14) are the others
     assert len(lines) == 3
-    assert (axis.get_xlabel(), axis.get_ylabel()) == ("real part, 1/s", "imaginary part, rad/s")
     assert axis.get_title("left") == "× speed = 1   ○ speed = 4"
     even = SimpleNamespace(parameter="speed", values=np.array([1.0, 2.0, 3.0]), eigenvalues=1j * roots.imag)
     (axis,) = RootLocus.plot(even)  # type: ignore[arg-type]  # has all drawn attributes

@@ -218,7 +218,7 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
     )
     assert np.all(np.sign(locus.eigenvalues.imag) == np.sign(locus.eigenvalues.imag[0]))
     assert locus.stability == ("marginal",) * 3
-    with pytest.raises(eomgen.UsageError, match=r"values: the shape is \(\), \(n,\) is needed"):
+    with pytest.raises(eomgen.UsageError, match=r"values: the shape is \(\), \(n,\) with n from 1 on is needed"):
         model.root_locus("stiffness", 5.0)  # type: ignore[arg-type]  # on purpose
     with pytest.raises(eomgen.UsageError, match="at stifness = 5: there is no parameter 'stifness'; try: stiffness"):
         model.root_locus("stifness", [5.0])
@@ -256,8 +256,8 @@ def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
     assert row == ["measured", "10", f"{expected:.6g}"]
     assert main([*words, "--classes", "A,C"]) == 2
     assert capsys.readouterr().err.endswith(
-        "usage error: --classes A,C: the road of the scene is a measured one, which has a spectrum of its own, and no "
-        "class; try: --ride body_acceleration:Wk without --classes [E2187]\n"
+        "MeasuredRoad: a measured road has a spectrum of its own, and no class; try: excitation.at(road="
+        'eomgen.spectra.Road("C")) [E0481]\n'
     )
 
 

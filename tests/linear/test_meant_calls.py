@@ -98,7 +98,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: NARROW.rms("4"), "low, high: an array of real numbers is needed, not list"),  # type: ignore[arg-type]
     (
         lambda: MeasuredRoad([1.0, 2.0], [1.0, -1e-9]),
-        "MeasuredRoad: a spectrum needs as many densities of 0 or more as frequencies",
+        "MeasuredRoad: frequencies have to be two or more",
     ),
     (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
     (

@@ -120,20 +120,11 @@ NUMBERS, FIRST = "a parameter, two finite values without units, and", "two posit
     ("read", "text"),
     [
         (lambda: campbell(modes="2,0"), "--modes 2,0: numbers of modes from 1 on are needed; try: --modes 1,2,4"),
-        (lambda: campbell(modes="one"), "--modes one: numbers of modes from 1 on are needed; try: --modes 1,2,4"),
-        *((lambda c=c: linearize._sweep(c), f"--root-locus {c}: {NUMBERS}") for c in (
-            "c=1:2", "=1:2:3", "c=1:2:1", "c=1:2:10001", "c=1:inf:3", "c=1 N:2 N:3"
-        )),
-        (lambda: linearize._sweep("c=0:1:3:log"), "c=0:1:3:log: values in equal ratios must be positive"),
+        (lambda: linearize._sweep("c=1:2:10001"), f"--root-locus c=1:2:10001: {NUMBERS}"),
+        (lambda: linearize._sweep("c=1:inf:3"), f"--root-locus c=1:inf:3: {NUMBERS}"),
         (lambda: linearize._sweep("c=1:0:3:log"), "c=1:0:3:log: values in equal ratios must be positive"),
-        (lambda: campbell(whirl=("x",)), "--whirl x: two deflections are needed"),
-        (lambda: linearize._band("0:50"), f"--band 0:50: {FIRST}, the lower first"),
         (lambda: linearize._band("-1:50", from_zero=True), "--band -1:50: two frequencies in Hz from 0 on are needed"),
-        (lambda: linearize._band("2:2"), f"--band 2:2: {FIRST}"),
-        (lambda: linearize._band("1:inf"), f"--band 1:inf: {FIRST}"),
-        (lambda: linearize._ride(("x",), None, "10,0", None), "--speeds 10,0: positive speeds in m/s are needed"),
-        (lambda: linearize._ride((), None, "10", None), "--speeds: it belongs to a ride; try: --ride"),
-        (lambda: command._range("load=0"), "--path load=0: a name and two numbers are needed; try: --path load=0:10"),
+        *((lambda band=band: linearize._band(band), f"--band {band}: {FIRST}") for band in ("0:50", "2:2", "1:inf")),
         (lambda: command._range("=0:1"), "--path =0:1: a name and two numbers are needed; try: --path load=0:10"),
         (lambda: command._preload("load=a"), "--buckling load=a: 'a' is not a number; try: --buckling load=0"),
     ],

@@ -27,6 +27,7 @@ from eomgen.products.reliability.vibration.inputs import processes_of, truncated
 from eomgen.products.reliability.vibration.result import Process, _modes, _title_of_modes
 from eomgen.products.reliability.vibration.run_response import RunResponse, first_passage, judged_passage, not_normal
 from eomgen.scene.load import from_data
+from tests.models import library
 from tests.models.doubtful_scenes import UNRESOLVED, stuck
 from tests.models.toml_text import toml_text
 from tests.reliability.duffing import Duffing
@@ -34,7 +35,6 @@ from tests.reliability.duffing import Duffing
 START = 0.48835331272856514
 FORCE = {"type": "squared_exponential", "correlation_time": "1 s", "seed": 1, "unit": "N"}
 FORCE |= {"translation": "0.5 * (1 + 0.3 * g)**2"}
-SLIDE = {"type": "prismatic", "parent": "base", "child": "mass", "axis": [1, 0, 0]}
 LAW = "force - q.slide - cubic * q.slide**3 - 0.2 * v.slide"
 
 
@@ -47,16 +47,24 @@ def scene(
     **process: Any,
 ) -> dict[str, Any]:
     """Return the Duffing oscillator under a process, which is another one if its keys are given."""
-    return {
-        "format": 1, "name": "duffing",
-        "simulation": {"method": "trapezoidal", "step": 0.05, "duration": duration},
-        "parameters": {"cubic": {"value": cubic, "tunable": True}},
-        "random": {"force": (process or FORCE) | {"share": share}},
-        "bodies": {"mass": {"mass": 1, "inertia": [1e-3, 1e-3, 1e-3]}},
-        "joints": {"slide": SLIDE | {"initial": {"position": start}}},
-        "efforts": {"all": {"joint": "slide", "effort": law}},
-        "outputs": {"x": {"formula": "q.slide", "unit": "m"}, "pair": {"formula": ["q.slide", "v.slide"]}},
-    }  # fmt: skip  # a table
+    return library.scene(
+        "oscillator",
+        name="duffing",
+        simulation={"method": "trapezoidal", "step": 0.05, "duration": duration},
+        parameters={"cubic": {"value": cubic, "tunable": True}},
+        random={"force": (process or FORCE) | {"share": share}},
+        joints__slide__stiffness=None,
+        joints__slide__initial={"position": start},
+        efforts={"all": {"joint": "slide", "effort": law}},
+        outputs={"x": {"formula": "q.slide", "unit": "m"}, "pair": {"formula": ["q.slide", "v.slide"]}},
+    )
+
+
+def block(random: dict[str, Any], outputs: dict[str, Any]) -> dict[str, Any]:
+    """Return a mass at rest beside random constants."""
+    simulation = {"duration": 0.1, "step": 0.05, "method": "rk4"}
+    rest = {"joints__slide__stiffness": None, "joints__slide__initial": None, "name": "block"}
+    return library.scene("oscillator", random=random, outputs=outputs, simulation=simulation, **rest)
 
 
 @pytest.fixture(scope="module")
@@ -225,10 +233,8 @@ def test_thresholds_too_far_out_are_named() -> None:
 
 @pytest.mark.slow
 def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
-    plain = {"format": 1, "name": "plain", "bodies": {"mass": {"mass": 1, "inertia": [1, 1, 1]}}}
-    plain |= {"joints": {"slide": {"type": "prismatic", "parent": "base", "child": "mass", "axis": [1, 0, 0]}}}
-    plain |= {"outputs": {"x": {"formula": "q.slide"}}}
-    with pytest.raises(UsageError, match="plain: the scene has no random process"):
+    plain = library.scene("oscillator", outputs={"x": {"formula": "q.slide"}})
+    with pytest.raises(UsageError, match="oscillator: the scene has no random process"):
         random_vibration(eomgen.build(plain, method="trapezoidal"), "x", 1.0, 0.05, method="trapezoidal")
     few = built(scene(0.1, 0.5))
     with pytest.raises(NumericalError, match=r"the mean does not come to -0\.5: it ends at 0\.\d+, [\d.]+ standard"):
@@ -413,16 +419,8 @@ def test_the_title_of_modes_tells_waves_from_processes(kinds: list[str], title: 
 def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient() -> None:
     """Of y = max(x1 - 2.2, x2 - 2.6) alone, and of no other output."""
     constant = {"type": "constant", "distribution": "normal(0, 1)"}
-    scene = {
-        "format": 1,
-        "name": "corner",
-        "bodies": {"block": {"mass": 1.0, "inertia": [1, 1, 1]}},
-        "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "block", "axis": [1, 0, 0]}},
-        "random": {"x1": constant, "x2": constant},
-        "outputs": {"y": {"formula": "max(2.6 - x2, 2.2 - x1)"}, "z": {"formula": "x1 * x2"}},
-        "simulation": {"duration": 0.1, "step": 0.05, "method": "rk4"},
-    }
-    model = eomgen.build(scene)
+    outputs = {"y": {"formula": "max(2.6 - x2, 2.2 - x1)"}, "z": {"formula": "x1 * x2"}}
+    model = eomgen.build(block({"x1": constant, "x2": constant}, outputs))
     found = eomgen.random_vibration(model, "y", thresholds=[0.0])
     true = special.ndtr(-2.2) * special.ndtr(-2.6)
     assert found.distributions["corrected"].low[0] < true < found.distributions["corrected"].high[0]
@@ -445,16 +443,8 @@ def test_random_constants_have_their_marginal_distributions() -> None:
         ("exponential(2)", stats.expon(scale=2.0)),
         ("weibull(1.5, 2.5)", stats.weibull_min(2.5, scale=1.5)),
     ]
-    scene = {
-        "format": 1,
-        "name": "constant",
-        "bodies": {"block": {"mass": 1.0, "inertia": [1, 1, 1]}},
-        "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "block", "axis": [1, 0, 0]}},
-        "random": {f"load{k}": {"type": "constant", "distribution": text} for k, (text, _) in enumerate(laws)},
-        "outputs": {f"y{k}": {"formula": f"load{k}"} for k in range(len(laws))},
-        "simulation": {"duration": 0.1, "step": 0.05, "method": "rk4"},
-    }
-    model = eomgen.build(scene)
+    random = {f"load{k}": {"type": "constant", "distribution": text} for k, (text, _) in enumerate(laws)}
+    model = eomgen.build(block(random, {f"y{k}": {"formula": f"load{k}"} for k in range(len(laws))}))
     z = np.array([-6.0, -3.0, -0.5, 0.0, 1.0, 4.0, 6.0])
     found = model.simulate_many(0.3, table={f"load{k}_z1": z for k in range(len(laws))})
     for k, (text, law) in enumerate(laws):

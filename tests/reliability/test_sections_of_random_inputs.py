@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,6 +34,7 @@ from eomgen.products.reliability.random_processes.karhunen_loeve import expand
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import NormalSeries
+from tests.models import library
 from tests.models.toml_text import toml_text
 
 FORCE = {
@@ -44,34 +44,25 @@ FORCE = {
     "seed": 1,
     "translation": "F0 * (1 + delta * g)**2",
 }
-DUFFING: dict[str, Any] = {
-    "format": 1,
-    "name": "duffing",
-    "gravity": [0, 0, 0],
-    "parameters": {"F0": 0.5, "delta": {"value": 0.3, "tunable": True}},
-    "random": {"force": FORCE},
-    "bodies": {"mass": {"mass": 1.0}},
-    "joints": {
-        "x": {
-            "type": "prismatic",
-            "parent": "base",
-            "child": "mass",
-            "axis": [1, 0, 0],
-            "initial": {"position": 0.488353313},
-        }
+DUFFING = library.scene(
+    "oscillator",
+    name="duffing",
+    parameters={"F0": 0.5, "delta": {"value": 0.3, "tunable": True}},
+    random={"force": FORCE},
+    joints__slide__stiffness=None,
+    joints__slide__initial={"position": 0.488353313},
+    efforts={
+        "spring": {"joint": "slide", "effort": "-q.slide - 0.1 * q.slide**3 - 0.2 * v.slide"},
+        "excitation": {"joint": "slide", "effort": "force"},
     },
-    "efforts": {
-        "spring": {"joint": "x", "effort": "-q.x - 0.1 * q.x**3 - 0.2 * v.x"},
-        "excitation": {"joint": "x", "effort": "force"},
-    },
-    "outputs": {"force": {"formula": "force"}},
-    "simulation": {"method": "taylor", "step": 0.05, "duration": 15},
-}
+    outputs={"force": {"formula": "force"}},
+    simulation={"method": "taylor", "step": 0.05, "duration": 15},
+)
 
 
 def _with(**random: dict[str, Any]) -> dict[str, Any]:
     """Return the oscillator with other processes, the first of which moves it."""
-    effort = {"joint": "x", "effort": " + ".join(random)}
+    effort = {"joint": "slide", "effort": " + ".join(random)}
     return DUFFING | {"random": random, "efforts": {"excitation": effort}, "outputs": {}}
 
 
@@ -161,9 +152,9 @@ def test_a_wheel_behind_runs_over_what_the_first_one_ran_over() -> None:
 def test_a_drive_and_the_base_follow_a_process() -> None:
     scene = _with(shake=FORCE | {"translation": "0.01 * g"})
     scene["efforts"] = {}
-    joint = DUFFING["joints"]["x"] | {"drive": "shake"}
+    joint = DUFFING["joints"]["slide"] | {"drive": "shake"}
     del joint["initial"]
-    scene["joints"] = {"x": joint}
+    scene["joints"] = {"slide": joint}
     run = eomgen.build(scene, profile="quick").simulate(2.0, 0.01, method="generalized_alpha")
     assert run.success, run.message
     process = _process(_loaded(scene))
@@ -189,7 +180,6 @@ EXPONENTIAL = {"type": "exponential", "correlation_time": 1.0, "share": 0.9}
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"share": 0.9}, r"\(random.force\): a random process needs its type, or the process that it follows; try: type"),
     ({"type": "exponential"}, r"exponential over time needs correlation_time; try: correlation_time = ..."),
-    (EXPONENTIAL | {"speed": 3.0}, r"exponential over distance needs correlation_length; try"),
     (EXPONENTIAL | {"correlation_time": -1}, r"correlation time -1 is not positive"),
     (EXPONENTIAL | {"correlation_length": 1}, r"exponential over time takes no correlation_length; try: correlation"),
     (EXPONENTIAL | {"share": 1.2}, r"the share 1.2 is not between 0 and 1; try: share = 0.99"),
@@ -210,13 +200,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"type": "spectrum", "points": [[-1, 1], [2, 0.5]]}, r"the first frequency -1 is negative"),
     ({"type": "spectrum"}, r"spectrum over time needs points or table"),
     (FORCE | {"translation": "F0 * g + t"}, r"time t cannot be used here \(column 10\); try: g, parameters and"),
-    (FORCE | {"translation": "h**2"}, r"unknown name 'h'"),
     (FORCE | {"translation": "2 + 0 * g"}, r"it is 2 for any g, so it is not random; try: a formula of g"),
-    (FORCE | {"correlation_time": "1 m"}, r"'1 m' is a length, a time in s is expected"),
     ({"follows": "wind", "delay": 1}, r"there is no random process 'wind'"),
     (EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 1], [0.9, 3]]}, r"quantiles are three points or more, probabilities"),
-    (EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 3]]}, r"quantiles are three points or more"),
-    (EXPONENTIAL | {"quantiles": [[0, 2], [0.5, 3], [0.9, 4]]}, r"quantiles are three points or more"),
     (
         EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 3], [0.9, 4]], "translation": "g"},
         r"both translation and quantiles define the process",
@@ -244,9 +230,8 @@ def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None
     ("follower", "message"),
     [
         ({"follows": "force"}, r"a process that follows a process over time needs delay, and no offset; try: delay ="),
-        ({"follows": "force", "offset": 1}, r"a process that follows a process over time needs delay, and no offset"),
         ({"follows": "force", "delay": 1, "seed": 3}, r"seed is set by force, which this process follows"),
-        ({"follows": "late", "delay": 1}, r"it follows itself; try: follows = \"force\""),
+        ({"follows": "late", "delay": 1}, r"late itself follows late; try: a process with a type of its own"),
     ],
 )
 def test_followers_have_all_but_their_lag_from_the_first(follower: dict[str, Any], message: str) -> None:
@@ -355,11 +340,8 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
     [
         ({"v": {"coherence": {"u": -1.0}}}, r"the decay -1 of the coherence with u is not positive; try: a decay such"),
         ({"v": {"coherence": {"u": [[0, 1.2], [1, 0]]}}}, r"of rising frequencies from 0 on, between -1 and 1"),
-        ({"v": {"coherence": {"u": [[0, 1]]}}}, r"the coherence with u is two points or more"),
-        ({"v": {"coherence": {"u": [[0, 1], [math.nan, 0]]}}}, r"coherence.u\[1\]\[0\]\): a finite number is needed"),
         ({"v": {"coherence": {"u": [["a", 1], [1, 0]]}}}, r"coherence.u\[0\]\[0\]\): unknown name 'a'"),
         ({"v": {"coherence": {"v": 0.5}}}, r"it is coherent with itself; try: coherence with another process"),
-        ({"v": {"coherence": {"x": 0.5}}}, r"there is no random process 'x'"),
         ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed is set by u, with which this process is coherent"),
         ({"v": {"coherence": {"u": 0.5}, "correlation": {"u": 0.5}}}, r"both correlation and coherence say"),
         ({"v": {"coherence": {"u": 0.5}}, "w": {"correlation": {"u": 0.5}}}, r"\(random.w.correlation\): it is"),
@@ -380,7 +362,6 @@ def test_coherences_that_no_processes_have_are_refused(random: dict[str, Any], m
             r"\(random.w.correlation\): no processes have the correlations of u, v, w: an eigenvalue of their matrix is"
             r" -0.8, not positive; the nearest ones that some have are 0\.98 away; try: coefficients closer to 0",
         ),
-        ({"v": {"correlation": {"u": 1.0}}}, r"an eigenvalue of their matrix is 0, not positive"),
         ({"v": {"correlation": {"v": 0.5}}}, r"it is correlated with itself; try: correlation with another process"),
         ({"v": {"correlation": {"x": 0.5}}}, r"there is no random process 'x'"),
         ({"v": {"correlation": {"w": 0.5}}, "w": {"correlation": {"v": 0.5}}}, r"one process with a type of its own"),
@@ -399,7 +380,7 @@ def test_correlations_that_no_processes_have_are_refused(random: dict[str, Any],
 @pytest.fixture
 def few_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
     """The search for modes ends at 256 nodes of the window in place of 4096."""
-    monkeypatch.setattr(karhunen_loeve, "MOST_MODES", 64)
+    monkeypatch.setattr(karhunen_loeve, "_MOST_NODES", 256)
 
 
 @pytest.mark.long

@@ -38,8 +38,6 @@ Amount = float | str
 Limits = Sequence[Amount | None]
 #: Sections whose entries are called by bare names in formulas.
 _NAMES = ("parameters", "inputs", "random", "states", "controllers", "curves")
-#: Samples from which on a delay is doubtful.
-_LONG_DELAY = 50
 #: Quantities that formulas of controllers cannot use.
 _OF_ACCELERATIONS = re.compile(r"\b(?:a|acceleration|reaction|drive_effort)\.")
 #: Kinds of outputs whose values formulas call by name.
@@ -61,7 +59,7 @@ def with_controller(
     ``limits``, ``quantum`` and ``delay`` describe the hardware: actuators by the names of inputs, sensors by the names
     of measured signals (outputs of the linear model; without an observer, its states with gains). Commands and readings
     are limited first, then rounded, then delayed. An observer predicts with the command as limited and rounded.
-    Warns of each delay of a sensor, which the design did not know, and of delays of more than 50 samples.
+    Warns of each delay of a sensor, which the design did not know.
 
     Parameters
     ----------
@@ -235,7 +233,7 @@ def _kind(space: StateSpace, name: str) -> str:
 def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum: Any, delay: Any) -> _Hardware:
     """Return an actuator or a sensor with limits, quantum and delay (None if absent) as the caller gave them. `kind` is
     ``inputs``, ``outputs`` or ``states``. Limits are drawn in to multiples of the quantum. Raises UsageError for values
-    that cannot be met, or limits without the value at the reference; warns of long delays and late readings."""
+    that cannot be met, or limits without the value at the reference; warns of late readings."""
     unit = space.unit(kind, name)
     lower, upper = _limits(name, limits, unit)
     step = 0.0 if quantum is None else _amount(f"quantum of {name}", quantum, unit, "0.01")
@@ -249,13 +247,10 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
     if step:  # a converter has no value between two multiples
         least = math.ceil(lower / step - COMPUTED) if lower > -math.inf else lower
         most = math.floor(upper / step + COMPUTED) if upper < math.inf else upper
-        if least > most:
-            fault = f"no multiple of the quantum {step:.6g} lies between {lower:.6g} and {upper:.6g} [E0533]"
+        if not least < most:
+            fault = f"fewer than two multiples of {step:.6g} lie between {lower:.6g} and {upper:.6g} [E0533]"
             raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
         lower, upper = least * step, most * step
-    if late is not None and space.sample is not None and late > _LONG_DELAY * space.sample:
-        text = f"delay of {name}: {late:.6g} s are {late / space.sample:.0f} samples of {space.sample:.6g} s"
-        warnings.warn(f'{text}; try: "{late:.6g} ms" if milliseconds are meant [W0044]', RuntimeWarning, stacklevel=6)
     if late and kind != "inputs" and space.sample:
         used = math.ceil(late / space.sample - COMPUTED)
         text = f"delay of {name}: a reading that comes {late:.6g} s late is used {counted(used, 'sample')} later, after"
@@ -266,9 +261,6 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
         ends = f"the limits are {lower:.6g} and {upper:.6g}"
         fault = f"{name} is {rest:.6g} at the reference of the linear model, and {ends} [E0531]"
         raise UsageError(Problem(f"limits of {name}", fault, "wider limits, or a linear model about another reference"))
-    if lower == upper:
-        fault = f"the quantum {step:.6g} leaves one value between the limits, {lower:.6g} [E0532]"
-        raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
     return _Hardware(lower, upper, step, late)
 
 

@@ -226,7 +226,7 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
             for name in group:
                 if not _ends(name, known):
                     fault = f"there is no coordinate, state, input or output {shown(name)} [E0446]"
-                    raise UsageError(Problem("multiblade", fault, nearest(name, known) or f"one of {listed(known)}"))
+                    raise UsageError(Problem("multiblade", fault, nearest(name, known)))
                 if name in seen:
                     raise UsageError(Problem("multiblade", f"{shown(name)} is named twice [E0447]", "each name once"))
                 seen.add(name)

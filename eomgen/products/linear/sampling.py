@@ -36,23 +36,6 @@ RARE = 10.0
 _WAITING = 1000
 
 
-@dataclass(frozen=True)
-class Sampled:
-    """A linear model from sample to sample, and the equations within a sample.
-
-    Attributes
-    ----------
-    space : StateSpace
-        Inputs that wait are states ``NAME_before``, ``NAME_before_2``, ... after the other states: the input of the
-        previous sample, and so on.
-    cost : (ns + nu, ns + nu)
-        Integral of the cost over one sample, [s, u]^T cost [s, u].
-    """
-
-    space: StateSpace
-    cost: Array
-
-
 def seconds(name: str, value: float | str) -> float:
     """Return a time in s, given as a number or a text with a unit, ``5 ms``. Raises UsageError, with the argument's
     `name`, for other types and values that are not finite."""
@@ -98,11 +81,16 @@ def discretized(space: StateSpace | HasStateSpace, sample: float | str, delay: f
     """
     space = state_space_of(space)
     ns, nu = space.B.shape
-    return sampled_with_cost(space, sample, delay, np.zeros((ns + nu, ns + nu))).space
+    return sampled_with_cost(space, sample, delay, np.zeros((ns + nu, ns + nu)))[0]
 
 
-def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str, cost: Array) -> Sampled:
-    """Return the model from sample to sample, and the quadratic cost [s, u]^T cost [s, u] integrated over a sample.
+def sampled_with_cost(
+    space: StateSpace, sample: float | str, delay: float | str, cost: Array
+) -> tuple[StateSpace, Array]:
+    """Return the model from sample to sample, and the matrix of the cost [s, u]^T cost [s, u] integrated over a sample.
+
+    Inputs that wait are states ``NAME_before``, ``NAME_before_2``, ... after the other states: the input of the
+    previous sample, and so on.
 
     Warns of a period of 10 s or more that is given as a number.
 
@@ -175,7 +163,7 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
     order = [*kept, *range(asked, size)]
     named = _with_waiting_inputs(space, waiting)
     result = replace(named, A=A, B=B, E=E, C=C, D=D, sample=period, input_delay=late)
-    return Sampled(result, (total + total.T)[np.ix_(order, order)] / 2.0)
+    return result, (total + total.T)[np.ix_(order, order)] / 2.0
 
 
 def noise_over_a_sample(A: Array, intensity: Array, period: float) -> Array:

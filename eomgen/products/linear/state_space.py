@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
-from eomgen.base.messages import close_names, nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.base.rounding import COMPUTED
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.linear.eigenvalues import eigenvalues_of_parts, verdict
@@ -444,10 +444,10 @@ def _number(kind: str, name: str, known: Sequence[str], call: str = "frequency r
     signal and `call` the method."""
     if name in known:
         return known.index(name)
-    close = close_names(str(name)[:64], known)
-    hint = " or ".join(close) or ("one of " + ", ".join(known[:12]) if known else "")
     missing = "" if known else f": the linear model has no {kind}"
-    raise UsageError(Problem(call, f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))
+    raise UsageError(
+        Problem(call, f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", nearest(str(name)[:64], known))
+    )
 
 
 def _solve(M: Array, right: Array, names: Sequence[str]) -> Array:

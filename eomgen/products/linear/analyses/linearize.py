@@ -575,9 +575,10 @@ def _rotors(
     }
     for name in groups:
         if name not in angles:
-            known = nearest(name, angles) or f"one of {', '.join(list(angles)[:12])}" if angles else ""
             fault = f"{shown(name)} is not the angle of a joint by which a rotor turns [E0067]"
-            raise UsageError(Problem("multiblade", fault, known or "a revolute joint in joint coordinates"))
+            raise UsageError(
+                Problem("multiblade", fault, nearest(name, angles) or "a revolute joint in joint coordinates")
+            )
     return [
         Rotor(name, float(state.v[components.index(name)]), float(state.q[angles[name]]), members)
         for name, members in groups.items()

@@ -85,11 +85,7 @@ def root_locus(
     >>> locus.eigenvalues.shape
     (3, 4)
     """
-    array = numbers("values", values)
-    if array.ndim != 1 or not len(array):
-        fault = f"the shape is {array.shape}, (n,) is needed [E0043]"
-        raise UsageError(Problem("values", fault, "numpy.linspace(100.0, 2000.0, 40)"))
-    check_finite("values", array)
+    array = _finite_values(values, 1)
 
     def linearize_at(value: float, before: Linearization | None) -> Linearization:
         near = None if before is None or at == "initial" else state_of(before)
@@ -257,17 +253,23 @@ def _unit_of_speed(model: CompiledModel, speed: str, of_motion: Sequence[str], *
     if speed not in units:
         known = [*model.parameters, *of_motion]
         fault = f"there is no tunable parameter or velocity {shown(speed)} [E0044]"
-        raise UsageError(Problem("campbell", fault, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
+        raise UsageError(Problem("campbell", fault, nearest(speed, known)))
     return _SPEED if units[speed] == _SPEED else "m/s"
+
+
+def _finite_values(values: ArrayLike, least: int) -> Array:
+    """Return values as an array (n,). Raises UsageError unless there are as many as the least number, all finite."""
+    array = numbers("values", values)
+    if array.ndim != 1 or len(array) < least:
+        fault = f"the shape is {array.shape}, (n,) with n from {least} on is needed [E0043]"
+        raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
+    check_finite("values", array)
+    return array
 
 
 def _increasing(values: ArrayLike) -> Array:
     """Return the values as an array (n,); raise UsageError unless there are two or more, finite and increasing."""
-    array = numbers("values", values)
-    if array.ndim != 1 or len(array) < 2:
-        fault = f"the shape is {array.shape}, and two values and more are needed [E0046]"
-        raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
-    check_finite("values", array)
+    array = _finite_values(values, 2)
     if (array[1:] <= array[:-1]).any():
         raise UsageError(Problem("values", "they do not increase [E0047]", "numpy.linspace(0.0, 300.0, 61)"))
     return array

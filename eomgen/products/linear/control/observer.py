@@ -17,14 +17,14 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, names_of, not_unpacked
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
-from eomgen.base.messages import shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable
 from eomgen.products.linear.control.notebook import deviations_html, eigenvalues_html, gains_html
 from eomgen.products.linear.control.pole_placement import pole_array
 from eomgen.products.linear.control.regulator import only_with_sample, optimal_gains, placed_gains
 from eomgen.products.linear.control.riccati_equation import sampled_solution, without_cross_terms
-from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight
+from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, number, row_of, weight
 from eomgen.products.linear.sampling import discretized, noise_over_a_sample
 from eomgen.products.linear.state_space import HasStateSpace, StateSpace, linear_model_name, state_space_of
 
@@ -306,7 +306,7 @@ def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple
         for name in names:
             if name not in into:
                 fault = f"there is no disturbance, input or state {shown(name)} [E0387]"
-                raise UsageError(Problem("noise", fault, near(str(name), tuple(into))))
+                raise UsageError(Problem("noise", fault, nearest(str(name), tuple(into))))
         W = np.diag([number("noise", name, noise[name]) for name in names])
     G, F = np.zeros((ns, len(names))), np.zeros((len(measured), len(names)))
     for column, name in enumerate(names):

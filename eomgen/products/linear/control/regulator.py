@@ -20,6 +20,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import NamedAttributes, checked_call, checked_calls, names_of, not_unpacked
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
+from eomgen.base.messages import nearest
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.control.controllability import (
     Dynamics,
@@ -48,7 +49,7 @@ from eomgen.products.linear.control.riccati_equation import (
     whitening,
     without_cross_terms,
 )
-from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
+from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, quadratic_cost
 from eomgen.products.linear.eigenvalues import balance
 from eomgen.products.linear.sampling import discretized, sampled_with_cost
 from eomgen.products.linear.state_space import HasStateSpace, StateSpace, labels, state_space_of, with_more
@@ -114,7 +115,7 @@ class Regulator(NamedAttributes):
         """
         for name, known in ((input, self.space.inputs), (state, self.space.states)):
             if name not in known:
-                raise UsageError(Problem("gain", f"there is no {name!a} among the gains [E0400]", near(name, known)))
+                raise UsageError(Problem("gain", f"there is no {name!a} among the gains [E0400]", nearest(name, known)))
         return float(self.gains[self.space.inputs.index(input), self.space.states.index(state)])
 
     @cached_property
@@ -236,17 +237,15 @@ def lqr(
     array([[4., 4.]])
     """
     space = state_space_of(space)
-    cost = quadratic_cost(space, Q, R, N, names_of("inputs", "inputs", inputs, "force"))
+    controlled, weights = quadratic_cost(space, Q, R, N, names_of("inputs", "inputs", inputs, "force"))
     if sample is None:
         only_with_sample(delay)
         regulate = _continuous if space.sample is None else _sampled_regulator
-        return regulate(cost.space, cost.weights)
-    weights = cost.weights
+        return regulate(controlled, weights)
     joined = np.block([[weights.state, weights.cross], [weights.cross.T, weights.effort]])
-    held = sampled_with_cost(cost.space, sample, delay, joined)
-    ns = len(held.space.states)
-    parts = (held.cost[:ns, :ns], held.cost[ns:, ns:], held.cost[:ns, ns:])
-    return _sampled_regulator(held.space, Weights(*parts))
+    held, spent = sampled_with_cost(controlled, sample, delay, joined)
+    ns = len(held.states)
+    return _sampled_regulator(held, Weights(spent[:ns, :ns], spent[ns:, ns:], spent[:ns, ns:]))
 
 
 @checked_call()

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.products.linear.control.weights import near, number
+from eomgen.products.linear.control.weights import number
 from eomgen.products.linear.state_space import HasStateSpace, StateSpace, state_space_of
 
 
@@ -109,7 +109,7 @@ def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Arr
     for name in noise:
         if name not in names:
             fault = f"there is no disturbance or input {shown(name)} [E0425]"
-            raise UsageError(Problem("noise", fault, near(str(name), names)))
+            raise UsageError(Problem("noise", fault, nearest(str(name), names)))
     columns = [names.index(name) for name in noise]
     W = np.diag(np.array([number("noise", name, value) for name, value in noise.items()], dtype=float))
     return np.hstack([space.E, space.B])[:, columns], np.hstack([space.F, space.D])[:, columns], W

@@ -94,18 +94,10 @@ def weight(name: str, value: ArrayLike, size: int) -> Array:
 Weighted = Mapping[str, float] | ArrayLike
 
 
-@dataclass(frozen=True)
-class NamedCost:
-    """A quadratic cost, and the model with the controlled inputs; remaining inputs of the model are disturbances."""
-
-    space: StateSpace
-    weights: Weights
-
-
 def quadratic_cost(
     space: StateSpace, Q: Weighted, R: Weighted, N: ArrayLike | None, inputs: Sequence[str]
-) -> NamedCost:
-    """Return the cost s^T Q s + 2 s^T N u + u^T R u as matrices, and the model with the controlled inputs; see ``lqr``.
+) -> tuple[StateSpace, Weights]:
+    """Return the model with the controlled inputs, and the cost s^T Q s + 2 s^T N u + u^T R u as matrices; see ``lqr``.
 
     Parameters
     ----------
@@ -139,7 +131,7 @@ def quadratic_cost(
         if rows:
             of_state, of_effort = (np.array(parts) for parts in zip(*rows, strict=True))
             weights = weights.plus_output(of_state, of_effort, numbers)
-    return NamedCost(controlled, weights)
+    return controlled, weights
 
 
 def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
@@ -192,13 +184,9 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
         return space.C[k], space.D[k]
     if name in space.states:
         return np.eye(len(space.states))[space.states.index(name)], np.zeros(len(space.inputs))
-    raise UsageError(Problem("weights", f"there is no output or state {shown(name)} [E0433]", near(str(name), known)))
-
-
-def near(name: str, known: Sequence[str]) -> str:
-    """Return the known names nearest to a name, including names of components and velocities."""
-    alike = [known_name for known_name in known if known_name.startswith(name) or name in known_name]
-    return " or ".join(alike[:3]) or nearest(name, known) or f"one of {', '.join(known[:8])}"
+    raise UsageError(
+        Problem("weights", f"there is no output or state {shown(name)} [E0433]", nearest(str(name), known))
+    )
 
 
 def number(matrix: str, name: str, value: object) -> float:

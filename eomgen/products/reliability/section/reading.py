@@ -350,7 +350,8 @@ class Processes:
             return None
         leader = entries[entry.follows]
         if leader.follows is not None:
-            self._report_chain(name, entry.follows, leader.follows, entries)
+            fault = f"{entry.follows} itself follows {leader.follows} [E1017]"
+            self.report.add(f"{key}.follows", fault, "a process with a type of its own")
             return None
         if word := _first_set(entry, written.OWN):
             fault = f"{word} is set by {entry.follows}, which this process follows [E1020]"
@@ -364,16 +365,6 @@ class Processes:
             self.report.add(key, fault, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
             return None
         return self.values.constant(f"{key}.{right}", value)
-
-    def _report_chain(
-        self, name: str, leader: str, leader_of_leader: str, entries: Mapping[str, written.RandomProcess]
-    ) -> None:
-        """Report a process whose leader follows a process."""
-        leaders = [leading_name for leading_name, process in entries.items() if process.follows is None]
-        first = leaders[0] if leader_of_leader not in leaders and leaders else leader_of_leader
-        hint = f'follows = "{first}"' if first in leaders else 'type = "squared_exponential", for one of its own'
-        fault = f"{leader} itself follows {leader_of_leader} [E1017]" if leader != name else "it follows itself [E1018]"
-        self.report.add(f"{key_of('random', name)}.follows", fault, hint)
 
     def _leader(
         self,

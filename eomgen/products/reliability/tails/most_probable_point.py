@@ -132,15 +132,15 @@ def _curvature_corrected_tail(design_point: MostProbablePoint, weight: float) ->
 
 
 def points_on_curve(
-    response: Response, thresholds: Sequence[float], kinked: Callable[[], bool] = bool
+    response: Response, thresholds: Sequence[float], kinks: Callable[[], object] = bool
 ) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
     """Return the most probable points and the errors of missing points, each a dict by number of the threshold.
 
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
     deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from the extrapolation of two
     points before it and the curve's slopes. The Hessian of the search starts from the expansion and is corrected by
-    gradients (symmetric, of rank one); each result has an exact Hessian, evaluated once. ``kinked`` is called if no
-    point is found, and returns whether the gradient may jump, so that points count that are off by little.
+    gradients (symmetric, of rank one); each result has an exact Hessian, evaluated once. ``kinks`` is called if no
+    point is found, and returns reasons why the gradient may jump, so that points count that are off by little.
 
     References
     ----------
@@ -163,7 +163,7 @@ def points_on_curve(
                 missed[k] = UnreachedThreshold(last, float(thresholds[k]), ended)
                 continue
             try:
-                before, last = _follow_curve(response, before, last, float(thresholds[k]), kinked)
+                before, last = _follow_curve(response, before, last, float(thresholds[k]), kinks)
                 result[k] = last
             except UnreachedThreshold as error:
                 last, missed[k], ended = error.last, error, error.why
@@ -203,11 +203,11 @@ def _follow_curve(
     before: MostProbablePoint | None,
     last: MostProbablePoint,
     threshold: float,
-    kinked: Callable[[], bool],
+    kinks: Callable[[], object],
 ) -> tuple[MostProbablePoint, MostProbablePoint]:
     """Follow the curve of most probable points from `last` to a threshold; return the previous point and the point of
     the threshold. `before` is the point before `last` on the curve, or None. Steps are halved if Newton's method fails;
-    then ``kinked`` says whether to accept points next to jumps of the gradient with reduced accuracy. Raises
+    then ``kinks`` says whether to accept points next to jumps of the gradient with reduced accuracy. Raises
     UnreachedThreshold if the steps become too small, or the points too far from the mean."""
     stride = _STRIDE
     while True:
@@ -215,7 +215,7 @@ def _follow_curve(
         rest = threshold - last.threshold
         ahead = np.sign(rest) * min(abs(rest), stride * slope)
         wanted = last.threshold + ahead if abs(ahead) < abs(rest) else threshold
-        rough = last.aside > 0.0 or (stride < 0.3 * _STRIDE and kinked())
+        rough = last.aside > 0.0 or (stride < 0.3 * _STRIDE and bool(kinks()))
         reached = _newton(response, before, last, wanted, rough=rough)
         if reached is None:
             stride *= 0.5

@@ -208,8 +208,8 @@ def check_output(model: Model, output: str) -> None:
     outputs = model.library.layout["outputs"]
     names = [name for item in outputs for name in component_names("", str(item["name"]), int(item["size"]))]
     if output not in names:
-        known = nearest(str(output), names) or f"one of {', '.join(names[:12]) or '[outputs.x] in the scene'}"
-        raise UsageError(Problem("output", f"there is no output {shown(output)} [E0204]", known))
+        hint = nearest(str(output), names) or "[outputs.x] in the scene"
+        raise UsageError(Problem("output", f"there is no output {shown(output)} [E0204]", hint))
 
 
 def thresholds_of(

@@ -186,7 +186,9 @@ def random_vibration(
     varies = deviation > 0.0 or study.varies()
     wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
-    study.by_forms(forms, wanted)
+    none = np.zeros(0)
+    study.distributions = {name: Distribution(*steepest_descent(of, wanted), none, none) for name, of in forms.items()}
+    study.moments = {name: of.moments for name, of in forms.items()}
     others = bool(samples or len(times) or levels)
     indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
@@ -358,14 +360,6 @@ class _VibrationStudy:
                 forms["hermite"] = hermite_projection(self._response_with_hessians, pairs, self.seed)
         return forms
 
-    def by_forms(self, forms: Mapping[str, QuadraticForm], wanted: Array) -> None:
-        """Add the distributions and moments of quadratic forms."""
-        none = np.zeros(0)
-        self.distributions = {
-            name: Distribution(*steepest_descent(form, wanted), none, none) for name, form in forms.items()
-        }
-        self.moments = {name: form.moments for name, form in forms.items()}
-
     def varies(self) -> bool:
         """Return whether a few samples differ."""
         _, y, _ = self.about_mean.first(_TRIED)
@@ -502,43 +496,28 @@ class _VibrationStudy:
             self.notes.append(
                 f"{failed} samples about most probable points failed: thresholds with such have none [W0071]"
             )
-        of_forms = {name: distribution for name, distribution in self.distributions.items() if name not in _SAMPLED}
-        self.errors = {name: relative_errors(distribution, whole) for name, distribution in of_forms.items()}
+        wide = {name: spread(distribution, places, len(wanted)) for name, distribution in about.items()}
+        forms_alone = {name: part for name, part in (self.distributions | wide).items() if name not in _SAMPLED}
+        self.errors = {name: relative_errors(distribution, whole) for name, distribution in forms_alone.items()}
         indices = none.copy()
         if reached:
-            self._compare(about, wanted, places, whole)
+            true = Distribution(*(part[places] for part in vars(whole).values()))
+            errors = {name: values[places] for name, values in self.errors.items()}
+            self.notes += doubts_of_forms(wanted[places], errors, true)
+            ending = "samples: the response is not a quadratic form there, and the form is left out; take `corrected`"
+            wrong = disagreements(wanted, wide["quadratic"], whole, ending)
+            self.notes += wrong.values()
+            wide["quadratic"] = without(wide["quadratic"], wrong)
             indices[places] = [point.index for point in reached]
-        self.distributions["corrected"] = whole
+        self.distributions |= {**wide, "corrected": whole}
         return indices
-
-    def _compare(
-        self, about: dict[str, Distribution], wanted: Array, places: Sequence[int], whole: Distribution
-    ) -> None:
-        """Compare distributions at most probable points with the corrected one, and add these to ``distributions``.
-        `about` has the distributions by method at the reached thresholds, which are numbers `places` of ``wanted``;
-        `whole` is the corrected distribution at all thresholds. Errors and notes are added; probabilities of quadratic
-        forms that the correction contradicts become NaN, also in `about`."""
-        true = Distribution(*(part[places] for part in vars(whole).values()))
-        errors = {
-            name: relative_errors(distribution, true) for name, distribution in about.items() if name not in _SAMPLED
-        }
-        self.notes += doubts_of_forms(wanted[places], errors, true)
-        ending = "samples: the response is not a quadratic form there, and the form is left out; take `corrected`"
-        wrong = disagreements(wanted[places], about["quadratic"], true, ending)
-        self.notes += wrong.values()
-        about["quadratic"] = without(about["quadratic"], wrong)
-        self.distributions |= {name: spread(distribution, places, len(wanted)) for name, distribution in about.items()}
-        for name, values in errors.items():
-            self.errors[name] = np.full(len(wanted), np.nan)
-            self.errors[name][places] = values
 
     def _points(self, wanted: Array) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
         """Return the most probable points of thresholds ``wanted`` (n,), and reasons for missing ones, by number of
         threshold. The points are on the curve from the mean. If the curve does not come to a threshold, as for a
         response without slope at the mean, searches start from random directions; a threshold without result keeps its
         reason."""
-        kinked = lambda: bool(self.response.kinks())  # noqa: E731  # sought only if a point is not found
-        points, missed = points_on_curve(self._response_with_hessians, wanted.tolist(), kinked)
+        points, missed = points_on_curve(self._response_with_hessians, wanted.tolist(), self.response.kinks)
         for k in sorted(missed):
             if some := searched_points(self._response_with_hessians, float(wanted[k]), 2, self.seed):
                 points[k] = some[0]
