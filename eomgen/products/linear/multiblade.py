@@ -24,8 +24,6 @@ from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.freedom import Freedom, Partials
 
-#: Fewest blades whose sums over cosines and sines of the azimuth are constant.
-_FEWEST = 3
 _EXAMPLE = '{"spin": [("flap_1", "flap_2", "flap_3")]}'
 
 #: Words of the warning of signals of single blades, which leave frequencies and shapes as they are.
@@ -215,12 +213,13 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
     seen: set[str] = set()
     for rotor, named_groups in blades.items():
         groups: Any = [named_groups] if _are_names(named_groups) else named_groups
-        for group in groups if _is_list(groups) and len(groups) else [groups]:
-            if not _are_names(group):
-                raise UsageError(Problem("multiblade", f"{shown(group)} is not a list of blades [E0444]", _EXAMPLE))
-            if len(group) < _FEWEST:
-                count = len(group)
-                fault = f"{listed(group)} are {count} blades of {rotor}, and multiblade coordinates need three [E0445]"
+        if not (_is_list(groups) and len(groups) and all(map(_are_names, groups))):
+            raise UsageError(Problem("multiblade", f"{shown(named_groups)} is not a list of blades [E0444]", _EXAMPLE))
+        for group in groups:
+            if len(group) < 3:  # sums over cosines and sines of the azimuth are not constant
+                fault = (
+                    f"{listed(group)} are {len(group)} blades of {rotor}, and multiblade coordinates need three [E0445]"
+                )
                 hint = "model.floquet(period), in Python, for rotors of one or two blades"
                 raise UsageError(Problem("multiblade", fault, hint))
             for name in group:

@@ -169,7 +169,7 @@ def campbell(
     Raises
     ------
     UsageError
-        A name that is neither, values that do not increase, pairs that are none or hold the rotation itself.
+        A name that is neither, values that do not increase, pairs that are none.
     EomgenError
         As of ``linearize`` and ``steady_motion``, with the value in the message. Values without a linear model are left
         out with a warning as long as two are kept.
@@ -282,15 +282,10 @@ def _check_whirl(
     initial: Mapping[str, Any] | None,
     parameters: Mapping[str, float] | None,
 ) -> None:
-    """Raise UsageError for the varied rotation as a deflection; warn of joints in an order against its sense.
+    """Warn of deflections by joints in an order against the sense of the varied rotation.
 
     Axes are known of joints with one coordinate, in models with ``poses``.
     """
-    for first, second in whirl:
-        if speed in (first.removeprefix("q."), second.removeprefix("q.")):
-            fault = f"{speed} is the rotation that is varied, and no deflection [E0048]"
-            hint = f"deflections along two axes across the axis of {speed}, the second a quarter turn from the first"
-            raise UsageError(Problem(f"whirl {first}:{second}", fault, hint))
     hinges = {item.name: item for item in model.description.drawing.hinges if item.turns != item.slides}
     angles = {name for name in hinges if f"q.{name}" in model.q_names}
     known = [pair for pair in whirl if {speed, *pair} <= angles]

@@ -76,15 +76,9 @@ def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
     >>> abs(weighting_response("Wk", [0.5, 5.0, 50.0])).round(2)
     array([0.42, 1.04, 0.25])
     """
-    item = _weighting(name)
+    above, below = _polynomials(_weighting(name))
     f = 1j * np.asarray(frequencies, dtype=float)
-    butterworth = 1.0 / math.sqrt(2.0)
-    high_pass = (f / item.f1) ** 2 * _second_order(f, item.f1, butterworth)
-    low_pass = _second_order(f, item.f2, butterworth)
-    response: Complex = high_pass * low_pass * (1.0 + f / item.f3) * _second_order(f, item.f4, item.Q4)
-    if item.step is not None:
-        f5, Q5, f6, Q6 = item.step
-        response = response * (f5 / f6) ** 2 * _second_order(f, f6, Q6) / _second_order(f, f5, Q5)
+    response: Complex = np.polyval(above, f) / np.polyval(below, f)
     return response
 
 
@@ -162,26 +156,28 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     return result
 
 
-def _partial_fractions(item: WeightingFilter) -> tuple[Complex, Complex]:
-    """Return poles (n,) and residues (n,) in 1/s of a weighting filter's response, a sum of residue / (s - pole). Poles
-    have to be different from each other."""
+def _polynomials(item: WeightingFilter) -> tuple[Array, Array]:
+    """Return numerator and denominator of a weighting filter's response over s / 2 pi, highest powers first."""
+
+    def second_order(corner: float, quality: float) -> Array:
+        return np.array([corner**-2, 1.0 / (quality * corner), 1.0])
+
     butterworth = 1.0 / math.sqrt(2.0)
-    below = [(item.f1, butterworth), (item.f2, butterworth), (item.f4, item.Q4)]
-    f5, Q5, f6, Q6 = item.step or (1.0, 1.0, 1.0, 1.0)
-    below += [(f6, Q6)] if item.step else []
-    poles: Complex = np.concatenate([f * np.roots([1.0, 1.0 / Q, 1.0]) for f, Q in below]).astype(complex)
-    scale = (f5 / f6) ** 2 / item.f1**2 * float(np.prod([f**2 for f, _ in below]))
-    above = poles**2 * (1.0 + poles / item.f3)
+    above = np.polymul([item.f1**-2, 0.0, 0.0], [1.0 / item.f3, 1.0])
+    below = np.polymul(second_order(item.f1, butterworth), second_order(item.f2, butterworth))
+    below = np.polymul(below, second_order(item.f4, item.Q4))
     if item.step is not None:
-        above = above * (1.0 + poles / (Q5 * f5) + (poles / f5) ** 2)
-    others = poles[:, np.newaxis] - poles + np.eye(len(poles))
-    return 2.0 * np.pi * poles, 2.0 * np.pi * scale * above / np.prod(others, axis=1)
+        f5, Q5, f6, Q6 = item.step
+        above = np.polymul(above, (f5 / f6) ** 2 * second_order(f5, Q5))
+        below = np.polymul(below, second_order(f6, Q6))
+    return np.asarray(above), np.asarray(below)
 
 
-def _second_order(f: Complex, corner: float, quality: float) -> Complex:
-    """Return 1 / (1 + s / (Q w) + (s / w)^2) at s = 2 pi f."""
-    result: Complex = 1.0 / (1.0 + f / (quality * corner) + (f / corner) ** 2)
-    return result
+def _partial_fractions(item: WeightingFilter) -> tuple[Complex, Complex]:
+    """Return poles (n,) and residues (n,) in 1/s of a weighting filter's response, a sum of residue / (s - pole)."""
+    above, below = _polynomials(item)
+    poles: Complex = np.roots(below).astype(complex)
+    return 2.0 * np.pi * poles, 2.0 * np.pi * np.polyval(above, poles) / np.polyval(np.polyder(below), poles)
 
 
 @checked_calls()

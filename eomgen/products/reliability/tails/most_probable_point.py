@@ -512,20 +512,11 @@ def _nearest(response: Response, point: Array, threshold: float, *, above: bool)
     return begin if nearest is None else nearest.point
 
 
-def searched_points(
-    response: Response, threshold: float, starts: int, seed: int, distance: float = 1.0
-) -> list[MostProbablePoint]:
-    """Return most probable points of a threshold, the nearest to the mean first, by searches from random directions; an
-    empty list if no search succeeds.
-
-    Parameters
-    ----------
-    starts : int
-        Number of directions, of which each is followed by its opposite.
-    distance : float
-        Distance of the starts from the mean, in standard deviations.
-    """
+def searched_points(response: Response, threshold: float, starts: int, seed: int) -> list[MostProbablePoint]:
+    """Return most probable points of a threshold, the nearest to the mean first; an empty list if no search succeeds.
+    Searches start at a distance of one standard deviation from the mean, in random directions, ``starts`` in number,
+    and their opposites."""
     directions = np.random.default_rng(seed).standard_normal((starts, response.size))
-    directions *= distance / np.linalg.norm(directions, axis=1)[:, np.newaxis]
+    directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
     begins = np.concatenate([directions, -directions])
     return _search(response, threshold, lambda _: begins, [], np.inf, 1.0)

@@ -19,7 +19,6 @@ from scipy import signal, special
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import check_options
-from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
 from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.compiled.arguments import check_finite, number_of, numbers
@@ -259,13 +258,8 @@ def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str
 _EXPLAINED = 0.02
 
 
-@dataclass(frozen=True)
-class _Contribution:
-    """The part of a process in the variables of one expansion: ``weights`` (rows,) times g at ``places`` (rows,)."""
-
-    process: NormalSeries
-    weights: Array
-    places: Array
+#: The part of a process in the variables of one expansion: weights (rows,) times g at places (rows,).
+_Contribution = tuple[NormalSeries, Array, Array]
 
 
 def lost_variance(
@@ -315,7 +309,7 @@ def lost_variance(
     for process, slope in zip(processes, slopes.tolist(), strict=True):
         for owner, weight in _owners(process).items():
             weights = slope * weight * derivatives[process.name]
-            expansions.setdefault(owner, []).append(_Contribution(process, weights, _places(process, times)))
+            expansions.setdefault(owner, []).append((process, weights, _places(process, times)))
     variances = [_variance(parts) for parts in expansions.values()]
     variance, size = sum(variance for variance, _ in variances), sum(size for _, size in variances)
     kept = float(gradient[columns] @ gradient[columns])
@@ -353,15 +347,12 @@ def _variance(parts: Sequence[_Contribution]) -> tuple[float, float]:
     """Return the variance, with all modes, for a sum of contributions from one expansion, and the sum of the terms'
     magnitudes, a measure of rounding."""
     variance, size = 0.0, 0.0
-    for part in parts:
-        covariance = part.process.covariance
-        assert covariance is not None  # for mypy: lost_variance has looked
-        for second_part in parts:
-            count = len(part.weights)
-            products = signal.correlate(part.weights, second_part.weights, method="fft")
+    for process, weights, places in parts:
+        assert process.covariance is not None  # for mypy: lost_variance has looked
+        for _, other_weights, other_places in parts:
+            products = signal.correlate(weights, other_weights, method="fft")
             # places are equally spaced, so distances depend on the difference of row numbers alone
-            apart = np.concatenate([part.places[0] - second_part.places[:0:-1], part.places - second_part.places[0]])
-            terms = products * covariance(apart)
-            assert len(terms) == 2 * count - 1
+            apart = np.concatenate([places[0] - other_places[:0:-1], places - other_places[0]])
+            terms = products * process.covariance(apart)
             variance, size = variance + float(terms.sum()), size + float(np.abs(terms).sum())
     return variance, size
