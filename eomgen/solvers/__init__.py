@@ -9,6 +9,7 @@ __all__ = [
     "equilibrium_path",
     "equilibrium_search",
     "load_steps",
+    "phi_functions",
     "quadrature",
     "redundancy",
     "regular_inertia",

@@ -67,10 +67,8 @@ def linear_model() -> Linearization:
 
 def test_crossings_name_the_first_mode_one() -> None:
     crossings = (Crossing(1.0, 10.0, 10.0, 0, "forward"), Crossing(2.0, 7.0, 14.0, 3, ""))
-    found = linear_files.described_campbell(
-        cast(Campbell, SimpleNamespace(crossings=crossings, number=lambda mode: mode + 1))
-    )
-    assert found == [
+    diagram = cast(Campbell, SimpleNamespace(crossings=crossings, number=lambda mode: mode + 1))
+    assert linear_files.to_json_data(linear_model(), "car", None, diagram)["campbell"] == [
         {"order": 1.0, "speed": 10.0, "frequency": 10.0, "mode": 1, "whirl": "forward"},
         {"order": 2.0, "speed": 7.0, "frequency": 14.0, "mode": 4, "whirl": ""},
     ]
@@ -93,7 +91,7 @@ def test_modes_are_rows_with_real_and_imaginary_parts_of_each_coordinate(tmp_pat
 
 def test_json_data_of_a_linear_model_hold_its_numbers() -> None:
     data = linear_files.to_json_data(linear_model(), "car")
-    assert json.loads(json.dumps(data)) == data
+    assert json.loads(json.dumps(data)) == data and not {"ride", "campbell"}.intersection(data)
     assert (data["scene"], data["about"], data["t"], data["stability"]) == ("car", "equilibrium", 2.5, "unstable")
     assert [data[name] for name in "qvz"] == [[21.0], [22.0], [24.0]]
     assert data["disturbances"] == ["w1", "w2"] and data["undamped_frequencies"] == [0.5, 1.25]
@@ -158,7 +156,7 @@ def test_spectra_and_responses_are_columns_over_frequencies(tmp_path: Path) -> N
 def test_rides_are_rows_by_class_and_speed(tmp_path: Path) -> None:
     speeds, values = np.array([10.0, 20.0]), np.arange(8.0).reshape(2, 2, 2)
     table = RideTable(("x", "y"), ("m", ""), ("A", "B"), speeds, values, ("", "Wk"))
-    assert linear_files.described_ride(table)[1:3] == [
+    assert linear_files.to_json_data(linear_model(), "car", table)["ride"][1:3] == [
         {"class": "A", "speed": 20.0, "rms": {"x": 2.0, "y": 3.0}},
         {"class": "B", "speed": 10.0, "rms": {"x": 4.0, "y": 5.0}},
     ]

@@ -74,8 +74,8 @@ def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSp
     nu = len(inputs)
     matrices = (A, G[:, :nu], G[:, nu:], C, H[:, :nu], H[:, nu:])
     signals = {kind: _labels(kind, wanted, (space, source), driven) for kind, wanted in zip(KINDS, names, strict=True)}
-    of = (space.sample, space.input_delay, space.waiting, space.orientations)
-    return StateSpace(*matrices, *names, *signal_labels(signals).values(), *of)
+    of = {name: getattr(space, name) for name in ("sample", "input_delay", "waiting", "orientations")}
+    return StateSpace(*matrices, *names, **signal_labels(signals), **of)
 
 
 def _driven_signals(space: StateSpace, source: StateSpace) -> list[str]:

@@ -21,7 +21,8 @@ from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import ModelError, NumericalError
-from eomgen.products.linear.eigenvalue_loci import NUMBER, Campbell, Crossing, MergedWarnings
+from eomgen.products.linear.campbell_plot import Campbell, Crossing
+from eomgen.products.linear.eigenvalue_loci import NUMBER, MergedWarnings
 from eomgen.products.linear.linearization import Linearization
 
 #: Circular part of the motion, in the mean over the values, below which a mode has no sense of whirl by multiblade

@@ -35,8 +35,8 @@ from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
-    from eomgen.products.linear.campbell_plot import CampbellView
-    from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
+    from eomgen.products.linear.campbell_plot import Campbell, CampbellView
+    from eomgen.products.linear.eigenvalue_loci import RootLocus
     from eomgen.products.linear.linearization import Linearization
     from eomgen.products.linear.modes import Modes
     from eomgen.products.linear.spectra import PowerSpectrum, RideTable
@@ -209,7 +209,6 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     words = ("diagram", "orders", "whirl", "modes", "speed_unit")
     campbell = CampbellRequest.read(*(options.pop(name) for name in words))
     request = _Request(scene, options, sweep, campbell)
-    excitation = None if ride is None else request.model.road_excitation()
     if folder is None and sweep is not None:  # names are checked before files are
         request.model.parameter_array({sweep[0]: sweep[1][0]})
     with waiting(f"{request.model.name}: linear model"):
@@ -222,13 +221,9 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     # imported when the arguments are known to be fine
     from eomgen.products.linear import files as linear_files  # noqa: PLC0415
 
-    data = linear_files.to_json_data(lin, request.model.name)
-    table = None if ride is None or excitation is None else lin.ride_table(excitation, **ride)
-    if table is not None:
-        data["ride"] = linear_files.described_ride(table)
+    table, spectra = request.ride(ride, lin)
     diagram, ends = request.campbell(campbell, lin)
-    if diagram is not None:
-        data["campbell"] = linear_files.described_campbell(diagram)
+    data = linear_files.to_json_data(lin, request.model.name, table, diagram)
     view = None if campbell is None or diagram is None else campbell.view(diagram, band)
     files = []
     if folder is not None:
@@ -236,8 +231,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         ends = ends or cut
         files = request.write(lin, data, Path(folder), locus, pairs, band)
         files += request.written_campbell(diagram, view, Path(folder))
-        if table is not None and excitation is not None:
-            files += request.written_ride(table, [lin.psd(name, excitation) for name in table.outputs], Path(folder))
+        files += request.written_ride(table, spectra, Path(folder))
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:
@@ -313,6 +307,15 @@ class _Request:
             return self.model.linearize(at=result, multiblade=self.multiblade, **options)
         options |= {"t": self.time, "multiblade": self.multiblade}
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **options)
+
+    def ride(self, wanted: dict[str, Any] | None, lin: Linearization) -> tuple[RideTable | None, list[PowerSpectrum]]:
+        """Return the table of a ride on the scene's random roads, and the spectra of its outputs; None and an empty
+        list if no ride is `wanted`, by arguments of ``Linearization.ride_table``."""
+        if wanted is None:
+            return None, []
+        excitation = self.model.road_excitation()
+        table = lin.ride_table(excitation, **wanted)
+        return table, [lin.psd(name, excitation) for name in table.outputs]
 
     def campbell(self, wanted: CampbellRequest | None, lin: Linearization) -> tuple[Campbell | None, str]:
         """Return the Campbell diagram, and a line that reports Ctrl-C (empty without an interruption). After Ctrl-C the
@@ -401,8 +404,11 @@ class _Request:
         table = write_campbell(diagram, folder / "campbell.csv")
         return [table, draw_campbell(diagram, self.model.name, folder / "campbell.png", view)]
 
-    def written_ride(self, table: RideTable, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
-        """Write ride.csv, spectra.csv and spectra.png of random roads, and return the paths."""
+    def written_ride(self, table: RideTable | None, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
+        """Write ride.csv, spectra.csv and spectra.png of random roads, and return the paths; an empty list without a
+        table."""
+        if table is None:
+            return []
         from eomgen.products.linear import files, plots  # noqa: PLC0415
 
         tables = [files.write_ride(table, folder / "ride.csv"), files.write_spectra(spectra, folder / "spectra.csv")]

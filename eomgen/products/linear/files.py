@@ -11,7 +11,8 @@ import numpy as np
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.csv_tables import write_table
 from eomgen.base.files import write_arrays, write_text
-from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
+from eomgen.products.linear.campbell_plot import Campbell
+from eomgen.products.linear.eigenvalue_loci import RootLocus
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.spectra import PowerSpectrum, RideTable
@@ -22,10 +23,15 @@ _SECOND_ORDER = ("M0", "C0", "K0", "B0", "E0")
 _OF_MODES = ("frequency", "undamped_frequency", "damped_frequency", "angular_frequency", "damping_ratio")
 
 
-def to_json_data(lin: Linearization, scene: str) -> dict[str, Any]:
+def to_json_data(
+    lin: Linearization, scene: str, table: RideTable | None = None, diagram: Campbell | None = None
+) -> dict[str, Any]:
     """Return a linear model as a dictionary of JSON data: scene, reference, names, stability, modes and matrices M0 to
     E0. ``second_order`` and ``undamped_frequencies`` are None for constraints at velocity level, ``multiblade`` without
-    such coordinates."""
+    such coordinates. A ride is a list ``ride``, one row for each class and speed: ``class``, ``speed`` in m/s, ``rms``
+    by output; a Campbell diagram adds its crossings as ``campbell``."""
+    ride = {} if table is None else {"ride": _ride(table)}
+    crossings = {} if diagram is None else {"campbell": _crossings(diagram)}
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
     second = {name: getattr(lin, name).tolist() for name in _SECOND_ORDER} if lin.free.holonomic else None
     return {
@@ -40,6 +46,8 @@ def to_json_data(lin: Linearization, scene: str) -> dict[str, Any]:
         "modes": [_mode(modes, k) for k in range(len(modes))],
         "undamped_frequencies": lin.undamped_frequencies.tolist() if lin.free.holonomic else None,
         "second_order": second,
+        **ride,
+        **crossings,
     }
 
 
@@ -62,14 +70,11 @@ def _mode(modes: Modes, k: int) -> dict[str, Any]:
     }
 
 
-def described_campbell(diagram: Campbell) -> list[dict[str, Any]]:
-    """Return the crossings as JSON data."""
+def _crossings(diagram: Campbell) -> list[dict[str, Any]]:
     return [{**vars(item), "mode": diagram.number(item.mode)} for item in diagram.crossings]
 
 
-def described_ride(table: RideTable) -> list[dict[str, Any]]:
-    """Return the table as JSON data, one row for each class and speed: ``class``, ``speed`` in m/s, ``rms`` by
-    output."""
+def _ride(table: RideTable) -> list[dict[str, Any]]:
     return [
         {
             "class": name,

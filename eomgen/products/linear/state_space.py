@@ -337,7 +337,7 @@ class SignalLabels(TypedDict):
 
 
 def labels(space: StateSpace, kind: str, names: Sequence[str] | None = None) -> list[tuple[str, float]]:
-    """Return the unit and the reference of each of some signals of a kind, of all by default."""
+    """Return (unit, reference) by name of a signal, by default for all signals of a kind."""
     chosen = getattr(space, kind) if names is None else names
     return [(space.unit(kind, name), space.reference(kind, name)) for name in chosen]
 

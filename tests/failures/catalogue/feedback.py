@@ -92,9 +92,9 @@ FAILURES = [
         "A mode that nothing stabilises",
         4,
         "note: the controller hold changes nothing: no formula mentions what it gives [W0103]\n"
-        "model error: scene.toml:38 (controllers.hold.calibration): the mode of shoulder that grows at 5.625 1/s "
-        "without oscillating cannot be stabilised: no actuator moves it; try: an actuator that works on it, or a "
-        "spring and a damper that hold it [E0378]",
+        "model error: scene.toml:38 (controllers.hold.calibration): the mode of v.shoulder and shoulder that "
+        "grows at 5.625 1/s without oscillating cannot be stabilised: no actuator moves it; try: an actuator that "
+        "works on it, or a spring, a damper or a filter that makes it decay [E0378]",
         command="generate scene.toml --out c",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\ninitial = { position = 3.1416 }",

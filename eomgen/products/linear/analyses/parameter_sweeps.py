@@ -25,8 +25,9 @@ from eomgen.lie.numeric import rotated
 from eomgen.products.linear.analyses.linearize import AT_ONE_INSTANT, linearize
 from eomgen.products.linear.analyses.operating_point import EquilibriumState
 from eomgen.products.linear.analyses.standing_axes import StandingAxes
+from eomgen.products.linear.campbell_plot import Campbell
 from eomgen.products.linear.campbell_search import campbell as diagram
-from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
+from eomgen.products.linear.eigenvalue_loci import RootLocus
 from eomgen.products.linear.eigenvalue_loci import root_locus as followed_roots
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.multiblade import AT_ONE_AZIMUTH, Blades
@@ -271,7 +272,7 @@ def _increasing(values: ArrayLike) -> Array:
     """Return the values as an array (n,); raise UsageError unless there are two or more, finite and increasing."""
     array = _finite_values(values, 2)
     if (array[1:] <= array[:-1]).any():
-        raise UsageError(Problem("values", "they do not increase [E0047]", "numpy.linspace(0.0, 300.0, 61)"))
+        raise UsageError(Problem("values", "they do not increase [E0047]", "the smallest first"))
     return array
 
 

@@ -151,7 +151,7 @@ def _uncontrollable_eigenvalues(
     b = b[:, kept] / sizes[kept]
     norm = float(np.linalg.norm(A, 2)) or 1.0
     lost = []
-    for value in _distinct(np.linalg.eigvals(A / norm)):
+    for value in _distinct(np.linalg.eigvals(A / norm).astype(complex)):
         pencil = np.hstack([A / norm - value * np.eye(len(A)), b])
         if np.linalg.svd(pencil, compute_uv=False)[-1] < tolerance:
             lost.append(norm * value)

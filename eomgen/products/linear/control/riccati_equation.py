@@ -18,7 +18,7 @@ from scipy.linalg import (
     solve_discrete_lyapunov,
 )
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.rounding import SUMMED
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.linear.eigenvalues import balance
@@ -86,11 +86,11 @@ def solution(A: Array, B: Array, cost: Array) -> Array:
     def gain_of(P: Array) -> tuple[Array, float]:
         return weight * b.T @ P, _relative((A.T @ P, P @ A, -weight * P @ b @ b.T @ P, unit))
 
-    def improved(closed: Array, gain: Array) -> Array:
+    def improve(closed: Array, gain: Array) -> Array:
         return np.asarray(solve_continuous_lyapunov(closed.T, -(unit + gain.T @ gain / weight)), dtype=float)
 
     first = np.asarray(solve_continuous_are(A, b, unit, np.eye(B.shape[1]) / weight), dtype=float)
-    return _refined(first, A, b, gain_of, improved, lambda values: float(values.real.max()))[0] * size
+    return _refine(first, A, b, gain_of, improve, lambda values: float(values.real.max()))[0] * size
 
 
 @solvable()
@@ -124,22 +124,22 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
         gain = np.asarray(np.linalg.solve(r + b.T @ P @ b, b.T @ P @ a + s.T), dtype=float)
         return gain, _relative((a.T @ P @ a, -(a.T @ P @ b + s) @ gain, q, -P))
 
-    def improved(closed: Array, gain: Array) -> Array:
+    def improve(closed: Array, gain: Array) -> Array:
         spent = q - s @ gain - gain.T @ s.T + gain.T @ r @ gain
         return np.asarray(solve_discrete_lyapunov(closed.T, (spent + spent.T) / 2.0, "bilinear"), dtype=float)
 
     first = np.asarray(solve_discrete_are(a, b, q, r, s=s), dtype=float)
-    P, gain = _refined(first, a, b, gain_of, improved, lambda values: float(np.abs(values).max()) - 1.0)
+    P, gain = _refine(first, a, b, gain_of, improve, lambda values: float(np.abs(values).max()) - 1.0)
     return size * P / np.outer(T, T), gain * inputs[:, np.newaxis] / T
 
 
-def _refined(
+def _refine(
     P: Array,
     A: Array,
     B: Array,
     gain_of: Callable[[Array], tuple[Array, float]],
-    improved: Callable[[Array, Array], Array],
-    growth: Callable[[Array], float],
+    improve: Callable[[Array, Array], Array],
+    growth: Callable[[Complex], float],
 ) -> tuple[Array, Array]:
     """Return a solution after Newton's steps, and its gain.
 
@@ -147,7 +147,7 @@ def _refined(
     ----------
     P, A, B : a solution, and the model (n, n), (n, m)
     gain_of : returns the gain of a solution, and the relative residual
-    improved : returns the next solution, given the matrix of the closed loop and the gain
+    improve : returns the next solution, given the matrix of the closed loop and the gain
     growth : returns how far the eigenvalues of a closed loop are beyond the border of stability
 
     Raises
@@ -158,15 +158,15 @@ def _refined(
     gain, residual = gain_of(P)
     for _ in range(_NEWTON_STEPS):
         closed = A - B @ gain
-        if growth(np.linalg.eigvals(closed)) >= 0.0:
+        if growth(np.linalg.eigvals(closed).astype(complex)) >= 0.0:
             break
-        better = improved(closed, gain)
+        better = improve(closed, gain)
         better = (better + better.T) / 2.0
         newer, reached = gain_of(better)
         if not reached < 0.5 * residual:
             break
         P, gain, residual = better, newer, reached
-    if not residual <= TOLERANCE or growth(np.linalg.eigvals(A - B @ gain)) >= 0.0:
+    if not residual <= TOLERANCE or growth(np.linalg.eigvals(A - B @ gain).astype(complex)) >= 0.0:
         fault = (
             f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is"
             f" needed [E0411]"

@@ -199,4 +199,4 @@ def modal_feedback(
         raise ModelError(f"{fault} {detail} [E0423]", "as many actuators as modes, or fewer controlled modes")
     if crosstalk < COMPUTED:
         crosstalk = 0.0
-    return ModalFeedback(G_p, G_v, modes, tuple(chosen), crosstalk, spillover, eigenvalues)
+    return ModalFeedback(G_p, G_v, modes, tuple(chosen), crosstalk, spillover, eigenvalues.astype(complex))

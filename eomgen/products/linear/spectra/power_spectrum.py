@@ -143,7 +143,7 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
 
     steps = np.diff(t)
     coefficients = CubicSpline(t, values).c[::-1]  # (4, n - 1), of powers 0 to 3
-    z = poles[:, np.newaxis] * steps
+    z: Any = poles[:, np.newaxis] * steps  # complex, for which phi holds as well
     # the integral of exp(z (1 - x)) x^k over x from 0 to 1 is k! phi_(k+1)(z)
     entering = sum(c * steps ** (k + 1) * math.factorial(k) * phi(z, k + 1) for k, c in enumerate(coefficients))
     decays = np.exp(z).T

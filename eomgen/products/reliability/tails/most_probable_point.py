@@ -358,17 +358,17 @@ def _search(
     begins: Callable[[Sequence[MostProbablePoint]], Iterable[Array]],
     known: Sequence[MostProbablePoint],
     farthest: float,
-    apart: float,
+    distance: float,
 ) -> list[MostProbablePoint]:
     """Return the points of a threshold that searches find in addition to known ones, the nearest to the mean first.
     `begins` returns the starts, given the list of points, which grows; points beyond ``farthest`` from the mean, or
-    nearer than `apart` to another, are left out."""
+    nearer to another than `distance`, are left out."""
     points = list(known)
     for begin in begins(points):
         point = descend(response, begin, threshold, points)
         if point is None or np.linalg.norm(point.point) > farthest:
             continue
-        if all(np.linalg.norm(point.point - other.point) > apart for other in points):
+        if all(np.linalg.norm(point.point - other.point) > distance for other in points):
             points.append(point)
     return sorted(points[len(known) :], key=lambda point: float(np.linalg.norm(point.point)))
 

@@ -203,7 +203,7 @@ def span_of(model: Model, at: float | None, step: float | None, t_start: float =
 
 
 def check_output(model: Model, output: str) -> None:
-    """Raise UsageError for a name that is no component of an output."""
+    """Raise UsageError if the model has no such component of an output."""
     outputs = model.library.layout["outputs"]
     names = [name for item in outputs for name in component_names("", str(item["name"]), int(item["size"]))]
     if output not in names:

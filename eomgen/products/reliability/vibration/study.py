@@ -188,7 +188,6 @@ def random_vibration(
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
     none = np.zeros(0)
     study.distributions = {name: Distribution(*steepest_descent(of, wanted), none, none) for name, of in forms.items()}
-    study.moments = {name: of.moments for name, of in forms.items()}
     others = bool(samples or len(times) or levels)
     indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
@@ -197,10 +196,9 @@ def random_vibration(
     covariance = study.along(times, passage, forms) if forms and (len(times) or levels) else {}
     if form is not None:
         study.check_form(form)
+        study.check_truncation(form)
     study.check_passages(passage, forms.get("first_order"))
     study.check_steps(output, deviation)
-    if form is not None:
-        study.check_truncation(form)
     if study.response.reason:
         study.notes.append(f"Hessians are differences of gradients: {study.response.reason} [W0065]")
     units = {item.name: item.unit for item in model.description.outputs}
@@ -343,7 +341,7 @@ class _VibrationStudy:
         """Return quadratic forms of the output by method: "first_order", without Hessian, always; the others on demand.
         Other names are "projected", "second_order" (if `whole`), all about the mean, and "hermite" for an average over
         `pairs` of points (if not 0). ``projected`` is a share of the squares of gradients along the run, and sets
-        ``directions``, which `whole` resets to None. Costs are counted by name."""
+        ``directions``, which `whole` resets to None. Costs are counted and moments kept by name."""
         origin, forms = np.zeros(self.response.size), {}
         if projected is not None:
             with self._count_costs("projected"):
@@ -358,6 +356,7 @@ class _VibrationStudy:
         if pairs:
             with self._count_costs("hermite"):
                 forms["hermite"] = hermite_projection(self._response_with_hessians, pairs, self.seed)
+        self.moments = {name: of.moments for name, of in forms.items()}
         return forms
 
     def varies(self) -> bool:
@@ -497,8 +496,8 @@ class _VibrationStudy:
                 f"{failed} samples about most probable points failed: thresholds with such have none [W0071]"
             )
         wide = {name: spread(distribution, places, len(wanted)) for name, distribution in about.items()}
-        forms_alone = {name: part for name, part in (self.distributions | wide).items() if name not in _SAMPLED}
-        self.errors = {name: relative_errors(distribution, whole) for name, distribution in forms_alone.items()}
+        known = self.distributions | wide
+        self.errors = {name: relative_errors(part, whole) for name, part in known.items() if name not in _SAMPLED}
         indices = none.copy()
         if reached:
             true = Distribution(*(part[places] for part in vars(whole).values()))
