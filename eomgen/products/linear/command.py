@@ -325,12 +325,12 @@ class _Request:
             return None, ""
         options: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
-        at = {"at": self.at} if wanted.speed in self.model.parameters else {}
+        options |= {"at": self.at} if wanted.speed in self.model.parameters else {}
         options |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
         options |= {"multiblade": self.multiblade, "reference": lin}
         options |= {"orders": wanted.orders, "whirl": wanted.whirl, "progress": True}
         try:
-            result = self.model.campbell(wanted.speed, wanted.values, **options, **at)
+            result = self.model.campbell(wanted.speed, wanted.values, **options)
         except KeyboardInterrupt:
             return None, "interrupted before there was a Campbell diagram"
         values = f"{len(result.values)} of {len(wanted.values)} values of {wanted.speed}"

@@ -430,8 +430,9 @@ class _VibrationStudy:
         if not passage:
             return
         with self._count_costs("check"):
-            few = self._samples is None or len(self._samples[0]) < _OF_LEVELS
-            y, highest = self.about_mean.first(_OF_LEVELS)[1:] if few else self._samples
+            y, highest = self._samples or (np.zeros(0), np.zeros(0))
+            if len(y) < _OF_LEVELS:
+                y, highest = self.about_mean.first(_OF_LEVELS)[1:]
         known = np.isfinite(y) & np.isfinite(highest)
         y, highest = y[known], highest[known]
         bent = "" if normal is None else not_normal(y, normal.mean, normal.standard_deviation)
