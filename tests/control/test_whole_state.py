@@ -9,6 +9,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, cast
 
+import mpmath
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -18,9 +19,11 @@ from scipy.linalg import expm, solve_discrete_lyapunov
 from eomgen.control import OutputFeedback, kalman, lqr, place, place_observer
 from eomgen.errors import EomgenError, ModelError, NumericalError, UsageError
 from eomgen.products.linear.augmentation import delay, delay_line, driven_by, shaping_filter
+from eomgen.products.linear.control.second_order import Plant
 from eomgen.products.linear.control.stationary import root_mean_squares, stationary_covariance
 from eomgen.products.linear.sampling import discretized
 from eomgen.products.linear.state_space import StateSpace
+from tests.control.plants import first_order
 
 Array = NDArray[np.float64]
 
@@ -117,6 +120,24 @@ def test_eigenvalues_are_the_stable_ones_of_the_hamiltonian_matrix() -> None:
     )
     assert law.cost_left is not None
     np.testing.assert_allclose(total, start @ law.cost_left @ start, rtol=1e-9)
+
+
+def test_regulators_of_stiff_chains_are_refined_by_newtons_iteration() -> None:
+    """SciPy's solutions alone have relative residuals of 5.6e-8, and sampled of 4.4e-9, and are refused."""
+    chain = np.tril(np.ones((3, 3)))
+
+    def plant(masses: list[float], stiffnesses: list[float]) -> StateSpace:
+        M, K = chain.T @ np.diag(masses) @ chain, np.diag(stiffnesses)
+        return first_order(Plant(M, 1e-4 * np.sqrt(K), K, np.eye(3)[:, :1], ["one", "two", "three"]))
+
+    space, weights = plant([1.0, 0.1, 0.1], [1e7, 1.0, 1e6]), [1e6, 1e3, 1e4, 1e2, 1e1, 1e4]
+    law = lqr(space, weights, [1e-4])
+    with mpmath.workdps(40):
+        matrix = np.block([[space.A, -space.B @ space.B.T / 1e-4], [-np.diag(weights), -space.A.T]])
+        values = np.array([complex(value) for value in mpmath.eig(mpmath.matrix(matrix), left=False, right=False)])
+    np.testing.assert_allclose(upper(law.eigenvalues), upper(values[values.real < 0.0]), rtol=2e-9)
+    sampled = lqr(plant([100.0] * 3, [1e8, 1e8, 10.0]), [100.0, 1.0, 1e5, 1e5, 1e3, 1.0], [1e-4], sample=0.01)
+    assert sampled.closed_loop.stability == "stable"
 
 
 def test_weights_of_outputs_are_weights_of_what_they_are_made_of() -> None:
@@ -408,12 +429,15 @@ def test_delays_before_a_model() -> None:
 
 
 def test_root_mean_squares_of_filtered_noise() -> None:
-    """x' = -a x + w has the variance W/(2 a); held noise that of its recursion."""
+    """x' = -a x + w has the variance W/(2 a); held noise that of its recursion. White noise itself has no bound."""
     space = model([[-3.0]], [[0.0]], [[2.0]], [[1.0]])
     np.testing.assert_allclose(root_mean_squares(space, {"w1": 0.6})["y1"], 2.0 * math.sqrt(0.6 / 6.0), rtol=1e-12)
     sampled = discretized(space, 0.1)
     variance = solve_discrete_lyapunov(sampled.A, sampled.E @ sampled.E.T * 0.6)[0, 0]
     np.testing.assert_allclose(root_mean_squares(sampled, {"w1": 0.6})["y1"], 2.0 * math.sqrt(variance), rtol=1e-12)
+    direct = [dataclasses.replace(of, F=np.array([[3.0]])) for of in (space, sampled)]
+    values = [root_mean_squares(of, {"w1": 0.6})["y1"] for of in direct]
+    np.testing.assert_allclose(values, [np.inf, math.sqrt(4.0 * variance + 9.0 * 0.6)], rtol=1e-12)
     with pytest.raises(ModelError, match="there is no stationary motion: the slowest motion does not decay"):
         root_mean_squares(model([[0.5]], [[1.0]], E=[[1.0]]), {"w1": 1.0})
 

@@ -18,7 +18,6 @@ from eomgen.products.linear.augmentation import delay_line, shaping_filter
 from eomgen.products.linear.control.riccati_equation import without_cross_terms
 from eomgen.products.linear.control.second_order import optimal_modal_gains, placed_modal_gains
 from eomgen.products.linear.control.stationary import stationary_covariance
-from eomgen.products.linear.sampling import seconds
 from eomgen.products.linear.spectra import MeasuredRoad, PowerSpectrum
 from eomgen.products.linear.state_space import StateSpace, linear_model_name
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation
@@ -88,8 +87,6 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
         "a frequency of 0 rad/s is asked for; try: a number above",
     ),
     (lambda: placed_modal_gains([2.0], [0.1], [1.0], [0.0]), "a damping ratio of 0 is asked for; try: a number above"),
-    (lambda: seconds("sample", [1.0]), 'sample: a time is needed, not list; try: 0.001 or "1 ms"'),  # type: ignore[arg-type]
-    (lambda: seconds("sample", np.inf), 'sample: sample is inf, not a finite number; try: 0.001 or "1 ms"'),
     (
         lambda: InputSpectrum("w", [0.0, 1.0], [1, 1]),
         "InputSpectrum: w: frequencies have to be two or more positive",

@@ -16,9 +16,8 @@ from scipy.interpolate import pade
 from eomgen.base.arrays import Array, count_of
 from eomgen.base.data import replace
 from eomgen.base.messages import listed
-from eomgen.compiled.arguments import numbers
+from eomgen.compiled.arguments import number_of, numbers
 from eomgen.errors import Problem, UsageError
-from eomgen.products.linear.sampling import seconds
 from eomgen.products.linear.state_space import KINDS, HasStateSpace, StateSpace, signal_labels, state_space_of
 
 
@@ -180,7 +179,7 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     >>> abs(late.frequency_response(10.0, "road", "rear")).round(6)
     np.float64(1.0)
     """
-    late, order = seconds("time", time), count_of("order", order)
+    late, order = number_of("time", time), count_of("order", order)
     most = 12
     if not late > 0.0 or order > most:
         fault = f"a delay of {late:.6g} s by an approximation of order {order!r} [E0371]"
@@ -223,7 +222,7 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     3
     """
     samples = count_of("samples", samples)
-    period = seconds("sample", sample)
+    period = number_of("sample", sample)
     if not period > 0.0:
         fault = f"the time between two samples is {period:.6g} s [E0459]"
         raise UsageError(Problem("sample", fault, "a time above zero"))

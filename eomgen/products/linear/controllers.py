@@ -12,7 +12,6 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import NAME_LENGTH, counted, nearest, shown
 from eomgen.base.rounding import COMPUTED
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.products.linear.control.output_feedback import OutputFeedback
@@ -236,8 +236,8 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
     that cannot be met, or limits without the value at the reference; warns of late readings."""
     unit = space.unit(kind, name)
     lower, upper = _limits(name, limits, unit)
-    step = 0.0 if quantum is None else _amount(f"quantum of {name}", quantum, unit, "0.01")
-    late = None if delay is None else _amount(f"delay of {name}", delay, "s", '0.001 or "1 ms"')
+    step = 0.0 if quantum is None else _amount(f"quantum of {name}", quantum, unit)
+    late = None if delay is None else _amount(f"delay of {name}", delay, "s")
     if quantum is not None and step <= 0.0:
         hint = "a positive number, or no quantum for values that are not rounded"
         raise UsageError(Problem(f"quantum of {name}", f"the quantum {step:.6g} is not positive [E0529]", hint))
@@ -274,7 +274,7 @@ def _limits(name: str, limits: Any, unit: str) -> tuple[float, float]:
     if isinstance(limits, str) or not isinstance(limits, Sequence | np.ndarray) or len(limits) != 2:
         raise UsageError(Problem(where, f"a lower and an upper limit are needed, not {shown(limits)} [E0534]", example))
     free = (-math.inf, math.inf)
-    ends = [_amount(where, value, unit, example) if value not in (None, *free) else None for value in limits]
+    ends = [_amount(where, value, unit) if value not in (None, *free) else None for value in limits]
     lower, upper = (end if value is None else value for value, end in zip(ends, free, strict=True))
     if not lower < upper:
         fault = f"the lower limit {lower:.6g} is not below the upper limit {upper:.6g} [E0535]"
@@ -282,18 +282,10 @@ def _limits(name: str, limits: Any, unit: str) -> tuple[float, float]:
     return lower, upper
 
 
-def _amount(where: str, value: Any, unit: str, example: str) -> float:
-    """Return a finite number as a float, or a text with a unit ("2 kN") converted into `unit`. The first argument and
-    `example` serve the message of the UsageError for other values."""
-    if isinstance(value, str):
-        return in_label(where, value, unit)
-    if isinstance(value, bool) or not isinstance(value, Real):
-        fault = f"a number, or a text with a unit, is needed, not {shown(value)} [E0536]"
-        raise UsageError(Problem(where, fault, example))
-    number = float(value)
-    if not math.isfinite(number):
-        raise UsageError(Problem(where, f"{number} is not finite [E0537]", example))
-    return number
+def _amount(where: str, value: Any, unit: str) -> float:
+    """Return a finite number as a float, or a text with a unit ("2 kN") converted into `unit`. Raises UsageError, about
+    the argument `where`, for other values."""
+    return number_of(where, in_label(where, value, unit) if isinstance(value, str) else value, "number")
 
 
 class _Writer:

@@ -25,8 +25,8 @@ from scipy.linalg import expm
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.rounding import COMPUTED
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.formula.units.labels import in_label
 from eomgen.products.linear.freedom import Partials
 from eomgen.products.linear.state_space import HasStateSpace, StateSpace, labels, state_space_of, with_more
 
@@ -34,17 +34,6 @@ from eomgen.products.linear.state_space import HasStateSpace, StateSpace, labels
 RARE = 10.0
 #: Largest number of inputs that wait for their effect.
 _WAITING = 1000
-
-
-def seconds(name: str, value: float | str) -> float:
-    """Return a time in s, given as a number or a text with a unit, ``5 ms``. Raises UsageError, with the argument's
-    `name`, for other types and values that are not finite."""
-    time = in_label(name, value, "s") if isinstance(value, str) else value
-    if isinstance(time, bool) or not isinstance(time, int | float | np.integer | np.floating):
-        raise UsageError(Problem(name, f"a time is needed, not {type(value).__name__} [E0456]", '0.001 or "1 ms"'))
-    if not math.isfinite(time):
-        raise UsageError(Problem(name, f"{name} is {time}, not a finite number [E0237]", '0.001 or "1 ms"'))
-    return float(time)
 
 
 def discretized(space: StateSpace | HasStateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
@@ -108,7 +97,7 @@ def sampled_with_cost(
     UsageError
         As for ``discretized``.
     """
-    period, late = seconds("sample", sample), seconds("delay", delay)
+    period, late = number_of("sample", sample), number_of("delay", delay)
     if space.sample is not None:
         fault = f"the model is sampled already, every {space.sample:.6g} s [E0457]"
         raise UsageError(Problem("sample", fault, "the model in continuous time"))
