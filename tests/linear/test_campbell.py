@@ -22,6 +22,7 @@ from eomgen.products.linear.analyses import parameter_sweeps as campbell_module
 from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.products.linear.campbell_search import _Oscillations, _tracks_modes, campbell
 from eomgen.products.linear.linearization import Linearization
+from eomgen.products.linear.plots import LabelBox
 
 MASS, DIAMETRAL, POLAR = 12.0, 0.18, 0.31
 BENDING, LENGTH = 2.1e4, 0.6
@@ -221,6 +222,12 @@ def test_orders_are_labelled_with_the_letter_that_is_asked_for() -> None:
     axis = Figure(figsize=(8.6, 5.6)).subplots()
     plot_campbell(synthetic([1.0, 1.4], (1.0, 3.0)), axis, CampbellView(frequencies=(0.0, 2.0), letter="P"))
     assert {"1P", "3P"} <= {text.get_text() for text in axis.texts}
+
+
+def test_boxes_of_labels_overlap_up_to_the_sum_of_their_half_sides() -> None:
+    box = LabelBox(1.0, 2.0, 3.0, 1.0)
+    met = [box.meets(LabelBox(1.0 + x, 2.0 + y, 2.0, 0.5)) for x in (-5.0, -4.9, 4.9, 5.0) for y in (-1.5, -1.4, 1.4)]
+    assert met == [False] * 4 + [True] * 2 + [False] + [True] * 2 + [False] * 3
 
 
 @pytest.mark.slow

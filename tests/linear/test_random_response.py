@@ -277,7 +277,7 @@ def test_roads_and_wheels_that_cannot_be() -> None:
         (lambda: Road("A", band=(1.0, 0.1)), "not a pair of spatial frequencies, the lower first"),
         (lambda: RoadExcitation(Road("A"), 0.0, {"w": 0.0}), "the speed 0.0 is not a positive number"),
         (lambda: RoadExcitation(Road("A"), 9.0, {}), "there are no wheels"),
-        (lambda: RoadExcitation(Road("A"), 9.0, {"w": math.inf}), "wheels: w: inf is not a finite distance"),
+        (lambda: RoadExcitation(Road("A"), 9.0, {"w": math.inf}), "wheels: w is inf, not a finite number"),
         (lambda: RoadExcitation(Road("A"), 9.0, {"w": 0}, {"x": 1.0}), "tracks: there is no wheel 'x'; try: one of w"),
         (lambda: RoadExcitation(Road("A"), 9.0, {"w": 0}, coherence=2.0), "2.0 is not a coherence between tracks"),
         (

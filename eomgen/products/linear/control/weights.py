@@ -11,6 +11,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest, shown
 from eomgen.base.rounding import COMPUTED
+from eomgen.compiled.arguments import check_finite, number_of, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.state_space import KINDS, StateSpace, labels, linear_model_name, signal_labels
 
@@ -32,16 +33,10 @@ def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:
     UsageError
         Another shape, or an entry that is not a finite number.
     """
-    try:
-        matrix = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        fault = f"{name} is not a matrix of real numbers [E0392]"
-        raise UsageError(fault, f"an array of shape ({rows}, {columns})") from None
+    matrix = numbers(name, value)
     if matrix.shape != (rows, columns):
         raise UsageError(f"{name} has the shape {matrix.shape} [E0393]", f"({rows}, {columns})")
-    if not np.all(np.isfinite(matrix)):
-        row, column = np.argwhere(~np.isfinite(matrix))[0]
-        raise UsageError(f"{name} has an entry [{row}, {column}] that is not finite [E0395]", "finite numbers")
+    check_finite(name, matrix)
     return matrix
 
 
@@ -75,7 +70,7 @@ class Weights:
 def weight(name: str, value: ArrayLike, size: int) -> Array:
     """Return a weight as a symmetric matrix (size, size), from a matrix, a diagonal or one number for the diagonal.
     Raises UsageError unless the value is a positive semidefinite matrix of this size; `name` serves the message."""
-    array = np.asarray(value, dtype=object)  # texts are refused as entries
+    array = numbers(name, value)
     if array.ndim < 2 and array.shape in ((), (size,)):
         array = np.diag(np.broadcast_to(array, (size,)))
     matrix = real_matrix(name, array, size, size)
@@ -127,10 +122,10 @@ def quadratic_cost(
     weights = Weights(state, weight("R", effort, m), cross)
     if isinstance(Q, Mapping):
         rows = [row_of(controlled, name) for name in Q]
-        numbers = np.array([number("Q", name, value) for name, value in Q.items()])
+        costs = np.array([number("Q", name, value) for name, value in Q.items()])
         if rows:
             of_state, of_effort = (np.array(parts) for parts in zip(*rows, strict=True))
-            weights = weights.plus_output(of_state, of_effort, numbers)
+            weights = weights.plus_output(of_state, of_effort, costs)
     return controlled, weights
 
 
@@ -192,10 +187,8 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
 def number(matrix: str, name: str, value: object) -> float:
     """Return the weight `value` of a name as a float. Raises UsageError unless it is a finite number from zero on.
     `matrix` is the name of the cost's matrix for the message."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        fault = f"the weight of {name} is {type(value).__name__}, not a number [E0434]"
-        raise UsageError(Problem(matrix, fault, f"{name}: 1.0"))
-    if not (np.isfinite(value) and value >= 0.0):
-        fault = f"the weight of {name} is {float(value):.6g} [E0435]"
+    result = number_of(matrix, value, f"weight of {name}")
+    if result < 0.0:
+        fault = f"the weight of {name} is {result:.6g} [E0435]"
         raise UsageError(Problem(matrix, fault, "a number of zero or above"))
-    return float(value)
+    return result

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import shown
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.products.linear.spectra.road import Road, check_frequencies
@@ -230,9 +231,7 @@ class RoadExcitation:
             )
         for signs, name in ((self.wheels, "wheels"), (self.tracks, "tracks")):
             for wheel, value in signs.items():
-                if not (isinstance(value, int | float) and math.isfinite(value)):
-                    fault = f"{ascii(value)[:32]} is not a finite distance [E0469]"
-                    raise UsageError(Problem(f"RoadExcitation: {name}: {wheel}", fault, "a number in m"))
+                number_of(f"RoadExcitation: {name}: {wheel}", value, "distance in m")
         for named, name in ((tuple(self.tracks), "tracks"), (tuple(self.rates), "rates")):
             for wheel in named:
                 if wheel not in self.wheels:
