@@ -273,9 +273,9 @@ def test_roads_and_wheels_that_cannot_be() -> None:
     for call, text in (
         (Road, "a road needs either a class or a roughness"),
         (lambda: Road("X"), "there is no road class 'X'; try: one of A, B, C, D, E, F, G, H"),
-        (lambda: Road(roughness=-1.0), r"Road: roughness: -1\.0 is not a valid value for a road"),
+        (lambda: Road(roughness=-1.0), r"Road: roughness: -1\.0 is not a positive number"),
         (lambda: Road("A", band=(1.0, 0.1)), "not a pair of spatial frequencies, the lower first"),
-        (lambda: RoadExcitation(Road("A"), 0.0, {"w": 0.0}), "the speed 0.0 is not a positive number"),
+        (lambda: RoadExcitation(Road("A"), 0.0, {"w": 0.0}), "RoadExcitation: speed: 0.0 is not a positive number"),
         (lambda: RoadExcitation(Road("A"), 9.0, {}), "there are no wheels"),
         (lambda: RoadExcitation(Road("A"), 9.0, {"w": math.inf}), "wheels: w is inf, not a finite number"),
         (lambda: RoadExcitation(Road("A"), 9.0, {"w": 0}, {"x": 1.0}), "tracks: there is no wheel 'x'; try: one of w"),

@@ -12,7 +12,6 @@ import numpy as np
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call
-from eomgen.base.messages import shown
 from eomgen.base.progress import Progress
 from eomgen.base.progress import show_progress as shown_progress
 from eomgen.base.rounding import COMPUTED, SUMMED
@@ -20,11 +19,12 @@ from eomgen.compiled.coordinates import StateArrays
 from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
-from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
+from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
 from eomgen.lie.product import difference, update
 from eomgen.products.linear.analyses.solutions import about_row
 from eomgen.products.linear.floquet import PLACES, Floquet, monodromy, multipliers
 from eomgen.products.linear.linearization import Linearization
+from eomgen.products.linear.spectra.road import check_positive
 from eomgen.results.solution import Solution
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.simulate import simulate
@@ -93,10 +93,8 @@ def floquet(
     >>> model.floquet(0.5, inputs={"road": 0.0}).stability
     'stable'
     """
-    for name, value, largest in (("period", period, math.inf), ("tolerance", tolerance, 0.1)):
-        if not (isinstance(value, int | float) and 0.0 < value < largest):
-            hint = "floquet(period=2.0), s" if name == "period" else "tolerance=1e-6"
-            raise UsageError(Problem(name, f"{shown(value)} is not a positive number [E1279]", hint))
+    check_positive("period", period, "floquet(period=2.0), s")
+    check_positive("tolerance", tolerance, "tolerance=1e-6")
     check_initial(initial)
     for note in angles_of_several_turns(model, initial):
         warnings.warn(f"floquet: {note}", RuntimeWarning, stacklevel=4)

@@ -21,7 +21,7 @@ from eomgen.base.messages import shown
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
-from eomgen.products.linear.spectra.road import Road, check_frequencies
+from eomgen.products.linear.spectra.road import Road, check_frequencies, check_positive
 
 
 class Excitation(Protocol):
@@ -114,12 +114,8 @@ class InputSpectrum:
         title = f"InputSpectrum: {self.input}"
         if (self.density is None) == (self.function is None):
             raise UsageError(Problem(title, "it needs either a density or a function [E0462]", "density=[...]"))
-        check_frequencies(title, f, "[1.0, 20.0, 100.0]")
-        if self.density is not None:
-            g = np.asarray(self.density, dtype=float)
-            if g.shape != f.shape or not np.all(np.isfinite(g)) or np.any(g < 0.0):
-                fault = f"the density has the shape {g.shape}, or entries that are negative or not finite [E0464]"
-                raise UsageError(Problem(title, fault, f"{len(f)} numbers of zero and above, unit^2/Hz"))
+        density = None if self.density is None else np.asarray(self.density, dtype=float)
+        check_frequencies(title, f, "[1.0, 20.0, 100.0]", density)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -222,9 +218,7 @@ class RoadExcitation:
         of unknown wheels, and an unknown coherence. With wheels on several tracks also for the isotropic
         coherence (the default) of a measured road, which has no exponent, or of a road with two exponents.
         """
-        if not (isinstance(self.speed, int | float) and 0.0 < self.speed < math.inf):
-            fault = f"the speed {ascii(self.speed)[:32]} is not a positive number [E0465]"
-            raise UsageError(Problem("RoadExcitation", fault, "speed=20.0, m/s"))
+        check_positive("RoadExcitation: speed", self.speed, "speed=20.0, m/s")
         if not self.wheels:
             raise UsageError(
                 Problem("RoadExcitation", "there are no wheels [E0471]", 'wheels={"front": 0.0, "rear": 2.7}')

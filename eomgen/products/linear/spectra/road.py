@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, count_of
 from eomgen.base.data import dataclass, field
+from eomgen.base.messages import shown
 from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
 from eomgen.errors import Problem, UsageError
 
@@ -57,10 +58,10 @@ class Road:
             fault = f"there is no road class {ascii(self.road_class)[:32]} [E0172]"
             raise UsageError(Problem("Road", fault, f"one of {', '.join(ROUGHNESS)}"))
         if self.roughness is not None:
-            _check("roughness", self.roughness, "m^3, above 0")
-        _check("exponent", self.exponent, "above 0; 2 for the classes")
+            check_positive("Road: roughness", self.roughness, "m^3, above 0")
+        check_positive("Road: exponent", self.exponent, "above 0; 2 for the classes")
         if self.long_exponent is not None:
-            _check("long_exponent", self.long_exponent, "above 0")
+            check_positive("Road: long_exponent", self.long_exponent, "above 0")
         if not (len(self.band) == 2 and 0.0 < self.band[0] < self.band[1] < math.inf):
             fault = f"the band {self.band} is not a pair of spatial frequencies, the lower first [E0474]"
             raise UsageError(Problem("Road: band", fault, f"{FREQUENCY_RANGE}, cycle/m"))
@@ -182,17 +183,21 @@ class Road:
         return 2.0 * math.pi**2 * REFERENCE_FREQUENCY**2 * self.reference_roughness * speed
 
 
-def check_frequencies(where: str, f: Array, example: str) -> None:
-    """Raise UsageError unless an array is two or more positive frequencies that increase."""
+def check_frequencies(where: str, f: Array, example: str, density: Array | None = None) -> None:
+    """Raise UsageError unless an array is two or more positive frequencies that increase, each with a density of zero
+    or above if there is an array of densities."""
     if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
         fault = "frequencies have to be two or more positive numbers that increase [E0440]"
         raise UsageError(Problem(where, fault, example))
+    if density is not None and not (density.shape == f.shape and np.all((density >= 0.0) & (density < np.inf))):
+        fault = f"the density has the shape {density.shape}, or entries that are negative or not finite [E0464]"
+        raise UsageError(Problem(where, fault, f"{len(f)} numbers of zero and above"))
 
 
-def _check(name: str, value: float, needed: str) -> None:
+def check_positive(where: str, value: object, example: str) -> None:
+    """Raise UsageError unless a value is a finite number above zero."""
     if not (isinstance(value, int | float) and 0.0 < value < math.inf):
-        fault = f"{ascii(value)[:32]} is not a valid value for a road [E0475]"
-        raise UsageError(Problem(f"Road: {name}", fault, needed))
+        raise UsageError(Problem(where, f"{shown(value)} is not a positive number [E1279]", example))
 
 
 #: Samples of a segment at least.
@@ -219,10 +224,7 @@ class MeasuredRoad(Road):
 
     def __post_init__(self) -> None:
         n, density = (np.asarray(array, dtype=float) for array in (self.frequencies, self.density))
-        check_frequencies("MeasuredRoad", n, "MeasuredRoad.of_profile(distance, elevation)")
-        if not (density.shape == n.shape and np.all(np.isfinite(density)) and np.all(density >= 0.0)):
-            fault = "a spectrum needs as many densities of 0 or more as frequencies [E0476]"
-            raise UsageError(Problem("MeasuredRoad", fault, "MeasuredRoad.of_profile(distance, elevation)"))
+        check_frequencies("MeasuredRoad", n, "MeasuredRoad.of_profile(distance, elevation)", density)
         object.__setattr__(self, "band", (float(n[0]), float(n[-1])))
         object.__setattr__(self, "exponent", float("nan"))  # undefined; refused if needed
 
