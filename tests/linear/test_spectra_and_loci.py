@@ -10,28 +10,8 @@ from matplotlib.figure import Figure
 
 from eomgen.errors import UsageError
 from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _continue_roots
-from eomgen.products.linear.spectra import PowerSpectrum, RideTable, weighted_signal
-from eomgen.products.linear.spectra.power_spectrum import _partial_fractions, _weighting, weighting_response
-
-
-@pytest.mark.parametrize("name", ["Wk", "Wd"])
-def test_partial_fractions_are_the_response(name: str) -> None:
-    f = np.geomspace(0.05, 200.0, 40)
-    poles, residues = _partial_fractions(_weighting(name))
-    s = 2j * math.pi * f[:, np.newaxis]
-    np.testing.assert_allclose(np.sum(residues / (s - poles), axis=1), weighting_response(name, f), rtol=1e-9)
-
-
-@pytest.mark.parametrize("uneven", [False, True])
-def test_weighted_signals_are_responses_to_harmonics(uneven: bool) -> None:
-    t = np.linspace(0.0, 12.0, 6001)
-    if uneven:
-        t = t + 3e-4 * np.sin(40.0 * t)
-    w = 2.0 * math.pi * 3.0
-    found = weighted_signal("Wk", t, np.sin(w * t))
-    (response,) = weighting_response("Wk", np.array([3.0]))
-    late = t > 8.0
-    np.testing.assert_allclose(found[late], np.abs(response) * np.sin(w * t[late] + np.angle(response)), atol=1e-6)
+from eomgen.products.linear.spectra import PowerSpectrum, RideTable
+from eomgen.products.linear.spectra.power_spectrum import weighting_response
 
 
 def test_units_of_densities() -> None:

@@ -42,17 +42,6 @@ def test_the_table_of_modes_has_frequencies_in_hertz_and_shapes(capsys: pytest.C
     assert shown.err == ""
 
 
-def test_modes_of_zero_are_shown_as_zeros_and_phases_in_degrees(capsys: pytest.CaptureFixture[str]) -> None:
-    """A rigid motion of x; y follows an oscillation of x by a quarter of a period."""
-    linearize._print(cast(Any, of([[0.0, 1.0], [-4.0, 0.0]])), "rig")
-    (row,) = [line.split() for line in capsys.readouterr().out.splitlines()[2:]]
-    assert row[:2] == ["1", f"{1.0 / math.pi:.9g}"] and row[2:5] == ["0", "0", "±"]
-    assert row[6:] in (["y", "1,", "x", "0.5", "at", "-90°"], ["x", "0.5", "at", "-90°,", "y", "1"])
-    linearize._print(cast(Any, of([[0.0, 0.0], [0.0, -1.0]])), "rig")
-    rows = [line.split() for line in capsys.readouterr().out.splitlines()[2:]]
-    assert rows == [["1", "0", "0", "x", "1"], ["2", "1", "-1", "y", "1"]]
-
-
 def test_modes_beyond_forty_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     size = 45
     A = np.diag(-np.arange(1.0, size + 1.0))
