@@ -283,8 +283,8 @@ def _limits(name: str, limits: Any, unit: str) -> tuple[float, float]:
 
 
 def _amount(where: str, value: Any, unit: str) -> float:
-    """Return a finite number as a float, or a text with a unit ("2 kN") converted into `unit`. Raises UsageError, about
-    the argument `where`, for other values."""
+    """Return a finite number as a float, or a text with a unit ("2 kN") converted into `unit`. Raises UsageError
+    for other values."""
     return number_of(where, in_label(where, value, unit) if isinstance(value, str) else value, "number")
 
 
