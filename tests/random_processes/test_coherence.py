@@ -12,6 +12,7 @@ from eomgen.products.reliability.random_processes.coherence import (
     CoherenceTable,
     CrossCovariance,
     ExponentialCoherence,
+    least_eigenvalue,
 )
 from eomgen.products.reliability.random_processes.covariance import (
     Band,
@@ -100,6 +101,14 @@ def test_samples_have_the_coherence_that_is_asked_for(
     expected = coherence.at(frequency[chosen]) ** 2
     np.testing.assert_allclose(squared[chosen], expected, rtol=0, atol=0.1)
     assert expected.max() - expected.min() > 0.4
+
+
+def test_matrices_of_coherences_that_no_processes_have() -> None:
+    near, far = ExponentialCoherence(0.1), ExponentialCoherence(2.0)
+    least, frequency = least_eigenvalue([[None, near, far], [near, None, near], [far, near, None]])
+    assert least < -0.1 and 0.1 < frequency < 3.0
+    fine = ExponentialCoherence(0.2)
+    assert least_eigenvalue([[None, near, fine], [near, None, near], [fine, near, None]])[0] > -1e-12
 
 
 def test_a_coherence_that_does_not_fall_is_refused() -> None:

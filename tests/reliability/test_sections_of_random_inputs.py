@@ -345,10 +345,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
         ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed is set by u, with which this process is coherent"),
         ({"v": {"coherence": {"u": 0.5}, "correlation": {"u": 0.5}}}, r"both correlation and coherence say"),
         ({"v": {"coherence": {"u": 0.5}}, "w": {"correlation": {"u": 0.5}}}, r"\(random.w.correlation\): it is"),
-        (
-            {"v": {"coherence": {"u": 0.1}}, "w": {"coherence": {"u": 0.1}}},
-            r"the covariance is not positive",
-        ),
+        ({"v": {"coherence": {"u": 0.1}}, "w": {"coherence": {"u": 0.1}}}, r"no processes have the coherences of u"),
         ({"v": {"coherence": {"u": 1e-7}}}, r"the coherence falls too slowly"),
     ],
 )

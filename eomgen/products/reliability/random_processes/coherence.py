@@ -188,3 +188,21 @@ def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
     ]
     nodes, weights = gauss_legendre(np.concatenate([*(part[:-1] for part in parts), borders[-1:]]), _NODES)
     return nodes.ravel(), weights.ravel()
+
+
+def least_eigenvalue(coherences: Sequence[Sequence[Coherence | None]]) -> tuple[float, float]:
+    """Return the least eigenvalue of a symmetric matrix of coherences over all frequencies, and the frequency of this
+    eigenvalue. None in the matrix stands for 0, and for 1 on the diagonal."""
+    known = [coherence for row in coherences for coherence in row if coherence is not None]
+    edges = np.array(sorted({edge for coherence in known for edge in coherence.edges}))
+    decays = [coherence.decay for coherence in known if isinstance(coherence, ExponentialCoherence)]
+    spread = np.concatenate([np.geomspace(1e-3, 30.0, 200) / decay for decay in decays]) if decays else np.zeros(0)
+    frequencies = np.concatenate([np.zeros(1), edges, 0.5 * (edges[1:] + edges[:-1]), spread])
+    matrices = np.tile(np.eye(len(coherences)), (len(frequencies), 1, 1))
+    for i, row in enumerate(coherences):
+        for j, coherence in enumerate(row):
+            if coherence is not None:
+                matrices[:, i, j] = coherence.at(frequencies)
+    values = np.linalg.eigvalsh(matrices)[:, 0]
+    worst = int(np.argmin(values))
+    return float(values[worst]), float(frequencies[worst])

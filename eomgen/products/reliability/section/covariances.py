@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import curves, evaluate_batch, symbols
@@ -21,6 +22,7 @@ from eomgen.products.reliability.random_processes.coherence import (
     CoherenceTable,
     CrossCovariance,
     ExponentialCoherence,
+    least_eigenvalue,
 )
 from eomgen.products.reliability.random_processes.covariance import (
     BEYOND,
@@ -252,7 +254,18 @@ class Coherences(_CovarianceReader):
                     self.report.add(key, fault, "one of them")
                     continue
                 result[i][j] = result[j][i] = self._one(key, neighbour, coherence)
-        return None if len(self.report.noted) > before else result
+        if len(self.report.noted) > before:
+            return None
+        least, frequency = least_eigenvalue(result)
+        if least < -COMPUTED:
+            fault = (
+                f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
+                f" frequency {frequency:.3g} is {least:.3g}, negative [E0997]"
+            )
+            hint = "coherences of all pairs: a pair that is not named has 0"
+            self.report.add(f"{key_of('random', names[-1])}.coherence", fault, hint)
+            return None
+        return result
 
     def _one(self, key: str, neighbour: str, value: float | Sequence[Sequence[float | str]]) -> Coherence | None:
         """Return the coherence with process ``neighbour``: exponential for a number, its decay; a table for pairs of
