@@ -108,14 +108,3 @@ static void eg_add_diagonal(const eg_plan *plan, const double *values, double s,
     for (e = 0; e < plan->count[EG_NW]; ++e)
         eg_add_scaled(Y + at[2 * e] * count, s * x[(long)e * EG_LANES], D + at[2 * e] * count, count);
 }
-
-/* Y := X D of each of so many rows: X (rows, columns), D (columns, directions), one behind the other. */
-EG_SEEN void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
-    double *Y)
-{
-    long k;
-    memset(Y, 0, (size_t)(steps * rows * directions) * sizeof *Y);
-    for (k = 0; k < steps; ++k)
-        eg_add(Y + k * rows * directions, 1.0, X + k * rows * columns, rows, columns, D + k * columns * directions,
-            directions);
-}

@@ -211,7 +211,7 @@ def test_a_start_far_off_the_constraints_moves_as_its_steps_onto_them_do(method:
     start = {"q": asked.q, "v": asked.v, "z": asked.z}
     hold(found, derivatives(oracle, STEPS, start, model.parameter_array(), places_of(model, found))[1], 1e-12)
     assert refused_twice(found, "y[0]") == (
-        "the initial state is moved onto the constraints, and second derivatives of how are not known; try: state ="
+        "the initial state is moved onto the constraints, without known second derivatives; try: state ="
         ' model.consistent(q, v), and initial={"q": state.q, "v": state.v}'
     )
 
@@ -299,7 +299,7 @@ def test_absolute_bodies_start_where_the_joints_have_them() -> None:
 
         columns.append(sixth_order(run, 1e-3))
     hold(found, np.stack(columns, axis=-1), 1e-9)
-    assert refused_twice(found, "y[0]").startswith("the state that the run starts from follows from parameters")
+    assert refused_twice(found, "y[0]").startswith("the initial state follows from parameters")
     place = next(k for k, factor in enumerate(model.factors) if factor.name == "two")
     factor = model.factors[place]
     kept = {"two": {"position": model.initial_q[factor.q].tolist()}}

@@ -42,7 +42,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "resume without a folder": (
         lambda: simulate_many._check_options({}, None, resume=True),
-        "resume: there is no folder to go on with; try: folder=..., the folder of the ensemble before",
+        "resume: there is no folder to go on with; try: folder=..., of an ensemble",
     ),
     "seed of an input": (
         lambda: variations._track(cast(Any, SimpleNamespace(name="force", road=None))),
@@ -59,11 +59,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "Sobol with a failure": (
         lambda: statistics._sobol(8, ["a", "b"], "y", np.array([1.0] * 7 + [np.nan])),
         "sensitivity: Sobol' indices need all 8 samples of the design, and 1 failed or are missing; try: distributions"
-        " without the samples that fail, or another design",
+        " without failing samples, or another design",
     ),
     "Sobol before the end": (
         lambda: statistics._sobol(8, ["a", "b"], "y", np.ones(6)),
         "sensitivity: Sobol' indices need all 8 samples of the design, and 2 failed or are missing; try: distributions"
-        " without the samples that fail, or another design",
+        " without failing samples, or another design",
     ),
 }

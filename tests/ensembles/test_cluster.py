@@ -263,5 +263,4 @@ def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
     """As where eomgen has other templates under the same version."""
     shipment = parts.RemoteSource("x", lambda: cart, "another", "monte_carlo", 2, (), {}, {}, {})
     refusal = parts.WorkerState(shipment).run(0, np.zeros((2, 0)))
-    assert isinstance(refusal, parts.Refusal)
-    assert "other C comes of the scene here" in refusal.problems[0].what
+    assert isinstance(refusal, UsageError) and "makes other C than at the start" in refusal.problems[0].what

@@ -12,6 +12,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.products.ensembles import samples
 from eomgen.products.ensembles.designs import Design
 from eomgen.products.ensembles.samples import EXTREMES, SampleRunner
+from eomgen.products.ensembles.side_by_side import CommonRunData
 from eomgen.products.ensembles.variations import VariedOptions
 
 TIMES = np.linspace(0.0, 1.0, 6)
@@ -33,6 +34,7 @@ def test_only_the_last_row_ends_a_sample(monkeypatch: pytest.MonkeyPatch, row: i
         ["x", "y"],
         TIMES,
         np.array([0, 2, 5]),
+        cast(CommonRunData, None),
     )
     rows, extremes = np.full((2, 3), np.nan), np.full((2, len(EXTREMES)), np.nan)
     with np.errstate(invalid="ignore"):

@@ -105,5 +105,5 @@ def test_what_was_written_goes_on_with_the_same_bits(blocks: int, monkeypatch: p
 
 def test_a_ranking_takes_eight_samples_for_each_number_that_varies() -> None:
     values = {"mass": np.arange(4.0), "length": np.ones(4)}
-    with pytest.raises(UsageError, match="4 samples are too few for 1 number that varies; try: 8 samples or more"):
+    with pytest.raises(UsageError, match="too few samples for 1 number that varies: 4; try: 8 samples or more"):
         ranking("random", 4, values, "tip.max", np.arange(4.0))

@@ -391,7 +391,7 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     assert "sensitivity" not in captured.err  # nobody has asked for plots
     assert "place" in captured.out and "sample 1 failed (mass = -1, push = 2)" in captured.err
     assert main(["ensemble", str(scene), "--out", str(tmp_path / "v"), "--table", str(table)]) == 0
-    said = "without sensitivity.png: 1 sample is too few for 2 numbers that vary; it takes 16 samples or more"
+    said = "without sensitivity.png: too few samples for 2 numbers that vary: 1; it takes 16 samples or more"
     assert said in capsys.readouterr().err
     table.write_text("mass,push\n1\n", encoding="utf-8")
     assert main(["ensemble", str(scene), "--out", str(tmp_path / "u"), "--table", str(table)]) == 7

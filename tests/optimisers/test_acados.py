@@ -391,7 +391,7 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(eomgen.UsageError) as caught:
         eomgen.generate(CART_POLE, tmp_path / "c", ["mass"], target="acados")
     assert str(caught.value) == (
-        "usage error: terms: the target acados writes dynamics with derivatives, and 'mass' belongs to other equations;"
+        "usage error: terms: the target acados writes dynamics with derivatives, and 'mass' is none;"
         " try: one of inverse_dynamics, forward_dynamics, residual, constraint_acceleration, internal_rate, momenta,"
         " constraint, constraint_velocity"
     )

@@ -25,7 +25,7 @@ from eomgen.products.derivatives.linear_run import (
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions, turning
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedStart, StateDirections, on_constraints
-from eomgen.simulation.stepping.states import PrescribedInputs, States
+from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
 
 def step_matrices(
@@ -178,9 +178,6 @@ class StartedRun(LinearRun[PartType]):
         """Return directions without motions of multipliers of velocities, which are not in the equations."""
         return StateDirections(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
 
-    def products(self, matrices: Array, columns: Array) -> Array:
-        return self.linear.products(matrices, columns)
-
     def _prescribed_at(self, share: float) -> PrescribedInputs:
         """Return inputs and base at a share (0 to 1) of the first step: rows of inputs are linear in between."""
         run, equations = self.run, self.equations
@@ -200,8 +197,8 @@ class AlphaRun(StartedRun[AlphaPart]):
 
     def linearise_part(self, part: RunSegment) -> AlphaPart:
         """Return a part of the run made linear. Raises NumericalError if partials are not finite."""
-        states, prescribed = self.states(part)
-        blocks = self.blocks(states, prescribed)
+        states = states_of(part.rows, self.run.model)
+        blocks = self.blocks(states, self.prescribe(states.t))
         both = self.equations.blocks(blocks)
         partials, begun = both.at(slice(1, None)), both.at(slice(None, -1))
         if not np.isfinite(np.sum(partials.Rq) + np.sum(partials.Rv)):

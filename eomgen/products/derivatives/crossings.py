@@ -14,6 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import comparisons, symbols
@@ -25,15 +26,8 @@ from eomgen.products.derivatives.linear_run import LinearRun
 if TYPE_CHECKING:
     from eomgen.system.branches import Branches
 
-#: Halvings of a step, and the distance from its middle, relative to the step, of the two compared states: curves take
-#: arguments within rounding of a jump for the jump. A state that rests on a branch is moved by as much.
-_HALVINGS, _ASIDE = 60, 1e-9
-#: Parts of forces, and of the largest one, above which two sides of a branch are not the same.
-_JUMP, _ROUNDING = 1e-6, 1e-12
 #: Largest number of examined jumps, the earliest ones in time.
 _MOST = 64
-#: Increment of differences of arguments, and parts of a step by which a moment has to move to count.
-_APART, _MOVED = 1e-6, 1e-5
 #: Symbols of formulas that do not move with the motion.
 _GIVEN = frozenset({"time", "parameter", "number", "place"})
 
@@ -76,7 +70,7 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
         return
     jumps = [crossing for crossing in _crossings(run, branches) if _jumps(branches, crossing)]
     for crossing, shifts in zip(jumps, _shifts(run, branches, jumps), strict=True):
-        if shifts.max(initial=0.0) > _MOVED:
+        if shifts.max(initial=0.0) > 1e-5:  # of a step
             t, moved = float(crossing.after["t"][0]), names[int(np.argmax(shifts))]
             by = branches.branches[crossing.branch].description
             lost = "which is in no derivative of the steps"
@@ -123,22 +117,23 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
 
 
 def _jumps(branches: Branches, crossing: BranchCrossing) -> bool:
-    """Return whether the equations differ on both sides of a branch, at the crossing found by bisection between
-    rows."""
+    """Return whether the equations differ on both sides of a branch, at the crossing found by bisection between rows.
+    The two compared states are a part COMPUTED of the step away from it, since curves take arguments within rounding of
+    a jump for the jump."""
     if crossing.change == 0.0:
         pair = [_aside(crossing.before, sign) for sign in (-1.0, 1.0)]
     else:
         low, high = 0.0, 1.0
         side = branches.sides(branches.arguments(crossing.before))[0, crossing.branch]
-        for _ in range(_HALVINGS):
+        while high - low > np.finfo(float).epsneg:
             middle = 0.5 * (low + high)
             there = branches.sides(branches.arguments(_between(crossing, middle)))[0, crossing.branch]
             low, high = (middle, high) if there == side else (low, middle)
-        pair = [_between(crossing, max(low - _ASIDE, 0.0)), _between(crossing, min(high + _ASIDE, 1.0))]
+        pair = [_between(crossing, max(low - COMPUTED, 0.0)), _between(crossing, min(high + COMPUTED, 1.0))]
     first, last = (branches.equations(values)[0] for values in pair)
     still = {name: 0.0 * array if name in ("a", "lam") else array for name, array in pair[0].items()}
     forces = np.abs(branches.equations(still)[0])
-    return bool(np.any(np.abs(last - first) > _JUMP * forces + _ROUNDING * forces.max(initial=0.0)))
+    return bool(np.any(np.abs(last - first) > WRITTEN * forces + SUMMED * forces.max(initial=0.0)))
 
 
 def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[BranchCrossing]) -> Iterator[Array]:
@@ -154,7 +149,7 @@ def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[BranchCross
         rates = np.zeros(run.size)
         for row, values in ((crossing.row, crossing.before), (crossing.row + 1, crossing.after)):
             for number in range(run.size):
-                step = _APART / max(1.0, float(np.max(np.abs(tangents[row][:, number]), initial=0.0)))
+                step = 1e-6 / max(1.0, float(np.max(np.abs(tangents[row][:, number]), initial=0.0)))
                 pair = [
                     branches.arguments(_along(run, values, tangents[row][:, number], number, sign * step))
                     for sign in (-1.0, 1.0)
@@ -217,7 +212,7 @@ def _aside(values: Mapping[str, Array], sign: float) -> dict[str, Array]:
     """Return input blocks with q, v and z moved by a small random amount, the same for each call, times `sign`."""
     draws = np.random.default_rng(0)
     moved = {
-        name: array + sign * _ASIDE * (1.0 + np.abs(array)) * draws.standard_normal(array.shape)
+        name: array + sign * COMPUTED * (1.0 + np.abs(array)) * draws.standard_normal(array.shape)
         for name, array in values.items()
         if name in ("q", "v", "z")
     }

@@ -46,6 +46,11 @@ class EquationPartials:
     Jlam: Array
     P: Array
 
+    @property
+    def by_variables(self) -> Array:
+        """Partials in q, v, z and the parameters side by side."""
+        return np.concatenate([self.Jq, self.Jv, self.Jz, self.P], axis=2)
+
 
 @dataclass(frozen=True)
 class EquationBlocks:
@@ -125,7 +130,7 @@ class StepEquations:
         chosen: Sequence[int],
         outputs: Sequence[int],
         holonomic: int,
-        driven: int = 0,
+        driven: int,
     ) -> None:
         """Collect the terms of a model at parameters p, with partials in the ``chosen`` parameters and in the
         drives."""
@@ -142,17 +147,12 @@ class StepEquations:
             outputs=sum(int(item["size"]) for item in model.library.layout["outputs"]),
             parameters=len(model.parameters),
         )
-        self._later: dict[str, CompiledModel] = {}
-        self._known_zeros: dict[tuple[int, ...], Array] = {}
         self._weighted, self._along = places.places("weights"), places.places("direction")
 
     def _functions(self, term: str) -> Functions:
         """Return the evaluation of a term; partials in inputs and second derivatives are compiled at first use."""
-        if term not in ("linearization", "second_partials"):
-            return self.model.functions
-        if term not in self._later:
-            self._later[term] = self.model.having((term,))
-        return self._later[term].functions
+        later = term in ("linearization", "second_partials")
+        return (self.model.having((term,)) if later else self.model).functions
 
     def values(self, states: States, prescribed: PrescribedInputs, du: Array | None = None) -> dict[str, Array]:
         """Return the input blocks of compiled functions at n rows, by name: p, t, q, v, a, z, lam, u, base and du.
@@ -174,125 +174,83 @@ class StepEquations:
         functions = self._functions(term)
         if term not in functions:
             return {}
+        results, names, taken = functions(term, values), functions.output_names(term), set(functions.inputs(term))
+        if taken - {"p"} or (taken and values["p"].ndim > 1):
+            return dict(zip(names, results, strict=True))
         count = len(values["t"])
-        if count == 1:  # without the bookkeeping of batches
-            results = functions(term, rows_of({name: values[name] for name in functions.inputs(term)}, 0))
-            return {name: array[np.newaxis] for name, array in zip(functions.output_names(term), results, strict=True)}
-        results = functions(term, values)
-        by_name = dict(zip(functions.output_names(term), results, strict=True))
-        if all(len(array) == count for array in results) and set(functions.inputs(term)) - {"p"}:
-            return by_name
-        dimensions = zip(by_name.items(), _dimensions(functions, term), strict=True)
-        return {
-            name: np.broadcast_to(array, (count, *array.shape[array.ndim - n :])) for (name, array), n in dimensions
-        }
-
-    @property
-    def driven_by(self) -> set[str]:
-        """Arguments of e besides the state and parameters: some of ``t``, ``u`` and ``base``."""
-        functions = self.model.functions
-        terms = [name for name in ("residual", "internal_rate") if name in functions]
-        return {"t", "u", "base"} & {block for name in terms for block in functions.inputs(name)}
-
-    @property
-    def outputs_accelerate(self) -> bool:
-        """Whether outputs depend on accelerations."""
-        return "a" in self.model.functions.inputs("outputs")
+        return {name: np.broadcast_to(array, (count, *array.shape)) for name, array in zip(names, results, strict=True)}
 
     @property
     def record_size(self) -> int:
         """Rows of the record of a state: q, v, vdot, z and multipliers."""
         return 3 * self.nv + self.nz + self.nl
 
-    @property
-    def _output_columns(self) -> dict[str, slice]:
-        """Columns of the partials of outputs in a record, by name of the block."""
-        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
-        ends = np.cumsum(list(sizes.values())).tolist()
-        return {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
-
-    def residuals(self, values: Mapping[str, Array]) -> Array:
-        """Return e, (n, rows), of scenes without constraints."""
-        (r,) = self.of("residual", values).values()
-        return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
-
     def with_accelerations(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return input blocks with the accelerations and multipliers of their states; ``values`` have zeros instead."""
-        if self.nl and len(values["t"]) == 1:  # without the bookkeeping of batches
-            vdot, lam = (array[np.newaxis] for array in accelerations(self.model.functions, rows_of(values, 0)))
-        elif self.nl:
+        """Return input blocks with the accelerations and multipliers of their states in place of others."""
+        values = {**values, "a": np.zeros_like(values["a"]), "lam": np.zeros_like(values["lam"])}
+        if self.nl:
             vdot, lam = accelerations(self.model.functions, values)
         else:
             (residual,), (M,) = self.of("residual", values).values(), self.of("mass", values).values()
             vdot, lam = solve(M, residual[..., np.newaxis], values["t"])[..., 0], values["lam"]
         return {**values, "a": vdot, "lam": lam}
 
-    def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationPartials:
-        """Return the partials of the equations e at n rows; partials in the parameters are 0 unless ``parameters``."""
+    def partials(self, values: Mapping[str, Array]) -> EquationPartials:
+        """Return the partials of the equations e at n rows."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
-        of = self.blocks(values, parameters=parameters)
-        if not nz and not nl:
-            none = np.zeros((count, nv, 0))
-            return EquationPartials(of.Rq, of.Rv, of.Ra, none, none, of.Rp)
-        rows = nv + nz + nh + nl
-        Jq, Jv, Ja = (np.zeros((count, rows, nv)) for _ in range(3))
-        Jz, Jlam, Jp = (np.zeros((count, rows, size)) for size in (nz, nl, of.Rp.shape[2]))
-        Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = of.Rq, of.Rv, of.Ra, of.Rp
-        if nz:
-            state_rows = slice(nv, nv + nz)
-            Jz[:, :nv] = of.Rz
-            Jq[:, state_rows], Jv[:, state_rows], Jz[:, state_rows], Jp[:, state_rows] = -of.Fq, -of.Fv, -of.Fz, -of.Fp
-        if nl:
-            state_rows, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, rows)
-            Jlam[:, :nv] = np.swapaxes(of.B, 1, 2)
-            Jq[:, state_rows], Jp[:, state_rows] = of.B[:, :nh], of.Hp
-            Jq[:, rates], Jv[:, rates], Jp[:, rates] = of.Z, of.B, of.Zp
-        return EquationPartials(Jq, Jv, Ja, Jz, Jlam, Jp)
+        of, below = self.blocks(values), nz + nh + nl
+        rows = (
+            (of.Rq, -of.Fq, of.B[:, :nh], of.Z),
+            (of.Rv, -of.Fv, _zeros(count, nh, nv), of.B),
+            (of.Ra, _zeros(count, below, nv)),
+            (of.Rz, -of.Fz, _zeros(count, nh + nl, nz)),
+            (np.swapaxes(of.B, 1, 2), _zeros(count, below, nl)),
+            (of.Rp, -of.Fp, of.Hp, of.Zp),
+        )
+        return EquationPartials(*(np.concatenate(blocks, axis=1) for blocks in rows))
 
-    def blocks(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationBlocks:
-        """Return the partials of e at n rows by kinds of equations; partials in the parameters are 0 unless
-        ``parameters``."""
+    def blocks(self, values: Mapping[str, Array]) -> EquationBlocks:
+        """Return the partials of e at n rows by kinds of equations."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
         of_rates = self.of("internal_partials", values) if nz else {}
-        by_parameters = self.of("parameter_partials", values) if self.chosen and parameters else {}
+        by_parameters = self.of("parameter_partials", values) if self.chosen else {}
         names = {"Rp": nv, "Fp": nz, "Phip": nh, "Zp": nl}
         by = [self._parameters(by_parameters, name, size, count) for name, size in names.items()]
-        if self.driven and parameters:
-            of_inputs = self.input_partials(values)[0] @ values["du"]
-            places = np.cumsum([0, nv, nz, nh, nl])
-            for k, (first, last, sign) in enumerate(zip(places[:-1], places[1:], (1.0, -1.0, 1.0, 1.0), strict=True)):
-                by[k] = np.concatenate([by[k], sign * of_inputs[:, first:last]], axis=2)
+        if self.driven:
+            of_inputs = np.split(self.input_partials(values)[0] @ values["du"], np.cumsum([nv, nz, nh]), axis=1)
+            of_inputs[1] = -of_inputs[1]  # e has minus the rates
+            by = [np.concatenate(both, axis=2) for both in zip(by, of_inputs, strict=True)]
 
         def block(blocks: Mapping[str, Array], name: str, rows: int, columns: int) -> Array:
-            return blocks[name] if name in blocks else self._zeros(count, rows, columns)
+            return blocks[name] if name in blocks else _zeros(count, rows, columns)
 
-        B = self.of("constraint_jacobian", values)["B"] if nl else self._zeros(count, 0, nv)
+        B = self.of("constraint_jacobian", values)["B"] if nl else _zeros(count, 0, nv)
         Z = self.of("velocity_partials", values)["Z"] if nl else B
         Rq, Rv, Ra = (of_residual[name] for name in "KCM")
         Fq, Fv, Fz = (block(of_rates, name, nz, size) for name, size in (("Fq", nv), ("Fv", nv), ("Fz", nz)))
         return EquationBlocks(Rq, Rv, Ra, block(of_rates, "Rz", nv, nz), Fq, Fv, Fz, B, Z, *by)
 
-    def _zeros(self, *shape: int) -> Array:
-        """Return zeros in the memory of one zero."""
-        zeros = self._known_zeros.get(shape)
-        if zeros is None:
-            zeros = self._known_zeros[shape] = np.broadcast_to(np.zeros(()), shape)
-        return zeros
-
-    def forced_changes(self, blocks: Mapping[str, Array], partials: EquationPartials) -> Array:
-        """Return changes of accelerations and multipliers with q, v, z and parameters at n states, (n, nv + nl, size +
-        parameters). `blocks` are input blocks with these accelerations and multipliers, `partials` the partials of e
-        there."""
+    def forced_changes(
+        self, blocks: Mapping[str, Array], partials: EquationPartials, by_time: Array | None = None
+    ) -> Array:
+        """Return changes of accelerations, multipliers and rates of internal states with q, v, z and parameters at n
+        states, (n, nv + nl + nz, size + parameters). `blocks` are input blocks with these accelerations and
+        multipliers, `partials` the partials of e there; ``by_time`` (n, rows) are partials of the constraints'
+        accelerations in time, if the last parameter is the time."""
         e, nv, nl, count = partials, self.nv, self.nl, len(partials.Jq)
-        right = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, :nv]
+        right, rates = np.split(e.by_variables[:, : nv + self.nz], [nv], axis=1)
         if not nl:
-            return solve(e.Ja[:, :nv], right, blocks["t"])
+            return np.concatenate([solve(e.Ja[:, :nv], right, blocks["t"]), -rates], axis=1)
         by_state = self.of("acceleration_partials", blocks)
-        none = np.zeros((count, nl, self.nz))
-        below = np.concatenate([by_state["Aq"], by_state["Av"], none, self.acceleration_parameters(blocks)], axis=2)
-        matrix = bordered_matrix(e.Ja[:, :nv], e.Jv[:, -nl:])
-        return solve(matrix, np.concatenate([right, below], axis=1), blocks["t"])
+        by_parameters = self.parameter_rows(blocks, "Ap", nl)
+        below, first = np.zeros((count, nl, right.shape[2])), 2 * nv + self.nz
+        below[:, :, : 2 * nv] = np.concatenate([by_state["Aq"], by_state["Av"]], axis=2)
+        below[:, :, first : first + len(self.chosen)] = by_parameters
+        if by_time is not None:
+            below[:, :, -1] = by_time
+        matrix, right = bordered_matrix(e.Ja[:, :nv], e.Jv[:, -nl:]), np.concatenate([right, below], axis=1)
+        return np.concatenate([solve(matrix, right, blocks["t"]), -rates], axis=1)
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return the partials of the chosen outputs at n rows of a run.
@@ -308,44 +266,17 @@ class StepEquations:
         """
         count, rows = len(values["t"]), len(self.outputs)
         partials = self.of("output_partials", values)
-        Y = np.zeros((count, rows, self.record_size))
-        for name, output_columns in self._output_columns.items():
-            if name in partials:
-                Y[:, :, output_columns] = self._rows(partials[name])
+        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
+        of_state = [
+            self._rows(partials[name]) if name in partials else _zeros(count, rows, size)
+            for name, size in sizes.items()
+        ]
+        Y = np.concatenate(of_state, axis=2)
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
-        return Y, self._with_inputs(Yp, values)
-
-    def weighed_outputs(self, values: Mapping[str, Array], weights: Array) -> tuple[Array, Array]:
-        """Return derivatives of sums of outputs by each of n rows.
-
-        Parameters
-        ----------
-        values : as of ``output_partials``
-        weights : (n, outputs, functionals)
-
-        Returns
-        -------
-        by_state : (n, 3 nv + nz + nl, functionals)
-        by_parameters : (parameters, functionals), of all rows together
-        """
-        used = np.flatnonzero(weights.any(axis=(0, 2)))
-        partials = self.of("output_partials", values)
-        by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
-        of_state = np.zeros((len(weights), self.record_size, weights.shape[2]))
-        of_parameters = np.zeros((self.parameters, weights.shape[2]))
-        for name, rows in self._output_columns.items():
-            for column in used.tolist() if name in partials and rows.stop > rows.start else ():
-                row = partials[name][:, self.outputs[column], :, np.newaxis]
-                of_state[:, rows] += row * weights[:, column, np.newaxis]
-        for column in used.tolist() if "Yp" in by_parameters else ():
-            of_parameters[: len(self.chosen)] += (
-                by_parameters["Yp"][:, self.outputs[column], self.chosen].T @ weights[:, column]
-            )
-        if self.driven and len(used):
-            by_inputs = self.input_partials(values)[1] @ values["du"]
-            of_parameters[len(self.chosen) :] = np.einsum("nod,nof->df", by_inputs[:, used], weights[:, used])
-        return of_state, of_parameters
+        if self.driven:
+            Yp = np.concatenate([Yp, self.input_partials(values)[1] @ values["du"]], axis=2)
+        return Y, Yp
 
     def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of e in the inputs, (n, rows, nu), and of the chosen outputs, (n, outputs, nu), at n rows."""
@@ -438,11 +369,6 @@ class StepEquations:
         change = whole - without
         return change[:, :nv], whole[:, first : first + nh], change[:, first + self.nl :]
 
-    def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
-        """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""
-        result = self.parameter_rows(values, "Ap", self.nl)
-        return np.concatenate([result, np.zeros((len(result), self.nl, self.driven))], axis=2)
-
     def parameter_rows(self, values: Mapping[str, Array], name: str, rows: int) -> Array:
         """Return a block of ``parameter_partials`` in the chosen parameters, (n, rows, parameters)."""
         partials = self.of("parameter_partials", values) if self.chosen else {}
@@ -456,21 +382,15 @@ class StepEquations:
         forces = self.of("reaction_partials", {**values, "lam": lam})
         of_parameters = self._parameters(forces, "Np", self.nv, len(eta))
         if self.driven and any(of_parameters.strides):
-            none = self._zeros(len(eta), self.nv, self.driven)
+            none = _zeros(len(eta), self.nv, self.driven)
             of_parameters = np.concatenate([of_parameters, none], axis=2)
         elif self.driven:
-            of_parameters = self._zeros(len(eta), self.nv, self.parameters)
+            of_parameters = _zeros(len(eta), self.nv, self.parameters)
         return forces["N"], of_parameters
 
     def output_values(self, values: Mapping[str, Array]) -> Array:
         """Return the outputs, (n, outputs)."""
         return self.of("outputs", values)["y"][:, self.outputs]
-
-    def _with_inputs(self, by_parameters: Array, values: Mapping[str, Array]) -> Array:
-        """Return partials of outputs, followed by the partials along the directions of inputs."""
-        if not self.driven:
-            return by_parameters
-        return np.concatenate([by_parameters, self.input_partials(values)[1] @ values["du"]], axis=2)
 
     def _rows(self, of_outputs: Array) -> Array:
         """Return the rows of the chosen outputs, (n, outputs, ...)."""
@@ -478,13 +398,11 @@ class StepEquations:
 
     def _parameters(self, partials: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
         if name not in partials:
-            return self._zeros(count, rows, len(self.chosen))
+            return _zeros(count, rows, len(self.chosen))
         whole = self.chosen == list(range(partials[name].shape[2]))
         return partials[name] if whole else partials[name][:, :, self.chosen]
 
 
-def _dimensions(functions: Functions, term: str) -> list[int]:
-    """Return the number of axes of each output of a term."""
-    layouts = functions.library.layout["functions"]
-    outputs = next(item["outputs"] for item in layouts if item["name"] == term)
-    return [len(item["shape"]) for item in outputs]
+def _zeros(*shape: int) -> Array:
+    """Return zeros in the memory of one zero."""
+    return np.broadcast_to(np.zeros(()), shape)

@@ -89,11 +89,9 @@ def read_functional(
         # of recorded rows, or of the rows of all steps
         shapes = [(rows, *([len(places)] if len(places) > 1 else [])) for rows in (steps // every + 1, steps + 1)]
         if array.shape not in shapes or not np.all(np.isfinite(array)):
-            fault = (
-                f"{name} has nan [E0575]"
-                if array.shape in shapes
-                else f"weights of {name} have the shape {array.shape} [E0574]"
-            )
+            fault = f"weights of {name} have the shape {array.shape} [E0574]"
+            if array.shape in shapes:
+                fault = f"{name} has nan [E0575]"
             raise UsageError(Problem("of", fault, f"finite numbers, {shapes[0]}: one for each row of the run"))
         table[:: every if array.shape == shapes[0] else 1, places] += array.reshape(len(array), len(places))
     return RowWeights(np.ones(size), "given", table)

@@ -182,9 +182,7 @@ class JumpMotion(ReplayedRun):
             while self._comes(events, end):
                 entry = events.pop(0)
                 if result and result[-1].event >= 0 and result[-1].last[0] == entry["t"]:
-                    fault = (
-                        f"two events change the motion at t = {entry['t']:.9g} s, and their order may change [E0580]"
-                    )
+                    fault = f"two events change the motion at t = {entry['t']:.9g} s, in either order [E0580]"
                     raise NumericalError(Problem("sensitivities", fault, "one event, or other parameters"))
                 last = self._row_of(entry, "_before", end)
                 result.append(self._stretch(first, last, samples, int(entry["event"]), p))

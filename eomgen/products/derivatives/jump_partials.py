@@ -78,16 +78,16 @@ class JumpPartials:
         moved = {name: array.astype(complex) for name, array in values.items() if name not in ("t", "du")}
         moved["t"] = values["t"] + 1j * _TINY
         self._prescribe(moved, 1j * _TINY * rates)
-        parts = [self._of("residual", moved)[0]]
+        parts = [self._functions("residual", moved)[0]]
         if e.nz:
-            parts.append(-self._of("internal_rate", moved)[0])
+            parts.append(-self._functions("internal_rate", moved)[0])
         accelerations = np.zeros((count, 0), complex)
         if e.nl:
-            B = self._of("constraint_jacobian", moved)[0]
+            B = self._functions("constraint_jacobian", moved)[0]
             if e.holonomic:
-                parts.append(self._of("constraint", moved)[0][..., : e.holonomic])
-            parts.append(self._of("constraint_velocity", moved)[0])
-            bias = self._of("constraint_bias", moved)[0]
+                parts.append(self._functions("constraint", moved)[0][..., : e.holonomic])
+            parts.append(self._functions("constraint_velocity", moved)[0])
+            bias = self._functions("constraint_bias", moved)[0]
             accelerations = (B @ moved["a"][..., np.newaxis])[..., 0] + bias
         shapes = [np.broadcast_to(part, (count, part.shape[-1])).imag for part in parts]
         of_accelerations = np.broadcast_to(accelerations, (count, accelerations.shape[-1])).imag
@@ -112,7 +112,7 @@ class JumpPartials:
         for level in range(1 + max((int(row["level"]) for row in self._samples), default=-1)):
             if not any(int(row["level"]) == level for row in self._samples):
                 continue
-            new = self._of("samples", {**moved, "z": z.copy()})[0]
+            new = self._functions("samples", {**moved, "z": z.copy()})[0]
             new = np.broadcast_to(new, (count, self.columns, len(self._samples)))
             for number, row in enumerate(self._samples):
                 if int(row["level"]) == level:
@@ -127,12 +127,14 @@ class JumpPartials:
         input blocks (1, ...), `rates` (1, nu) the rates of given inputs."""
         e, row = self._equations, self._events[event]
         nv, moved = e.nv, self._with_increments(values, rates)
-        guards, of_rates = (np.broadcast_to(x, (1, self.columns, x.shape[-1])) for x in self._of("events", moved))
+        guards, of_rates = (
+            np.broadcast_to(x, (1, self.columns, x.shape[-1])) for x in self._functions("events", moved)
+        )
         guard = guards[0, :, event].imag / _TINY
         result, mode = self._identity(1)[0], np.zeros(self.columns)
         if row["action"] == "stop":
             return EventPartials(guard, result, mode)
-        (actions,) = self._of("event_actions", moved)
+        (actions,) = self._functions("event_actions", moved)
         actions = np.broadcast_to(actions, (1, self.columns, actions.shape[-1]))[0]
         if row["action"] == "switch":
             return EventPartials(guard, result, actions[:, row["value"]].imag / _TINY)
@@ -171,7 +173,7 @@ class JumpPartials:
     def _impulse(self, moved: Mapping[str, Array]) -> dict[str, Array]:
         """Return M, B and gradients of impacts, (columns, ...) each."""
         names = self._functions.output_names("event_impulse")
-        parts = zip(names, self._of("event_impulse", moved), strict=True)
+        parts = zip(names, self._functions("event_impulse", moved), strict=True)
         return {name: np.broadcast_to(x, (1, self.columns, *x.shape[-2:]))[0] for name, x in parts}
 
     def _identity(self, count: int) -> Array:
@@ -219,6 +221,3 @@ class JumpPartials:
             moved["u"] = moved["u"].real + driven
         if "base" in moved and "base" in self._functions:
             moved["base"] = self._functions("base", arguments)[0]
-
-    def _of(self, term: str, moved: Mapping[str, Array]) -> Sequence[Array]:
-        return self._functions(term, moved)

@@ -53,7 +53,7 @@ def multiply(factor: Block, block: Block) -> Block:
     """Return the product of two matrices, of which each may be a multiple of the unit matrix."""
     if isinstance(factor, float) or isinstance(block, float):
         return block if isinstance(factor, float) and factor == 1.0 else factor * block
-    return factor @ block if block.ndim > 2 else np.tensordot(factor, block, 1)
+    return factor @ block
 
 
 def add(*terms: tuple[Block, Moved]) -> dict[str, Block]:
@@ -114,18 +114,9 @@ class LinearOperations(StepOperations[Moved]):
         self.run, self.ends, self.of, self.factors = run, ends, run.equations, run.equations.model.factors
         self.memory, self.h, before = part.memory, run.run.grid.step, ends.before
         self.nv, self.nz, self.nl, self.count = run.equations.nv, run.equations.nz, run.equations.nl, len(before.t)
-        sizes = {"q": self.nv, "v": self.nv, "z": self.nz, "p": run.equations.parameters}
-        along: dict[str, dict[str, Block]] = {name: {name: 1.0} for name in sizes}
-        if not unknowns:  # all variables together
-            unit, bounds = np.eye(sum(sizes.values())), np.cumsum([0, *sizes.values()])
-            for name, first, last in zip(sizes, bounds[:-1], bounds[1:], strict=True):
-                along[name] = {"y": unit[first:last]}
-            sizes = {"y": len(unit)}
-        self.sizes = sizes
-        self.q, self.v, self.z = (
-            Moved(value, along[name]) for name, value in zip("qvz", (before.q, before.v, before.z), strict=True)
-        )
-        self.p, self.start = Moved(np.zeros((self.count, 0)), along["p"]), Instant(before.t, {}, ends.at_start)
+        self.sizes = {"q": self.nv, "v": self.nv, "z": self.nz, "p": run.equations.parameters}
+        self.q, self.v, self.z = (Moved(getattr(before, name), {name: 1.0}) for name in "qvz")
+        self.p, self.start = Moved(np.zeros((self.count, 0)), {"p": 1.0}), Instant(before.t, {}, ends.at_start)
         self.unknowns = {name: Moved(value, {name: 1.0}) for name, value in unknowns.items()}
         self.equations: list[Moved] = []
         self._turns = any(factor.group != "R" for factor in self.factors)
@@ -188,11 +179,10 @@ class LinearOperations(StepOperations[Moved]):
             "constraint": slice(nv + nz, nv + nz + nh),
             "constraint_velocity": slice(nv + nz + nh, None),
         }[name]
-        J = np.concatenate([block[:, rows] for block in (e.Jq, e.Jv, e.Jz, e.P)], axis=2)
-        if name == "internal_rate" and not self.unknowns:
+        J = e.by_variables[:, rows]
+        if name == "internal_rate":
             return self._chain_rule(self.of.of(name, values)["zdot"], -J, (q, v, z))
-        # of unknowns derivatives alone are needed
-        return self._chain_rule(np.zeros(J.shape[:2]), -J if name == "internal_rate" else J, (q, v, z))
+        return self._chain_rule(np.zeros(J.shape[:2]), J, (q, v, z))  # only the derivatives are needed
 
     def blocks(self, q: Array, v: Array, z: Array, t: Instant) -> dict[str, Array]:
         """Return input blocks at states, with zeros for accelerations and multipliers."""
@@ -218,10 +208,6 @@ class LinearOperations(StepOperations[Moved]):
 
     def _chain_rule(self, value: Array, J: Array, arguments: Sequence[Moved]) -> Moved:
         """Return values with the derivatives J (n, size, ...) in q, v, z and the parameters."""
-        if not self.unknowns:
-            every = (_dense(moved.along["y"]) for moved in (*arguments, self.p))
-            columns = [np.broadcast_to(block, (self.count, *block.shape[-2:])) for block in every]
-            return Moved(value, {"y": J @ np.concatenate(columns, axis=1)})
         blocks = np.split(J, np.cumsum([self.nv, self.nv, self.nz]), axis=2)
         return Moved(value, add(*zip(blocks, (*arguments, self.p), strict=True)))
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import WRITTEN
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
@@ -86,8 +87,6 @@ class DerivativeVariables:
     samples: Sequence[tuple[int, int]] = ()
 
 
-#: Part of a step by which a time may miss a row.
-_ROUNDED = 1e-6
 PartType = TypeVar("PartType", bound=LinearPart)
 
 
@@ -110,14 +109,6 @@ class RunAdjoint:
     def of(cls, run: LinearRun[Any], count: int) -> RunAdjoint:
         """Return the adjoints of ``count`` functionals at the end of a run."""
         return cls(*(np.zeros((len(along), count)) for along in (run.state, run.along.dp, run.record)))
-
-    def sources(self, run: LinearRun[Any], part: LinearPart, weights: Sequence[RowWeights]) -> tuple[Array, Array]:
-        """Return the output weights at the rows of a part, and the derivatives of functionals by the ends of the steps.
-        Keeps the derivatives by the first row, and adds derivatives in parameters."""
-        of_outputs = run.row_weights(part, weights)
-        direct = run.row_derivatives(part, of_outputs, self.parameters)
-        self.record = direct[0]
-        return of_outputs, direct[1:]
 
     def gradients(self, run: LinearRun[Any]) -> Array:
         """Return the derivatives of the functionals, (functionals, directions), at the start of a run."""
@@ -177,7 +168,7 @@ class LinearRun(ABC, Generic[PartType]):
         """
 
     @abstractmethod
-    def take_back(self, part: PartType, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array] | None:
+    def take_back(self, part: PartType, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
         """Take adjoints back through the steps of a part: ``state`` becomes the adjoint at the start of the steps, and
         the gradient of the steps is added to ``gradient`` (parameters, functionals).
 
@@ -187,18 +178,13 @@ class LinearRun(ABC, Generic[PartType]):
 
         Returns
         -------
-        multipliers and ends of the steps, of methods with second derivatives
+        multipliers and ends of the steps; empty for methods without second derivatives
         """
-
-    def products(self, matrices: Array, columns: Array) -> Array:
-        """Return products of (n, rows, size) and (n, size, directions)."""
-        result: Array = matrices @ columns
-        return result
 
     def values(self, part: RunSegment) -> tuple[Array, dict[str, Array]]:
         """Return times (rows,), s, and input blocks (see ``LinearPart``) of the rows of a part."""
-        states, prescribed = self.states(part)
-        return states.t, self.blocks(states, prescribed)
+        states = states_of(part.rows, self.run.model)
+        return states.t, self.blocks(states, self.prescribe(states.t))
 
     def without_jumps(self, part: RunSegment) -> tuple[NDArray[np.intp], dict[str, Array], dict[str, Array]]:
         """Return the stretches of a part within which the state does not jump: steps, and input blocks at both ends."""
@@ -217,7 +203,7 @@ class LinearRun(ABC, Generic[PartType]):
             return None
         position = (times - self.run.grid.start) / self.run.grid.step
         near = np.rint(position)
-        position = np.where(np.abs(position - near) < _ROUNDED, near, position)
+        position = np.where(np.abs(position - near) < WRITTEN, near, position)
         result = np.zeros((len(times), self.run.model.nu, len(self.samples)))
         for number, (column, row) in enumerate(self.samples):
             result[:, column, number] = 1.0 if row < 0 else np.maximum(0.0, 1.0 - np.abs(position - row))
@@ -232,21 +218,13 @@ class LinearRun(ABC, Generic[PartType]):
         """Return the derivatives of functionals by each row of a part, (rows, record, functionals). `of_outputs` (rows,
         outputs, functionals) are weights; derivatives by parameters are added to `by`. Rows that parts share count in
         the first part alone."""
+        result = np.zeros((len(of_outputs), self.equations.record_size, of_outputs.shape[2]))
         weighed = np.flatnonzero(of_outputs.any(axis=(1, 2)))
-        if not len(weighed):
-            return np.zeros((len(of_outputs), self.equations.record_size, of_outputs.shape[2]))
-        whole = len(weighed) == len(of_outputs)
-        blocks = part.blocks if whole else rows_of(part.blocks, weighed)
-        weights = of_outputs if whole else of_outputs[weighed]
-        of_state, of_parameters = self.equations.weighed_outputs(blocks, weights)
-        if weighed[0] == 0 and part.first > 0:
-            first = rows_of(blocks, slice(1))
-            of_parameters = of_parameters - self.equations.weighed_outputs(first, weights[:1])[1]
-        by[: len(of_parameters)] += of_parameters
-        if whole:
-            return of_state
-        result = np.zeros((len(of_outputs), *of_state.shape[1:]))
-        result[weighed] = of_state
+        if len(weighed):
+            Y, Yp = self.equations.output_partials(rows_of(part.blocks, weighed))
+            result[weighed] = np.swapaxes(Y, 1, 2) @ of_outputs[weighed]
+            own = weighed >= (part.first > 0)
+            by[: self.equations.parameters] += np.einsum("nop,nof->pf", Yp[own], of_outputs[weighed[own]])
         return result
 
     def linear_start(self, prescribed_at: Callable[[float], PrescribedInputs], share: float) -> LinearizedStart:
@@ -288,11 +266,6 @@ class LinearRun(ABC, Generic[PartType]):
         elif model.nu:
             u = model.input_values(times, parameters=self.equations.p)
         return PrescribedInputs(u, self.base(times))
-
-    def states(self, part: RunSegment) -> tuple[States, PrescribedInputs]:
-        """Return the states at the rows of a part, the shared first row included, and the prescribed values there."""
-        states = states_of(part.rows, self.run.model)
-        return states, self.prescribe(states.t)
 
     def base(self, t: Array) -> Array | None:
         """Return the state of the base at times (n,); None for a base at rest."""

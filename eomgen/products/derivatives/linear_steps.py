@@ -28,8 +28,6 @@ def routine(files: Sequence[str], cdef: str) -> tuple[Any, Any]:
 
 #: Steps side by side in C.
 _LANES = 8
-#: Integers for a plan at first.
-_PLAN = 2**13
 #: Files of ``templates/derivatives`` in an order in which each reads the earlier ones alone.
 _FILES = (
     *("sparse_factors.c", "generalized_alpha.c", "step_plan.c", "step_matrices.c", "step_factors.c"),
@@ -64,8 +62,6 @@ long eomgen_plan_numbers(const eg_steps *given);
 int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long long *bits, int *numbers);
 long eomgen_plan_room(const eg_steps *given);
 int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero, double *room);
-void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
-    double *Y);
 long eomgen_step_room(const eg_steps *given);
 long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
     double *room, long *pivot);
@@ -202,7 +198,7 @@ class LinearSteps:
         self._turn, _ = turning_factors(factors)
         self._coefficients = np.array(coefficients, dtype=float)
         #: Sums over the nonzeros of the steps so far, and the order of pivots; the first number says whether.
-        self._plan = np.zeros(_PLAN, np.intc)
+        self._plan = np.zeros(2**13, np.intc)
         self._scale = np.zeros(self.rows)
         self._seen = np.zeros(0, np.uint8)
         self._unseen = np.zeros(0, np.longlong)
@@ -285,14 +281,6 @@ class LinearSteps:
             room, pivot = self._room(arguments[0])
         self._check(done, int(arguments[0].steps), times)
         return multipliers, ends
-
-    def products(self, matrices: Array, columns: Array) -> Array:
-        """Return products of (n, rows, size) and (n, size, directions)."""
-        count, rows, size = matrices.shape
-        result = np.empty((count, rows, columns.shape[2]))
-        kept = np.ascontiguousarray(matrices), np.ascontiguousarray(columns), result
-        self._lib.eomgen_step_products(count, rows, size, columns.shape[2], *map(self._doubles, kept))
-        return result
 
     def _arguments(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
         """Return the structure for C with a plan for its steps, and the arrays to which it points, which have to be

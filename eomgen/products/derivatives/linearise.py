@@ -140,10 +140,7 @@ def sensitivities(
     _check(model, chosen, grid, initial)
     if grid.whole % every:
         divides = max(part for part in range(1, every + 1) if grid.whole % part == 0)
-        fault = (
-            f"{grid.whole} steps are not a whole number of rows of {every} steps, so the end of the run has no"
-            f" row [E0587]"
-        )
+        fault = f"{grid.whole} steps are not a whole number of rows of {every} steps: the end has no row [E0587]"
         raise UsageError(Problem("record_every", fault, f"record_every = {divides}"))
     run = request.run(chosen, grid, every, inputs)
     signals = run.signals.given
@@ -255,11 +252,9 @@ def _names(
     are none."""
     names = list(parameters if by is None else names_of("by", "directions", by, ([*parameters, *places])[0]))
     if not names:
-        fault = (
-            "no quantity is named to differentiate by [E0592]"
-            if by is not None
-            else "the scene has no tunable parameters [E0593]"
-        )
+        fault = "the scene has no tunable parameters [E0593]"
+        if by is not None:
+            fault = "no quantity is named to differentiate by [E0592]"
         hint = f'by=["{places[0]}"]' if parameters else f'by=["{places[0]}", "{rates[0]}"], of the initial state'
         raise UsageError(Problem("by", fault, hint))
     return names
@@ -317,9 +312,7 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
     check_initial(initial)
     layout = chosen.library.layout
     if held := [start.joint for start in starts_of(model, initial) if start.held]:
-        fault = (
-            f"the start holds {', '.join(held)}, and corrections that hold components have no derivatives here [E2216]"
-        )
+        fault = f"the start holds {', '.join(held)}, and such corrections have no derivatives here [E2216]"
         raise UsageError(Problem("initial", fault, "consistent values without hold"))
     _check_jumps(layout, chosen.method)
     if _in_index_3(layout, chosen.method) and chosen.settings.get("perturb", 1.0):
@@ -330,9 +323,7 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
         raise UsageError(Problem("settings", fault, 'settings={"multipliers": 0}, for the ones of accelerations'))
     if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
-        fault = (
-            f"forces jump at t = {first:.6g} s, and steps are cut in two there; these have no derivatives here [E0603]"
-        )
+        fault = f"forces jump at t = {first:.6g} s, and steps cut in two there have no derivatives here [E0603]"
         raise UsageError(Problem("sensitivities", fault, "a smooth law in its place"))
     if not grid.whole:
         fault = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s [E0604]"
@@ -366,10 +357,7 @@ def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
             fault = f"a function of a controller sets the sampled state {name}, and its slopes are not known [E0608]"
             raise UsageError(Problem("sensitivities", fault, "sampled states with formulas in place of the function"))
         if row["quantum"]:
-            fault = (
-                f"the sampled state {name} is rounded to multiples of {row['quantum']:.6g}: its derivatives are 0"
-                f" or infinite [E0609]"
-            )
+            fault = f"the sampled state {name} is rounded: its derivatives are 0 or infinite [E0609]"
             hint = "the scene without this quantum, for the derivatives of its mean"
             raise UsageError(Problem("sensitivities", fault, hint))
 
@@ -396,10 +384,7 @@ def _check_switches(model: CompiledModel, inputs: Collection[str], by: Sequence[
             inside = symbols(condition)
             name = next((symbol.name for symbol in inside if symbol.kind == "parameter" and symbol.name in by), "")
             if name and any(symbol.kind == "time" for symbol in inside):
-                fault = (
-                    f"{name} moves the instant at which a formula takes another branch, and that is not in"
-                    f" derivatives [E0614]"
-                )
+                fault = f"{name} moves the instant at which a formula takes another branch, without derivatives [E0614]"
                 raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
 
 

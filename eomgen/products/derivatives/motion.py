@@ -21,8 +21,8 @@ from eomgen.simulation.stepping.inputs import HeldRows
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
 
-#: Bytes of rows that are kept; bytes of the matrices of a part; least and largest number of steps of a part.
-KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**26, 32, 2048
+#: Bytes of rows that are kept, and largest number of steps of a part.
+KEPT_BYTES, LONGEST = 2**25, 2048
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class ReplayedRun:
         """Initialize the stepper and keep the memory of the start. Raises NumericalError for a damped first step."""
         self.run, self.stepper = run, stepper
         self.steps = run.grid.whole
-        self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))
+        self.length = max(min(2**26 // of_step, LONGEST), 32, math.isqrt(self.steps))  # 64 MB of matrices
         self.kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
         self.done = 0
         self._parts: list[RunSegment] = []
@@ -72,11 +72,9 @@ class ReplayedRun:
         self.check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
         self.start = {name: stepper.state[part].copy() for name, part in stepper.places.items()}
         if "history" in self.start and self.start["history"][0] < 0:
-            fault = (
-                "the start excites motions that are too fast for the step, and the first step, which damps them, has"
-            )
+            fault = "the start excites motions too fast for the step: the damped first step has no derivatives [E0621]"
             hint = f"a step of {0.1 * run.grid.step:.3g} s, or an initial state nearer to balance"
-            raise NumericalError(Problem("sensitivities", f"{fault} no derivatives [E0621]", hint))
+            raise NumericalError(Problem("sensitivities", fault, hint))
         self._first = stepper.memory
         self.first_row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
 
@@ -126,10 +124,7 @@ class ReplayedRun:
     def check_whole_steps(self) -> None:
         """Raise NumericalError if the stepper has halved a step, which then has no derivatives."""
         if self.stepper.statistics.get("halvings"):
-            fault = (
-                f"a step near t = {self.stepper.t:.6g} s converged in halves only, and these have no"
-                f" derivatives [E0622]"
-            )
+            fault = f"a step near t = {self.stepper.t:.6g} s converged in halves only, without derivatives [E0622]"
             raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * self.run.grid.step:.3g} s"))
 
     def _take_steps(self, size: int, table: Array | None, record: Array) -> Array:

@@ -17,11 +17,8 @@ from eomgen.products.derivatives.equations import solve
 from eomgen.products.derivatives.linear_operations import Block, Instant, LinearOperations, Moved, add
 from eomgen.products.derivatives.motion import ReplayedRun
 
-#: Corrections of positions at most, and the part of a step's change above which stages that are evaluated again miss
-#: the run.
-_CORRECTIONS, _MISSED = 16, 1e-7
-#: Differences below this part of the coordinates are rounding.
-_ROUNDING = 1e-13
+#: Corrections of positions at most.
+_CORRECTIONS = 16
 
 
 class PartitionedMotion(ReplayedRun):
@@ -119,10 +116,9 @@ class PartitionedOperations(LinearOperations):
         factors, before, after = self.factors, self.ends.before, self.ends.after
         size = np.max(np.abs(np.concatenate([product.difference(factors, before.q, after.q), after.v], axis=1)), axis=1)
         off = np.concatenate([product.difference(factors, position.value, after.q), v.value - after.v], axis=1)
-        rounding = _ROUNDING * np.max(np.abs(after.q), axis=1, initial=0.0)  # all of a motion about an equilibrium
-        missed = np.max(np.abs(off), axis=1) > _MISSED * size + rounding
+        rounding = 1e-13 * np.max(np.abs(after.q), axis=1, initial=0.0)  # all of a motion about an equilibrium
+        missed = np.max(np.abs(off), axis=1) > 1e-7 * size + rounding
         if missed.any():
             t = float(after.t[int(np.argmax(missed))])
-            fault = f"the step to t = {t:.9g} s passes a singular position, or changes its dependent components within"
-            fault = f"{fault}: it has no derivatives [E0634]"
+            fault = f"the step to t = {t:.9g} s passes a singular position, or changes dependent components [E0634]"
             raise NumericalError(Problem("sensitivities", fault, "generalized_alpha"))

@@ -134,18 +134,15 @@ class Sensitivities:
     @cached_property
     def _tables(self) -> Array:
         """Derivatives (n, outputs, directions) of the chosen outputs at the recorded rows, by tangents."""
-        run = self._run
-        equations = run.equations
+        run, equations = self._run, self._run.equations
         state, record = run.state.copy(), run.record[np.newaxis]
         derivatives = []
         for part in map(run.linearise_part, run.motion.forwards()):
             later = run.tangents(part, run.along.dp, state)
             record = np.concatenate([record, later])
             chosen = self._chosen(part.first, len(part.states.t))
-            whole = len(chosen) == len(part.states.t)
-            Y, Yp = equations.output_partials(part.blocks if whole else rows_of(part.blocks, chosen))
-            by_state = run.products(Y, record if whole else record[chosen])
-            derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
+            Y, Yp = equations.output_partials(rows_of(part.blocks, chosen))
+            derivatives.append(Y @ record[chosen] + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
             record = later[-1:]
         return self._finite(np.concatenate(derivatives))
 
@@ -214,16 +211,9 @@ class Sensitivities:
         >>> result.gradients(["final(energy)", "mean(energy)"]).shape
         (2, 1)
         """
-        run, weights = self._run, self._weights(of)
-        if isinstance(run, AlphaRun):
-            known = second_order.gradients(run, weights)
-            self._known = (tuple(of), known) if all(isinstance(name, str) for name in of) else None
-            return self._finite(known.values)
-        adjoint = RunAdjoint.of(run, len(weights))
-        for part in map(run.linearise_part, run.motion.backwards()):
-            _, direct = adjoint.sources(run, part, weights)
-            run.take_back(part, direct, adjoint.state, adjoint.parameters)
-        return self._finite(adjoint.gradients(run))
+        known = second_order.gradients(self._run, self._weights(of))
+        self._known = (tuple(of), known) if all(isinstance(name, str) for name in of) else None
+        return self._finite(known.values)
 
     # -- second derivatives --------------------------------------------------------------------------------------------
 
@@ -451,10 +441,8 @@ class Sensitivities:
             if not item.given or item.series is not None or item.name in run.run.signals.given
         }
         if not columns:
-            fault = (
-                "the scene has no inputs [E0595]" if not inputs else "all inputs follow formulas of the scene [E0627]"
-            )
-            hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
+            fault = "all inputs follow formulas of the scene [E0627]" if inputs else "the scene has no inputs [E0595]"
+            hint = f'inputs={{"{inputs[0].name if inputs else "command"}": ...}}, to give values'
             raise UsageError(Problem("input_gradient", fault, hint))
         if not isinstance(run, AlphaRun):
             jumps = "the state jumps along the run"
@@ -475,19 +463,13 @@ class Sensitivities:
             fault = f"{why}, and second derivatives are not known [E0629]"
             raise UsageError(Problem(wanted, fault, "differences of gradient(...)"))
         if run.follows and run.start.slopes is not None:
-            fault = (
-                "the state that the run starts from follows from parameters, and its second derivatives are not"
-                " known [E0630]"
-            )
+            fault = "the initial state follows from parameters, and its second derivatives are not known [E0630]"
             raise UsageError(Problem(wanted, fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
         moved = np.any(run.along.dq) or np.any(run.along.dv)
         if run.equations.nl and moved and run.beginning.moved_far:
-            fault = (
-                "the initial state is moved onto the constraints, and second derivatives of how are not known [E0631]"
-            )
-            raise UsageError(
-                Problem(wanted, fault, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')
-            )
+            fault = "the initial state is moved onto the constraints, without known second derivatives [E0631]"
+            hint = 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}'
+            raise UsageError(Problem(wanted, fault, hint))
         return run
 
     def _finite(self, derivatives: Array) -> Array:

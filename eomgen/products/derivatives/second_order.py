@@ -30,19 +30,19 @@ M (v' - v) = B^T sigma, w(q, v') = 0.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie import numeric, product
-from eomgen.lie.groups import Group, group_named
+from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor, difference
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.equations import rows_of
 from eomgen.products.derivatives.functionals import RowWeights
-from eomgen.products.derivatives.linear_run import RunAdjoint
+from eomgen.products.derivatives.linear_run import LinearPart, LinearRun, RunAdjoint
 from eomgen.products.derivatives.start import (
     LinearizedRest,
     StartDerivatives,
@@ -51,9 +51,6 @@ from eomgen.products.derivatives.start import (
     inertia_partials,
     on_constraints,
 )
-
-#: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
-_TINY = 1e-100
 
 
 @dataclass(frozen=True)
@@ -79,9 +76,8 @@ class RotatingFactorChange:
         group, part = group_named(factor.group, factor.v_size), theta[:, factor.v]
         A = numeric.adjoint(group, numeric.exp(group, -part))
         T = numeric.tangent(group, part)
-        size = part.shape[1]
-        by_first = np.stack([-numeric.bracket_matrix(group, T[:, :, k]) @ A for k in range(size)], axis=3)
-        by_increment = np.stack([_along(group, part, k) for k in range(size)], axis=3)
+        by_first = np.stack([-numeric.bracket_matrix(group, column) @ A for column in np.moveaxis(T, 2, 0)], axis=3)
+        by_increment = np.stack([numeric.tangent_along(group, part, unit) for unit in np.eye(part.shape[1])], axis=3)
         return cls(factor.v, A, numeric.tangent_inverse(group, part), by_first, by_increment)
 
     def increments(self, before: Array, behind: Array) -> Array:
@@ -100,13 +96,6 @@ class RotatingFactorChange:
 def turnings(factors: Sequence[Factor], theta: Array) -> list[RotatingFactorChange]:
     """Return the derivatives of all rotating factors."""
     return [RotatingFactorChange.of(factor, theta) for factor in factors if factor.group != "R"]
-
-
-def _along(group: Group, theta: Array, component: int) -> Array:
-    moved = theta.astype(complex)
-    moved[:, component] += 1j * _TINY
-    result: Array = numeric.tangent(group, moved).imag / _TINY
-    return result
 
 
 class StartSecondDerivatives:
@@ -368,12 +357,12 @@ class _AlphaTangents:
         of_parameters[chosen:] -= np.einsum("nk,nkd->kd", of_D, reaction)
 
 
-def gradients(run: AlphaRun, weights: Sequence[RowWeights]) -> Gradients:
+def gradients(run: LinearRun[Any], weights: Sequence[RowWeights]) -> Gradients:
     """Return the gradients of functionals, (functionals, directions), by one adjoint run of all, with the adjoints."""
     adjoint, parts = RunAdjoint.of(run, len(weights)), []
     for part in map(run.linearise_part, run.motion.backwards()):
         swept = take_back(run, part, weights, adjoint)
-        if run.motion.kept:
+        if run.motion.kept and swept.multipliers.size:
             parts.append(swept)
     return Gradients(adjoint.gradients(run), parts, adjoint)
 
@@ -456,18 +445,21 @@ def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -
         yield _AlphaTangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 
 
-def take_back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adjoint: RunAdjoint) -> SweepRemainders:
+def take_back(
+    run: LinearRun[Any], part: LinearPart, weights: Sequence[RowWeights], adjoint: RunAdjoint
+) -> SweepRemainders:
     """Take the adjoints of functionals back through a part of a run, and return their remainders.
 
     Parameters
     ----------
-    run, part : AlphaRun, AlphaPart
+    run, part : LinearRun, LinearPart
         The run made linear, and the part to reverse.
     weights : sequence of RowWeights
         One for each functional.
     adjoint : RunAdjoint
         Adjoint at the end of the part; becomes the adjoint at the start.
     """
-    of_outputs, direct = adjoint.sources(run, part, weights)
-    multipliers, ends = run.take_back(part, direct, adjoint.state, adjoint.parameters)
-    return SweepRemainders(multipliers, ends, of_outputs)
+    of_outputs = run.row_weights(part, weights)
+    direct = run.row_derivatives(part, of_outputs, adjoint.parameters)
+    adjoint.record = direct[0]
+    return SweepRemainders(*run.take_back(part, direct[1:], adjoint.state, adjoint.parameters), of_outputs)

@@ -28,20 +28,13 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.products.derivatives.equations import EquationPartials, StepEquations, bordered_matrix
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
-
-#: Steps onto constraints, and ratio to the largest step below which later steps change no derivative.
-_STEPS, _LAST = 50, 1e-13
-#: Singular values of the equations of rest below this part of the largest: rest is undetermined along the singular
-#: vectors.
-_UNDETERMINED = 1e-10
-#: Corrections of a state above this part of its numbers are finite: second derivatives would have to follow them.
-FINITE = 1e-10
 
 
 @dataclass(frozen=True)
@@ -93,7 +86,7 @@ def at_rest(
     scaled = scale[:, np.newaxis] * matrix * scale
     scaled /= np.max(np.abs(scaled), axis=1, keepdims=True).clip(np.finfo(float).tiny)
     sizes, directions = np.linalg.svd(scaled)[1:]
-    if nl > nh or sizes[-1] <= _UNDETERMINED * sizes[0]:
+    if nl > nh or sizes[-1] <= 1e-10 * sizes[0]:
         name = equations.model.v_names[int(np.argmax(np.abs(directions[-1, :nv])))].removeprefix("v.")
         fault = f"the scene starts at static equilibrium, which no force determines along {name} [E0636]"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
@@ -123,7 +116,7 @@ def moved_positions(
     requested positions and dp (parameters, n) of parameters."""
     nh, factors = equations.holonomic, equations.model.factors
     q, largest = asked.q, 0.0
-    for _ in range(_STEPS):
+    for _ in range(50):
         state = InitialState(q, np.zeros(equations.nv), asked.z)
         values = _values(equations, state, t, prescribed)
         partials = equations.partials(values)
@@ -132,7 +125,7 @@ def moved_positions(
         step = _Correction.of(partials, B, equations.of("constraint", values)["Phi"][0, :nh])
         c, size = step.c, float(np.max(np.abs(step.c), initial=0.0))
         largest = max(largest, size)
-        if size <= _LAST * max(largest, 1.0):
+        if size <= 1e-13 * max(largest, 1.0):  # later steps change no derivative
             break
         dc = step.changes(equations, values, partials, B @ dq + partials.P[0, rows] @ dp, (dq, dp))
         turns = c * [unit == "rad/s" for unit in equations.model.v_units]
@@ -242,22 +235,25 @@ class StateDirections:
 
 @dataclass(frozen=True)
 class Stage:
-    """A state at which the start evaluates accelerations: input blocks, partials of e, vdot (nv,), and changes.
-    ``theta`` (nv,) is the increment from the start, which changes by ``dtheta``. ``matrix`` is of accelerations and
-    multipliers, ``Aq`` and ``Av`` are partials of the constraints' accelerations."""
+    """A state at which the start evaluates accelerations: input blocks, partials of e, and changes. ``theta`` (nv,) is
+    the increment from the start, which changes by ``dtheta``; ``forced`` has changes of accelerations, multipliers and
+    rates with q, v, z and the parameters."""
 
     values: dict[str, Array]
     partials: EquationPartials
     along: StateDirections
-    vdot: Array
     dvdot: Array
     dlam: Array
     dzdot: Array
     theta: Array
     dtheta: Array
-    matrix: Array
-    Aq: Array
-    Av: Array
+    forced: Array
+
+    @property
+    def matrix(self) -> Array:
+        """Matrix of the equations for accelerations and multipliers."""
+        e, nv = self.partials, len(self.theta)
+        return bordered_matrix(e.Ja[0, :nv], e.Jv[0, len(e.Jv[0]) - len(self.dlam) :])
 
     @property
     def row(self) -> Array:
@@ -329,10 +325,11 @@ class LinearizedStart:
 
     @property
     def moved_far(self) -> bool:
-        """Whether steps onto the constraints changed the requested state by more than rounding."""
+        """Whether steps onto the constraints changed the requested state by more than rounding: second derivatives
+        would have to follow them."""
         q = product.difference(self.equations.model.factors, self.asked.q, self.q)
         off = [np.max(np.abs(x), initial=0.0) for x in (q, self.asked.v - self.v, self.q, self.v)]
-        return bool(off[0] > FINITE * (1.0 + off[2]) or off[1] > FINITE * (1.0 + off[3]))
+        return bool(off[0] > COMPUTED * (1.0 + off[2]) or off[1] > COMPUTED * (1.0 + off[3]))
 
     def tangents(self, along: StateDirections, stages: Sequence[Stage]) -> tuple[Array, Array]:
         """Return the changes, along directions, of the state of ``LinearSteps`` and of the first recorded row. The
@@ -361,16 +358,15 @@ class LinearizedStart:
             of_this, of_lam, of_zdot = of_this + back.vdot, back.lam, back.zdot
         solved = np.linalg.solve(stage.matrix.T, np.concatenate([of_this, of_lam]))
         multipliers = np.concatenate([solved[:nv], of_zdot, np.zeros(equations.holonomic + nl)])
-        tau = solved[nv:]
-        of_q = -(multipliers @ stage.partials.Jq[0]) - tau @ stage.Aq
-        of_v = -(multipliers @ stage.partials.Jv[0]) - tau @ stage.Av
+        by_variables = np.concatenate([of_this, of_lam, of_zdot]) @ stage.forced
+        of_q, of_v, of_z, _ = np.split(by_variables, np.cumsum([nv, nv, nz]))
         s, half = STAGES[number] * self.step, 0.5 * STAGES[number] * self.step
         of_theta = product.tangent(factors, stage.theta).T @ of_q
         back.q = back.q + product.transport(factors, stage.theta).T @ of_q
         back.v = back.v + of_v + s * of_theta
-        back.z = back.z - multipliers @ stage.partials.Jz[0]
+        back.z = back.z + of_z
         back.vdot = back.vdot + s * of_v + s * half * of_theta
-        return multipliers, tau, of_q
+        return multipliers, solved[nv:], of_q
 
     def input_derivatives(self, state: Array, record: Array) -> Array:
         """Return the derivatives, (2, nu), of state . s + record . r by the inputs at the first two rows. s is the
@@ -392,7 +388,7 @@ class LinearizedStart:
         start itself; two more, half a step and a step ahead, if ``share`` is not 0."""
         nothing = np.zeros_like(self.v), np.zeros_like(along.dv)
         stages = [self._stage(0.0, self.q, self.v, along, *nothing)]
-        vdot, dvdot = stages[0].vdot, stages[0].dvdot
+        vdot, dvdot = stages[0].values["a"][0], stages[0].dvdot
         for stage in STAGES[1:] if self.share else ():
             s, half = stage * self.step, 0.5 * stage * self.step
             factors = self.equations.model.factors
@@ -405,27 +401,11 @@ class LinearizedStart:
 
     def _stage(self, share: float, q: Array, v: Array, along: StateDirections, theta: Array, dtheta: Array) -> Stage:
         """Return the accelerations, with changes along directions, at a state q, v that is `share` of a step ahead."""
-        equations = self.equations
-        nv, nz, nl = equations.nv, equations.nz, equations.nl
+        nv, nl = self.equations.nv, self.equations.nl
         values, partials = self._accelerate(share, q, v) if share else self.first
-        vdot = values["a"][0]
-        right = partials.Jq[0] @ along.dq + partials.Jv[0] @ along.dv + partials.Jz[0] @ along.dz
-        right = right + partials.P[0] @ along.dp
-        dzdot = -right[nv : nv + nz]
-        M = partials.Ja[0][:nv]
-        if not nl:
-            dvdot = np.linalg.solve(M, -right[:nv])
-            none = np.zeros((0, right.shape[1]))
-            return Stage(values, partials, along, vdot, dvdot, none, dzdot, theta, dtheta, M, *np.zeros((2, 0, nv)))
-        B = partials.Jv[0, nv + nz + equations.holonomic :]
-        by_state = equations.of("acceleration_partials", values)
-        below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
-        below = below + equations.acceleration_parameters(values)[0] @ along.dp
-        matrix = bordered_matrix(M, B)
-        solution = np.linalg.solve(matrix, -np.concatenate([right[:nv], below]))
-        of_constraints = by_state["Aq"][0], by_state["Av"][0]
-        dvdot, dlam = solution[:nv], solution[nv:]
-        return Stage(values, partials, along, vdot, dvdot, dlam, dzdot, theta, dtheta, matrix, *of_constraints)
+        forced = self.equations.forced_changes(values, partials)[0]
+        moved = forced @ np.concatenate([along.dq, along.dv, along.dz, along.dp])
+        return Stage(values, partials, along, *np.split(moved, [nv, nv + nl]), theta, dtheta, forced)
 
     @cached_property
     def first(self) -> tuple[dict[str, Array], EquationPartials]:
@@ -433,13 +413,11 @@ class LinearizedStart:
         return self._accelerate(0.0, self.q, self.v)
 
     def _accelerate(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:
-        equations = self.equations
-        zeros = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
         times = np.array([self.t + share * self.step])
-        states = States(times, q[None], v[None], *zeros, self.z[None])
-        values = equations.values(states, self.prescribed_at(share), self.moved_inputs(times))
-        values = equations.with_accelerations(values)
-        return values, equations.partials(values)
+        given = self.prescribed_at(share), self.moved_inputs(times)
+        values = _values(self.equations, InitialState(q, v, self.z), times, *given)
+        values = self.equations.with_accelerations(values)
+        return values, self.equations.partials(values)
 
 
 def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inertia: Array) -> StateDirections:
@@ -454,27 +432,45 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     along : directions before the projection
     inverse_inertia : (nv,) W; empty if there is none
     """
-    equations = start.equations
-    nv, nz, nh = equations.nv, equations.nz, equations.holonomic
-    times, prescribed, (_, partials) = np.array([start.t]), start.prescribed_at(0.0), start.first
-    M = partials.Ja[0][:nv]
-    by_q, by_v, by_p = partials.Jq[0][nv + nz :], partials.Jv[0][nv + nz :], partials.P[0][nv + nz :]
-    dq, dv, far = along.dq, along.dv, start.moved_far
+    equations, (values, partials) = start.equations, start.first
+    dq, dv, dp = along.dq, along.dv, along.dp
+    if start.moved_far:
+        given = np.array([start.t]), start.prescribed_at(0.0)
+        dq = moved_positions(equations, start.asked, *given, dq, dp)
+        dq = nearest_changes(equations, partials, dq[np.newaxis], dv, dp)[0][0]
+        dv = moved_velocities(equations, InitialState(start.q, start.asked.v, start.z), *given, dq, dv, dp)
+    (dq,), (dv,) = nearest_changes(equations, partials, dq[np.newaxis], dv, dp)
+    if inverse_inertia.size:
+        dp = np.concatenate([dp, changes_of_weights(equations, values, inverse_inertia[np.newaxis], dq, dp)[0]])
+    return StateDirections(dq, dv, along.dz, dp)
+
+
+def nearest_changes(
+    equations: StepEquations, partials: EquationPartials, dq: Array, dv: Array, dp: Array
+) -> tuple[Array, Array]:
+    """Return changes of positions and velocities, (n, nv, directions) each, moved onto the constraints: the nearest in
+    the metric of M. `partials` are of e at n states, `dp` changes of parameters."""
+    nv, nh = equations.nv, equations.holonomic
+    rows, M = slice(nv + equations.nz, None), partials.Ja[:, :nv]
+    by_q, by_v, by_p = partials.Jq[:, rows], partials.Jv[:, rows], partials.P[:, rows]
     if nh:
-        if far:
-            dq = moved_positions(equations, start.asked, times, prescribed, dq, along.dp)
-        dq = dq - nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
-    if far:
-        behind = InitialState(start.q, start.asked.v, start.z)
-        dv = moved_velocities(equations, behind, times, prescribed, dq, dv, along.dp)
-    rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
-    dv = dv - nearest(M, by_v[nh:], rates)
-    if not inverse_inertia.size:
-        return StateDirections(dq, dv, along.dz, along.dp)
-    _, by_q, by_p = inertia_partials(equations, start.first[0])
-    diagonal = by_q[0] @ dq + by_p[0] @ along.dp  # change of M_ii
-    dW = -(inverse_inertia**2 * follows_inertia(inverse_inertia, M))[:, np.newaxis] * diagonal
-    return StateDirections(dq, dv, along.dz, np.concatenate([along.dp, dW]))
+        dq = dq - _nearest(M, by_q[:, :nh], by_q[:, :nh] @ dq + by_p[:, :nh] @ dp)
+    rates = by_q[:, nh:] @ dq + by_v[:, nh:] @ dv + by_p[:, nh:] @ dp
+    return dq, dv - _nearest(M, by_v[:, nh:], rates)
+
+
+def _nearest(M: Array, B: Array, off: Array) -> Array:
+    """Return the least x (n, nv, columns) in the metric of M with B x = off."""
+    by_row = np.linalg.solve(regular_inertia(M, B, np.ones(M.shape[-1])), np.swapaxes(B, -1, -2))
+    result: Array = by_row @ np.linalg.solve(B @ by_row, off)
+    return result
+
+
+def changes_of_weights(equations: StepEquations, values: Mapping[str, Array], W: Array, dq: Array, dp: Array) -> Array:
+    """Return changes of W = 1/M_ii (n, nv) along dq and dp, (n, nv, directions), at n states with input blocks."""
+    M, by_q, by_p = inertia_partials(equations, values)
+    result: Array = -(W**2 * follows_inertia(W, M))[..., np.newaxis] * (by_q @ dq + by_p @ dp)
+    return result
 
 
 def position_weights(M: Array, angular: NDArray[np.bool_]) -> Array:
@@ -513,10 +509,3 @@ def inertia_partials(equations: StepEquations, values: Mapping[str, Array]) -> t
     ]
     by_q, by_p = ((block[:, 1:] - block[:, :1])[:, unit, unit] for block in each[1:])
     return each[0][:, 0], by_q, np.concatenate([by_p, np.zeros((count, nv, equations.driven))], axis=2)
-
-
-def nearest(M: Array, B: Array, off: Array) -> Array:
-    """Return the least x (..., nv, columns) in the metric of M with B x = off."""
-    by_row = np.linalg.solve(regular_inertia(M, B, np.ones(M.shape[-1])), np.swapaxes(B, -1, -2))
-    result: Array = by_row @ np.linalg.solve(B @ by_row, off)
-    return result

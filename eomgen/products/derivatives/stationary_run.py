@@ -16,22 +16,15 @@ import numpy as np
 from scipy import fft
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.equations import rows_of
 from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.second_order import StartSecondDerivatives
 
-#: Tolerated acceleration of the constant state, relative to the largest by a parameter; the same of rates.
-_BALANCED = 1e-9
-#: Tolerated difference of partials in the state from row to row, relative to the largest of them.
-_CONSTANT = 1e-12
 #: Bytes of partials at all rows above which a run is taken part by part, by its own state.
 _MOST_BYTES = 2**27
-#: Rows that are looked at before all of them are.
-_FEW = 8
-#: An output with partials in the state equal to other outputs' up to this part is none of its own.
-_SPANNED = 1e-12
 
 
 class StationaryRun:
@@ -62,7 +55,7 @@ class StationaryRun:
         row = run.motion.first_row
         rows = np.repeat(row[np.newaxis], run.motion.steps + 1, axis=0)
         rows[:, 0] = run.run.grid.start + run.run.grid.step * np.arange(len(rows))
-        for chosen in (rows[:: -(-len(rows) // _FEW)], rows):  # a few rows decide for most scenes
+        for chosen in (rows[:: -(-len(rows) // 8)], rows):  # a few rows decide for most scenes
             part = run.linearise_part(RunSegment(0, chosen, run.motion.start["a"]))
             if not _is_constant(run, part):
                 return None
@@ -161,7 +154,7 @@ class StationaryRun:
         (n, components, parameters)."""
         basis = np.eye(self.run.linear.record_size)[:, self._bent_by]
         shares = np.linalg.lstsq(self._asked, basis, rcond=None)[0]
-        left = np.linalg.norm(basis - self._asked @ shares, axis=0) > _SPANNED
+        left = np.linalg.norm(basis - self._asked @ shares, axis=0) > SUMMED
         known = self._tangents(self._asked, self._responses)
         result: Array = np.einsum("nfp,fc->ncp", known, shares)
         if left.any():
@@ -196,14 +189,15 @@ class StationaryRun:
 
 
 def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:
-    """Return whether the first row solves the equations at all rows, and their partials in the state are the same."""
+    """Return whether the first row solves the equations at all rows, and their partials in the state are the same.
+    Accelerations and rates that are left are relative to the largest by a parameter."""
     equations, states, blocks = run.equations, part.states, part.blocks
     if np.any(states.v):
         return False
     partials = equations.partials(blocks)
     by_output, _ = equations.output_partials(blocks)
     for matrices in (partials.Jq, partials.Jv, partials.Ja, partials.Jz, by_output):
-        if np.any(np.abs(matrices - matrices[0]) > _CONSTANT * np.max(np.abs(matrices[0]), initial=0.0)):
+        if np.any(np.abs(matrices - matrices[0]) > SUMMED * np.max(np.abs(matrices[0]), initial=0.0)):
             return False
     nv = equations.nv
     residual = equations.of("residual", {**blocks, "a": np.zeros_like(states.a)})["r"][:, :, np.newaxis]
@@ -214,10 +208,10 @@ def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:
         float(np.max(np.einsum("nri,rs,nsi->ni", vectors, inverse, vectors), initial=0.0))
         for vectors in (residual, pushed)
     )
-    if not left <= _BALANCED**2 * largest:
+    if not left <= COMPUTED**2 * largest:
         return False
     if not equations.nz:
         return True
     rate = equations.of("internal_rate", blocks)["zdot"]
     sizes = np.abs(partials.Jz[:, nv:]) @ np.abs(states.z[0])
-    return bool(np.all(np.abs(rate) <= _BALANCED * (sizes + np.max(np.abs(partials.P[:, nv:]), axis=(0, 2)))))
+    return bool(np.all(np.abs(rate) <= COMPUTED * (sizes + np.max(np.abs(partials.P[:, nv:]), axis=(0, 2)))))

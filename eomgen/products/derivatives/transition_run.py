@@ -30,7 +30,7 @@ from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.partitioned_steps import PartitionedOperations
 from eomgen.products.derivatives.start import on_constraints
 from eomgen.products.derivatives.steps import runge_kutta, variational
-from eomgen.simulation.stepping.states import PrescribedInputs, States
+from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
 
 @dataclass(frozen=True)
@@ -77,10 +77,11 @@ class TransitionRun(LinearRun[TransitionPart]):
 
     def linearise_part(self, part: RunSegment) -> TransitionPart:
         """Return a part of the run made linear. Raises NumericalError if derivatives of a step are not finite."""
-        states, prescribed = self.states(part)
+        states = states_of(part.rows, self.run.model)
+        prescribed = self.prescribe(states.t)
         blocks = self.blocks(states, prescribed)
         partials = self.equations.partials(blocks)
-        forced = self.equations.forced_changes(blocks, partials)
+        forced = self.equations.forced_changes(blocks, partials)[:, : self.equations.nv + self.equations.nl]
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
         first, last = (
             PrescribedInputs(*(None if array is None else array[rows] for array in prescribed))
@@ -105,7 +106,7 @@ class TransitionRun(LinearRun[TransitionPart]):
         parts = np.split(ends, [2 * equations.nv], axis=1), np.split(forced, [equations.nv], axis=1)
         return np.concatenate([parts[0][0], parts[1][0], parts[0][1], parts[1][1]], axis=1)
 
-    def take_back(self, part: TransitionPart, direct: Array, state: Array, gradient: Array) -> None:
+    def take_back(self, part: TransitionPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
         """Take adjoints back through the transitions of a part, in place; see ``LinearRun``."""
         size, equations = self.size_of_state, self.equations
         nv, nz = equations.nv, equations.nz
@@ -122,3 +123,4 @@ class TransitionRun(LinearRun[TransitionPart]):
             now = part.transitions[step, :, :size].T @ ends[step]
         state[:] = now
         gradient += np.einsum("nsp,nsf->pf", part.transitions[:, :, size:], ends)
+        return np.empty(0), np.empty(0)

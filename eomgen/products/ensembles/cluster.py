@@ -11,20 +11,20 @@ import os
 import time
 import uuid
 import warnings
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from eomgen.base.data import dataclass, field, replace
+from eomgen.base.data import replace
 from eomgen.base.files import write_bytes
 from eomgen.base.products import optional_package
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
-from eomgen.errors import FileError, Problem, UsageError
-from eomgen.products.ensembles.parts import EnsemblePart, Refusal, RemoteSource
+from eomgen.errors import EomgenError, FileError, Problem, UsageError
+from eomgen.products.ensembles.parts import EnsemblePart, RemoteSource
 from eomgen.products.ensembles.samples import EXTREMES, SampleBlock, SampleRunner
 
 #: Name of a cluster of this machine's own processes.
@@ -36,47 +36,13 @@ _PART = 2.0
 _FIRST = 16
 #: Number of parts for each thread of the cluster that are sent before the first part is reduced.
 _AHEAD = 3
-#: Bytes of the results of a part, and of all parts ahead, at most.
-_LARGEST, _ALL_AHEAD = 2**25, 2**30
-#: Number of retries of a part after an unexpected error of its worker, and seconds within which a scheduler has to
-#: answer.
-_RETRIES, _PATIENCE = 3, 15.0
-#: Seconds between two questions to the scheduler how many threads there are.
-_SELDOM = 2.0
+#: Seconds within which a scheduler has to answer.
+_PATIENCE = 15.0
 #: Dask's settings return free memory to the system at once, which takes half of the time of samples. The allocator
 #: reads its settings at the start of a process: the ``env`` of ``LocalCluster`` comes too late.
 _SPAWNED_WITH = "distributed.nanny.pre-spawn-environ"
 _ALLOCATION = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25, "MALLOC_ARENA_MAX": 1}
-#: By default workers sample their stacks every hundredth of a second, without use here.
-_QUIET = {"distributed.worker.profile.enabled": False}
 _INSTALL = "pip install 'eomgen[dask]'"
-
-
-@dataclass
-class Machines:
-    """A cluster that runs samples.
-
-    Attributes
-    ----------
-    name : for messages
-    notes : further notes on the runs, after the end
-    how : the ways in which samples were run, of ``SampleRunner``
-    """
-
-    client: Any
-    name: str
-    notes: tuple[str, ...] = ()
-    how: set[str] = field(default_factory=set)
-
-    def blocks(self, work: SampleRunner, first: int, total: int) -> Generator[SampleBlock]:
-        """Yield the blocks of samples in order, beginning with sample ``first``.
-
-        Raises
-        ------
-        EomgenError
-            A worker cannot run samples, or is lost over and over; the scheduler is lost.
-        """
-        yield from _ClusterEnsemble(self, work, total).parts(first)
 
 
 @contextmanager
@@ -99,39 +65,45 @@ def connect_cluster(cluster: object, workers: int | None) -> Iterator[Machines]:
         fault = "a cluster that is given has its own workers [E0638]"
         raise UsageError(Problem("workers", fault, f"without it, or the cluster {LOCAL!r} of so many processes"))
     with ExitStack() as stack:
-        client, name = _client(distributed, cluster, workers, stack)
-        _check_versions(client, name)
-        yield Machines(client, name)
+        client = _client(distributed, cluster, workers, stack)
+        address = client.scheduler.address if client.scheduler is not None else client
+        machines = Machines(client, LOCAL if cluster == LOCAL else str(address))
+        machines.check_versions()
+        yield machines
 
 
-def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitStack) -> tuple[Any, str]:
-    """Return a Dask client for a cluster as in ``connect_cluster``, and a name for messages. Clients and processes that
-    are created here are closed with the stack. Raises UsageError or FileError."""
+def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitStack) -> Any:
+    """Return a Dask client for a cluster as in ``connect_cluster``. Clients and processes that are created here are
+    closed with the stack. Raises UsageError or FileError."""
     if isinstance(cluster, distributed.Client):
         if cluster.asynchronous:
             fault = "the client is asynchronous, and this call waits [E0641]"
             raise UsageError(Problem("cluster", fault, "Client(address), without asynchronous=True"))
-        return cluster, _cluster_name(cluster)
+        return cluster
     options: dict[str, Any] = {"timeout": _PATIENCE, "set_as_default": False}
     if cluster == LOCAL:
-        count = thread_count() if workers is None else workers
-        made = _start_processes(lambda: processes(count))
-        stack.enter_context(made)
-        return stack.enter_context(distributed.Client(made, **options)), f"of {count} processes"
+        try:
+            cluster = stack.enter_context(processes(thread_count() if workers is None else workers))
+        except (RuntimeError, OSError) as error:
+            fault = f"its processes did not start: {_first_line(error)} [E0643]"
+            hint = 'if __name__ == "__main__": around the statements of a script, since each process imports the script'
+            raise UsageError(Problem(f"cluster {LOCAL}", fault, hint)) from None
     if hasattr(cluster, "scheduler_address"):
-        client = stack.enter_context(distributed.Client(cluster, **options))
-        return client, _cluster_name(client)
+        return stack.enter_context(distributed.Client(cluster, **options))
     if not isinstance(cluster, str | os.PathLike) or not str(cluster):
         hint = f"{LOCAL!r}, 'tcp://host:8786', the path of a scheduler file, a Client or a cluster of Dask"
         raise UsageError(Problem("cluster", f"{cluster!r} is not a cluster [E0642]", hint))
     text = os.fspath(cluster)
-    if "://" in text:
-        return stack.enter_context(_connect_client(text, lambda: distributed.Client(text, **options))), text
-    if not Path(text).is_file():
-        fault = f"there is no scheduler file {text} [E0640]"
+    place = "address" if "://" in text else "scheduler_file"
+    if place == "scheduler_file" and not Path(text).is_file():
         hint = f"{LOCAL}, an address such as tcp://host:8786, or the file of dask scheduler --scheduler-file"
-        raise FileError(Problem("cluster", fault, hint))
-    return stack.enter_context(_connect_client(text, lambda: distributed.Client(scheduler_file=text, **options))), text
+        raise FileError(Problem("cluster", f"there is no scheduler file {text} [E0640]", hint))
+    try:
+        return stack.enter_context(distributed.Client(**{place: text}, **options))
+    except (OSError, ValueError, KeyError, TimeoutError) as error:
+        fault = f"no scheduler answers: {_first_line(error)} [E0644]"
+        hint = "the address that dask scheduler prints, and a network that lets it through"
+        raise FileError(Problem(f"cluster {text}", fault, hint)) from None
 
 
 def processes(count: int) -> Any:
@@ -140,11 +112,11 @@ def processes(count: int) -> Any:
     standard: dict[str, Any] = settings.get(_SPAWNED_WITH, {})
     for name, number in _ALLOCATION.items():
         by_dask = str(standard.get(name, ""))
-        if (
-            os.environ.get(name, by_dask) == by_dask
-        ):  # clusters leave theirs in this process, which goes before settings
+        # clusters leave theirs in this process, which goes before settings
+        if os.environ.get(name, by_dask) == by_dask:
             os.environ[name] = str(number)
-    with settings.set({_SPAWNED_WITH: {**standard, **_ALLOCATION}, **_QUIET}):
+    quiet = {"distributed.worker.profile.enabled": False}  # which samples stacks every hundredth of a second
+    with settings.set({_SPAWNED_WITH: {**standard, **_ALLOCATION}, **quiet}):
         return distributed.LocalCluster(
             n_workers=count,
             threads_per_worker=1,
@@ -155,86 +127,72 @@ def processes(count: int) -> Any:
         )
 
 
-def _cluster_name(client: Any) -> str:
-    return str(client.scheduler.address if client.scheduler is not None else client)
-
-
-def _start_processes(start: Callable[[], Any]) -> Any:
-    """Return the cluster of local processes that `start` makes. Raises UsageError if processes do not start."""
-    try:
-        return start()
-    except (RuntimeError, OSError) as error:
-        fault = f"its processes did not start: {_first_line(error)} [E0643]"
-        hint = 'if __name__ == "__main__": around the statements of a script, since each process imports the script'
-        raise UsageError(Problem(f"cluster {LOCAL}", fault, hint)) from None
-
-
-def _connect_client(name: str, connect: Callable[[], Any]) -> Any:
-    """Return the client that `connect` makes. Raises FileError, with the cluster's `name`, if no scheduler answers."""
-    try:
-        return connect()
-    except (OSError, ValueError, KeyError, TimeoutError) as error:
-        fault = f"no scheduler answers: {_first_line(error)} [E0644]"
-        hint = "the address that dask scheduler prints, and a network that lets it through"
-        raise FileError(Problem(f"cluster {name}", fault, hint)) from None
-
-
 def _first_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}".splitlines()[0].rstrip(".: ")
 
 
-def _check_versions(client: Any, name: str) -> None:
-    """Raise UsageError if a worker of the client has another version of eomgen, or none; `name` of the cluster is for
-    messages."""
+class Machines:
+    """A cluster that runs samples: sends parts, receives results, and chooses the size of parts by measured times.
 
-    def version_there() -> str:  # sent by value, since it is a local function: a worker may have no such module
-        module = "eomgen.base.version"
-        try:
-            return str(importlib.import_module(module).__version__)
-        except ImportError:
-            return ""
+    Attributes
+    ----------
+    name : for messages
+    notes : further notes on the runs, after the end
+    how : the ways in which samples were run, of ``SampleRunner``
+    """
 
-    for address, version in sorted(client.run(version_there).items()):
-        if version != __version__:
-            fault = f"its eomgen is {version}, and here it is {__version__} [E0645]"
-            if not version:
-                fault = f"it has no eomgen, and here it is {__version__} [E0646]"
-            hint = f"pip install eomgen=={__version__} where it runs"
-            raise UsageError(Problem(f"cluster {name}, worker {address}", fault, hint))
-
-
-class _ClusterEnsemble:
-    """The run of one ensemble's samples on a cluster: sends parts, receives results, and chooses the size of parts by
-    measured times."""
-
-    def __init__(self, machines: Machines, work: SampleRunner, total: int) -> None:
-        self._machines, self._client, self._work, self._total = machines, machines.client, work, total
-        self._shipment = RemoteSource.of(f"eomgen-{uuid.uuid4().hex}", work)
+    def __init__(self, client: Any, name: str) -> None:
+        self._client, self.name = client, name
+        self.notes: tuple[str, ...] = ()
+        self.how: set[str] = set()
         self._per_sample = 0.0
-        self._bytes = 8 * len(work.columns) * (len(work.thinned) + len(EXTREMES))
         self._threads, self._asked, self._lonely = 0, 0.0, False
-        self._codes: set[str] = {work.model.library.digest}
+        self._codes: set[str] = set()
 
-    def parts(self, first: int) -> Iterator[SampleBlock]:
+    def check_versions(self) -> None:
+        """Raise UsageError if a worker has another version of eomgen, or none."""
+
+        def version_there() -> str:  # sent by value, since it is a local function: a worker may have no such module
+            module = "eomgen.base.version"
+            try:
+                return str(importlib.import_module(module).__version__)
+            except ImportError:
+                return "not installed"
+
+        for address, version in sorted(self._client.run(version_there).items()):
+            if version != __version__:
+                fault = f"its eomgen is {version}, and here it is {__version__} [E0645]"
+                hint = f"pip install eomgen=={__version__} where it runs"
+                raise UsageError(Problem(f"cluster {self.name}, worker {address}", fault, hint))
+
+    def blocks(self, work: SampleRunner, first: int, total: int) -> Generator[SampleBlock]:
         """Yield the blocks of samples in order from sample `first` on; parts run on the cluster ahead. Solutions of
         kept samples are written on the way. After any end, parts left on the cluster are cancelled, and notes are
-        set."""
+        set.
+
+        Raises
+        ------
+        EomgenError
+            A worker cannot run samples, or is lost over and over; the scheduler is lost.
+        """
         distributed = importlib.import_module("distributed")
         from eomgen.products.ensembles.worker import SourceDelivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 
-        name = self._shipment.ensemble
+        name = f"eomgen-{uuid.uuid4().hex}"
+        shipment, of_sample = RemoteSource.of(name, work), 8 * len(work.columns) * (len(work.thinned) + len(EXTREMES))
+        self._codes = {work.model.library.digest}
         pending: dict[Any, tuple[int, int]] = {}
         finished = distributed.as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
         done: dict[int, EnsemblePart] = {}
         sent, wanted = first, first  # the first samples that were not sent, and that were not given
         try:
-            self._client.register_plugin(SourceDelivery(self._shipment), name=name)
-            while wanted < self._total:
-                while sent < self._total and len(pending) + len(done) < _AHEAD * max(self._count(), 1):
-                    count = self._size(self._total - sent)
-                    values = np.ascontiguousarray(self._work.design.values(sent, count))
+            self._client.register_plugin(SourceDelivery(shipment), name=name)
+            while wanted < total:
+                while sent < total and len(pending) + len(done) < _AHEAD * max(self._count(), 1):
+                    count = self._size(total - sent, of_sample)
+                    values = np.ascontiguousarray(work.design.values(sent, count))
                     future = self._client.submit(
-                        run_part, name, sent, values, key=f"{name}-{sent}", pure=False, retries=_RETRIES
+                        run_part, name, sent, values, key=f"{name}-{sent}", pure=False, retries=3
                     )
                     pending[future] = (sent, count)
                     finished.add(future)
@@ -245,44 +203,47 @@ class _ClusterEnsemble:
                 future.release()
                 while (part := done.pop(wanted, None)) is not None:
                     for number, data in part.solutions.items():
-                        write_bytes(self._work.file(number), data)
+                        write_bytes(work.file(number), data)
                     wanted += len(part.block.values)
                     yield part.block
         finally:
             with suppress(Exception):  # the cluster may be gone
                 self._client.cancel(list(pending), force=True)
                 self._client.unregister_worker_plugin(name)
-            self._machines.notes = self._notes()
+            if (count := len(self._codes)) > 1:
+                note = f"the model was compiled to {count} different codes, whose last digits may differ but with the"
+                self.notes = (f"{note} profile reproducible [W0052]",)
 
     def _count(self) -> int:
         """Return the number of threads of the cluster, asked every two seconds; warns once if there are no workers."""
-        if (now := time.monotonic()) - self._asked > _SELDOM or not self._threads:
+        if (now := time.monotonic()) - self._asked > _PART or not self._threads:
             self._threads, self._asked = sum(self._client.nthreads().values()), now
             if not self._threads and not self._lonely:
                 self._lonely = True
-                message = f"cluster {self._machines.name} has no workers: the samples wait for the first one [W0051]"
+                message = f"cluster {self.name} has no workers: the samples wait for the first one [W0051]"
                 warnings.warn(message, RuntimeWarning, stacklevel=2)
         return self._threads
 
-    def _size(self, left: int) -> int:
-        """Return the number of samples of the next part, given the number of remaining samples."""
+    def _size(self, left: int, of_sample: int) -> int:
+        """Return the number of samples of the next part, given the number of remaining samples and bytes of one."""
         threads = max(self._threads, 1)
         wanted = _FIRST if not self._per_sample else int(_PART / self._per_sample)
-        bytes_each = min(_LARGEST, _ALL_AHEAD // (_AHEAD * threads))
-        wanted = min(wanted, -(-left // (2 * threads)), bytes_each // self._bytes)
+        bytes_each = min(2**25, 2**30 // (_AHEAD * threads))  # of the results of a part, of all parts ahead
+        wanted = min(wanted, -(-left // (2 * threads)), bytes_each // of_sample)
         return max(1, wanted - wanted % _FIRST if wanted > _FIRST else wanted)
 
     def _take_result(self, begin: int, count: int, status: str, result: Any) -> EnsemblePart:
         """Return the result of the part with `count` samples from `begin` on, and note its time, code and way. Raises
         the worker's error of eomgen, or FileError if the part has no result; `status` is Dask's."""
-        where = f"cluster {self._machines.name}"
-        if isinstance(result, Refusal):
-            raise result.kind([replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems])
+        where = f"cluster {self.name}"
+        if isinstance(result, EomgenError):
+            problems = [replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems]
+            raise type(result)(problems)
         if isinstance(result, EnsemblePart):
             each = result.seconds / count
             self._per_sample = each if not self._per_sample else 0.7 * self._per_sample + 0.3 * each
             self._codes.add(result.code)
-            self._machines.how.add(result.how)
+            self.how.add(result.how)
             return result
         samples = f"samples {begin} to {begin + count - 1}" if count > 1 else f"sample {begin}"
         error = result[1] if isinstance(result, tuple) else result
@@ -298,11 +259,3 @@ class _ClusterEnsemble:
         else:
             fault, hint = "the scheduler, or the connection to it, is lost [E0651]", "resume, when there is one again"
         raise FileError(Problem(where, fault, hint))
-
-    def _notes(self) -> tuple[str, ...]:
-        if len(self._codes) == 1:
-            return ()
-        message = (
-            f"the model was compiled to {len(self._codes)} different codes, here and on the workers: the last digits"
-        )
-        return (f"{message} may depend on which of them ran a sample, but with the profile reproducible [W0052]",)

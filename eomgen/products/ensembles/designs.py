@@ -17,7 +17,6 @@ from eomgen.products.ensembles.distributions import Distribution
 
 #: From the first sample and a number of samples to the points of these samples, (n, d), within (0, 1).
 Points = Callable[[int, int], Array]
-_SMALLEST = 2.0**-54
 
 
 @dataclass(frozen=True)
@@ -144,7 +143,8 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
     points = DESIGNS[name](samples, dimensions, seed)
 
     def values(first: int, count: int) -> Array:
-        inside = np.clip(points(first, count), _SMALLEST, 1.0 - 2.0**-53)
+        eps = np.finfo(float).epsneg
+        inside = np.clip(points(first, count), 0.5 * eps, 1.0 - eps)
         columns = [item.quantiles(inside[:, k]) for k, item in enumerate(distributions)]
         return np.stack(columns, axis=-1) if columns else np.zeros((count, 0))
 

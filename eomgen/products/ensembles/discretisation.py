@@ -1,7 +1,5 @@
 """Errors by the steps of an ensemble's runs: estimates for a few samples, and random processes that the steps do not
-resolve.
-
-Random processes that the steps of a run do not resolve: the share of their variance above the steps' frequency.
+resolve, by the share of their variance above the steps' frequency.
 
 A sine above half the frequency of the steps is aliased to a slower sine, also in runs at other steps, so comparison
 runs cannot show the error. The share is computed from the spectra of the process's own modes.
@@ -27,12 +25,8 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
 from eomgen.system.signals import NormalSeries
 
-#: Maximum number of samples with an error estimate, and ensemble samples per estimate, which bound the cost.
-_MOST, _FOR_EACH = 4, 8
-#: Number of first samples of a design to choose from.
-_CANDIDATES = 4096
-#: Weight of distances in values relative to distances in ranks.
-_TIE = 1e-6
+#: Ensemble samples per sample with an error estimate, which bound the cost.
+_FOR_EACH = 8
 #: Name of the finding on estimated errors, reported by ``SampleErrors``.
 _OF_ERROR = "discretisation_error"
 #: Attributes of a solution that an estimate has under the same name.
@@ -117,7 +111,7 @@ def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> t
     solutions = _with_estimates(work) if examined else {}
     estimates = {number: solution.error for number, solution in solutions.items()}
     every = [nominal.error, *estimates.values()]
-    places = {} if work.alike is None else work.alike.places
+    places = work.alike.places
     columns = {name: _column_error(every, *places[name]) for name in work.columns if name in places}
     step = float(nominal.metadata["settings"]["step"])
     known, told = {finding.name for finding in nominal.findings}, []
@@ -132,15 +126,12 @@ def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> t
 
 
 def _with_estimates(work: SampleRunner) -> dict[int, Solution]:
-    """Run a few samples spread over the design with error estimates; return the solutions of successful ones by number.
-    None are run for small designs."""
+    """Run up to four samples, spread over the first samples of the design, with error estimates; return the solutions
+    of successful ones by number. None are run for small designs."""
     total = work.design.samples
-    count = min(_MOST, total // _FOR_EACH)
     result: dict[int, Solution] = {}
-    if not count:
-        return result
-    values = work.design.values(0, min(_CANDIDATES, total))
-    for number in spread_samples(values, count):
+    values = work.design.values(0, min(4096, total))
+    for number in spread_samples(values, min(4, total // _FOR_EACH)):
         try:
             solution = simulate(work.model, *work.span, **work.options.of(values[number]))
         except EomgenError:  # a failed sample, reported by the ensemble with the reason
@@ -185,7 +176,7 @@ def spread_samples(values: Array, count: int) -> list[int]:
     ranks[:, fixed] = 0.5
     spans = np.where(fixed, 1.0, np.ptp(values, axis=0))
     away = np.linalg.norm((values - np.median(values, axis=0)) / spans, axis=1)
-    distance = np.linalg.norm(ranks - 0.5, axis=1) + _TIE * away
+    distance = np.linalg.norm(ranks - 0.5, axis=1) + 1e-6 * away
     chosen: list[int] = []
     for _ in range(min(count, len(values))):
         distance[chosen] = -1.0
@@ -195,18 +186,13 @@ def spread_samples(values: Array, count: int) -> list[int]:
     return chosen
 
 
-#: Share of the variance above which a process counts as not resolved.
-_REPORTED = 0.01
 #: Steps of the suggested size to the shortest period of so much of the variance.
 _TO_A_PERIOD, _KEPT = 10.0, 0.99
-#: Number of times at which modes are evaluated per shortest wave, and largest number of times.
-_FOR_A_WAVE, _MOST_TIMES = 8, 2**14
-#: Realisations of a translated process.
-_REALISATIONS = 16
 
 
 def unresolved_processes(model: CompiledModel, run: Solution, inputs: Collection[str]) -> list[str]:
-    """Return one sentence for each random process of a scene that the steps of a run do not resolve.
+    """Return one sentence for each random process of a scene that the steps of a run do not resolve: 1 % of its
+    variance or more is of higher frequencies.
 
     Parameters
     ----------
@@ -229,7 +215,7 @@ def unresolved_processes(model: CompiledModel, run: Solution, inputs: Collection
             continue
         above = np.clip((frequencies - highest) / frequencies[1] + 0.5, 0.0, 1.0)  # of each interval
         share = float(power @ above / power.sum())
-        if share > _REPORTED:
+        if share > 0.01:
             within = np.cumsum(power) / power.sum()
             needed = 1.0 / (_TO_A_PERIOD * float(frequencies[np.searchsorted(within, _KEPT)]))
             result.append(
@@ -250,7 +236,7 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
     low, high = process.window
     speed = process.speed or 1.0
     points = max(len(mode.x) for mode in process.modes) * (end - start) * speed / (high - low)
-    count = int(np.clip(max(_FOR_A_WAVE * len(process.modes) / 2.0, 2.0 * points), 64, _MOST_TIMES))
+    count = int(np.clip(max(4.0 * len(process.modes), 2.0 * points), 64, 2**14))  # 8 times for the shortest wave
     times = start + (end - start) * (np.arange(count) + 0.5) / count
     if process.translation is None:
         distance = np.clip(speed * times - process.lag, low, high)
@@ -273,7 +259,7 @@ def _realisations(model: CompiledModel, process: NormalSeries, times: Array) -> 
     places = [names.index(name) for name in process.variables]
     random, parameters = np.random.default_rng(0), np.array(model.parameter_array(None))
     rows = []
-    for _ in range(_REALISATIONS):
+    for _ in range(16):
         parameters[places] = random.standard_normal(len(places))
         rows.append(model.input_values(times, parameters=parameters)[:, column])
     result = np.array(rows)

@@ -26,8 +26,8 @@ from eomgen.products.ensembles.samples import EXTREMES, FailedSample
 from eomgen.products.ensembles.statistics import Ranking, Reduction, ranking
 from eomgen.results.error_estimate import NOTICED, SampleErrors
 
-#: Panels of a figure, and points of a scatter plot, at most.
-_PANELS, _POINTS = 12, 5000
+#: Panels of a figure at most.
+_PANELS = 12
 _COLOUR = "#0B62C4"
 #: Bands by lower and upper probabilities, with opacity.
 _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
@@ -481,20 +481,15 @@ class Ensemble:
         '.png'
         """
 
-        return _draw(self, make_folder(Path(folder)))
-
-
-def _draw(ensemble: Ensemble, folder: Path) -> list[Path]:
-    """Draw fan chart, scatter plots and ranking of an ensemble into a folder; return the files, none if no sample
-    succeeded."""
-    if not ensemble.done or ensemble.done == len(ensemble.failed):
-        return []
-    files = [save_figure(_fans(ensemble), folder / "fan.png")]
-    if ensemble.varied:
-        files.append(save_figure(_scatter(ensemble), folder / "scatter.png"))
-        if (figure := _rankings(ensemble)) is not None:
-            files.append(save_figure(figure, folder / "sensitivity.png"))
-    return files
+        target = make_folder(Path(folder))
+        if self.done == len(self.failed):
+            return []
+        files = [save_figure(_fans(self), target / "fan.png")]
+        if self.varied:
+            files.append(save_figure(_scatter(self), target / "scatter.png"))
+            if (figure := _rankings(self)) is not None:
+                files.append(save_figure(figure, target / "sensitivity.png"))
+        return files
 
 
 def _fans(ensemble: Ensemble) -> Any:
@@ -529,7 +524,7 @@ def _scatter(ensemble: Ensemble) -> Any:
     varied = ensemble.varied[:_PANELS]
     figure = new_figure((0.8 + 2.9 * max(len(varied), 2), 0.6 + 2.5 * len(results)))
     grid = figure.subplots(len(results), len(varied), sharex="col", sharey="row", squeeze=False)
-    stride = -(-ensemble.done // _POINTS)
+    stride = -(-ensemble.done // 5000)
     for row, result in zip(grid, results, strict=True):
         values = ensemble.results[result][::stride]
         for axes, name in zip(row, varied, strict=True):

@@ -60,7 +60,7 @@ class RemoteSource:
         return cls(
             ensemble,
             partial(make, *arguments),
-            text_digest(work.model),
+            work.model.library.fingerprint,
             work.design.name,
             work.design.samples,
             work.options.items,
@@ -89,14 +89,6 @@ class EnsemblePart:
     how: str
 
 
-@dataclass(frozen=True)
-class Refusal:
-    """The reason for which a process cannot run samples; the same for each sample, so there is no retry."""
-
-    kind: type[EomgenError]
-    problems: tuple[Problem, ...]
-
-
 class WorkerState:
     """State of a process for one ensemble: the model, made for the first part."""
 
@@ -106,15 +98,16 @@ class WorkerState:
         self._model: CompiledModel | None = None
         self.stop = threading.Event()
 
-    def run(self, first: int, values: Array) -> EnsemblePart | Refusal | None:
-        """Run the samples from number `first` on, with varied quantities (n, d), in this process. Returns a Refusal if
-        the process can run no samples, and None if ``stop`` was set."""
+    def run(self, first: int, values: Array) -> EnsemblePart | EomgenError | None:
+        """Run the samples from number `first` on, with varied quantities (n, d), in this process. Returns the error for
+        which the process can run no samples, since another attempt would have the same, and None if ``stop`` was
+        set."""
         try:
             model = self._make_model()
             with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
                 return self._part(model, Path(folder), first, values)
         except EomgenError as error:
-            return Refusal(type(error), error.problems)
+            return error
 
     def _part(self, model: CompiledModel, folder: Path, first: int, values: Array) -> EnsemblePart | None:
         sent = self._shipment
@@ -136,20 +129,9 @@ class WorkerState:
         here, or if eomgen's version or the C differs from the sender's."""
         with self._making:
             if self._model is None:
-                if self._shipment.version != __version__:
-                    fault = (
-                        f"eomgen is {__version__} here, and {self._shipment.version} at the start of the"
-                        f" ensemble [E0672]"
-                    )
-                    raise UsageError(Problem("", fault, "the same version on all machines"))
-                model = self._shipment.make()
-                if text_digest(model) != self._shipment.text:
-                    fault = "other C comes of the scene here than at the start of the ensemble [E0673]"
-                    raise UsageError(Problem("", fault, "the same eomgen, with the same templates, on all machines"))
+                sent = self._shipment
+                if sent.version != __version__ or (model := sent.make()).library.fingerprint != sent.text:
+                    fault = f"eomgen is {__version__} here, and makes other C than at the start of the ensemble [E0673]"
+                    raise UsageError(Problem("", fault, f"eomgen {sent.version}, with its templates, on all machines"))
                 self._model = model
             return self._model
-
-
-def text_digest(model: CompiledModel) -> str:
-    """Return an identity of the C of a compiled model, for any compiler."""
-    return model.library.fingerprint

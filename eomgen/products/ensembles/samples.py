@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import threading
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -143,37 +142,9 @@ class LaneRunner:
         return starts, refused
 
 
-def lanes_of(
-    model: CompiledModel, options: VariedOptions, alike: CommonRunData, columns: Sequence[str]
-) -> LaneRunner | str:
-    """Return the runner of samples side by side, or the reason for runs one after the other.
-
-    Parameters
-    ----------
-    model : CompiledModel
-        The model to run.
-    options : VariedOptions
-        Varied quantities, and the options of ``simulate`` common to all samples.
-    alike : CommonRunData
-        Data of a run that all samples share.
-    columns : sequence of str
-        Columns to record.
-    """
-    common = with_scenes_laws(model, options.items, options.common)
-    inputs = [item.name for item in options.items if item.block == "inputs"]
-    initial = any(item.block in ("q", "v", "z") for item in options.items)
-    runs = side_by_side(model, common, inputs, alike, columns, initial_varies=initial)
-    return runs if isinstance(runs, str) else LaneRunner(model, options, runs)
-
-
 _LOG = Log(__name__)
 #: Kept statistics of each column of a run.
 EXTREMES = ("min", "max", "final")
-#: Velocities and internal states from which on a run by steps of its own takes so long that its lanes are filled with
-#: alike samples, which takes 0.3 us a sample: a lane that is done waits for the last of its group.
-_COUPLED = 2
-#: Rows up to which extremes are found row by row.
-_FEW = 8
 
 
 @dataclass(frozen=True)
@@ -217,8 +188,8 @@ class SampleRunner:
     columns : names of the columns of solutions that are looked at
     times : (rows,) s, of the rows of whole runs
     thinned : places of the rows that are reduced
+    alike : common part of the runs
     keep : numbers of samples whose solutions are written to ``folder``, as files that end in ``keep_as``
-    alike : common part of the runs, for runs side by side; None: one after the other
     stop : set if no further sample is to begin
     """
 
@@ -229,10 +200,10 @@ class SampleRunner:
     columns: Sequence[str]
     times: Array
     thinned: Array
+    alike: CommonRunData
     keep: frozenset[int] = frozenset()
     keep_as: str = "npz"
     folder: Path | None = None
-    alike: CommonRunData | None = None
     stop: threading.Event = field(default_factory=threading.Event)
     #: Lock for threads that begin together: one thread makes lanes, the other threads wait.
     _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
@@ -255,28 +226,28 @@ class SampleRunner:
                 failed.append(FailedSample(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
         return SampleBlock(first, values, rows, extremes, tuple(failed))
 
-    def prepare(self) -> None:
-        """Compile the code of runs side by side, if they are possible."""
-        _ = self.lanes  # which compiles the code once
-
     @property
     def lanes(self) -> LaneRunner | str:
-        """The runner of samples side by side, or in words the reason for runs one after the other; made at first
-        use."""
+        """The runner of samples side by side, or in words the reason for runs one after the other; made, with the code
+        compiled, at first use."""
         with self._making:
             if self._made is None:
-                made: LaneRunner | str = "runs side by side are not asked for"
-                if self.alike is not None:
-                    made = lanes_of(self.model, self.options, self.alike, self.columns)
-                self._made = made
-                _LOG.info("%s: samples run %s", self.model.name, how_run(self._made))
+                options = self.options
+                common = with_scenes_laws(self.model, options.items, options.common)
+                inputs = [item.name for item in options.items if item.block == "inputs"]
+                initial = any(item.block in ("q", "v", "z") for item in options.items)
+                runs = side_by_side(self.model, common, inputs, self.alike, self.columns, initial_varies=initial)
+                self._made = runs if isinstance(runs, str) else LaneRunner(self.model, options, runs)
+                _LOG.info("%s: samples run %s", self.model.name, self.how)
             return self._made
 
     @property
     def how(self) -> str:
         """Description of the runs: ``side by side: 4 lanes``, or one after the other and the reason; empty before the
         first block."""
-        return "" if self._made is None else how_run(self._made)
+        if isinstance(self._made, LaneRunner):
+            return f"side by side: {self._made.runs.library.lanes} lanes"
+        return f"one after the other: {self._made}" if self._made else ""
 
     def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
         """Run samples with values (n, d) side by side, fill their rows and extremes in place, and return the indices of
@@ -292,7 +263,7 @@ class SampleRunner:
             if self.stop.is_set():
                 break
             chosen = others[begin : begin + together]
-            if lanes.runs.run.method.chooses_steps and self.model.nv + self.model.nz >= _COUPLED:
+            if lanes.runs.run.method.chooses_steps:  # a lane that is done waits for the last of its group
                 chosen = chosen[neighbours(values[chosen], lanes.runs.library.lanes)]
             tables = lanes.tables(values[chosen])
             alone = tables.alone
@@ -385,28 +356,11 @@ def neighbours(values: Array, lanes: int) -> NDArray[np.intp]:
     return np.asarray(result[result < count], np.intp)
 
 
-def how_run(lanes: LaneRunner | str) -> str:
-    """Return the way in which samples are run, in words.
-
-    Parameters
-    ----------
-    lanes : the runner of samples side by side, or the reason for runs one after the other
-    """
-    if isinstance(lanes, str):
-        return f"one after the other: {lanes}"
-    return f"side by side: {lanes.runs.library.lanes} lanes"
-
-
 def extremes_of(table: Array) -> Array:
     """Return the smallest, the largest and the last value of columns (..., columns, rows), (..., columns, 3)."""
     result = np.empty((*table.shape[:-1], 3))
-    rows = np.moveaxis(table, -1, 0)
-    for row, which in enumerate((np.fmin, np.fmax)):
-        if len(rows) > _FEW:
-            result[..., row] = which.reduce(table, axis=-1)
-        else:  # a reduction along so short an axis takes longer than all else
-            result[..., row] = functools.reduce(which, rows)
-    result[..., 2] = rows[-1]
+    result[..., 0], result[..., 1] = np.fmin.reduce(table, axis=-1), np.fmax.reduce(table, axis=-1)
+    result[..., 2] = table[..., -1]
     return result
 
 

@@ -47,17 +47,8 @@ from eomgen.toolchain.library import LaneLibrary
 _LOOKED_AT = 17
 #: Share of the energies at work by which a total may grow, of 0.49 from which on a run has failed.
 _GAIN = 0.2
-#: A velocity that grows so much in the last quarter may be the method's own.
-_GROWTH = 5.0
 #: Part of the machine, or rad, by which a constraint may be off, of 1e-3 from which on a run has failed.
 _VIOLATION = 1e-4
-#: Largest shortening of a beam's axis, as a part of its length; at 1 the run has failed.
-_SHORTENED = 0.9
-#: Numbers of rows that are looked at together, and groups of lanes, at most: 4 MB stay in a cache, and the heap keeps
-#: them from one group to the next, while 32 MB are allocated by the system each time, page by page.
-_NUMBERS, _GROUPS = 5e5, 1024
-#: Number of columns up to which columns are copied one by one.
-_NARROW = 3
 #: Options of ``simulate`` with which samples may run side by side.
 _OPTIONS = {
     *("method", "rho_inf", "alpha", "beta", "gamma", "order", "tolerance", "settings"),
@@ -134,13 +125,13 @@ class SideBySide:
 
     @property
     def together(self) -> int:
-        """Number of samples that are evaluated together: a multiple of the lanes, limited by the size of their rows in
-        memory."""
+        """Number of samples that are evaluated together: a multiple of the lanes, such that the rows of all take 4 MB,
+        which stay in a cache and are kept by the heap."""
         numbers = (self.run.grid.whole // self.run.every + 3) * self.width
         if self.needs_input_tables:
             numbers += len(self._input_times) * self.model.nu
-        groups = max(1, int(_NUMBERS / (numbers * self.library.lanes)))
-        return self.library.lanes * min(groups, _GROUPS)
+        groups = max(1, int(5e5 / (numbers * self.library.lanes)))
+        return self.library.lanes * min(groups, 1024)
 
     @property
     def width(self) -> int:
@@ -403,7 +394,7 @@ class SideBySide:
         return result
 
     def _grows(self, rows: Array) -> NDArray[np.bool_]:
-        """Return a mask of the lanes whose velocities in the last quarter exceed all earlier ones several times. False
+        """Return a mask of the lanes whose velocities in the last quarter exceed all earlier ones five times. False
         for methods that choose their steps by errors. `rows` are (lanes, rows, width)."""
         if self.run.method.chooses_steps:
             return np.zeros(len(rows), dtype=bool)
@@ -415,7 +406,7 @@ class SideBySide:
                 speeds = np.abs(rows[:, :, 1 + nq + k])
                 before[k], after[k] = speeds[:, : max(late, 1)].max(axis=1), speeds[:, late:].max(axis=1)
             floor = 1e-6 * np.maximum(before, after).max(axis=0, initial=0.0)
-            result: NDArray[np.bool_] = np.any(after > _GROWTH * np.maximum(before, floor), axis=0)
+            result: NDArray[np.bool_] = np.any(after > 5.0 * np.maximum(before, floor), axis=0)
         return result
 
     def _breaks_constraints(self, rows: Array, parameters: Array, largest: Array) -> NDArray[np.bool_]:
@@ -460,12 +451,12 @@ class SideBySide:
         return gain
 
     def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
-        """Return a mask (lanes,) of runs in which a modal beam bends beyond its model, or an element of an exact beam
-        turns by more than half a turn. `rows` are (lanes, rows, width), `parameters` (lanes, np)."""
+        """Return a mask (lanes,) of runs in which a modal beam is shortened by nine tenths, or an element of an exact
+        beam turns by more than half a turn. `rows` are (lanes, rows, width), `parameters` (lanes, np)."""
         lanes = len(rows)
         model, places = self.model, slice(1, 1 + self.model.nq)
         shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
-        result: NDArray[np.bool_] = np.any(shares.reshape(lanes, -1) > _SHORTENED, axis=1)
+        result: NDArray[np.bool_] = np.any(shares.reshape(lanes, -1) > 0.9, axis=1)
         for k in np.flatnonzero(~result) if model.description.exact_beams else ():
             result[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
         return result
@@ -473,7 +464,7 @@ class SideBySide:
 
 def _columns_of(rows: Array, begin: int, end: int) -> Array:
     """Return a contiguous copy of columns of rows; for a few columns, copies one by one take a third of the time."""
-    if end - begin > _NARROW:
+    if end - begin > 3:
         return np.ascontiguousarray(rows[:, begin:end])
     result = np.empty((len(rows), end - begin))
     for k in range(end - begin):

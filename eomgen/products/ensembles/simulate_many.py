@@ -59,19 +59,12 @@ from eomgen.simulation.stepping.time_grid import row_times
 
 #: Seconds that the samples of a block should take: by Ctrl-C so much work is lost, and progress is that old.
 _PART = 2.0
-#: Samples of a block at most, and blocks of a small ensemble at least.
-_LARGEST_BLOCK, _BLOCKS = 256, 16
-#: Least number of blocks shared by threads, and evaluations times degrees of freedom of one block, if runs are short
-#: compared with the work of Python for a block.
-_FEW_BLOCKS, _WORTH_A_BLOCK = 4, 50_000
-#: Largest number of samples of such a block, and numbers kept of all samples.
-_LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK = 4096, 2**20
+#: Blocks of a small ensemble at least, and numbers that a block of short runs keeps at most.
+_BLOCKS, _NUMBERS_OF_A_BLOCK = 16, 2**20
 #: Seconds between two writings of the reduced results, and the least multiple of the time of one.
 _SELDOM, _RARELY = 10.0, 20.0
 #: Files that solutions of samples are kept as.
 _KEPT_AS = ("npz", "parquet")
-#: Columns of results if the caller names none and the scene has no outputs.
-_MOST_COLUMNS = 12
 
 
 @with_options_of(simulate, EnsembleOptions.__annotations__)
@@ -204,8 +197,8 @@ def simulate_many(
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     alike = CommonRunData.of(model, pilot)
-    work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
-    threads = _workers(workers)
+    work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
+    threads = thread_count() if workers is None else count_of("workers", workers)
     with (
         nullcontext() if cluster is None else connect_cluster(cluster, workers) as machines,
         _alone(target),
@@ -260,10 +253,14 @@ def simulate_many(
 
 def _block(samples: int, work: int, numbers: int) -> int:
     """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`
-    counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample."""
-    worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
-    shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
-    return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
+    counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample.
+
+    A block has 256 samples at most, or 4096 of short runs, such that 50 000 evaluations outweigh the work of Python for
+    a block; threads share four blocks at least.
+    """
+    worth = min(-(-50_000 // max(work, 1)), 4096, _NUMBERS_OF_A_BLOCK // numbers)
+    shared = worth if samples <= worth else min(worth, -(-samples // 4))
+    return max(1, shared, min(256, -(-samples // _BLOCKS)))
 
 
 @contextmanager
@@ -337,7 +334,7 @@ def _on_threads(
         return work.block(begin, count), (time.perf_counter() - then) / count
 
     try:
-        work.prepare()
+        _ = work.lanes  # which compiles the code of runs side by side once
         began = time.perf_counter()
         while True:
             while len(waiting) < 2 * workers and sent < total:
@@ -375,10 +372,6 @@ def _rest(
     return {"start": "equilibrium", "initial": state}
 
 
-def _workers(workers: int | None) -> int:
-    return thread_count() if workers is None else count_of("workers", workers)
-
-
 def _make_design(
     model: CompiledModel,
     vary: Mapping[str, str | Distribution] | None,
@@ -411,12 +404,12 @@ def _make_design(
 
 
 def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
-    """Return the names of the columns to record; by default all outputs, else the first coordinates. An output's name
+    """Return the names of the columns to record; by default all outputs, else 12 coordinates. An output's name
     stands for all its components. Raises UsageError for unknown names and for none."""
     known = [name for name in pilot.columns() if name != "t"]
     if wanted is None:
         outputs = [name for name in known if name.startswith("output.")]
-        return outputs or [name for name in known if name.startswith("q.")][:_MOST_COLUMNS]
+        return outputs or [name for name in known if name.startswith("q.")][:12]
     if isinstance(wanted, str):
         wanted = [wanted]
     result = []
@@ -466,17 +459,11 @@ def _check_kept(kept: Collection[int], keep_as: str, target: Path | None) -> Non
 def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | None, *, resume: bool) -> None:
     """Raise UsageError for ``resume`` without a folder, and for checkpoints, which samples do not write."""
     if resume and folder is None:
-        raise UsageError(
-            Problem(
-                "resume", "there is no folder to go on with [E0683]", "folder=..., the folder of the ensemble before"
-            )
-        )
+        raise UsageError(Problem("resume", "there is no folder to go on with [E0683]", "folder=..., of an ensemble"))
     for name in ("checkpoint", "checkpoint_every"):
         if options.get(name) is not None:
             fault = "samples write no checkpoints of their own [E0684]"
-            raise UsageError(
-                Problem(name, fault, "folder=..., and resume=True, which goes on with the finished samples")
-            )
+            raise UsageError(Problem(name, fault, "folder=..., and resume=True, for the finished samples"))
 
 
 def _digest(arrays: Sequence[Array]) -> str:

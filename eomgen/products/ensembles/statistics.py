@@ -250,12 +250,6 @@ def _over(sums: Array, count: Array) -> Array:
     return np.asarray(np.divide(sums, count, out=np.full(sums.shape, np.nan), where=there))
 
 
-#: Samples for each number that varies, at least, for a regression.
-_LEAST = 8
-#: Number of bootstrap resamplings for confidence intervals of indices.
-_RESAMPLED = 200
-
-
 @dataclass(frozen=True)
 class Ranking:
     """Shares of the variance of a result, by varied quantity, largest first.
@@ -304,12 +298,9 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, r
     varying = [name for name, column in values.items() if there.any() and np.ptp(column[there]) > 0.0]
     known = int(there.sum())
     numbers = max(len(varying if known > 1 else values), 1)  # a single sample shows no variation
-    least = _LEAST * numbers
+    least = 8 * numbers
     if known < least:
-        fault = (
-            f"{known} {'sample is' if known == 1 else 'samples are'} too few for"
-            f" {counted(numbers, 'number that varies', 'numbers that vary')} [E0686]"
-        )
+        fault = f"too few samples for {counted(numbers, 'number that varies', 'numbers that vary')}: {known} [E0686]"
         raise UsageError(Problem("sensitivity", fault, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
     if np.ptp(results[there]) > 0.0 and varying:
@@ -335,9 +326,7 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
     if len(results) < asked or not np.all(np.isfinite(results)):
         missing = asked - int(np.isfinite(results).sum())
         fault = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing [E0687]"
-        raise UsageError(
-            Problem("sensitivity", fault, "distributions without the samples that fail, or another design")
-        )
+        raise UsageError(Problem("sensitivity", fault, "distributions without failing samples, or another design"))
     f_A, f_B, f_AB = results[:n], results[n : 2 * n], results[2 * n :].reshape(dimensions, n)
     if np.ptp(results) == 0.0:
         nothing = dict.fromkeys(names, 0.0)
@@ -360,14 +349,14 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
 
 
 def _bootstrap_bounds(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]:
-    """Return bounds of 95 % confidence of the first-order and the total indices, (dimensions,) each, by the bootstrap
-    over rows of the design (Archer, Saltelli, Sobol' 1997)."""
+    """Return bounds of 95 % confidence of the first-order and the total indices, (dimensions,) each, by 200 resamplings
+    of rows of the design (Archer, Saltelli, Sobol' 1997)."""
     random, n = np.random.default_rng(0), len(f_A)
     middle = 0.5 * float(f_A.mean() + f_B.mean())
     A, B, AB = f_A - middle, f_B - middle, f_AB - middle
     of_first, of_total = B * (AB - A), 0.5 * (AB - A) ** 2
     indices = []
-    for _ in range(_RESAMPLED):
+    for _ in range(200):
         rows = random.integers(0, n, n)
         variance = np.var(np.concatenate([A[rows], B[rows]]))
         indices.append([part[:, rows].mean(axis=1) / variance for part in (of_first, of_total)])

@@ -23,18 +23,15 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import several_turns
 from eomgen.formula.units.parser import is_quantity
-from eomgen.products.ensembles.distributions import Distribution, Quantiles, read_distribution, read_number
+from eomgen.products.ensembles.distributions import Distribution, read_distribution, read_number
 from eomgen.simulation.option_types import LawOverTime
 from eomgen.simulation.stepping.inputs import signals_by_name
 from eomgen.system.signals import Input
 
 #: Properties of a law that may vary: the seed of a random road or process, a factor of the whole law.
 LAWS = ("seed", "scale")
-_SMALLEST = 2.0**-54
 #: Number of times for which harmonics are summed together, so that arrays stay in the processor's cache.
 _TOGETHER = 64
-#: Laws that a hint names.
-_NAMED = 4
 
 
 def laws_that_vary(model: CompiledModel) -> list[str]:
@@ -60,9 +57,7 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
         fault = f"{of} is a curve, whose numbers are fixed in the code [E0688]"
         hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
         if kind == "seed":
-            hint = (
-                f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}; or a model per seed"
-            )
+            hint = f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}"
         raise UsageError(Problem(label, fault, hint))
     if index is None and of in (seas := [waves.name for waves in _waves(model)]):
         number = seas.index(of)
@@ -91,12 +86,6 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     return index
 
 
-def has_variables(model: CompiledModel, index: int) -> bool:
-    """Return whether the law at an index of ``law_of`` has random variables, which are parameters."""
-    inputs = model.description.inputs
-    return index >= len(inputs) or inputs[index].series is not None
-
-
 def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str, float]:
     """Return the values of parameters that a seed draws for the random process or the waves at an index of ``law_of``,
     by name. Empty for a road, which has no parameters."""
@@ -123,18 +112,13 @@ def _own_variables(item: Input) -> bool:
 def _others(model: CompiledModel, kind: str) -> str:
     """Return the laws that can vary in this way, as a hint."""
     every = [name for name in laws_that_vary(model) if name.startswith(f"{kind}.")]
-    return " or ".join(every[:_NAMED])
-
-
-def is_whole(values: Array) -> bool:
-    """Return whether all numbers are whole."""
-    return bool(np.all(values == np.floor(values)))
+    return " or ".join(every[:4])
 
 
 def check_seeds(name: str, how: Distribution) -> None:
     """Raise UsageError if a distribution of the seeds `name` has other values than whole numbers from 0 on."""
-    least = how.quantiles(np.array([_SMALLEST])) if not how.levels else np.array(how.levels)
-    if not how.whole or np.min(least) < 0.0:
+    values = np.array(how.levels) if how.levels else how.quantiles(np.zeros(1))
+    if not how.whole or np.min(values) < 0.0:
         fault = f"a seed is a whole number from 0 on, and {how.text} has others [E0694]"
         raise UsageError(Problem(f"vary {name}", fault, f"{name}=integers(0, 999999), or values(1, 2, 3)"))
 
@@ -149,9 +133,7 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
         track = _track(model.description.inputs[index])
         if (first_name := of_track.setdefault(track, name)) != name:
             fault = f"its wheel runs in the same track as the wheel of {first_name}, and has the same seed [E0695]"
-            raise UsageError(
-                Problem(f"vary {name}", fault, f"{first_name} alone, which all wheels of the track follow")
-            )
+            raise UsageError(Problem(f"vary {name}", fault, f"{first_name}, which all wheels of the track follow"))
 
 
 def laws_of(
@@ -178,11 +160,6 @@ def laws_of(
         if seed is not None or item.name in of_input:
             result[item.name] = _law(model, p, index, seed, of_input.get(item.name, 1.0))
     return result
-
-
-def own_seed(model: CompiledModel, index: int) -> int:
-    """Return the seed that the scene gives the road of an input."""
-    return _track(model.description.inputs[index])[1]
 
 
 def _track(item: Input) -> tuple[str, int]:
@@ -269,15 +246,13 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
         block, index, unit = of_states[name]
         if block == "q" and unit == "1":
             fault = f"{name} is a component of a unit quaternion, and its parts are not free [E0698]"
-            raise UsageError(
-                Problem(f"{where} {name}", fault, "initial=..., the same for all samples, or a joint with an angle")
-            )
+            raise UsageError(Problem(f"{where} {name}", fault, "initial=... of all samples, or a joint with an angle"))
         return Variation(name, block, index, unit)
     kind, _, of = name.partition(".")
     if kind in LAWS and of:
-        index = law_of(model, name, where)
-        process = kind == "seed" and has_variables(model, index)
-        return Variation(name, "process" if process else kind, index, "")
+        index, inputs = law_of(model, name, where), model.description.inputs
+        drawn = index >= len(inputs) or inputs[index].series is not None  # random variables, which are parameters
+        return Variation(name, "process" if kind == "seed" and drawn else kind, index, "")
     if name in model.evaluator.fixed_parameters:
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
         raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code [E0699]", hint))
@@ -357,13 +332,10 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
         check_finite(f"table {name}", column)
     for item, column in zip(result, columns, strict=True):
         if item.block in ("seed", "process"):
-            check_seeds(item.name, Distribution("the column", _values_of(column), whole=is_whole(column)))
+            whole = bool(np.all(column == np.floor(column)))
+            check_seeds(item.name, Distribution("the column", np.copy, tuple(column.tolist()), whole))
     check_tracks(model, {item.name: item.place for item in result if item.block == "seed"})
     return result, np.stack(columns, axis=-1)
-
-
-def _values_of(column: Array) -> Quantiles:
-    return lambda _: column
 
 
 def _column(item: Variation, values: ArrayLike) -> Array:
@@ -393,7 +365,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
             fault = f"the input {of} is given or varies itself, so the scene's law of it does not count [E0705]"
             raise UsageError(Problem(f"vary {item.name}", fault, f"either {item.name} or {of}"))
     names = {block: [item for item in items if item.block == block] for block in LAWS}
-    seeds = {item.name: float(own_seed(model, item.place)) for item in names["seed"]}
+    seeds = {item.name: float(_track(model.description.inputs[item.place])[1]) for item in names["seed"]}
     factors = {item.name: 1.0 for item in names["scale"]}
     if not seeds and not factors:
         return common

@@ -5,7 +5,8 @@ from __future__ import annotations
 from distributed import Worker, WorkerPlugin
 
 from eomgen.base.arrays import Array
-from eomgen.products.ensembles.parts import EnsemblePart, Refusal, RemoteSource, WorkerState
+from eomgen.errors import EomgenError
+from eomgen.products.ensembles.parts import EnsemblePart, RemoteSource, WorkerState
 
 #: Ensembles with parts on this worker, by identity.
 _ROOMS: dict[str, WorkerState] = {}
@@ -29,6 +30,6 @@ class SourceDelivery(WorkerPlugin):
             room.stop.set()
 
 
-def run_part(ensemble: str, first: int, values: Array) -> EnsemblePart | Refusal | None:
+def run_part(ensemble: str, first: int, values: Array) -> EnsemblePart | EomgenError | None:
     """Run samples with values (n, d) on this worker; raise LookupError if the shipment is missing."""
     return _ROOMS[ensemble].run(first, values)

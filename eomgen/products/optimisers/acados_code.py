@@ -286,13 +286,8 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     made, prefix = families(program, method), program.prefix
     if not made:
         fault = "no dynamics for acados are among the terms [E0937]"
-        raise UsageError(
-            Problem(
-                "terms",
-                fault,
-                "inverse_dynamics, forward_dynamics; residual and constraint_acceleration with constraints",
-            )
-        )
+        hint = "inverse_dynamics, forward_dynamics; residual and constraint_acceleration with constraints"
+        raise UsageError(Problem("terms", fault, hint))
     files, symbols = dict[str, str](), list[dict[str, Any]]()
     states = program.input_size("q") + program.sizes["v"] + program.sizes["z"]
     inputs, rows = program.sizes["u"], program.sizes["lam"]
@@ -342,10 +337,7 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     chosen = list(_TERMS) if terms is None else list(terms)
     for name in chosen:
         if name not in _TERMS:
-            fault = (
-                f"the target acados writes dynamics with derivatives, and {shown(str(name))} belongs to other"
-                f" equations [E0938]"
-            )
+            fault = f"the target acados writes dynamics with derivatives, and {shown(str(name))} is none [E0938]"
             raise UsageError(Problem("terms", fault, nearest(str(name), _TERMS)))
     if terms is not None and "internal_rate" not in chosen:
         chosen.append("internal_rate")

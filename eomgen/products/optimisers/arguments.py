@@ -85,10 +85,7 @@ class ModelArguments:
     def check_unconstrained(self) -> None:
         """Raise ModelError if the model has constraints: its accelerations are not a function of q and v alone."""
         if self.model.multipliers:
-            fault = (
-                f"{self.model.name} has constraints, and accelerations of a loop are not a function of q and v"
-                f" alone [E0946]"
-            )
+            fault = f"{self.model.name} has constraints: accelerations are not a function of q and v alone [E0946]"
             hint = "inverse_dynamics; simulate, whose gradients go through loops"
             raise ModelError(Problem(self.place, fault, hint))
 

@@ -45,9 +45,7 @@ class Runs:
         ):
             if tuple(array.shape) != expected:
                 fault = f"{name} has the shape {tuple(array.shape)}, and simulate takes {expected} [E2199]"
-                raise UsageError(
-                    Problem(name, fault, "one initial state, one set of parameters; vmap for several runs")
-                )
+                raise UsageError(Problem(name, fault, "one state, one set of parameters; vmap for several runs"))
         by += [f"inputs.{name}[:]" for name in self._inputs]
         self._names = {block: list(part) for block, part in nest.items() if isinstance(part, Mapping)}
         self._taken = [block for block, part in nest.items() if part is not None and block not in self._names]

@@ -30,10 +30,6 @@ from eomgen.products.ensembles.lane_code.source import (
 from eomgen.toolchain.builder import REFUSED, Preprocess
 from eomgen.toolchain.library import LaneLibrary, Library
 
-_MOST_ROUNDS = 20
-#: Least number of stores in a function for which a second text, for all lanes active, is worth its size.
-_MANY_STORES = 6
-
 
 def to_lanes(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[str, list[int]]) -> str:
     """Return the functions of a stepper for lanes, with all called functions.
@@ -63,7 +59,7 @@ def to_lanes(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[s
         pointers = {each for each, kind in routine.parameters if isinstance(kind, Pointer)}
         routine.outside |= pointers
         routine.given |= pointers - set(null)
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(20):
         before = _knowledge(source)
         made = _called_routines(source, roots, outputs)
         if _knowledge(source) == before:
@@ -113,7 +109,8 @@ def _file(source: LaneSource, made: Mapping[str, RoutineText], outputs: Mapping[
 def _both(source: LaneSource, text: RoutineText, outputs: Mapping[str, list[int]]) -> str:
     """Return the C text of a translated function. A long one without branches and calls, whose result is void, has a
     second text for all lanes active, which the first one calls then."""
-    if text.parts or text.called or text.functions or text.stores < _MANY_STORES or not _is_void(text):
+    short = text.stores < 6  # a second text is not worth its size
+    if text.parts or text.called or text.functions or short or not isinstance(text.returns, NoValue):
         return text.text
     name = text.routine.name
     plain = RoutineText(source, text.routine, outputs, whole=True).text.replace(f" {name}(", f" {name}_whole(", 1)
@@ -121,10 +118,6 @@ def _both(source: LaneSource, text: RoutineText, outputs: Mapping[str, list[int]
     start = text.text.index("{\n") + 2
     choice = f"    if (eg_all(live)) {{\n        {name}_whole({names});\n        return;\n    }}\n"
     return f"{plain}\n\n{text.text[:start]}{choice}{text.text[start:]}"
-
-
-def _is_void(text: RoutineText) -> bool:
-    return isinstance(text.returns, NoValue)
 
 
 def _each(name: str, kinds: Sequence[Type]) -> str:
