@@ -10,7 +10,7 @@ Programming Computation 14 (2022).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -41,12 +41,12 @@ class AcadosFunctions:
     Attributes
     ----------
     name : explicit, implicit or discrete
-    equations : with derivatives in (x, u), or in (x, xdot, z, u)
+    equations : with derivatives in (x, u), or in (x, xdot, z, u); None of the discrete functions
     step : of the discrete functions, in place of equations
     """
 
     name: str
-    equations: Equations | None
+    equations: Any
     step: StepChain | None = None
 
     @cached_property
@@ -54,19 +54,12 @@ class AcadosFunctions:
         """Functions of the model."""
         if self.step is not None:
             return [function.exported for function in self.step.functions if function.group is None]
-        return [part.function for part in self.known_equations.parts if part.group is None]
-
-    @property
-    def known_equations(self) -> Equations:
-        """The equations of functions that are not discrete."""
-        if self.equations is None:
-            raise ValueError(self.name)
-        return self.equations
+        return [part.function for part in self.equations.parts if part.group is None]
 
     @property
     def takes_time(self) -> bool:
         """Whether a function takes the time."""
-        return self.step.timed if self.step is not None else self.known_equations.takes_time
+        return self.step.timed if self.step is not None else bool(self.equations.takes_time)
 
     @cached_property
     def entries(self) -> Mapping[str, Callable[[_Sizes, Texts], dict[str, Any]]]:
@@ -90,10 +83,11 @@ class _Sizes:
     p: int
 
     def dense(self, texts: Texts, *names: str) -> list[dict[str, Any]]:
-        """Return the descriptions of inputs that are full vectors or matrices, by their names in acados."""
-        sizes = {"x": (self.x, 1), "xdot": (self.x, 1), "u": (self.u, 1), "z": (self.z, 1), "p": (self.p, 1)}
-        sizes |= {"Sx": (self.x, self.x), "Su": (self.x, self.u), "lam": (self.x, 1)}
-        sizes["multiplier"] = self.x + self.z, 1
+        """Return the descriptions of arguments that are full vectors or matrices, by their names in acados."""
+        x, u, width = self.x, self.u, self.x + self.u
+        sizes = {"x": (x, 1), "xdot": (x, 1), "u": (u, 1), "z": (self.z, 1), "p": (self.p, 1), "lam": (x, 1)}
+        sizes |= {"Sx": (x, x), "Su": (x, u), "Sx_dot": (x, x), "Su_dot": (x, u), "adj": (width, 1)}
+        sizes |= {"multiplier": (x + self.z, 1), "hess": (width * (width + 1) // 2, 1)}
         return [texts.argument(name, dense(*sizes[name])) for name in names]
 
 
@@ -101,53 +95,34 @@ def _entry(kind: str, inputs: list[Any], outputs: list[Any], work: int, **more: 
     return {"kind": kind, "inputs": inputs, "outputs": outputs, "work": work, **more}
 
 
-def _jacobian_tables(sizes: _Sizes, texts: Texts) -> dict[str, int]:
-    jacobian = sizes.family.known_equations.jacobian
-    parts = {"rows": jacobian.rows, "columns": jacobian.columns, "numbers": jacobian.places}
-    return {name: texts.table(part) for name, part in parts.items()} | {"count": len(jacobian.rows)}
-
-
-def _hessian_tables(sizes: _Sizes, texts: Texts) -> dict[str, int]:
-    lower = sizes.family.known_equations.lower
-    parts = {"rows": lower.rows, "columns": lower.columns, "numbers": lower.places}
-    return {f"second_{name}": texts.table(part) for name, part in parts.items() if len(part)} | {
-        "second_count": len(lower.rows)
-    }
+def _tables(texts: Texts, pattern: Pattern, start: str = "") -> dict[str, int]:
+    """Return the numbers of the tables of a pattern by name, and the count of its nonzeros."""
+    parts = {"rows": pattern.rows, "columns": pattern.columns, "numbers": pattern.places}
+    tables = {f"{start}{name}": texts.table(part) for name, part in parts.items() if len(part)}
+    return tables | {f"{start}count": len(pattern.rows)}
 
 
 def _numbers(sizes: _Sizes) -> int:
-    return sizes.family.known_equations.count + 2 + sizes.family.known_equations.scratch
+    return int(sizes.family.equations.count) + 2 + int(sizes.family.equations.scratch)
 
 
-def _expl_ode_fun(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
-    return _entry("value", sizes.dense(texts, "x", "u", "p"), [texts.argument("xdot", dense(sizes.x))], 0)
-
-
-def _expl_vde_forw(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
-    inputs = sizes.dense(texts, "x", "Sx", "Su", "u", "p")
-    outputs = [texts.argument("xdot", dense(sizes.x)), texts.argument("Sx_dot", dense(sizes.x, sizes.x))]
-    outputs.append(texts.argument("Su_dot", dense(sizes.x, sizes.u)))
-    return _entry("forward", inputs, outputs, _numbers(sizes), **_jacobian_tables(sizes, texts))
-
-
-def _expl_vde_adj(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
-    inputs, outputs = sizes.dense(texts, "x", "lam", "u", "p"), [texts.argument("adj", dense(sizes.x + sizes.u))]
-    return _entry("adjoint", inputs, outputs, _numbers(sizes), **_jacobian_tables(sizes, texts))
-
-
-def _expl_ode_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
-    width = sizes.x + sizes.u
-    inputs = sizes.dense(texts, "x", "Sx", "Su", "lam", "u", "p")
-    outputs = [texts.argument("adj", dense(width)), texts.argument("hess", dense(width * (width + 1) // 2))]
-    work = _numbers(sizes) + sizes.family.known_equations.hessian_count + 2 * width * width
-    tables = _jacobian_tables(sizes, texts) | _hessian_tables(sizes, texts)
-    return _entry("hessian", inputs, outputs, work, **tables)
+def _explicit(kind: str, inputs: str, outputs: str, sizes: _Sizes, texts: Texts) -> dict[str, Any]:
+    """Return the description of a function of the explicit rates: values, or first or second derivatives."""
+    equations, width = sizes.family.equations, sizes.x + sizes.u
+    arguments = [sizes.dense(texts, *names.split()) for names in (inputs, outputs)]
+    work, tables = 0, dict[str, int]()
+    if kind != "value":
+        work, tables = _numbers(sizes), _tables(texts, equations.jacobian)
+    if kind == "hessian":
+        work += equations.hessian_count + 2 * width * width
+        tables |= _tables(texts, equations.lower, "second_")
+    return _entry(kind, *arguments, work, **tables)
 
 
 def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool = True) -> dict[str, Any]:
     """Return the description of a function of the implicit equations: its values, unless `value` is false, and then
     sparse blocks of the Jacobian in the arguments `blocks`."""
-    equations, outputs, gathered = sizes.family.known_equations, [], []
+    equations, outputs, gathered = sizes.family.equations, [], []
     if value:
         outputs.append(texts.argument("f", dense(sizes.x + sizes.z)))
     for name in blocks:
@@ -162,8 +137,8 @@ def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool
 def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     """Return the description of acados' function for the Hessian of multipliers times the implicit equations, as one
     sparse symmetric matrix in (x, xdot, z, u)."""
-    lower = sizes.family.known_equations.lower
-    width, off = sizes.family.known_equations.width, lower.rows != lower.columns
+    equations, lower = sizes.family.equations, sizes.family.equations.lower
+    width, off = equations.width, lower.rows != lower.columns
     rows, columns = (
         np.concatenate([first, second[off]])
         for first, second in ((lower.rows, lower.columns), (lower.columns, lower.rows))
@@ -174,7 +149,7 @@ def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     pattern = Pattern((width, width), distinct % width, distinct // width, np.arange(len(distinct)))
     inputs, outputs = sizes.dense(texts, "x", "xdot", "u", "z", "multiplier", "p"), [texts.argument("hess", pattern)]
     tables = {"targets": texts.table(targets), "numbers": texts.table(numbers)} if len(numbers) else {}
-    work = sizes.family.known_equations.hessian_count + sizes.family.known_equations.scratch
+    work = equations.hessian_count + equations.scratch
     more = {"nonzeros": len(distinct), "second_count": len(numbers), **tables}
     return _entry("implicit_hessian", inputs, outputs, work, **more)
 
@@ -190,10 +165,10 @@ def _disc(sizes: _Sizes, texts: Texts, level: int) -> dict[str, Any]:
 
 _Entries = Mapping[str, Callable[[_Sizes, Texts], dict[str, Any]]]
 _EXPLICIT: _Entries = {
-    "expl_ode_fun": _expl_ode_fun,
-    "expl_vde_forw": _expl_vde_forw,
-    "expl_vde_adj": _expl_vde_adj,
-    "expl_ode_hess": _expl_ode_hess,
+    "expl_ode_fun": partial(_explicit, "value", "x u p", "xdot"),
+    "expl_vde_forw": partial(_explicit, "forward", "x Sx Su u p", "xdot Sx_dot Su_dot"),
+    "expl_vde_adj": partial(_explicit, "adjoint", "x lam u p", "adj"),
+    "expl_ode_hess": partial(_explicit, "hessian", "x Sx Su lam u p", "adj hess"),
 }
 _IMPLICIT: _Entries = {
     "impl_dae_fun": lambda sizes, texts: _implicit(sizes, texts, ()),
@@ -243,7 +218,7 @@ def families(program: Program, method: str | None) -> list[AcadosFunctions]:
         hint = "a model without the controller, which stands in the loop around acados"
         raise ModelError(Problem(program.prefix, fault, hint))
     functions = exported_functions(program)
-    equations = {"explicit": rates(program, functions, ("u",)), "implicit": implicit(program, functions)}
+    equations = {"explicit": rates(program, functions), "implicit": implicit(program, functions)}
     made = [AcadosFunctions(name, known) for name, known in equations.items() if known is not None]
     step = chain_of(program, functions, method, ("u",))
     return made if step is None else [*made, AcadosFunctions("discrete", None, step)]

@@ -1,4 +1,4 @@
-"""Arguments by which a model's terms are differentiated, and tangents of configurations as arrays of JAX and PyTorch.
+"""Functions of a model for JAX and PyTorch: their arguments, and tangents of configurations as arrays.
 
 A change dq of the components of q turns the body, and a change of the length of a quaternion does not count:
 with w and x of the quaternion, and n its squared length, the body-frame rotation is 2 (w dx - dw x - x cross dx)/n.
@@ -7,6 +7,7 @@ with w and x of the quaternion, and n its squared length, the body-frame rotatio
 from __future__ import annotations
 
 import itertools
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,6 +15,7 @@ from eomgen.compiled.argument_derivatives import size_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.lie.product import Factor
+from eomgen.products.optimisers.runs import Runs
 from eomgen.system.terms import ARGUMENTS, TERMS
 
 if TYPE_CHECKING:
@@ -27,21 +29,6 @@ OFFERED = ("inverse_dynamics", "forward_dynamics")
 def arguments_of(name: str) -> list[str]:
     """Return the arguments in which a term has derivatives, q first."""
     return [block for block in ARGUMENTS if block in TERMS[f"{name}_derivatives"].inputs]
-
-
-def run_arguments(
-    q: Array, v: Array, parameters: object, inputs: object, array: Callable[[str, Any], Array]
-) -> dict[str, Any]:
-    """Return the arguments of a run in which derivatives are taken: ``q`` and ``v``, or None, and ``parameters`` and
-    ``inputs`` by name. `array` makes an array from a name and a value. Raises UsageError for parameters or inputs that
-    are not mappings."""
-    arguments: dict[str, Any] = {"q": None if q is None else array("q", q), "v": None if v is None else array("v", v)}
-    for block, values in (("parameters", parameters), ("inputs", inputs)):
-        if not (values is None or isinstance(values, Mapping)):
-            fault = f"a mapping from names to values is needed, not {type(values).__name__} [E0526]"
-            raise UsageError(Problem(block, fault, f"{block}={{name: value}}"))
-        arguments[block] = {name: array(name, value) for name, value in (values or {}).items()}
-    return arguments
 
 
 def no_array(name: str, value: object) -> UsageError:
@@ -65,15 +52,15 @@ class ModelArguments:
     defaults : values of the scene, of parameters and internal states
     """
 
-    def __init__(self, caller: str, model: Model) -> None:
+    def __init__(self, place: str, model: Model) -> None:
         if not isinstance(model, CompiledModel):
             fault = f"a model is needed, not {type(model).__name__} [E2193]"
-            raise UsageError(Problem(caller, fault, "eomgen.build(scene)"))
+            raise UsageError(Problem(place, fault, "eomgen.build(scene)"))
         if model.library.layout.get("python"):
             fault = f"{model.name} has force laws in Python [E0945]"
-            raise ModelError(Problem(caller, fault, "the laws in C, [laws] source"))
+            raise ModelError(Problem(place, fault, "the laws in C, [laws] source"))
         model.finish_compilation()
-        self.place, self.model = caller, model
+        self.place, self.model = place, model
         self.sizes = self.evaluator.functions.sizes
         self.defaults = {"p": self.evaluator.parameters(None), "z": self.evaluator.internal(None)}
 
@@ -81,13 +68,6 @@ class ModelArguments:
     def evaluator(self) -> Any:
         """Evaluation of the model's terms."""
         return self.model.evaluator
-
-    def check_unconstrained(self) -> None:
-        """Raise ModelError if the model has constraints: its accelerations are not a function of q and v alone."""
-        if self.model.multipliers:
-            fault = f"{self.model.name} has constraints: accelerations are not a function of q and v alone [E0946]"
-            hint = "inverse_dynamics; simulate, whose gradients go through loops"
-            raise ModelError(Problem(self.place, fault, hint))
 
     def parameters(self, named_values: Mapping[str, Any], array: Callable[[str, Any], Array]) -> list[Array]:
         """Return all tunable parameters in order, from some values by name and the scene's values. `array` makes each
@@ -102,6 +82,186 @@ class ModelArguments:
     def directions(self, blocks: Iterable[str]) -> dict[str, int]:
         """Return the number of directions of arguments."""
         return {block: size_of(self.evaluator.functions, block) for block in blocks}
+
+
+class ModelFunctions(ABC):
+    """The dynamics of a model as functions for a library of arrays."""
+
+    _scene: ModelArguments
+
+    def forward_dynamics(
+        self,
+        q: Array,
+        v: Array,
+        t: Array = 0.0,
+        u: Array | None = None,
+        *,
+        z: Array | None = None,
+        parameters: Array | Mapping[str, Array] | None = None,
+    ) -> Array:
+        """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv), rad/s^2 and m/s^2.
+
+        Leading axes are samples, which broadcast; in JAX there are none, and ``jax.vmap`` makes batches.
+
+        Parameters
+        ----------
+        q, v : (..., nq) and (..., nv) arrays
+            Configuration, and left-trivialised velocity.
+        t : (...) array, optional
+            Time, s.
+        u, z : (..., nu) and (..., nz) arrays, optional
+            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
+            initial internal states. A moving base follows its law at t, also in derivatives.
+        parameters : (..., np) array, or mapping of (...) arrays, optional
+            Tunable parameters, all in order or some by name, SI units; else values of the scene.
+
+        Returns
+        -------
+        (..., nv) array
+            Accelerations, left-trivialised; rad/s^2 and m/s^2.
+
+        Raises
+        ------
+        UsageError
+            A wrong shape, complex numbers, float32, a tensor of another device, or an unknown parameter; a derivative
+            in ``t`` or ``parameters`` while ``u`` is not given and follows formulas of the scene; a third derivative.
+        ModelError
+            A scene with constraints.
+        """
+        if (model := self._scene.model).multipliers:
+            fault = f"{model.name} has constraints: accelerations are not a function of q and v alone [E0946]"
+            hint = "inverse_dynamics; simulate, whose gradients go through loops"
+            raise ModelError(Problem(self._scene.place, fault, hint))
+        return self._evaluate("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
+
+    def inverse_dynamics(
+        self,
+        q: Array,
+        v: Array,
+        a: Array,
+        t: Array = 0.0,
+        u: Array | None = None,
+        *,
+        z: Array | None = None,
+        parameters: Array | Mapping[str, Array] | None = None,
+    ) -> Array:
+        """Return the generalized forces that a motion needs, tau = M a + h + b - Q, (..., nv), N m and N.
+
+        Leading axes are samples, which broadcast; in JAX there are none, and ``jax.vmap`` makes batches.
+
+        Parameters
+        ----------
+        q, v, a : (..., nq), (..., nv) and (..., nv) arrays
+            Configuration, and left-trivialised velocity and acceleration.
+        t : (...) array, optional
+            Time, s.
+        u, z : (..., nu) and (..., nz) arrays, optional
+            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
+            initial internal states. A moving base follows its law at t, also in derivatives.
+        parameters : (..., np) array, or mapping of (...) arrays, optional
+            Tunable parameters, all in order or some by name, SI units; else values of the scene.
+
+        Returns
+        -------
+        (..., nv) array
+            Generalized forces in addition to the scene's own, with constraint forces among them; N m along angles, N
+            along lengths.
+
+        Raises
+        ------
+        UsageError
+            Arguments or derivatives that are refused as in ``forward_dynamics``; scenes with constraints are not.
+        """
+        return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
+
+    def simulate(
+        self,
+        t_end: float | None = None,
+        step: float | None = None,
+        *,
+        q: Array | None = None,
+        v: Array | None = None,
+        parameters: Mapping[str, Array] | None = None,
+        inputs: Mapping[str, Array] | None = None,
+        of: Sequence[str] | None = None,
+        method: str | None = None,
+        record_every: int | None = None,
+        settings: Mapping[str, float] | None = None,
+    ) -> dict[str, Array]:
+        """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
+
+        Derivatives are taken in all arrays that are given here: the initial state, parameters, and inputs at every
+        step; first reverse derivatives alone: ``model.sensitivities`` has tangents and Hessians. Runs are stepped in C,
+        and a batch of ``vmap`` takes one run after another. With JAX each call first makes a run at the scene's values,
+        with given inputs zero, also when ``jax.jit`` traces the call.
+
+        Parameters
+        ----------
+        t_end, step : float, optional
+            End and step, s; values of the scene if not given.
+        q, v : (nq,) and (nv,) arrays, optional
+            Initial state; the start of the scene if not given.
+        parameters : mapping, optional
+            Tunable parameters by name, SI units.
+        inputs : mapping, optional
+            Inputs by name -> values at all steps, (steps + 1,), linear in between; else formulas of the scene, or zero.
+        of : sequence of str, optional
+            Outputs; all of the scene by default.
+        method : str, optional
+            Integration method, ``generalized_alpha``, ``rattlie`` or ``rk4`` for instance; the scene's by default.
+        record_every : int, optional
+            Steps from row to row, a divisor of the number of steps; by default the scene's.
+        settings : mapping, optional
+            Of the method, by name.
+
+        Returns
+        -------
+        dict
+            Output -> (rows,) array, or (rows, size), at the recorded rows: the start, and each ``record_every`` steps.
+
+        Raises
+        ------
+        UsageError
+            As ``model.sensitivities``: no outputs, a method without derivatives, an end that is not a whole number of
+            steps; a wrong shape or type of an array; forward or second derivatives.
+        NumericalError
+            The run fails, or an event ends the run. Within ``jax.jit`` or ``jax.grad`` the failure of a run is an
+            error of JAX, except of the run at the scene's values.
+
+        Examples
+        --------
+        >>> import jax
+        >>> jax.config.update("jax_enable_x64", True)
+        >>> functions = eomgen.jax(eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml"))
+        >>> def end(mass):
+        ...     return functions.simulate(0.1, 1e-3, parameters={"m2": mass}, of=["energy"])["energy"][-1]
+        >>> jax.grad(end)(1.0).shape
+        ()
+        """
+        nest: dict[str, Any] = {
+            name: None if value is None else self._array(name, value) for name, value in (("q", q), ("v", v))
+        }
+        for block, values in (("parameters", parameters), ("inputs", inputs)):
+            if not (values is None or isinstance(values, Mapping)):
+                fault = f"a mapping from names to values is needed, not {type(values).__name__} [E0526]"
+                raise UsageError(Problem(block, fault, f"{block}={{name: value}}"))
+            nest[block] = {name: self._array(name, value) for name, value in (values or {}).items()}
+        options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
+        runs = Runs(self._scene.model, {**options, "settings": settings}, nest)
+        table = self._run(runs, nest)
+        return runs.by_output(table)
+
+    @abstractmethod
+    def _evaluate(self, name: str, arguments: Mapping[str, Any]) -> Array:
+        """Return the values of a term for arguments by block, of which some are None or mappings by name."""
+
+    @abstractmethod
+    def _array(self, name: str, value: Any) -> Array:
+        """Return an argument as an array of the library. Raises UsageError for other values."""
+
+    @abstractmethod
+    def _run(self, runs: Runs, nest: Mapping[str, Any]) -> Array:
+        """Return the table of outputs, with derivatives in the arrays of a nest."""
 
 
 class FactorRun(NamedTuple):

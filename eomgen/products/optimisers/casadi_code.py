@@ -32,8 +32,6 @@ from eomgen.system.terms import DIFFERENTIATED
 
 #: Terms that are written by name alone.
 _BY_NAME = ("frame_poses",)
-#: Second derivatives of all rows of a function up to which these are written one by one.
-MOST_SECOND_DERIVATIVES = 20_000
 
 
 @dataclass
@@ -159,7 +157,7 @@ def _row_functions(
     """Return descriptions of the CasADi functions for second derivatives of single rows: derivative along a direction,
     its Jacobian, and the Jacobian of the Jacobian.
 
-    Empty if there are many numbers, since these would be written as tables.
+    Empty if there are more than 20 000 numbers, since these would be written as tables.
 
     Parameters
     ----------
@@ -170,7 +168,7 @@ def _row_functions(
     by_column = np.zeros((rows, sum(exported.sizes.values())), bool)
     by_column[exported.jacobian.rows, exported.jacobian.columns] = True
     both = by_column[:, exported.hessian.rows] & by_column[:, exported.hessian.columns]
-    if np.count_nonzero(both) > MOST_SECOND_DERIVATIVES:
+    if np.count_nonzero(both) > 20_000:
         return []
     row, nonzero = np.nonzero(both)
     column, along = exported.hessian.rows[nonzero], exported.hessian.columns[nonzero]
@@ -178,15 +176,16 @@ def _row_functions(
     of_jacobian, of_direction = _Blocks(texts), _Blocks(texts)
     for name, of_columns in exported.slices.items():
         size, in_columns = exported.sizes[name], (of_columns.start <= column) & (column < of_columns.stop)
+        sums = []
         for number, (column_block, of_directions) in enumerate(exported.slices.items()):
             kept = in_columns & (of_directions.start <= along) & (along < of_directions.stop)
             numbers = row[kept], column[kept] - of_columns.start, along[kept] - of_directions.start, positions[kept]
             of_jacobian.add_rows(
                 f"jac_jac_{output}_{name}_{column_block}", (rows, size, exported.sizes[column_block]), numbers
             )
-            of_direction.add_sums(f"jac_fwd_{output}_{name}", number, (rows, size), numbers)
+            sums.append((number, *numbers))
         of_jacobian.add(f"jac_jac_{output}_{name}_out_{output}", empty(rows * size, rows), "")
-        of_direction.end_sums(f"jac_fwd_{output}_{name}", (rows, size))
+        of_direction.add_sums(f"jac_fwd_{output}_{name}", (rows, size), sums)
     of_direction.add(f"jac_fwd_{output}_out_{output}", empty(rows, rows), "")
     for name, of_columns in exported.slices.items():
         block = exported.jacobian.block(slice(0, rows), of_columns)
@@ -217,7 +216,6 @@ class _Blocks:
         self.texts = texts
         self.outputs: list[dict[str, Any]] = []
         self.blocks: list[dict[str, Any]] = []
-        self.sums: dict[str, list[tuple[Any, ...]]] = {}
 
     def add(self, name: str, pattern: Pattern, source: str) -> None:
         """Add a block whose nonzeros are among the numbers ``source``."""
@@ -252,15 +250,10 @@ class _Blocks:
     def _rows(self, tables: Mapping[str, Places], count: int) -> list[dict[str, Any]]:
         return [{name: self.texts.table(table) for name, table in tables.items()}] if count else []
 
-    def add_sums(self, name: str, number: int, shape: tuple[int, int], numbers: Sequence[Places]) -> None:
-        """Note second derivatives of rows for the block `name`, multiplied by the direction of the argument `number`
-        and summed. `numbers` are as in ``add_rows``; ``end_sums`` adds the block."""
-        self.sums.setdefault(name, []).append((number, *numbers))
-
-    def end_sums(self, name: str, shape: tuple[int, int]) -> None:
-        """Add the block (rows, columns) whose entries are the sums noted under this name."""
+    def add_sums(self, name: str, shape: tuple[int, int], parts: Sequence[tuple[Any, ...]]) -> None:
+        """Add a block (rows, columns) whose entries are sums of second derivatives of rows, multiplied by directions.
+        `parts` have the number of the argument whose direction it is, and numbers as in ``add_rows``."""
         rows, width = shape
-        parts = self.sums[name]
         flat = np.unique(np.concatenate([row + rows * column for _, row, column, _, _ in parts]))
         pattern = Pattern((rows, width), flat % rows, flat // rows, np.arange(len(flat)))
         rows_of_parts: list[dict[str, Any]] = []

@@ -163,10 +163,10 @@ class StepChain(StepOperations[Slot]):
         self.timed = "t" in taken
         self.sizes = {name: size for name, size in inputs.items() if name == "x" or name in along}
         self.ny, self.nu, self.count = sum(self.sizes.values()), sum(unknowns.values()), 0
-        self.values = {name: self._new(size) for name, size in self.sizes.items()}
-        self.unknowns = {name: self._new(size) for name, size in unknowns.items()}
-        self.values |= {name: self._new(size) for name, size in inputs.items() if name not in self.sizes}
-        self.one, self.zero = self._new(1), self._new(max(self.nv, self.nl, 1))
+        self.values = {name: self.new(size) for name, size in self.sizes.items()}
+        self.unknowns = {name: self.new(size) for name, size in unknowns.items()}
+        self.values |= {name: self.new(size) for name, size in inputs.items() if name not in self.sizes}
+        self.one, self.zero = self.new(1), self.new(max(self.nv, self.nl, 1))
         x = self.values["x"]
         self.q, self.v = x.part(0, self.nq), x.part(self.nq, self.nv)
         self.z = x.part(self.nq + self.nv, self.nz)
@@ -176,7 +176,8 @@ class StepChain(StepOperations[Slot]):
         self.equations: list[Slot] = []
         self.end = Slot(0, 0)
 
-    def _new(self, size: int) -> Slot:
+    def new(self, size: int) -> Slot:
+        """Return values, zero unless nodes write into some."""
         slot = Slot(self.count, size)
         self.count += size
         return slot
@@ -196,21 +197,17 @@ class StepChain(StepOperations[Slot]):
         if function.name not in names:
             self.functions.append(function)
             names.append(function.name)
-        slot = self._new(size) if result is None else result
+        slot = self.new(size) if result is None else result
         self.nodes.append(ChainNode(names.index(function.name), slot, tuple(arguments), ()))
         return slot
 
     def sum(self, *terms: StepTerm[Slot], into: Slot | None = None) -> Slot:
         """Append a sum of terms of equal size, and return its values, new ones or `into`. No node is appended for size
         0."""
-        slot = self._new(terms[0].value.size) if into is None else into
+        slot = self.new(terms[0].value.size) if into is None else into
         if slot.size:
             self.nodes.append(ChainNode(-1, slot, (), terms))
         return slot
-
-    def room(self, size: int) -> Slot:
-        """Return values, zero unless a sum is written into some."""
-        return self._new(size)
 
     def pad(self, part: Slot, start: int, size: int) -> Slot:
         """Return `size` values that are zero but for `part` from the index `start` on, by a sum; part itself if of that
@@ -218,7 +215,7 @@ class StepChain(StepOperations[Slot]):
         """
         if part.size == size:
             return part
-        whole = self.room(size)
+        whole = self.new(size)
         self.sum(StepTerm(1.0, part), into=whole.part(start, part.size))
         return whole
 
@@ -233,7 +230,7 @@ class StepChain(StepOperations[Slot]):
         factors. `first` has components of q, or with `of_q` false of v, `second` of v. For plain numbers the result is
         the sum, or without `of_q` the second argument. `name` is of ``group_functions``, `size` the number of results.
         """
-        result = self._new(size)
+        result = self.new(size)
         for factor in self.program.factors:
             coordinates = int(factor["q_start"]), int(factor["q_size"])
             along = int(factor["v_start"]), int(factor["v_size"])
@@ -274,7 +271,7 @@ class StepChain(StepOperations[Slot]):
 
     def ends_with(self, q: Slot, v: Slot, z: Slot) -> None:
         """Set the end of the step."""
-        self.end, first = self._new(self.nx), 0
+        self.end, first = self.new(self.nx), 0
         for part in (q, v, z):
             self.sum(StepTerm(1.0, part), into=self.end.part(first, part.size))
             first += part.size
@@ -375,19 +372,11 @@ def inverse_pattern(matrix: Nonzero) -> Nonzero:
     """Return the nonzeros of the inverse of a square matrix with these nonzeros and otherwise any numbers. All are
     nonzero if the matrix is singular by structure. With rows in an order that makes the diagonal nonzero, an entry of
     the inverse is nonzero if a path of nonzeros leads from the row to the column."""
+    from scipy.sparse import csgraph, csr_array  # noqa: PLC0415  # for steps of methods with unknowns
+
     size = len(matrix)
-    owner = [-1] * size  # column -> row
-
-    def assign(row: int, tried: set[int]) -> bool:
-        for column in np.flatnonzero(matrix[row]).tolist():
-            if column not in tried:
-                tried.add(column)
-                if owner[column] < 0 or assign(owner[column], tried):
-                    owner[column] = row
-                    return True
-        return False
-
-    if not all(assign(row, set()) for row in range(size)):
+    owner = csgraph.maximum_bipartite_matching(csr_array(matrix), perm_type="row")  # row of each column
+    if np.any(owner < 0):
         return np.ones((size, size), bool)
     paths = matrix[owner]
     for _ in range(max(size - 1, 1).bit_length()):
@@ -617,7 +606,7 @@ def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:
     first = exported.slices["a"].start if "a" in exported.slices else exported.jacobian.shape[1]
     nonzeros = set(zip(exported.jacobian.rows.tolist(), exported.jacobian.columns.tolist(), strict=True))
     still = {"q": chain.q, "v": chain.zero.part(0, nv), "z": chain.z}
-    multipliers, result = chain.pad(eta, 0, chain.nl), chain.room(nv)
+    multipliers, result = chain.pad(eta, 0, chain.nl), chain.new(nv)
     pushed, free = chain.call("residual", **still, lam=multipliers), chain.call("residual", **still)
     for number, i in enumerate(weighed):
         component = shift.part(number, 1)

@@ -408,31 +408,17 @@ def _gather(shape: tuple[int, int], parts: Sequence[tuple[Any, ...]]) -> Pattern
     return column_order(shape, rows[kept], columns[kept], places[kept])
 
 
-def rates(program: Program, functions: Sequence[Exported], along: Sequence[str]) -> Equations | None:
-    """Return the rates of x = (q, v, z) as equations; None with sampled states, or without the functions that are
-    needed.
-
-    Parameters
-    ----------
-    functions : of the model, with derivatives
-    along : arguments in which rates are differentiated in addition to x, among u, p and t
-    """
+def rates(program: Program, functions: Sequence[Exported]) -> Equations | None:
+    """Return the rates of x = (q, v, z) as equations in x and u; None without the functions of the model, with
+    derivatives, that are needed."""
     nq, nv, nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
     by_name = {function.name: function for function in functions}
-    if program.sampled or "forward_dynamics" not in by_name or (nz and "internal_rate" not in by_name):
+    if "forward_dynamics" not in by_name or (nz and "internal_rate" not in by_name):
         return None
     parts = [(by_name["forward_dynamics"], nq, 1)]
     parts += [(by_name["internal_rate"], nq + nv, 1)] if nz else []
-    taken = dict[str, int]()
-    for part, _, _ in parts:
-        taken |= part.sizes
-    sizes: dict[str, int] = {"x": nq + nv + nz}
-    sizes |= {name: taken[name] for name in ("u", "p", "t") if name in taken and name in along}
-    places: dict[str, int] = {"q": 0, "v": nq, "z": nq + nv}
-    first = 0
-    for name, size in sizes.items():
-        places[name], first = first, first + size
-    return Equations(program, sizes, parts, places)
+    places = {"q": 0, "v": nq, "z": nq + nv, "u": nq + nv + nz}
+    return Equations(program, {"x": nq + nv + nz, "u": program.sizes["u"]}, parts, places)
 
 
 def exported_group_function(function: GroupFunction) -> Exported:

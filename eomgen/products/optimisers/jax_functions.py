@@ -24,13 +24,13 @@ from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.products.optimisers.arguments import (
     OFFERED,
     ModelArguments,
+    ModelFunctions,
     arguments_of,
     bracket,
     factor_runs,
     gradient_in_components,
     left_trivialised,
     no_array,
-    run_arguments,
 )
 from eomgen.products.optimisers.runs import Runs
 from eomgen.system.sparsity import unpacked_places
@@ -102,7 +102,7 @@ def jax(model: Model) -> JaxFunctions:
 
 
 @checked_calls("eomgen.jax(model), which makes one")
-class JaxFunctions:
+class JaxFunctions(ModelFunctions):
     """The dynamics of a model as functions of JAX arrays.
 
     Arguments that are not given are the values of the scene: inputs follow the formulas at t, parameters and internal
@@ -123,159 +123,14 @@ class JaxFunctions:
         self._calls: dict[str, _TermCall] = {}
         self._dynamics = {name: self._differentiable(name) for name in OFFERED}
 
-    def forward_dynamics(
-        self,
-        q: Array,
-        v: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, Array] | None = None,
-    ) -> Array:
-        """Return the acceleration vdot = M^-1 (Q - h - b), (nv,), rad/s^2 and m/s^2.
-
-        Parameters
-        ----------
-        q, v : (nq,) and (nv,) arrays
-            Configuration, and left-trivialised velocity, of one sample; batches by ``jax.vmap``.
-        t : () array, optional
-            Time, s.
-        u, z : (nu,) and (nz,) arrays, optional
-            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
-            initial internal states. A moving base follows its law at t, also in derivatives.
-        parameters : (np,) array or mapping, optional
-            Tunable parameters, all in order or some by name, SI units; else values of the scene.
-
-        Returns
-        -------
-        (nv,) array
-            Accelerations, left-trivialised; rad/s^2 and m/s^2.
-
-        Raises
-        ------
-        UsageError
-            A wrong shape, a batch without ``jax.vmap`` included, complex numbers, JAX set to float32, or an unknown
-            parameter; a derivative in ``t`` or ``parameters`` while ``u`` is not given and follows formulas of the
-            scene; a third derivative.
-        ModelError
-            A scene with constraints.
-        """
-        self._scene.check_unconstrained()
-        return self._evaluate("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
-
-    def inverse_dynamics(
-        self,
-        q: Array,
-        v: Array,
-        a: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, Array] | None = None,
-    ) -> Array:
-        """Return the generalized forces that a motion needs, tau = M a + h + b - Q, (nv,), N m and N.
-
-        Parameters
-        ----------
-        q, v, a : (nq,), (nv,) and (nv,) arrays
-            Configuration, and left-trivialised velocity and acceleration, of one sample; batches by ``jax.vmap``.
-        t : () array, optional
-            Time, s.
-        u, z : (nu,) and (nz,) arrays, optional
-            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
-            initial internal states. A moving base follows its law at t, also in derivatives.
-        parameters : (np,) array or mapping, optional
-            Tunable parameters, all in order or some by name, SI units; else values of the scene.
-
-        Returns
-        -------
-        (nv,) array
-            Generalized forces in addition to the scene's own, with constraint forces among them; N m along angles, N
-            along lengths.
-
-        Raises
-        ------
-        UsageError
-            Arguments or derivatives that are refused as in ``forward_dynamics``; scenes with constraints are not.
-        """
-        return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
-
-    def simulate(
-        self,
-        t_end: float | None = None,
-        step: float | None = None,
-        *,
-        q: Array | None = None,
-        v: Array | None = None,
-        parameters: Mapping[str, Array] | None = None,
-        inputs: Mapping[str, Array] | None = None,
-        of: Sequence[str] | None = None,
-        method: str | None = None,
-        record_every: int | None = None,
-        settings: Mapping[str, float] | None = None,
-    ) -> dict[str, Array]:
-        """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
-
-        Derivatives are taken in all arrays that are given here: the initial state, parameters, and inputs at every
-        step; first reverse derivatives alone: ``model.sensitivities`` has tangents and Hessians. Each call first makes
-        a run at the scene's values, with given inputs zero, also when ``jax.jit`` traces the call. Runs are stepped in
-        C outside of XLA, so a batch of ``vmap`` takes one run after another.
-
-        Parameters
-        ----------
-        t_end, step : float, optional
-            End and step, s; values of the scene if not given.
-        q, v : (nq,) and (nv,) arrays, optional
-            Initial state; the start of the scene if not given.
-        parameters : mapping, optional
-            Tunable parameters by name, SI units.
-        inputs : mapping, optional
-            Inputs by name -> values at all steps, (steps + 1,), linear in between; else formulas of the scene, or zero.
-        of : sequence of str, optional
-            Outputs; all of the scene by default.
-        method : str, optional
-            Integration method, ``generalized_alpha``, ``rattlie`` or ``rk4`` for instance; the scene's by default.
-        record_every : int, optional
-            Steps from row to row, a divisor of the number of steps; by default the scene's.
-        settings : mapping, optional
-            Of the method, by name.
-
-        Returns
-        -------
-        dict
-            Output -> (rows,) array, or (rows, size), at the recorded rows: the start, and each ``record_every`` steps.
-
-        Raises
-        ------
-        UsageError
-            As ``model.sensitivities``: no outputs, a method without derivatives, an end that is not a whole number of
-            steps; a wrong shape; forward or second derivatives.
-        NumericalError
-            The run fails, or an event ends the run. Within ``jax.jit`` or ``jax.grad`` the failure of a run is an
-            error of JAX, except of the run at the scene's values.
-
-        Examples
-        --------
-        >>> import jax
-        >>> jax.config.update("jax_enable_x64", True)
-        >>> functions = eomgen.jax(eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml"))
-        >>> def end(mass):
-        ...     return functions.simulate(0.1, 1e-3, parameters={"m2": mass}, of=["energy"])["energy"][-1]
-        >>> jax.grad(end)(1.0).shape
-        ()
-        """
+    def _run(self, runs: Runs, nest: Mapping[str, Any]) -> Array:
         jnp = self._jax.numpy
         _check_precision(self._jax)
-        arguments = run_arguments(q, v, parameters, inputs, self._array)
-        options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
-        runs = Runs(self._model, {**options, "settings": settings}, arguments)
-        unknown = {name: np.zeros(array.shape) for name, array in arguments["inputs"].items()}
+        unknown = {name: np.zeros(array.shape) for name, array in nest["inputs"].items()}
         runs.learn_shapes({"q": None, "v": None, "parameters": {}, "inputs": unknown})
         shape = functools.partial(self._jax.ShapeDtypeStruct, dtype=np.float64)
-        changes = self._jax.tree.map(lambda array: shape(array.shape), arguments)
-        if arguments["q"] is not None:
+        changes = self._jax.tree.map(lambda array: shape(array.shape), nest)
+        if nest["q"] is not None:
             changes["q"] = shape((self._model.nv,))
         factors = self._factors
 
@@ -304,7 +159,7 @@ class JaxFunctions:
 
         run = self._jax.custom_vjp(rows)
         run.defvjp(rows_and_values, adjoint)
-        return runs.by_output(run(arguments))
+        return run(nest)
 
     @property
     def in_lanes(self) -> dict[str, bool]:

@@ -18,11 +18,11 @@ from eomgen.compiled.argument_derivatives import Sparsity
 from eomgen.errors import Problem, UsageError
 from eomgen.products.optimisers.arguments import (
     ModelArguments,
+    ModelFunctions,
     arguments_of,
     bracket,
     gradient_in_components,
     no_array,
-    run_arguments,
 )
 from eomgen.products.optimisers.runs import Runs
 
@@ -61,7 +61,7 @@ def torch(model: Model) -> TorchFunctions:
 
 
 @checked_calls("eomgen.torch(model), which makes one")
-class TorchFunctions:
+class TorchFunctions(ModelFunctions):
     """The dynamics of a model as functions of PyTorch tensors.
 
     Arguments are (..., size) with leading axes that broadcast: a batch is one call of the C, in lanes and threads.
@@ -81,138 +81,8 @@ class TorchFunctions:
         self._number = len(_MODELS)
         _MODELS.append(self)  # graphs of PyTorch hold the number, for the time of the process
 
-    def forward_dynamics(
-        self,
-        q: Tensor,
-        v: Tensor,
-        t: Tensor = 0.0,
-        u: Tensor | None = None,
-        *,
-        z: Tensor | None = None,
-        parameters: Tensor | Mapping[str, Tensor] | None = None,
-    ) -> Tensor:
-        """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv), rad/s^2 and m/s^2.
-
-        Parameters
-        ----------
-        q, v : (..., nq) and (..., nv) tensors
-            Configuration and velocity, left-trivialised.
-        t : (...) tensor, optional
-            Time, s.
-        u, z : (..., nu) and (..., nz) tensors, optional
-            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
-            initial internal states. A moving base follows its law at t, also in derivatives.
-        parameters : (..., np) tensor, or mapping of (...) tensors, optional
-            Tunable parameters, all in order or some by name, SI units; else values of the scene.
-
-        Returns
-        -------
-        (..., nv) tensor
-            Accelerations, left-trivialised; rad/s^2 and m/s^2.
-
-        Raises
-        ------
-        UsageError
-            A wrong shape, float32, a tensor of another device, or an unknown parameter; a derivative in ``t`` or
-            ``parameters`` while ``u`` is not given and follows formulas of the scene; a third derivative.
-        ModelError
-            A scene with constraints.
-        """
-        self._scene.check_unconstrained()
-        return self._evaluate("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
-
-    def inverse_dynamics(
-        self,
-        q: Tensor,
-        v: Tensor,
-        a: Tensor,
-        t: Tensor = 0.0,
-        u: Tensor | None = None,
-        *,
-        z: Tensor | None = None,
-        parameters: Tensor | Mapping[str, Tensor] | None = None,
-    ) -> Tensor:
-        """Return the generalized forces that a motion needs, tau = M a + h + b - Q, (..., nv), N m and N.
-
-        Parameters
-        ----------
-        q, v, a : (..., nq), (..., nv) and (..., nv) tensors
-            Configuration, velocity and acceleration, left-trivialised.
-        t : (...) tensor, optional
-            Time, s, also of the scene's motion of the base.
-        u, z : (..., nu) and (..., nz) tensors, optional
-            Inputs and internal states, SI units; by default the scene's formulas at ``t`` (0 without a formula) and the
-            scene's initial values.
-        parameters : (..., np) tensor, or mapping of (...) tensors, optional
-            Tunable parameters, all in order or some by name, SI units; the scene's values by default.
-
-        Returns
-        -------
-        (..., nv) tensor
-            Generalized forces in addition to the scene's own, inputs included, without forces of constraints; N m along
-            angles, N along lengths.
-
-        Raises
-        ------
-        UsageError
-            A wrong shape, float32, a tensor of another device, or an unknown parameter; a derivative in ``t`` or
-            ``parameters`` while ``u`` is not given and follows formulas of the scene; a third derivative.
-        """
-        return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
-
-    def simulate(
-        self,
-        t_end: float | None = None,
-        step: float | None = None,
-        *,
-        q: Tensor | None = None,
-        v: Tensor | None = None,
-        parameters: Mapping[str, Tensor] | None = None,
-        inputs: Mapping[str, Tensor] | None = None,
-        of: Sequence[str] | None = None,
-        method: str | None = None,
-        record_every: int | None = None,
-        settings: Mapping[str, float] | None = None,
-    ) -> dict[str, Tensor]:
-        """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
-
-        Derivatives are taken in all tensors that are given here: the initial state, parameters, and inputs at every
-        step. First derivatives only. ``vmap`` takes one run after another.
-
-        Parameters
-        ----------
-        t_end, step : float, optional
-            End and step, s, of a run from t = 0; values of the scene if not given.
-        q, v : (nq,) and (nv,) tensors, optional
-            Initial state; the start of the scene if not given.
-        parameters : mapping, optional
-            Tunable parameters by name, SI units; else values of the scene.
-        inputs : mapping, optional
-            Inputs by name -> values at all steps, (steps + 1,), linear in between; further inputs are the scene's.
-        of : sequence of str, optional
-            Outputs; all of the scene by default.
-        method, record_every, settings : optional
-            Integrator, steps from row to row (a divisor of the number of steps), and the integrator's settings; as in
-            the scene by default.
-
-        Returns
-        -------
-        dict
-            Output -> (rows,) tensor, or (rows, size), at the recorded rows: the start, and each ``record_every`` steps.
-
-        Raises
-        ------
-        UsageError
-            As ``model.sensitivities``: no outputs, a method without derivatives, an end that is not a whole number of
-            steps; a wrong shape, float32, a tensor of another device; second derivatives.
-        NumericalError
-            The run fails, or an event ends the run.
-        """
-        arguments = run_arguments(q, v, parameters, inputs, self._array)
-        options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
-        runs = Runs(self._model, {**options, "settings": settings}, arguments)
-        table = self._operators.run(runs, *runs.flat(arguments))
-        return runs.by_output(table)
+    def _run(self, runs: Runs, nest: Mapping[str, Any]) -> Tensor:
+        return self._operators.run(runs, *runs.flat(nest))
 
     def _evaluate(self, name: str, arguments: Mapping[str, Any]) -> Tensor:
         package, tensors = self._operators.package, dict[str, Tensor]()
