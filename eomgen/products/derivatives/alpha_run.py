@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearStep
 from eomgen.lie.product import difference
-from eomgen.products.derivatives.equations import EquationBlocks, EquationPartials, StepEquations, rows_of
+from eomgen.products.derivatives.equations import StepEquations, rows_of
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
@@ -30,82 +30,61 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States, states_o
 
 def step_matrices(
     equations: StepEquations,
-    partials: EquationPartials | EquationBlocks,
+    blocks: Mapping[str, Array],
     before: States,
     after: States,
     values: Mapping[str, Array],
     a: Array,
     coefficients: Sequence[Any],
     inverse_inertia: Array,
-    begun: EquationBlocks | None = None,
+    B: Array | None = None,
 ) -> tuple[StepMatrices, Array]:
     """Return the matrices of n steps, and eta, (n, holonomic).
 
     Parameters
     ----------
-    partials : of the equations at the ends of the steps
+    blocks : partials of the equations at the ends of the steps, of ``StepEquations.blocks``
     before, after : states at the starts and at the ends
     values : input blocks at the starts
     coefficients : the size of steps may be (n, 1)
     a : (n, nv) algorithmic accelerations at the starts; or (nv,) at the start of the first of consecutive steps
     inverse_inertia : (nv,) or (n, nv), W, by which multipliers of velocities move positions; empty if there are none
-    begun : partials of the equations at the starts, if known
+    B : of the constraints at the starts, if known
     """
     factors, count, nv, nh = equations.model.factors, len(before.t), equations.nv, equations.holonomic
     theta = difference(factors, before.q, after.q)
-    A, T = turning(factors, theta)
-    held = nh if inverse_inertia.size else 0
-    if isinstance(partials, EquationPartials):
-        blocks = _by_rows(equations, partials, held)
-    else:
-        blocks = _by_kinds(equations, partials, held)
-    if not held:
+    matrices = dict(zip(("A", "T"), turning(factors, theta), strict=True)) | _of_equations(
+        equations, blocks, nh if inverse_inertia.size else 0
+    )
+    if not (nh and inverse_inertia.size):
         none = {name: np.zeros((count, 0, 0)) for name in ("G", "N", "Np")}
-        return StepMatrices(**blocks, A=A, T=T, **none, reaction=np.zeros((count, 0))), np.zeros((count, 0))
-    B = (equations.of("constraint_jacobian", values)["B"] if begun is None else begun.B)[:, :nh]
+        return matrices | none | {"reaction": np.zeros((count, 0))}, np.zeros((count, 0))
+    if B is None:
+        B = equations.of("constraint_jacobian", values)["B"]
     moved = _predicted_exponents(before, after, a, coefficients) - theta / coefficients[0]  # W B^T eta
-    G, eta, reaction = reactions(B, inverse_inertia, moved)
+    G, eta, reaction = reactions(B[:, :nh], inverse_inertia, moved)
     N, Np = equations.reaction_partials(values, eta)
     W = np.broadcast_to(inverse_inertia, (count, nv))[:, :, np.newaxis]
     N = np.multiply(N, W, out=N if N.flags.writeable else None)
     if any(Np.strides):
         Np = W * Np
-    return StepMatrices(**blocks, A=A, T=T, G=G, N=N, Np=Np, reaction=reaction), eta
+    return matrices | {"G": G, "N": N, "Np": Np, "reaction": reaction}, eta
 
 
-def _by_rows(equations: StepEquations, partials: EquationPartials, held: int) -> dict[str, Array]:
-    """Return the matrices of steps by name of ``StepMatrices``, as blocks of whole partials. ``held`` is the number of
-    position constraints with multipliers of velocities."""
-    e, nv, nz = partials, equations.nv, equations.nz
-    places = {
-        "R": slice(nv),
-        "F": slice(nv, nv + nz),
-        "H": slice(nv + nz, nv + nz + held),
-        "Z": slice(nv + nz + held, None),
-    }
-    R, F, Z = places["R"], places["F"], places["Z"]
-    blocks = {f"{row}p": e.P[:, rows] for row, rows in places.items()}
-    blocks |= {f"{row}q": e.Jq[:, rows] for row, rows in places.items()}
-    of_motion = {"Rv": e.Jv[:, R], "Fv": e.Jv[:, F], "Zv": e.Jv[:, Z], "Ra": e.Ja[:, R]}
-    return blocks | of_motion | {"Rz": e.Jz[:, R], "Fz": e.Jz[:, F], "L": np.swapaxes(e.Jlam[:, R], 1, 2)}
-
-
-def _by_kinds(equations: StepEquations, partials: EquationBlocks, held: int) -> dict[str, Array]:
-    """Return the matrices of steps by name of ``StepMatrices``, from partials by kinds of equations. With ``held`` 0
-    (index 3) the constraints on positions stand in place of their rates."""
-    e, nh = partials, equations.holonomic
-    of_rates = {"Zq": e.Z, "Zv": e.B, "Zp": e.Zp}
+def _of_equations(equations: StepEquations, blocks: Mapping[str, Array], held: int) -> dict[str, Array]:
+    """Return the matrices of steps from partials of the equations. With ``held`` 0 (index 3) the constraints on
+    positions stand in place of their rates."""
+    e, nh = blocks, equations.holonomic
+    of_rates = {"Zq": e["Z"], "Zv": e["B"], "Zp": e["Zp"]}
     if held < nh:
-        pairs = {"Zq": (e.B, e.Z), "Zv": (np.zeros_like(e.B), e.B), "Zp": (e.Hp, e.Zp)}
+        pairs = {"Zq": (e["B"], e["Z"]), "Zv": (np.zeros_like(e["B"]), e["B"]), "Zp": (e["Hp"], e["Zp"])}
         of_rates = {
             name: np.concatenate([holonomic[:, :nh], nonholonomic[:, nh:]], axis=1)
             for name, (holonomic, nonholonomic) in pairs.items()
         }
-    internal = {"Fq": -e.Fq, "Fv": -e.Fv, "Fz": -e.Fz, "Fp": -e.Fp} if equations.nz else {}
-    internal = internal or {"Fq": e.Fq, "Fv": e.Fv, "Fz": e.Fz, "Fp": e.Fp}
-    of_positions = {"Hq": e.B[:, :held], "Hp": e.Hp[:, :held]}
-    of_residual = {"Rq": e.Rq, "Rv": e.Rv, "Ra": e.Ra, "Rz": e.Rz, "Rp": e.Rp, "L": e.B}
-    return of_residual | internal | of_positions | of_rates
+    of_residual = {name: e[name] for name in ("Rq", "Rv", "Ra", "Rz", "Rp")}
+    internal = {name: -e[name] if equations.nz else e[name] for name in ("Fq", "Fv", "Fz", "Fp")}
+    return of_residual | internal | of_rates | {"L": e["B"], "Hq": e["B"][:, :held], "Hp": e["Hp"][:, :held]}
 
 
 def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[Any]) -> Array:
@@ -200,17 +179,14 @@ class AlphaRun(StartedRun[AlphaPart]):
         states = states_of(part.rows, self.run.model)
         blocks = self.blocks(states, self.prescribe(states.t))
         both = self.equations.blocks(blocks)
-        partials, begun = both.at(slice(1, None)), both.at(slice(None, -1))
-        if not np.isfinite(np.sum(partials.Rq) + np.sum(partials.Rv)):
-            rows = np.isfinite(partials.Rq).all(axis=(1, 2)) & np.isfinite(partials.Rv).all(axis=(1, 2))
-            if not rows.all():
-                t = float(states.t[1:][int(np.argmin(rows))])
-                raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
+        ends = rows_of(both, slice(1, None))
+        finite = np.isfinite(ends["Rq"]).all(axis=(1, 2)) & np.isfinite(ends["Rv"]).all(axis=(1, 2))
+        if not finite.all():
+            t = float(states.t[1:][int(np.argmin(finite))])
+            raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
-        values = rows_of(blocks, slice(None, -1))
-        matrices, eta = step_matrices(
-            self.equations, partials, before, after, values, part.memory, self.coefficients, self.inverse_inertia, begun
-        )
+        given = part.memory, self.coefficients, self.inverse_inertia, both["B"][:-1]
+        matrices, eta = step_matrices(self.equations, ends, before, after, rows_of(blocks, slice(None, -1)), *given)
         return AlphaPart(part.first, states, blocks, matrices, eta)
 
     def tangents(self, part: AlphaPart, dp: Array, state: Array) -> Array:
@@ -218,7 +194,7 @@ class AlphaRun(StartedRun[AlphaPart]):
 
     def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
         multipliers, ends = self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
-        rows = self.equations.nv + self.equations.nz + self.equations.holonomic + self.equations.nl
+        rows = self.equations.rows
         if len(self.kept) == rows:
             return multipliers, ends
         whole = np.zeros((len(multipliers), rows, multipliers.shape[2]))

@@ -52,42 +52,8 @@ class EquationPartials:
         return np.concatenate([self.Jq, self.Jv, self.Jz, self.P], axis=2)
 
 
-@dataclass(frozen=True)
-class EquationBlocks:
-    """Partials of the equations at n rows, one dense block per kind of equation.
-
-    Attributes
-    ----------
-    Rq, Rv, Ra, Rz : of the residual in q, v, vdot and internal states
-    Fq, Fv, Fz : of the rates of internal states
-    B : of the rates of all constraints in v, (n, nl, nv); its transpose is of the residual in multipliers, its first
-        rows are of the constraints on positions in q
-    Z : of the rates of all constraints in q
-    Rp, Fp, Hp, Zp : of residual, rates of internal states, constraints on positions, rates of constraints in the chosen
-        parameters, then along the directions of inputs
-    """
-
-    Rq: Array
-    Rv: Array
-    Ra: Array
-    Rz: Array
-    Fq: Array
-    Fv: Array
-    Fz: Array
-    B: Array
-    Z: Array
-    Rp: Array
-    Fp: Array
-    Hp: Array
-    Zp: Array
-
-    def at(self, rows: slice) -> EquationBlocks:
-        """Return the partials at some of the rows."""
-        return EquationBlocks(*(block[rows] for block in vars(self).values()))
-
-
 def rows_of(blocks: Mapping[str, Array], rows: slice | int | NDArray[Any]) -> dict[str, Array]:
-    """Return input blocks at some rows; parameters may be the same at all rows."""
+    """Return arrays at some rows; parameters ``p`` may be the same at all rows."""
     return {name: array if name == "p" and array.ndim == 1 else array[rows] for name, array in blocks.items()}
 
 
@@ -137,7 +103,7 @@ class StepEquations:
         self.model, self.p = model.having(_TERMS), p
         self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
         self.nv, self.nz, self.nl, self.driven = model.nv, model.nz, len(model.multipliers), driven
-        self.parameters = len(self.chosen) + driven
+        self.parameters, self.rows = len(self.chosen) + driven, self.nv + self.nz + holonomic + self.nl
         places = second_blocks(
             nv=self.nv,
             nz=self.nz,
@@ -197,23 +163,32 @@ class StepEquations:
 
     def partials(self, values: Mapping[str, Array]) -> EquationPartials:
         """Return the partials of the equations e at n rows."""
-        nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
-        of, below = self.blocks(values), nz + nh + nl
+        return self.joined(self.blocks(values))
+
+    def joined(self, of: Mapping[str, Array]) -> EquationPartials:
+        """Return the partials of the equations e at n rows from ``blocks``."""
+        nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(of["Rq"])
+        below = nz + nh + nl
         rows = (
-            (of.Rq, -of.Fq, of.B[:, :nh], of.Z),
-            (of.Rv, -of.Fv, _zeros(count, nh, nv), of.B),
-            (of.Ra, _zeros(count, below, nv)),
-            (of.Rz, -of.Fz, _zeros(count, nh + nl, nz)),
-            (np.swapaxes(of.B, 1, 2), _zeros(count, below, nl)),
-            (of.Rp, -of.Fp, of.Hp, of.Zp),
+            (of["Rq"], -of["Fq"], of["B"][:, :nh], of["Z"]),
+            (of["Rv"], -of["Fv"], _zeros(count, nh, nv), of["B"]),
+            (of["Ra"], _zeros(count, below, nv)),
+            (of["Rz"], -of["Fz"], _zeros(count, nh + nl, nz)),
+            (np.swapaxes(of["B"], 1, 2), _zeros(count, below, nl)),
+            (of["Rp"], -of["Fp"], of["Hp"], of["Zp"]),
         )
         return EquationPartials(*(np.concatenate(blocks, axis=1) for blocks in rows))
 
-    def blocks(self, values: Mapping[str, Array]) -> EquationBlocks:
-        """Return the partials of e at n rows by kinds of equations."""
+    def blocks(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the partials of e at n rows, one dense block per kind of equation, by name.
+
+        First letters: R, residual; F, rates of internal states; H, constraints on positions; Z, rates of all
+        constraints. Second letters: q, v, a (vdot), z, p (the chosen parameters, then directions of inputs). Z alone is
+        of the rates in q. B, of the rates in v, is transposed of the residual in multipliers, and the first rows are of
+        the constraints on positions in q.
+        """
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
-        of_rates = self.of("internal_partials", values) if nz else {}
         by_parameters = self.of("parameter_partials", values) if self.chosen else {}
         names = {"Rp": nv, "Fp": nz, "Phip": nh, "Zp": nl}
         by = [self._parameters(by_parameters, name, size, count) for name, size in names.items()]
@@ -222,14 +197,14 @@ class StepEquations:
             of_inputs[1] = -of_inputs[1]  # e has minus the rates
             by = [np.concatenate(both, axis=2) for both in zip(by, of_inputs, strict=True)]
 
-        def block(blocks: Mapping[str, Array], name: str, rows: int, columns: int) -> Array:
-            return blocks[name] if name in blocks else _zeros(count, rows, columns)
-
-        B = self.of("constraint_jacobian", values)["B"] if nl else _zeros(count, 0, nv)
-        Z = self.of("velocity_partials", values)["Z"] if nl else B
-        Rq, Rv, Ra = (of_residual[name] for name in "KCM")
-        Fq, Fv, Fz = (block(of_rates, name, nz, size) for name, size in (("Fq", nv), ("Fv", nv), ("Fz", nz)))
-        return EquationBlocks(Rq, Rv, Ra, block(of_rates, "Rz", nv, nz), Fq, Fv, Fz, B, Z, *by)
+        of = {"B": _zeros(count, 0, nv), "Z": _zeros(count, 0, nv), "Rz": _zeros(count, nv, nz)}
+        of |= {name: _zeros(count, nz, size) for name, size in (("Fq", nv), ("Fv", nv), ("Fz", nz))}
+        of |= {f"R{block}": of_residual[name] for block, name in zip("qva", "KCM", strict=True)}
+        if nz:
+            of |= self.of("internal_partials", values)
+        if nl:
+            of |= self.of("constraint_jacobian", values) | self.of("velocity_partials", values)
+        return of | dict(zip(("Rp", "Fp", "Hp", "Zp"), by, strict=True))
 
     def forced_changes(
         self, blocks: Mapping[str, Array], partials: EquationPartials, by_time: Array | None = None
@@ -283,7 +258,7 @@ class StepEquations:
         inputs, count = self.model.description.inputs, len(values["t"])
         driven = [number for number, item in enumerate(inputs) if not item.given]
         prescribed = [number for number, item in enumerate(inputs) if item.given]
-        of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)))
+        of_e = np.zeros((count, self.rows, len(inputs)))
         of_outputs = np.zeros((count, len(self.outputs), len(inputs)))
         linear, outputs = self.of("linearization", values), self.of("output_partials", values)
         for columns, names in ((driven, ("B0", "Fu", "Yu")), (prescribed, ("E0", "Fw", "Yw"))):
@@ -359,7 +334,7 @@ class StepEquations:
         nv, nh, first = self.nv, self.holonomic, 3 * self.nv + self.nz
         still = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}
         lam = np.zeros_like(values["lam"])
-        multipliers = np.zeros((len(eta), nv + self.nz + nh + self.nl))
+        multipliers = np.zeros((len(eta), self.rows))
         multipliers[:, :nv] = -weights
         d = np.zeros((len(eta), first + self.nl + self.parameters, along.shape[2]))
         d[:, :nv], d[:, first + self.nl :] = along[:, :nv], along[:, nv + nh :]

@@ -240,7 +240,7 @@ class JumpRun(StartedRun[JumpPart]):
         for first, last in pairwise([0, *breaks.tolist(), len(plain)] if len(plain) else ()):
             steps = plain[first:last]
             step, times = int(steps[0]), states.t[steps + 1]
-            moves[step, True] = Sweep(step, int(steps[-1]) + 1, matrices.at(slice(first, last)), times)
+            moves[step, True] = Sweep(step, int(steps[-1]) + 1, rows_of(matrices, slice(first, last)), times)
         return JumpPart(part.first, states, blocks, [moves[key] for key in sorted(moves)])
 
     def _plain(self, part: JumpSegment) -> tuple[NDArray[np.intp], Array]:
@@ -262,8 +262,7 @@ class JumpRun(StartedRun[JumpPart]):
         """Return the matrices of the steps `plain` without a jump inside, with a column for time after the parameters.
         `before` and `after` are the states at both ends, `starts` the steps that start anew, ``into`` their numbers by
         step, ``kept`` W = 1/M_ii after cut steps."""
-        values = self._blocks(after, part.p[plain + 1], after.t)
-        partials = self._with_time(self.equations.partials(values), None)
+        of_ends = self.equations.blocks(self._blocks(after, part.p[plain + 1], after.t))
         known, a = part.memory, np.zeros((len(plain), self.equations.nv))
         inertia, every = part.inertia, np.zeros((len(plain), len(part.inertia)))
         for position, step in enumerate(plain.tolist() if len(inertia) else ()):
@@ -272,7 +271,8 @@ class JumpRun(StartedRun[JumpPart]):
                 inertia = starts.inertia[into[step]] if part.begun[step] else kept.get(step - 1, inertia)
             a[position], every[position] = known, inertia
             known = self._next(known, before.a[position], after.a[position])
-        return self._step_matrices(partials, before, after, part.p[plain], a, every, self.run.grid.step)
+        time = np.zeros((len(plain), self.equations.rows, 1))
+        return self._step_matrices(of_ends, time, before, after, part.p[plain], a, every, self.run.grid.step)
 
     def _next(self, a: Array, vdot: Array, vdot_next: Array) -> Array:
         """Return the algorithmic acceleration at the end of a step."""
@@ -281,10 +281,26 @@ class JumpRun(StartedRun[JumpPart]):
         return reached
 
     def _step_matrices(
-        self, partials: EquationPartials, before: States, after: States, p: Array, a: Array, inertia: Array, size: Any
+        self,
+        blocks: Mapping[str, Array],
+        more: Array,
+        before: States,
+        after: States,
+        p: Array,
+        a: Array,
+        inertia: Array,
+        size: Any,
     ) -> StepMatrices:
+        """Return the matrices of steps from partials of the equations at the ends, with ``more`` (n, rows, columns),
+        changes of e with time and size, after the parameters."""
+        e = self.equations
+        columns = dict(
+            zip(("Rp", "Fp", "Hp", "Zp"), np.split(more, np.cumsum([e.nv, e.nz, e.holonomic]), axis=1), strict=True)
+        )
+        columns["Fp"] = -columns["Fp"]  # e has minus the rates
+        blocks = {**blocks, **{name: np.concatenate([blocks[name], x], axis=2) for name, x in columns.items()}}
         coefficients, values = (size, *self.coefficients[1:]), self._blocks(before, p, before.t)
-        return step_matrices(self.equations, partials, before, after, values, a, coefficients, inertia)[0]
+        return step_matrices(e, blocks, before, after, values, a, coefficients, inertia)[0]
 
     def _with_time(self, partials: EquationPartials, by_time: Array | None) -> EquationPartials:
         """Return partials with a column for time after the parameters."""
@@ -511,22 +527,23 @@ class JumpRun(StartedRun[JumpPart]):
             lam = np.array([-np.linalg.lstsq(B.T, r, rcond=None)[0] for B, r in pairs])
             after = after._replace(multipliers=lam)
             values = self._blocks(after, p, middle)
-        by_time = self.jumps.by_time(values, self._rates(middle))[0] if moving else None
-        partials = self._with_time(e.partials(values), by_time)
+        by_time = self.jumps.by_time(values, self._rates(middle))[0] if moving else np.zeros((len(h), e.rows))
+        of_ends = e.blocks(values)
+        partials = e.joined(of_ends)
         theta = product.difference(factors, before.q, after.q)
         exponents = theta / h + h * ((0.5 - beta) * a + beta * reached)
         in_q = (product.tangent(factors, theta) @ exponents[..., np.newaxis])[..., 0]
         in_v, in_z = (after.v - before.v) / h, (after.z - before.z) / h
         parts = (partials.Jq, in_q), (partials.Jv, in_v), (partials.Jz, in_z)
-        in_size = sum(J @ change[..., np.newaxis] for J, change in parts)
-        with_size = replace(partials, P=np.concatenate([partials.P, in_size], axis=2))
-        made = self._step_matrices(with_size, before._replace(a=starts.vdot), after, p, a, starts.inertia, h)
+        in_size = sum((J @ change[..., np.newaxis] for J, change in parts), np.zeros(()))
+        more = np.concatenate([by_time[..., np.newaxis], in_size], axis=2)
+        made = self._step_matrices(of_ends, more, before._replace(a=starts.vdot), after, p, a, starts.inertia, h)
         dp = np.zeros((count + 2 + starts.inertia.shape[1], self._width))
         dp[:count, self._columns[3]] = np.eye(count)
         dp[count, -2:] = dp[count + 1, -1] = 1.0
         for k, size in enumerate(sizes.tolist()):
             dp[count + 2 :] = starts.of_inertia[k]
-            matrices = made.at(slice(k, k + 1))
+            matrices = rows_of(made, slice(k, k + 1))
             steps = LinearSteps(e.model.functions.sizes, factors, (size, *self.coefficients[1:]), e.holonomic)
             record, _ = steps.tangents(matrices, dp, starts.state[k].copy(), after.t[k : k + 1])
             through = record[0]

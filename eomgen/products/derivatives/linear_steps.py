@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
 from eomgen.base.files import template_folder
 from eomgen.errors import NumericalError, Problem
 from eomgen.lie.product import Factor
@@ -78,53 +77,12 @@ _BLOCKS = (
 )
 
 
-@dataclass(frozen=True)
-class StepMatrices:
-    """Matrices of linearised steps, (steps, rows, columns) each, as ``templates/derivatives/generalized_alpha.c`` says.
-
-    First letters: R, residual; F, minus rates of internal states; H, constraints on positions with multipliers at
-    velocity level; Z, rates of constraints. Second letters: q, v, a (vdot), z, p (parameters).
-
-    Attributes
-    ----------
-    L : of the residual in multipliers, transposed, (steps, multipliers, nv)
-    A, T : (steps, numbers), blocks of the rotating factors concatenated
-    G : B W at the starts
-    N, Np : of W B^T eta in q and in the parameters at the starts
-    reaction : B^T eta, (steps, nv); (steps, 0) without eta
-    """
-
-    Rq: Array
-    Fq: Array
-    Hq: Array
-    Zq: Array
-    Rv: Array
-    Fv: Array
-    Zv: Array
-    Ra: Array
-    Rz: Array
-    Fz: Array
-    L: Array
-    Rp: Array
-    Fp: Array
-    Hp: Array
-    Zp: Array
-    A: Array
-    T: Array
-    G: Array
-    N: Array
-    Np: Array
-    reaction: Array
-
-    def at(self, rows: slice) -> StepMatrices:
-        """Return the matrices of some of the steps."""
-        return StepMatrices(*(block[rows] for block in vars(self).values()))
-
-    @property
-    def by_parameters(self) -> Array:
-        """Partials of all equations in the parameters, (steps, equations, parameters)."""
-        result: Array = np.concatenate([self.Rp, self.Fp, self.Hp, self.Zp], axis=1)
-        return result
+#: Matrices of linearised steps by name, (steps, rows, columns) each, as ``templates/derivatives/generalized_alpha.c``
+#: says. First letters: R, residual; F, minus rates of internal states; H, constraints on positions with multipliers at
+#: velocity level; Z, rates of constraints. Second letters: q, v, a (vdot), z, p (parameters). L: of the residual in
+#: multipliers, transposed; A, T (steps, numbers): blocks of the rotating factors concatenated; G: B W at the starts;
+#: N, Np: of W B^T eta in q and in the parameters at the starts; reaction: B^T eta, (steps, nv), or (steps, 0).
+StepMatrices = Mapping[str, Array]
 
 
 def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
@@ -232,7 +190,7 @@ class LinearSteps:
         record : (steps, record_size, directions)
         eta : (steps, holonomic rows, directions)
         """
-        steps, directions = len(matrices.Rq), state.shape[1]
+        steps, directions = len(matrices["Rq"]), state.shape[1]
         record, eta = (np.empty((steps, size, directions)) for size in (self.record_size, self._nh))
         arguments = self._arguments(matrices, dp.shape[0], steps, directions)
         room, pivot = self._room(arguments[0])
@@ -269,7 +227,7 @@ class LinearSteps:
         ends : (steps, 2 nv, directions)
             Derivatives in q at the end of each step, and in D.
         """
-        steps, directions = len(matrices.Rq), state.shape[1]
+        steps, directions = len(matrices["Rq"]), state.shape[1]
         multipliers, ends = (np.empty((steps, size, directions)) for size in (self.rows, 2 * self._nv))
         arguments = self._arguments(matrices, gradient.shape[0], steps, directions)
         room, pivot = self._room(arguments[0])
@@ -288,9 +246,9 @@ class LinearSteps:
         ffi = self._ffi
         arguments = ffi.new("eg_steps *")
         arguments.nv, arguments.nz, arguments.nl, arguments.nh = self._nv, self._nz, self._nl, self._nh
-        arguments.np, arguments.nown, arguments.nshared = parameters, matrices.Rp.shape[2], matrices.Np.shape[2]
+        arguments.np, arguments.nown, arguments.nshared = parameters, matrices["Rp"].shape[2], matrices["Np"].shape[2]
         arguments.steps, arguments.directions, arguments.turns = steps, directions, len(self._turn)
-        A, T = np.ascontiguousarray(matrices.A), np.ascontiguousarray(matrices.T)
+        A, T = np.ascontiguousarray(matrices["A"]), np.ascontiguousarray(matrices["T"])
         turn, coefficients = ffi.from_buffer("long[]", self._turn), self._doubles(self._coefficients)
         arguments.turn, arguments.coefficients, arguments.A, arguments.T = (
             turn,
@@ -300,7 +258,7 @@ class LinearSteps:
         )
         arguments.scale = self._doubles(self._scale)
         for block, name in zip(arguments.block, _BLOCKS, strict=True):
-            array = T if name == "T" else getattr(matrices, name)
+            array = T if name == "T" else matrices[name]
             block.x = ffi.cast("const double *", array.__array_interface__["data"][0])
             strides = [stride // 8 for stride in array.strides]
             if array.ndim == 2:  # a row, or a column

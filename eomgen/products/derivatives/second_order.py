@@ -157,7 +157,7 @@ class StartSecondDerivatives:
         values = self.stages[0][0].values
         units = {name: np.repeat(array, nv + 1, axis=0) if name != "p" else array for name, array in values.items()}
         units["v"], units["a"] = np.zeros((nv + 1, nv)), np.eye(nv + 1, nv)
-        multipliers = np.zeros((nv + 1, nv + self.equations.nz + self.equations.holonomic + self.equations.nl))
+        multipliers = np.zeros((nv + 1, self.equations.rows))
         multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, minus the value at rest
         rows = [self._row(directions.dq, directions.dp[:size]) for directions in self.on]
         changes = self.equations.second_partials(units, multipliers, np.repeat(rows[1][np.newaxis], nv + 1, axis=0))
@@ -206,7 +206,7 @@ class StartSecondDerivatives:
         """Add the second derivatives of the static equilibrium at the start, K d_j dq_i = -e'', to the Hessian."""
         equations, nh = self.equations, self.equations.holonomic
         nv, nz = equations.nv, equations.nz
-        multipliers = np.zeros(nv + nz + nh + equations.nl)
+        multipliers = np.zeros(equations.rows)
         multipliers[: nv + nz + nh] = np.linalg.solve(rest.matrix.T, np.concatenate([back.q, back.z, np.zeros(nh)]))
         rows = []
         for directions in self.asked:
@@ -228,7 +228,7 @@ class StartSecondDerivatives:
         weights, ``moved`` the corrections c, in range of M^-1 B^T, ``along`` the directions of dB and dM, for first and
         second directions each."""
         nv, first = self.equations.nv, 3 * self.equations.nv + self.equations.nz
-        multipliers = np.zeros((1, nv + self.equations.nz + self.equations.holonomic + self.equations.nl))
+        multipliers = np.zeros((1, self.equations.rows))
         multipliers[0, :nv] = -m
         S = B @ np.linalg.solve(M, B.T)
         sides = []
@@ -349,7 +349,7 @@ class _AlphaTangents:
         along = np.concatenate([dq, deta, dp], axis=1)
         by_q, by_eta, by_p = equations.second_reactions(before, self.part.eta, -W * of_D, along)
         by_W = (of_D / W)[:, :, np.newaxis] * dW  # W enters as a factor
-        G, N, Np = matrices.G, matrices.N, matrices.Np
+        G, N, Np = matrices["G"], matrices["N"], matrices["Np"]
         of_steps[:, :nv] += by_q - np.swapaxes(N, 1, 2) @ by_W
         of_steps[:, 2 * nv :] += by_eta - G @ by_W
         of_parameters[:chosen] += (by_p - np.swapaxes(Np, 1, 2) @ by_W).sum(axis=0)

@@ -120,7 +120,7 @@ class StationaryRun:
         for each column."""
         run, steps, columns = self.run, self.run.motion.steps, of_record.shape[1]
         self.solutions += columns
-        step = self.part.matrices.at(slice(1))
+        step = rows_of(self.part.matrices, slice(1))
         state, direct = np.zeros((run.linear.state_size, columns)), of_record[np.newaxis]
         unused, multipliers, states = np.zeros((run.size, columns)), [], []
         for _ in range(steps):
@@ -134,7 +134,8 @@ class StationaryRun:
         """Return changes of components of the rows along the parameters, (n, columns, parameters). `of_record` (record,
         columns) are weights of the components, `responses` their adjoints; sums over earlier rows are convolutions by
         fast Fourier transforms."""
-        run, by_parameters = self.run, self.part.matrices.by_parameters
+        run = self.run
+        by_parameters = np.concatenate([self.part.matrices[name] for name in ("Rp", "Fp", "Hp", "Zp")], axis=1)
         multipliers, states = responses
         result = np.empty((len(self.t), of_record.shape[1], run.size))
         result[0] = of_record.T @ run.record
