@@ -3,11 +3,8 @@ choose, and in flight by methods that know no constraints."""
 
 from __future__ import annotations
 
-import runpy
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,18 +13,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 import eomgen
-from eomgen.errors import ModelError
-from tests.models.cache import shared_cache
+from tests.compiled.spaghetti import flown, slopes, spaghetti
 from tests.models.flexible_four_bar import flexible_four_bar
 
 pytestmark = pytest.mark.slow
 
-__all__ = ["shared_cache"]
-
 Array = NDArray[np.float64]
-spaghetti: Any = SimpleNamespace(
-    **runpy.run_path(str(Path(__file__).parents[2] / "examples" / "flying_spaghetti" / "spaghetti.py"))
-)
 
 
 @cache
@@ -87,19 +78,10 @@ def test_order_2_through_a_loop_at_steps_by_tolerances() -> None:
 def test_beams_that_shear_and_stretch_fly_by_methods_of_higher_order(method: str, order: int, finer: int) -> None:
     """All against rk4 over 1 s; at 2^-6 s, h omega of the fastest stretch is 1.25."""
     data, errors = spaghetti.scene(4, model="cosserat"), []
-    exact = eomgen.build(data, method="rk4", profile="quick").simulate(
-        1.0, 2.0**-11, method="rk4", record_every=2**8, error_estimate=False
-    )
+    exact = flown(eomgen.build(data, method="rk4", profile="quick"), 1.0, 11, 3, method="rk4")
     made = eomgen.build(data, method=method, profile="quick")
     for power in (finer - 1, finer):
-        run = made.simulate(1.0, 2.0**-power, method=method, record_every=2 ** (power - 3), error_estimate=False)
-        assert run.success, run.message
+        run = flown(made, 1.0, power, 3, method=method)
         errors.append([np.abs(run.q - exact.q).max(), np.abs(run.v - exact.v).max()])
-    orders = np.log2(np.divide(*errors))
+    (orders,) = slopes(errors)
     assert np.min(orders) > order - 0.3 and np.max(orders) < order + 0.8
-
-
-def test_methods_without_constraints_refuse_beams_without_shear() -> None:
-    made = eomgen.build(spaghetti.scene(2), method="generalized_alpha", profile="quick")
-    with pytest.raises(ModelError, match="rk4 cannot run on this scene: it needs a system without constraints"):
-        made.simulate(0.1, 0.01, method="rk4")

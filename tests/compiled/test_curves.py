@@ -12,11 +12,8 @@ import eomgen
 from eomgen.formula.curves import Curve
 from eomgen.mechanics.derive import derive
 from tests.codegen.hand_made import call, compile_system
-from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow
-
-__all__ = ["shared_cache"]
 
 POINTS = [[0, 0], [0.1, 0.02], [0.25, -0.01], [0.5, 0.03], [1, 0], [1.3, 0.01], [3, 0]]
 EVEN = [[0.25 * k, 0.1 * (k * (12 - k) % 7)] for k in range(13)]

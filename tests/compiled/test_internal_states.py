@@ -12,13 +12,10 @@ from scipy.linalg import expm
 
 import eomgen
 from eomgen.integrators.families.register import method_named
-from tests.models.cache import shared_cache
 from tests.oracles.stepper import integrate
 from tests.oracles.system_equations import equations_of
 
 pytestmark = pytest.mark.slow
-
-__all__ = ["shared_cache"]
 
 ALPHA, RK4 = "generalized_alpha", "rk4"
 #: What the steppers of scenes without constraints call.

@@ -57,6 +57,15 @@ def called(model: Model, name: str, blocks: dict[str, Array]) -> tuple[Array, ..
     return Functions(model.library)(name, blocks)
 
 
+def hold_lanes(model: Model, name: str, blocks: dict[str, Array]) -> None:
+    """Hold results of lanes to those of the scalar library."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("EOMGEN_LANES", "off")
+        expected = called(model, name, blocks)
+        patch.setenv("EOMGEN_LANES", "now")
+        same(expected, called(model, name, blocks))
+
+
 def in_lanes(model: Model, name: str) -> bool:
     companion = LaneCompanions.of(model.library)._found.get(name)
     return companion is not None and companion.judged and not companion.refused
@@ -77,23 +86,18 @@ def same(one: tuple[Array, ...], other: tuple[Array, ...]) -> None:
         "half_car_on_measured_road/scene.toml",  # a table
     ],
 )
-def test_every_function_of_a_scene_has_the_same_bits(
-    scene: str, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
-) -> None:
+def test_every_function_of_a_scene_has_the_same_bits(scene: str, rng: np.random.Generator) -> None:
     model = eomgen.build(EXAMPLES / scene, profile="fast")
     model.library.kept.pop("lanes", None)
     blocks = blocks_of(model, 43, rng)
     for name in model.functions.names:
-        monkeypatch.setenv("EOMGEN_LANES", "off")
-        expected = called(model, name, blocks)
-        monkeypatch.setenv("EOMGEN_LANES", "now")
-        same(expected, called(model, name, blocks))
+        hold_lanes(model, name, blocks)
         assert in_lanes(model, name), name
 
 
 @pytest.mark.slow
 def test_batches_of_any_size_and_of_broadcast_operands_have_the_same_bits(
-    model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
+    model: Model, rng: np.random.Generator
 ) -> None:
     whole = blocks_of(model, 17, rng)
     for name in TERMS:
@@ -103,10 +107,7 @@ def test_batches_of_any_size_and_of_broadcast_operands_have_the_same_bits(
                 part = {
                     key: value if value.ndim == 1 and key != "t" else value[:count] for key, value in blocks.items()
                 }
-                monkeypatch.setenv("EOMGEN_LANES", "off")
-                expected = called(model, name, part)
-                monkeypatch.setenv("EOMGEN_LANES", "now")
-                same(expected, called(model, name, part))
+                hold_lanes(model, name, part)
         assert in_lanes(model, name)
 
 
@@ -132,14 +133,9 @@ def test_a_sample_that_is_no_number_leaves_the_others_alone(
 def test_threads_share_lanes_to_the_same_bits(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, workers: str
 ) -> None:
-    blocks = blocks_of(model, 1003, rng)
-    monkeypatch.setenv("EOMGEN_LANES", "off")
-    expected = called(model, "partials", blocks)
     monkeypatch.setattr(functions, "_SHARE", 2000)
     monkeypatch.setenv("EOMGEN_THREADS", workers)
-    monkeypatch.setenv("EOMGEN_LANES", "now")
-    same(expected, called(model, "partials", blocks))
-    same(expected, called(model, "partials", blocks))
+    hold_lanes(model, "partials", blocks_of(model, 1003, rng))
     assert in_lanes(model, "partials")
 
 
@@ -242,11 +238,7 @@ def test_a_companion_of_other_bits_is_left_out(
         return SimpleNamespace(bind=bind, call=None)
 
     monkeypatch.setattr(model.library, "companion", altered)
-    blocks = blocks_of(model, 200, rng)
-    monkeypatch.setenv("EOMGEN_LANES", "off")
-    expected = called(model, "poses", blocks)
-    monkeypatch.setenv("EOMGEN_LANES", "now")
-    same(expected, called(model, "poses", blocks))
+    hold_lanes(model, "poses", blocks_of(model, 200, rng))
     assert not in_lanes(model, "poses")
     assert caplog.messages == ["lanes of poses are left out: their library differs in bits"]
 
@@ -255,16 +247,12 @@ def test_a_compiler_that_fails_changes_nothing(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, functions.__name__)
-    blocks = blocks_of(model, 20, rng)
-    monkeypatch.setenv("EOMGEN_LANES", "off")
-    expected = called(model, "poses", blocks)
 
     def broken(name: str, running: object = None) -> object:
         raise ToolchainError("it broke", "another one")
 
     monkeypatch.setattr(model.library, "companion", broken)
-    monkeypatch.setenv("EOMGEN_LANES", "now")
-    same(expected, called(model, "poses", blocks))
+    hold_lanes(model, "poses", blocks_of(model, 20, rng))
     assert caplog.messages == ["lanes of poses are left out: toolchain error: it broke; try: another one"]
 
 

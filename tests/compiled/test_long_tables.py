@@ -17,9 +17,6 @@ from eomgen.codegen.program import ProgramCurve
 from eomgen.codegen.targets.c.tables import LARGE, curve_tables
 from eomgen.formula.curves import Curve
 from tests.codegen.test_render import STRICT
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 ROWS = 1500
 X = np.cumsum(0.5 + 0.4 * np.sin(np.arange(ROWS)))

@@ -187,6 +187,7 @@ def test_terms_with_weights_are_no_terms_to_evaluate() -> None:
             "usage error: parameters: parameter length is nan, not a finite number",
         ),
         (lambda m: m.pose("lnk", Q), "usage error: there is no body 'lnk'; try: link"),
+        (lambda m: m.point("link", [0, 0], Q), "usage error: r: the shape is (2,), (..., 3) is needed"),
         (lambda m: m.inverse_dynamics(np.zeros((3, 1)), np.zeros((2, 1)), A), "the leading axes do not broadcast"),
     ],
 )

@@ -147,7 +147,6 @@ def test_free_motion_and_coriolis_matrices_in_compiled_code(rng: np.random.Gener
                 " derivative each"
             ),
         ),
-        ({"u_dot": {"force": 1.0}}, "usage error: there is no input 'force'; try: one of torque"),
         (
             {"base": np.zeros(19)},
             (

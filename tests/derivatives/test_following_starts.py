@@ -19,11 +19,8 @@ from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
 from tests.derivatives.checks import hold_adjoints, oracle_of, places_of, sixth_order, tunable
 from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
-from tests.models.cache import shared_cache
 from tests.oracles.complex_runs import STEP as TINY
 from tests.oracles.complex_runs import ComplexRun, derivatives
-
-__all__ = ["shared_cache"]
 
 STEPS = 6
 

@@ -14,9 +14,6 @@ from tests.derivatives.checks import sixth_order
 from tests.derivatives.test_following_starts import resting_controller, resting_loop
 from tests.derivatives.test_input_gradients import driven
 from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 STEPS = 12
 #: Of inputs that jump from row to row, where rounding is not told from what is left at less.

@@ -14,9 +14,6 @@ from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
 from eomgen.scene.builder import SceneBuilder
 from tests.derivatives.checks import sixth_order
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 TO_ROUNDING = {"rtol": 1e-16, "atol": 1e-18}
 TINY = 1e-30

@@ -17,7 +17,13 @@ from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from tests.derivatives.checks import oracle_of, places_of, sixth_order
 from tests.derivatives.test_sensitivities import (
+    OF_BEAM,
+    OF_CONTROL,
+    OF_TREE,
+    OF_TURNS,
+    SPUN,
     STEP,
+    SWUNG,
     TO_ROUNDING,
     absolute,
     bending,
@@ -27,13 +33,7 @@ from tests.derivatives.test_sensitivities import (
     tree,
     turning,
 )
-from tests.models.cache import shared_cache
 from tests.oracles.complex_runs import derivatives
-
-__all__ = ["shared_cache"]
-
-SWUNG = {"a": {"position": 0.7, "velocity": 0.2}, "b": {"position": -0.3, "velocity": 1.0}}
-OF_TREE = ["mass", "stiffness", "damping", "length", "q.a", "v.b"]
 
 
 def begun(model: Model, found: Sensitivities) -> tuple[dict[str, float], dict[str, Array]]:
@@ -77,11 +77,24 @@ def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tup
     return 0.5 * (table + np.swapaxes(table, -1, -2))
 
 
-def check(
-    builder: Any, method: str, by: Sequence[str], initial: Mapping[str, Any], of: Sequence[str], step: float = STEP
+@pytest.mark.slow
+@pytest.mark.long_cases("beam", "turning")
+@pytest.mark.parametrize(
+    ("builder", "method", "by", "initial", "of", "step"),
+    [
+        (tree, "generalized_alpha", OF_TREE, SWUNG, ["final(angle)", "integral(two[1])", "mean(two[0])"], STEP),
+        (tree, "trapezoidal", OF_TREE, SWUNG, ["final(angle)", "sum(angle)"], STEP),
+        (controlled, "trapezoidal", OF_CONTROL, {"a": 0.6}, ["final(y[0])", "mean(y[1])"], STEP),
+        (bending, "generalized_alpha", OF_BEAM, {"axle": {"velocity": 1.0}}, ["final(y[0])", "mean(y[1])"], 0.001),
+        (turning, "generalized_alpha", [*OF_TURNS, "q.a[1]"], SPUN, ["final(y[0])", "mean(y[2])"], STEP),
+    ],
+    ids=["tree", "tree_trapezoidal", "controlled", "beam", "turning"],
+)
+def test_hessians_are_differences_of_gradients(
+    builder: Any, method: str, by: Sequence[str], initial: Mapping[str, Any], of: Sequence[str], step: float
 ) -> None:
-    """Hold Hessians of functionals to differences, and products with vectors to them."""
-    _, model = built(builder)
+    """And products with vectors are those with Hessians."""
+    _, model = built(builder())
     span = (30 * step, step)
     found = model.sensitivities(*span, by=by, method=method, initial=initial, settings=TO_ROUNDING)
     hessians = found.hessians(of)
@@ -96,32 +109,6 @@ def check(
         column = products[:, : len(by)]
         assert np.max(np.abs(column - column.T)) <= 1e-14 * size  # before it is taken out
         np.testing.assert_allclose(found.hessian_products(functional, vectors[:, -1]), products[:, -1], rtol=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
-def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
-    check(tree(), method, OF_TREE, SWUNG, ["final(angle)", "integral(two[1])", "mean(two[0])", "sum(angle)"])
-
-
-@pytest.mark.slow
-def test_a_controller_with_internal_states() -> None:
-    by = ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"]
-    check(controlled(), "trapezoidal", by, {"a": 0.6}, ["final(y[0])", "mean(y[1])"])
-
-
-@pytest.mark.long
-def test_a_beam_at_steps_that_resolve_it() -> None:
-    by, initial = ["bend", "tip", "speed", "q.axle"], {"axle": {"velocity": 1.0}}
-    check(bending(), "generalized_alpha", by, initial, ["final(y[0])", "mean(y[1])"], 0.001)
-
-
-@pytest.mark.long
-def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter() -> None:
-    by = ["mass", "length", "damping", "shake", "q.a[0]", "q.a[1]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
-    check(
-        turning(), "generalized_alpha", by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]}, ["final(y[0])", "mean(y[2])"]
-    )
 
 
 @pytest.mark.long
@@ -167,22 +154,6 @@ def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, b
         assert np.max(np.abs(products - products.T)) <= 1e-14 * size
 
 
-@pytest.mark.slow
-def test_what_is_left_of_a_taylor_series_is_of_third_order() -> None:
-    _, model = built(tree())
-    given: dict[str, Any] = {"settings": TO_ROUNDING}
-    found = model.sensitivities(1.0, STEP, by=OF_TREE, initial=SWUNG, **given)
-    d = np.array([0.5, -0.8, 0.3, 0.2, 0.4, -0.6])
-    value, slope = found.outputs["angle"][-1], found.gradients(["final(angle)"])[0] @ d
-    curvature = d @ found.hessian("final(angle)") @ d
-    sizes = 2.0 ** -np.arange(4, 9)
-    left = []
-    for size in sizes:
-        run = model.simulate(1.0, STEP, error_estimate=False, **moved(model, found, size * d), **given)
-        left.append(abs(run.outputs["angle"][-1] - value - size * slope - 0.5 * size**2 * curvature))
-    assert np.polyfit(np.log(sizes), np.log(left), 1)[0] == pytest.approx(3.0, abs=0.1)
-
-
 def test_weights_of_rows_and_several_functionals() -> None:
     _, model = built(tree())
     found = model.sensitivities(0.2, STEP, by=OF_TREE, initial=SWUNG)
@@ -202,6 +173,8 @@ def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.Monkey
     monkeypatch.setattr(motion, "LONGEST", 64)
     again = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
     assert (kept._run.motion.parts, again._run.motion.parts) == (1, 8)
+    np.testing.assert_allclose(kept.derivatives["two"], again.derivatives["two"], rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(kept.gradients(["final(angle)", of]), again.gradients(["final(angle)", of]), rtol=1e-13)
     H = kept.hessian(of)
     np.testing.assert_allclose(again.hessian(of), H, rtol=1e-12)
     np.testing.assert_allclose(again.hessian_products(of, vectors), H, rtol=1e-12)

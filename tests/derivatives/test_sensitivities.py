@@ -14,22 +14,24 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
-from eomgen.products.derivatives import motion
 from eomgen.products.derivatives.linear_run import undefined_derivatives
 from eomgen.products.derivatives.linear_steps import turning as turned_in_c
-from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.scene import Scene
 from tests.derivatives.checks import hold_adjoints, oracle_of, places_of, sixth_order, tunable
-from tests.models.cache import shared_cache
 from tests.models.library import scene
 from tests.oracles.complex_runs import derivatives
 
-__all__ = ["shared_cache"]
-
 STEP = 0.01
 TO_ROUNDING = {"rtol": 1e-16, "atol": 1e-18}
+#: Directions of the scenes below, and states that they start from.
+OF_TREE = ["mass", "stiffness", "damping", "length", "q.a", "v.b"]
+OF_TURNS = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
+OF_CONTROL = ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"]
+OF_BEAM = ["bend", "tip", "speed", "q.axle"]
+SWUNG = {"a": {"position": 0.7, "velocity": 0.2}, "b": {"position": -0.3, "velocity": 1.0}}
+SPUN = {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]}
 
 
 def tree() -> SceneBuilder:
@@ -144,17 +146,22 @@ def check(
     return found
 
 
-@pytest.mark.slow_except("generalized_alpha")
-@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
-def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
-    initial = {"a": {"position": 0.7, "velocity": 0.2}, "b": {"position": -0.3, "velocity": 1.0}}
-    check(tree(), method, ["mass", "stiffness", "damping", "length", "q.a", "v.b"], initial)
-
-
-@pytest.mark.slow
-def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter() -> None:
-    by = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
-    check(turning(), "generalized_alpha", by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
+@pytest.mark.slow_except("tree")
+@pytest.mark.parametrize(
+    ("builder", "method", "by", "initial"),
+    [
+        (tree, "generalized_alpha", OF_TREE, SWUNG),
+        (tree, "trapezoidal", OF_TREE, SWUNG),
+        (tree, "hht", OF_TREE, SWUNG),
+        (turning, "generalized_alpha", OF_TURNS, SPUN),
+        (controlled, "trapezoidal", OF_CONTROL, {"a": 0.6}),
+    ],
+    ids=["tree", "tree_trapezoidal", "tree_hht", "turning", "controlled"],
+)
+def test_directions_of_parameters_and_of_the_initial_state(
+    builder: Any, method: str, by: Sequence[str], initial: Mapping[str, Any]
+) -> None:
+    check(builder(), method, by, initial)
 
 
 @pytest.mark.slow
@@ -164,13 +171,6 @@ def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     start = model.consistent(model.initial_q, np.array([1.0, 2.0, -1.0, 0.5, 2.0]))
     by = ["mass", "length", "damping", "q.a", "v.c[1]"]
     check(loop(), method, by, {"q": start.q, "v": start.v})
-
-
-@pytest.mark.long
-def test_absolute_coordinates_move_onto_their_constraints() -> None:
-    _, model = built(absolute())
-    initial = {"q": model.initial_q, "v": model.initial_v}
-    check(absolute(), "generalized_alpha", ["mass", "length", "damping"], initial, steps=8)
 
 
 @pytest.mark.long
@@ -240,15 +240,9 @@ def test_tangents_of_groups_in_c(size: float) -> None:
 
 
 @pytest.mark.slow
-def test_a_controller_with_internal_states() -> None:
-    check(controlled(), "trapezoidal", ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"], {"a": 0.6})
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.001, 0.01])
 def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
-    by = ["bend", "tip", "speed", "q.axle"]
-    found = check(bending(), "generalized_alpha", by, {"axle": {"velocity": 1.0}}, steps=10, step=step)
+    found = check(bending(), "generalized_alpha", OF_BEAM, {"axle": {"velocity": 1.0}}, steps=10, step=step)
     begun = found._run.motion.start
     assert np.any(begun["a"] != begun["vdot"]) == (step == 0.001)
 
@@ -278,21 +272,6 @@ def test_functionals_are_sums_over_rows() -> None:
     )
     sparse = model.sensitivities(0.2, STEP, by=["mass", "v.a"], initial={"a": 0.5}, record_every=4)
     np.testing.assert_array_equal(sparse.derivatives["two"], d["two"][::4])
-
-
-def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
-    _, model = built(tree())
-    kept = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
-    monkeypatch.setattr(ReplayedRun.__init__, "__defaults__", (0,))
-    monkeypatch.setattr(motion, "LONGEST", 64)
-    again = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
-    of = ["final(angle)", "integral(two[1])"]
-    np.testing.assert_allclose(kept.gradients(of), again.gradients(of), rtol=1e-13)
-    np.testing.assert_allclose(kept.derivatives["two"], again.derivatives["two"], rtol=1e-12, atol=1e-14)
-    assert (len(kept._run.motion._checkpoints), len(again._run.motion._checkpoints)) == (
-        0,
-        8,
-    )  # 500 steps, 64 in a part
 
 
 def refusal(model: Model, *given: Any, **options: Any) -> str:
@@ -334,13 +313,10 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
     for of, text in {
         "final(two)": 'the output two has 2 components, and a functional is one number; try: "final(two[0])"',
         "last(angle)": "the functional 'last(angle)' is none of a run",
-        "final(anglee)": "there is no output 'anglee'; try: angle",
     }.items():
         with pytest.raises(UsageError) as caught:
             found.gradient(of)
         assert text in str(caught.value)
-    with pytest.raises(UsageError, match=r"weights of angle have the shape \(3,\)"):
-        found.gradient({"angle": np.ones(3)})
     with pytest.raises(UsageError, match="of: no functional is named to differentiate"):
         found.gradients([])
     assert refusal(model, 0.1, STEP, record_every=4) == (
@@ -408,11 +384,8 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
         found.gradient(3.0)  # type: ignore[arg-type]  # a mistake on purpose
     with pytest.raises(UsageError, match=r"weights of angle: an array of real numbers is needed, not str"):
         found.gradient({"angle": "a"})  # type: ignore[dict-item]  # a mistake on purpose
-    for vectors in ("a", [1j] * len(found.by), 3.0):
-        with pytest.raises(
-            UsageError, match=r"directions: (an array of real numbers is needed, not|vectors have the sha)"
-        ):
-            found.hessian_products("final(angle)", vectors)  # type: ignore[arg-type]  # a mistake on purpose
+    with pytest.raises(UsageError, match=r"directions: an array of real numbers is needed, not"):
+        found.hessian_products("final(angle)", "a")  # type: ignore[arg-type]  # a mistake on purpose
     with pytest.raises(UsageError, match=r"of: a list is needed, not the text 'final\(angle\)'; try: \[\"final"):
         found.gradients("final(angle)")
     with pytest.raises(UsageError, match="of: a list of outputs is needed, not the text 'angle'"):

@@ -193,31 +193,28 @@ def _slow(t: float) -> float:
     return 1.0
 
 
-def test_another_version_is_told_before_the_first_sample(cart: eomgen.Model, client: Any) -> None:
-    client.run(_set_version, "0.0.1")
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("_set_version", r"its eomgen is 0\.0\.1, and here it is \S+; try: pip install eomgen=="),
+        ("_set_version_of_parts", r"eomgen is 0\.0\.1 here, and .* at the start of the ensemble"),
+    ],
+)
+def test_another_version_is_told_of_workers_that_are_there_and_that_come(
+    cart: eomgen.Model, client: Any, setting: str, said: str
+) -> None:
+    client.run(globals()[setting], "0.0.1")
     try:
-        with pytest.raises(UsageError) as caught:
+        with pytest.raises(UsageError, match=said):
             cart.simulate_many(**OPTIONS, cluster=client)
-        assert f"its eomgen is 0.0.1, and here it is {eomgen.__version__}; try: pip install eomgen==" in str(
-            caught.value
-        )
     finally:
-        client.run(_set_version, eomgen.__version__)
+        client.run(globals()[setting], eomgen.__version__)
 
 
 def _set_version(version: str) -> None:
     from eomgen.base import version as module
 
     module.__version__ = version
-
-
-def test_a_worker_that_comes_later_is_asked_as_well(cart: eomgen.Model, client: Any) -> None:
-    client.run(_set_version_of_parts, "0.0.1")
-    try:
-        with pytest.raises(UsageError, match=r"eomgen is 0\.0\.1 here, and .* at the start of the ensemble"):
-            cart.simulate_many(**OPTIONS, cluster=client)
-    finally:
-        client.run(_set_version_of_parts, eomgen.__version__)
 
 
 def _set_version_of_parts(version: str) -> None:

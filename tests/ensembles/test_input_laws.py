@@ -88,9 +88,7 @@ VALUES = "values(1, 2)"
     ("options", "said"),
     [
         ({"vary": {"seed.push": "uniform(0, 9)"}}, "a seed is a whole number from 0 on, and uniform(0, 9)"),
-        ({"vary": {"seed.push": "integers(-3, 9)"}}, "whole number from 0 on, and integers(-3, 9) has others"),
         ({"table": {"seed.push": [1.0, 1.5]}}, "a seed is a whole number from 0 on, and the column has others"),
-        ({"vary": {"seed.push": "integers(0.5, 9)"}}, "integers(low, high) needs whole numbers, low < high"),
         ({"vary": {"seed.push": VALUES, "seed.rear": VALUES}}, "runs in the same track as the wheel of seed.push, and"),
         ({"vary": {"seed.wind": VALUES}}, "the input wind is neither a random road nor a random process, so it has no"),
         ({"vary": {"seed.track": VALUES}}, "track is a curve, whose numbers are fixed in the code; try: a random"),

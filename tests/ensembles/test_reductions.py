@@ -13,12 +13,12 @@ RNG = np.random.default_rng(7)
 DATA = RNG.normal(size=(1000, 2, 3)) * np.array([1.0, 1e-3])[:, None] + np.array([1e6, 5.0])[:, None]
 
 
-def reduced(data: np.ndarray, sizes: tuple[int, ...], chunk: int = 256) -> Reduction:
-    return added(data, sizes, chunk).whole()
+def reduced(data: np.ndarray, sizes: tuple[int, ...]) -> Reduction:
+    return added(data, sizes).whole()
 
 
-def added(data: np.ndarray, sizes: tuple[int, ...], chunk: int = 256) -> Reduction:
-    found = Reduction(*data.shape[1:], chunk)
+def added(data: np.ndarray, sizes: tuple[int, ...]) -> Reduction:
+    found = Reduction(*data.shape[1:], 256)
     for block in np.split(data, np.cumsum(sizes)):
         found.add(block)
     return found

@@ -84,14 +84,6 @@ def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
 
 @pytest.mark.long
 @pytest.mark.slow
-def test_the_ensemble_passes_on_what_the_run_without_variations_warns_of() -> None:
-    model = eomgen.build(sliding("-k*q.slide + 10*sin(2*pi*200*t)"))
-    found = model.simulate_many(1.0, 0.01, vary={"k": "uniform(99, 101)"}, samples=2)
-    assert "the run without variations: the force along slide, which depends on t, varies faster than" in found.message
-
-
-@pytest.mark.long
-@pytest.mark.slow
 def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None:
     """G ~ exp(-2 (pi l f)^2), so the share above f is erfc(sqrt(2) pi l f)."""
     scale = 0.05
@@ -133,38 +125,27 @@ def test_examined_samples_are_spread_over_the_design(samples: int, varied: int) 
     np.testing.assert_equal(spread_samples(np.ones((5, 2)), 3), [0, 1, 2])
 
 
-@pytest.mark.parametrize("cut", ["part", "reduced"])
-def test_parts_that_are_cut_short_are_run_again(slider: eomgen.Model, tmp_path: Path, cut: str) -> None:
-    options = {"vary": {"k": "uniform(50, 150)"}, "samples": 40, "folder": tmp_path / "out"}
-    with small_blocks():
-        whole = slider.simulate_many(2.0, 0.02, **options)
-        parts = sorted((tmp_path / "out" / "samples").glob("*.npz"))
-        assert len(parts) > 2
-        file = parts[1] if cut == "part" else tmp_path / "out" / "reduced.npz"
-        file.write_bytes(file.read_bytes()[:-100])
-        again = slider.simulate_many(2.0, 0.02, resume=True, **options)
-    assert bits(again) == bits(whole)
-    told = "were run again: their part of the folder was cut short or damaged"
-    told = f"{file.name} was cut short or damaged: all samples are run again" if cut == "reduced" else told
-    assert told in again.message and told not in whole.message
-
-
-@pytest.mark.parametrize("place", [60, 0.4, 0.6, -200])
-def test_damaged_parts_are_run_again(slider: eomgen.Model, tmp_path: Path, place: float) -> None:
-    """Inverted bytes in headers and data: each part that is kept has the samples of a run without damage."""
+@pytest.mark.parametrize("damage", ["reduced", "part", 60, 0.4, 0.6, -200])
+def test_damaged_parts_are_run_again(slider: eomgen.Model, tmp_path: Path, damage: str | float) -> None:
+    """Cut short, or inverted bytes in headers and data: each kept part has the samples of a run without damage."""
     options = {"vary": {"k": "uniform(50, 150)"}, "samples": 40, "folder": tmp_path / "out"}
     with small_blocks():
         whole = slider.simulate_many(2.0, 0.02, **options)
         part = sorted((tmp_path / "out" / "samples").glob("*.npz"))[1]
-        written = part.read_bytes()
-        data = bytearray(written)
-        data[int(place * len(data)) if 0 < place < 1 else int(place)] ^= 0xFF
-        part.write_bytes(bytes(data))
+        file = tmp_path / "out" / "reduced.npz" if damage == "reduced" else part
+        data = bytearray(file.read_bytes())
+        if isinstance(damage, str):
+            del data[-100:]
+        else:
+            data[int(damage * len(data)) if 0 < damage < 1 else int(damage)] ^= 0xFF
+        file.write_bytes(bytes(data))
         again = slider.simulate_many(2.0, 0.02, resume=True, **options)
     assert bits(again) == bits(whole)
-    assert ("cut short or damaged" in again.message) == (part.read_bytes() != bytes(data))
+    told = "all samples are run again" if damage == "reduced" else "part of the folder was cut short or damaged"
+    assert (told in again.message) == (file.read_bytes() != bytes(data)) and told not in whole.message
 
 
+@pytest.mark.slow
 def test_sobol_indices_have_bounds_and_the_error_of_their_samples(slider: eomgen.Model) -> None:
     """x(T) = 0.1 cos(sqrt(k) T) does not depend on what is no force; the other number has all of the variance."""
     vary = {"k": "uniform(90, 110)", "v.slide": "uniform(-1e-9, 1e-9)"}

@@ -54,6 +54,7 @@ def test_statistics_are_those_of_the_closed_form(cart: eomgen.Model) -> None:
     np.testing.assert_allclose(probabilities, np.histogram(expected[:, -1], edges)[0] / 300, atol=0.01)
 
 
+@pytest.mark.slow
 def test_shares_of_variance_are_those_of_a_sum(cart: eomgen.Model) -> None:
     """The place at the end is q + 2 v + 1: variances 0.09 and 4/12."""
     vary = {"q.rail": "normal(0, 0.3)", "v.rail": "uniform(-0.5, 0.5)"}
@@ -304,10 +305,6 @@ def test_histograms_hold_all_samples(cart: eomgen.Model) -> None:
         assert edges[0] < low[place] and high[place] < edges[-1]
     with pytest.raises(UsageError, match="bins: a whole number from 1 on is needed, not 0"):
         found.histogram("place", 1.0, bins=0)
-    with pytest.raises(UsageError, match="t: t is nan, not a finite number"):
-        found.histogram("place", np.nan)
-    with pytest.raises(UsageError, match="quantile: an array of real numbers is needed"):
-        found.quantile("place", "half")
 
 
 def test_what_is_refused_leaves_no_ensemble_behind(cart: eomgen.Model, tmp_path: Path) -> None:
@@ -345,21 +342,17 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
     [
         ({}, "vary: nothing varies: all samples would be the same"),
         ({"vary": {"masss": "normal(1, 0.1)"}}, "there is no parameter, input or initial state 'masss'; try: mass"),
-        ({"vary": {"q.rale": "normal(1, 0.1)"}}, "there is no parameter, input or initial state 'q.rale'; try: q.rail"),
         ({"vary": {"mass": 1.0}}, "vary mass: a distribution is needed, not float"),
         ({"vary": VARY, "design": "sobl"}, "design: there is no design 'sobl'; try: sobol"),
         ({"vary": VARY, "samples": 0}, "samples: a whole number from 1 on is needed, not 0"),
         ({"vary": {3: "normal(1, 0.1)"}}, "there is no parameter, input or initial state '3'"),
-        ({"vary": VARY, "keep": 1}, "keep: solutions of samples are kept in a folder"),
         ({"vary": VARY, "checkpoint": "run.npz"}, "checkpoint: samples write no checkpoints of their own"),
         ({"vary": VARY, "seed": -1}, "seed: a whole number from 0 on is needed, not -1"),
         ({"vary": VARY, "keep": [1]}, "keep: solutions of samples are kept in a folder, and none is given"),
         ({"table": {"mass": [1.0]}, "vary": VARY}, "a table says the values of all samples, and vary is given too"),
         ({"table": {"mass": [1.0], "push": [1.0, 2.0]}}, "table: push has 2 values, mass has 1"),
-        ({"table": {"mass": [np.nan]}}, "table mass"),
         ({"table": {"mass": [1.0, "1 N"]}}, "table mass[1]: '1 N' is a force, a mass in kg is expected"),
         ({"table": {"mass": ["1", "heavy"]}}, "table mass[1]: 'heavy' is not a number"),
-        ({"table": {"masss": [1.0]}}, "table: there is no parameter, input or initial state 'masss'; try: mass"),
     ],
 )
 def test_what_cannot_be_run_is_told_before_the_first_sample(

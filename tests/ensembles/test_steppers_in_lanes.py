@@ -27,6 +27,7 @@ CASES = [
     ("active_vehicle", "generalized_alpha"),
     ("digital", "rk4"),
     ("digital", "generalized_alpha"),
+    ("quarter_car", "generalized_alpha"),  # held inputs
 ]
 #: Scenes whose events lanes meet at times of their own, and the step.
 WITH_EVENTS = [
@@ -91,20 +92,23 @@ class Trajectories:
             done += rows
         return record, stepper.state, status
 
+    def compared(self) -> tuple[np.ndarray, np.ndarray]:
+        """Hold rows, states and statuses of lanes to those of runs alone, and return states and statuses."""
+        rows, states, statuses = self.together()
+        for lane, status in enumerate(statuses):
+            record, state, alone = self.alone(lane)
+            np.testing.assert_array_equal(rows[lane], record)
+            np.testing.assert_array_equal(states[lane], state)
+            assert status == alone
+        return states, statuses
+
 
 @pytest.mark.slow
 @pytest.mark.long_except("pendulum_on_shaking_base-omf4", "four_bar-rosenbrock", "digital-rk4")
 @pytest.mark.parametrize(("name", "method"), CASES, ids=lambda value: value)
 def test_each_lane_has_the_bits_of_a_run_alone(name: str, method: str) -> None:
-    trajectories = Trajectories(model_of(name, method))
-    rows, states, statuses = trajectories.together()
-    assert not statuses.any()
-    for lane in range(trajectories.lanes.lanes):
-        record, state, status = trajectories.alone(lane)
-        np.testing.assert_array_equal(rows[lane], record)
-        np.testing.assert_array_equal(states[lane], state)
-        assert statuses[lane] == status
-    assert not np.array_equal(rows[0], rows[1])
+    states, statuses = Trajectories(model_of(name, method)).compared()
+    assert not statuses.any() and not np.array_equal(states[0], states[1])
 
 
 def test_a_changed_translator_translates_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,30 +138,15 @@ def test_a_lane_that_fails_leaves_the_others_alone() -> None:
     assert trajectories.alone(1)[2] == statuses[1]
 
 
-@pytest.mark.long
-def test_held_inputs_are_those_of_each_lane() -> None:
-    trajectories = Trajectories(model_of("quarter_car", "generalized_alpha"))
-    trajectories.inputs = np.linspace(0.0, 0.02, trajectories.lanes.lanes)[:, np.newaxis]
-    rows, _, statuses = trajectories.together()
-    assert not statuses.any()
-    for lane in range(len(rows)):
-        np.testing.assert_array_equal(rows[lane], trajectories.alone(lane)[0])
-
-
 @pytest.mark.slow
 @pytest.mark.long_except("latch-generalized_alpha-0.03")
 @pytest.mark.parametrize(("name", "method", "step"), WITH_EVENTS, ids=str)
 def test_each_lane_meets_its_own_events(name: str, method: str, step: float) -> None:
     """Impacts, also of loops, resets, modes, counts, records and samples; one that comes again and again fails."""
     trajectories = Trajectories(model_of(name, method), step=step)
-    rows, states, statuses = trajectories.together()
+    states, statuses = trajectories.compared()
     places = trajectories.lanes.places
-    for lane in range(trajectories.lanes.lanes):
-        record, state, status = trajectories.alone(lane)
-        np.testing.assert_array_equal(rows[lane], record)
-        np.testing.assert_array_equal(states[lane], state)
-        assert statuses[lane] == status
-        assert state[places["event_count"]].sum() > 0
+    assert np.all(states[:, places["event_count"]].sum(axis=1) > 0)
     assert statuses.any() == (name == "driven") and not statuses.all()
     assert len(np.unique(states[:, places["event_time"]][:, 0])) > 1
 

@@ -178,8 +178,22 @@ def expected(functions: Any, factors: Sequence[Any], sizes: dict[str, int], fami
     return {name: ca.Function(name, *pair) for name, pair in made.items()}
 
 
-def compared(example: str, family: str, tmp: Path, rng: np.random.Generator) -> None:
-    scene, compiled = scene_of(example), Compiled(folder(example, tmp), family)
+@pytest.mark.slow
+@pytest.mark.long_except("double_pendulum_on_shaking_base/scene.toml-impl", "pi_servo/scene.toml-expl")
+@pytest.mark.parametrize(
+    ("example", "family"),
+    [
+        *(("double_pendulum_on_shaking_base/scene.toml", family) for family in ("expl", "impl", "dyn")),
+        *(("turned", family) for family in ("expl", "impl", "dyn")),
+        *(("hung", family) for family in ("impl", "dyn")),
+        *(("pi_servo/scene.toml", family) for family in ("expl", "dyn")),
+    ],
+)
+def test_functions_are_those_of_acados_formulas(
+    example: str, family: str, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    """By CasADi's derivatives of the scene's functions."""
+    scene, compiled = scene_of(example), Compiled(folder(example, tmp_path), family)
     functions, system = eomgen.casadi(scene, profile="quick"), eomgen.derive(scene, ["mass"])
     sizes = compiled.manifest["acados"]["sizes"]
     for name, function in expected(functions, system.factors, sizes, family).items():
@@ -199,31 +213,6 @@ def compared(example: str, family: str, tmp: Path, rng: np.random.Generator) -> 
             for found, wanted in zip(compiled(name, *point), numbers(function, *point), strict=True):
                 assert found.shape == wanted.shape, name
                 assert np.max(np.abs(found - wanted), initial=0.0) <= 1e-12 * np.max(np.abs(wanted), initial=1.0), name
-
-
-@pytest.mark.slow_cases("expl")
-@pytest.mark.parametrize(
-    "family", ["expl", pytest.param("impl", marks=pytest.mark.slow), pytest.param("dyn", marks=pytest.mark.slow)]
-)
-def test_functions_are_those_of_acados_formulas(family: str, tmp_path: Path, rng: np.random.Generator) -> None:
-    """Of a scene with time and parameters in p; by CasADi's derivatives of the scene's functions."""
-    compared("double_pendulum_on_shaking_base/scene.toml", family, tmp_path, rng)
-
-
-@pytest.mark.slow
-@pytest.mark.long_except("pi_servo/scene.toml-expl")
-@pytest.mark.parametrize(
-    ("example", "family"),
-    [
-        *(("turned", family) for family in ("expl", "impl", "dyn")),
-        *(("hung", family) for family in ("impl", "dyn")),
-        *(("pi_servo/scene.toml", family) for family in ("expl", "dyn")),
-    ],
-)
-def test_functions_with_multipliers_states_and_inputs(
-    example: str, family: str, tmp_path: Path, rng: np.random.Generator
-) -> None:
-    compared(example, family, tmp_path, rng)
 
 
 def solved(folder: Path, kind: str, hessian: str, model: Any, solver: Any) -> tuple[int, float, int]:
@@ -248,6 +237,7 @@ def solved(folder: Path, kind: str, hessian: str, model: Any, solver: Any) -> tu
 
 @pytest.mark.long_cases("ERK-GAUSS_NEWTON")
 @needs_acados
+@pytest.mark.usefixtures("acados")
 @pytest.mark.long_except_every(4)
 @pytest.mark.parametrize(
     ("kind", "hessian"),
@@ -262,8 +252,6 @@ def solved(folder: Path, kind: str, hessian: str, model: Any, solver: Any) -> tu
 def test_a_solver_of_acados_has_the_optimum_and_iterations_of_one_made_by_casadi(
     kind: str, hessian: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
-    monkeypatch.chdir(tmp_path)
     eomgen.generate(CART_POLE, tmp_path / "folder", target="acados")
     monkeypatch.syspath_prepend(str(tmp_path / "folder"))
     own = runpy.run_path(str(tmp_path / "folder" / "cart_pole_acados.py"))
@@ -289,23 +277,32 @@ def test_a_solver_of_acados_has_the_optimum_and_iterations_of_one_made_by_casadi
     assert abs(found[2] - wanted[2]) <= (1 if kind == "IRK" else 0)
 
 
+@pytest.fixture
+def acados(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let acados be found, and write its files to a folder of the test."""
+    monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
+    monkeypatch.chdir(tmp_path)
+
+
+def integrator_of(scene: Any, name: str, kind: str, step: float, tmp: Path) -> tuple[dict[str, Any], Any]:
+    """Return the module that is written for acados, and an integrator of acados over its functions."""
+    eomgen.generate(scene, tmp / "folder", target="acados")
+    own = runpy.run_path(str(tmp / "folder" / f"{name}_acados.py"))
+    sim = sys.modules["acados_template"].AcadosSim()
+    sim.model, sim.code_export_directory = own["model"](kind), str(tmp / "c")
+    options = sim.solver_options
+    options.T, options.integrator_type, options.num_stages = step, kind, 4 if kind == "ERK" else 3
+    options.newton_iter, options.newton_tol = 20, 1e-13
+    return own, own["integrator"](sim, json_file=str(tmp / "sim.json"))
+
+
 @pytest.mark.long
 @needs_acados
 @pytest.mark.slow
-def test_an_integrator_of_acados_follows_a_loop_with_its_multipliers_as_algebraic_variables(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("acados")
+def test_an_integrator_of_acados_follows_a_loop_with_its_multipliers_as_algebraic_variables(tmp_path: Path) -> None:
     scene = EXAMPLES / "four_bar" / "scene.toml"
-    eomgen.generate(scene, tmp_path / "folder", target="acados")
-    own = runpy.run_path(str(tmp_path / "folder" / "four_bar_acados.py"))
-    sim = sys.modules["acados_template"].AcadosSim()
-    sim.model, sim.code_export_directory = own["model"]("IRK"), str(tmp_path / "c")
-    options, step = sim.solver_options, 1e-3
-    options.T, options.integrator_type, options.num_stages = step, "IRK", 3
-    options.newton_iter, options.newton_tol = 20, 1e-13
-    integrator = own["integrator"](sim, json_file=str(tmp_path / "sim.json"))
+    own, integrator = integrator_of(scene, "four_bar", "IRK", 1e-3, tmp_path)
     model = eomgen.build(scene, profile="quick")
     run = model.simulate(0.1, 1e-5, record_every=100)
     state = np.concatenate([run.q[0], run.v[0]])
@@ -321,19 +318,11 @@ def test_an_integrator_of_acados_follows_a_loop_with_its_multipliers_as_algebrai
 @needs_acados
 @pytest.mark.long_except_every(2)
 @pytest.mark.slow
+@pytest.mark.usefixtures("acados")
 @pytest.mark.parametrize("kind", ["ERK", "IRK"])
-def test_an_integrator_of_acados_follows_a_rotation(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_integrator_of_acados_follows_a_rotation(kind: str, tmp_path: Path) -> None:
     """Quaternions are states; four stages of Runge-Kutta, three of Gauss."""
-    monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
-    monkeypatch.chdir(tmp_path)
-    eomgen.generate(turned(), tmp_path / "folder", target="acados")
-    own = runpy.run_path(str(tmp_path / "folder" / "turned_acados.py"))
-    sim = sys.modules["acados_template"].AcadosSim()
-    sim.model, sim.code_export_directory = own["model"](kind), str(tmp_path / "c")
-    options, step = sim.solver_options, 2e-3
-    options.T, options.integrator_type, options.num_stages = step, kind, 4 if kind == "ERK" else 3
-    options.newton_iter, options.newton_tol = 10, 1e-14
-    integrator = own["integrator"](sim, json_file=str(tmp_path / "sim.json"))
+    _, integrator = integrator_of(turned(), "turned", kind, 2e-3, tmp_path)
     model = eomgen.build(turned(), profile="quick")
     v = [1.0, -2.0, 0.5, 3.0]
     run = model.simulate(0.2, 1e-4, method="rk4", initial={"v": v}, inputs={"torque": 0.2}, record_every=20)
@@ -350,9 +339,8 @@ def test_an_integrator_of_acados_follows_a_rotation(kind: str, tmp_path: Path, m
 @pytest.mark.long
 @needs_acados
 @pytest.mark.slow
+@pytest.mark.usefixtures("acados")
 def test_a_receding_horizon_swings_a_heavier_pole_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     demo = runpy.run_path(str(EXAMPLES / "receding_horizon" / "demo.py"))
     loop = demo["controlled"](demo["controller"](tmp_path), 2.5)

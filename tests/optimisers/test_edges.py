@@ -1,9 +1,8 @@
-"""Derivatives of formulas at singular points through C, CasADi, JAX and PyTorch, against one-sided differences."""
+"""Derivatives of formulas at singular points through C, against one-sided differences."""
 
 from __future__ import annotations
 
 import re
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -58,51 +57,9 @@ def test_c(model: Any, wanted: Any) -> None:
     assert np.diagonal(second)[:n] == pytest.approx(wanted[:, 2], **EXACT)
 
 
+@pytest.mark.slow
 def test_c_of_rates(model: Any, wanted: Any) -> None:
     """The rate of the force along q + v t, with constant v, is the slope in q times v."""
     zero = np.zeros(len(EDGES))
     rate, _ = model.having(("force_rates",)).force_rates(Q, V, zero, zero)
     assert rate == pytest.approx(wanted[:, 0] * V, **EXACT)
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_casadi(wanted: Any) -> None:
-    casadi = import_module("casadi")
-    function = eomgen.casadi(scene(), profile="quick")["forward_dynamics"]
-    names = function.name_in()
-    q, v = casadi.MX.sym("q", len(EDGES)), casadi.MX.sym("v", len(EDGES))
-    value = function(*({"q": q, "v": v}.get(name, casadi.MX.zeros(*function.size_in(name))) for name in names))
-    value = value[0] if isinstance(value, tuple) else value
-    curvature, slope = casadi.hessian(casadi.sum1(value), q)
-    slopes = casadi.Function("slopes", [q, v], [slope, casadi.gradient(casadi.sum1(value), v), casadi.diag(curvature)])
-    for number, result in enumerate(slopes(Q, V)):
-        assert result.full().ravel() == pytest.approx(wanted[:, number], **EXACT)
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_jax(model: Any, wanted: Any) -> None:
-    jax = import_module("jax")
-    jax.config.update("jax_enable_x64", True)
-    functions = eomgen.jax(model)
-
-    def force(q: Any) -> Any:
-        return functions.forward_dynamics(q, jax.numpy.array(V))
-
-    q = jax.numpy.array(Q)
-    assert np.diagonal(jax.jacfwd(force)(q)) == pytest.approx(wanted[:, 0], **EXACT)
-    assert np.diagonal(jax.hessian(lambda q: force(q).sum())(q)) == pytest.approx(wanted[:, 2], **EXACT)
-
-
-@pytest.mark.long
-def test_torch(model: Any, wanted: Any) -> None:
-    torch = import_module("torch")
-    functions = eomgen.torch(model)
-    q, v = torch.tensor(Q), torch.tensor(V)
-
-    def work(q: Any) -> Any:
-        return functions.forward_dynamics(q, v).sum()
-
-    assert torch.func.grad(work)(q).numpy() == pytest.approx(wanted[:, 0], **EXACT)
-    assert np.diagonal(torch.autograd.functional.hessian(work, q).numpy()) == pytest.approx(wanted[:, 2], **EXACT)

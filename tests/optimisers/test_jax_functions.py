@@ -141,10 +141,9 @@ Q, V = np.zeros(8), np.zeros(7)
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda f: f.forward_dynamics(V[:3], V), r"q has the shape \(3,\), and forward_dynamics takes \(8,\)"),
         (
-            lambda f: f.forward_dynamics(np.zeros((5, 8)), V),
-            r"try: one sample; jax.vmap\(forward_dynamics\) for a b",
+            lambda f: f.forward_dynamics(V[:3], V),
+            r"q has the shape \(3,\), and .* takes \(8,\); try: one sample; jax.vm",
         ),
         (lambda f: f.forward_dynamics(Q, V, parameters={"lod": 1.0}), "there is no parameter 'lod'; try: load"),
         (lambda f: jax.jacfwd(lambda t: f.forward_dynamics(Q, V, t))(0.0), "with inputs by the formulas of the scene"),
@@ -158,7 +157,6 @@ Q, V = np.zeros(8), np.zeros(7)
             r"load has the shape \(7,\), and simulate takes",
         ),
         (lambda f: f.simulate(0.01, 1e-3, parameters=[1.0]), "parameters: a mapping from names to values is needed, n"),
-        (lambda f: f.forward_dynamics(None, V), "q: an array of real numbers is needed, not NoneType; try: a"),
         (lambda f: f.forward_dynamics(Q, "x"), "v: an array of real numbers is needed, not str; try: a list"),
         (lambda f: f.forward_dynamics(Q), "forward_dynamics: the argument v is missing; try: v="),
         (lambda _: eomgen.jax("scene.toml"), "jax: a model is needed, not str; try: eomgen.build"),
@@ -243,22 +241,6 @@ def test_gradient_through_a_loop_is_the_adjoint() -> None:
     weights = np.zeros_like(found.outputs[output])
     weights[-1] = 1.0
     assert np.array_equal(gradient, found.gradients([{output: weights}])[0])
-
-
-@pytest.mark.long
-def test_gradient_of_a_run_with_impacts_and_samples_is_the_adjoint() -> None:
-    """The state jumps at samples of a controller and at a stop."""
-    builder = eomgen.SceneBuilder("jax_jumps").parameter("gain", 4.0, tunable=True).parameter("e", 0.6, tunable=True)
-    builder.body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.5})
-    builder.state("force", sample=0.02, formula="-gain*q.rail - 0.2").effort("drive", "rail", "force")
-    stop = {"direction": "falling", "action": "impact", "restitution": "e"}
-    model = eomgen.build(builder.event("stop", when="q.rail - 0.1", **stop).output("way", formula="q.rail").build())
-    functions = eomgen.jax(model)
-    gradient = jax.grad(lambda p: functions.simulate(1.5, 0.01, parameters={"gain": p[0], "e": p[1]})["way"][-1])(
-        np.array([4.0, 0.6])
-    )
-    exact = model.sensitivities(1.5, 0.01, by=["gain", "e"]).gradient("final(way)")
-    np.testing.assert_allclose(gradient, list(exact.values()), rtol=1e-12)
 
 
 @pytest.mark.long_cases("linear")

@@ -11,16 +11,6 @@ import eomgen
 jax = pytest.importorskip("jax")
 
 
-def turning_bodies() -> eomgen.Model:
-    """Return two free bodies with a spring in between."""
-    scene = eomgen.SceneBuilder("bodies", gravity=[0, 0, -9.81])
-    for k in range(2):
-        scene = scene.body(f"b{k}", 1.0 + k, inertia=[0.1, 0.2, 0.25])
-        scene = scene.joint(f"j{k}", "free", "base", f"b{k}", position=[1.0 * k, 0.0, 0.0])
-        scene = scene.point(f"p{k}", f"b{k}", [0.1, 0.2, 0.3])
-    return eomgen.build(scene.spring("s", "p0", "p1", stiffness=50.0, length=0.5).build(), profile="quick")
-
-
 def chain_of_sliders(count: int) -> eomgen.Model:
     """Return sliders with forces that are not linear between neighbours."""
     scene = eomgen.SceneBuilder("sliders", gravity=[0, 0, 0])
@@ -41,26 +31,6 @@ def arrays(jaxpr: Any) -> Iterator[Any]:
                 yield from arrays(part)
             elif hasattr(part, "jaxpr"):
                 yield from arrays(part.jaxpr)
-
-
-@pytest.mark.long
-def test_second_derivatives_of_two_free_bodies() -> None:
-    jax.config.update("jax_enable_x64", True)
-    model = turning_bodies()
-    functions, rng = eomgen.jax(model), np.random.default_rng(3)
-    q = model.integrate(model.initial_q, 0.2 * rng.normal(size=model.nv))
-    v, weights = 0.3 * rng.normal(size=model.nv), rng.normal(size=model.nv)
-
-    def weighted(q: Any) -> Any:
-        return weights @ functions.forward_dynamics(q, v)
-
-    slope = jax.jit(jax.grad(weighted))
-    turn, step = rng.normal(size=model.nv), 1e-5
-    before, after = model.integrate(q, -step * turn), model.integrate(q, step * turn)
-    along = (after - before) / (2.0 * step)
-    made = jax.jit(lambda q: jax.jvp(slope, (q,), (along,))[1])(q)
-    differences = (slope(after) - slope(before)) / (2.0 * step)
-    np.testing.assert_allclose(made, differences, rtol=0.0, atol=1e-7 * np.max(np.abs(differences)))
 
 
 @pytest.mark.long

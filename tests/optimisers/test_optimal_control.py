@@ -1,4 +1,4 @@
-"""Optimal control over eomgen's steps: swing-up of an acrobot, fastest motion of a Panda, car with preview."""
+"""Optimal control over eomgen's steps: swing-ups of a cart-pole and an acrobot, a fast Panda, a car with preview."""
 
 from __future__ import annotations
 
@@ -37,11 +37,19 @@ def hold(function: Any, native: Any, sizes: tuple[int, int, int], rng: np.random
             assert np.max(np.abs(np.array(found) - np.array(expected))) < 1e-11 * scale
 
 
+@cache
+def step_of(example: str) -> Any:
+    return eomgen.casadi(demo(example)["SCENE"], profile="quick")["step"]
+
+
 @pytest.mark.slow
-def test_the_acrobot_has_the_step_and_the_optimum_of_casadis_symbols(rng: np.random.Generator) -> None:
-    own_demo = demo("acrobot_swing_up")
-    step, native = eomgen.casadi(own_demo["SCENE"], profile="quick")["step"], own_demo["native_step"]()
-    hold(step, native, (4, 1, 4), rng)
+@pytest.mark.parametrize(("example", "parameters"), [("cart_pole_swing_up", 3), ("acrobot_swing_up", 4)])
+def test_swings_up_have_the_step_and_the_optimum_of_casadis_symbols(
+    example: str, parameters: int, rng: np.random.Generator
+) -> None:
+    own_demo, step = demo(example), step_of(example)
+    native = own_demo["native_step"]()
+    hold(step, native, (4, 1, parameters), rng)
     p = eomgen.build(own_demo["SCENE"], profile="quick").parameter_array()
     best, other = (own_demo["swing_up"](function, p) for function in (step, native))
     assert best.success and other.success
@@ -49,7 +57,11 @@ def test_the_acrobot_has_the_step_and_the_optimum_of_casadis_symbols(rng: np.ran
     assert best.cost == pytest.approx(other.cost, rel=1e-9)
     assert best.x == pytest.approx(other.x, abs=1e-6)
     assert best.x[-1] == pytest.approx(own_demo["END"], abs=1e-8)
-    assert np.max(np.abs(best.u)) <= own_demo["LARGEST_TORQUE"] * (1.0 + 1e-8)
+    assert np.max(np.abs(best.u)) <= own_demo.get("LARGEST_TORQUE", np.inf) * (1.0 + 1e-8)
+    if example == "cart_pole_swing_up":
+        approximated = own_demo["swing_up"](step, p, exact=False)
+        assert approximated.cost == pytest.approx(best.cost, rel=1e-7)
+        assert approximated.iterations > best.iterations
 
 
 @pytest.mark.long

@@ -81,19 +81,6 @@ def test_first_and_second_derivatives_pass_the_checks_of_pytorch(torch: Any, flo
 
 
 @pytest.mark.long
-def test_derivatives_are_the_exact_partials(torch: Any, floating: Any) -> None:
-    model, functions = floating
-    q, v, a = _state(model)
-    _, C, M = model.partials(q, v, a, 0.2)
-    u = torch.tensor([0.5 * np.sin(0.6)])
-    by_v, by_a = torch.func.jacrev(lambda v, a: functions.inverse_dynamics(q, v, a, 0.2, u), argnums=(0, 1))(
-        torch.tensor(v), torch.tensor(a)
-    )
-    assert np.allclose(by_v, C, rtol=0.0, atol=1e-13 * np.abs(C).max())
-    assert np.allclose(by_a, M, rtol=0.0, atol=1e-13 * np.abs(M).max())
-
-
-@pytest.mark.long
 def test_transforms_of_pytorch_apply(torch: Any, floating: Any) -> None:
     model, functions = floating
     vdot, point = _dynamics(torch, functions)

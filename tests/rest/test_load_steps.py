@@ -141,7 +141,6 @@ def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
     model = eomgen.build(scene, profile="quick")
     by_whole = model.equilibrium(parameters={"load": 30.0})
     monkeypatch.setattr("eomgen.compiled.rest.loaded_statics.WHOLE", 0)
-    monkeypatch.setattr("eomgen.compiled.rest.loaded_statics.WHOLE", 0)
     by_sparse = model.equilibrium(parameters={"load": 30.0})
     assert np.max(np.abs(by_whole.q - model.initial_q)) > 0.1
     np.testing.assert_allclose(by_whole.q, by_sparse.q, atol=1e-9)

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from eomgen.solvers import equilibrium_search
 from eomgen.solvers.blocks import Blocks
+
+
+def nudged(monkeypatch: pytest.MonkeyPatch, stiffness: np.ndarray, rates: int = 0) -> Any:
+    """Return the change of configuration that leaves an equilibrium of a stiffness, None for none."""
+    size = len(stiffness)
+    point: Any = SimpleNamespace(
+        imbalance=np.zeros(size), rates=np.zeros(rates), stiffness=stiffness, stiffness_blocks=Blocks.of(stiffness),
+        largest_stiffness=5.0, basis=np.eye(size), dual=np.eye(size),
+    )  # fmt: skip  # a table
+    monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)
+    return equilibrium_search._nudge(cast(Any, SimpleNamespace(sizes=np.ones(size))), point)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -21,19 +32,13 @@ def test_the_way_down_is_that_of_the_lowest_stiffness(
 ) -> None:
     axes = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
     symmetric = axes @ np.diag(stiffnesses) @ axes.T
-    point: Any = SimpleNamespace(
-        imbalance=np.zeros(3), rates=np.zeros(0), stiffness=symmetric, stiffness_blocks=Blocks.of(symmetric),
-        largest_stiffness=max(map(abs, stiffnesses)), basis=np.eye(3), dual=np.eye(3),
-    )  # fmt: skip  # a table
-    statics: Any = SimpleNamespace(sizes=np.ones(3))
-    monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)
-    change: Any = equilibrium_search._nudge(statics, point)
+    change = nudged(monkeypatch, symmetric)
     assert (change is not None) == leaves
     if leaves:
         lowest = axes[:, int(np.argmin(stiffnesses))]
         assert np.abs(change).max() == pytest.approx(1e-3)
         assert abs(change @ lowest) == pytest.approx(np.linalg.norm(change))
-        assert equilibrium_search._nudge(statics, SimpleNamespace(**{**vars(point), "rates": np.zeros(1)})) is None
+        assert nudged(monkeypatch, symmetric, rates=1) is None
 
 
 @pytest.mark.parametrize(("follower", "leaves"), [(3.0, False), (1.0, True)])
@@ -42,10 +47,4 @@ def test_follower_forces_that_bring_the_motion_back_are_no_reason_to_leave(
 ) -> None:
     # Eigenvalues 1 +- sqrt(4 - follower^2): the symmetric part alone has -1 and 3.
     stiffness = np.array([[1.0, 2.0 + follower], [2.0 - follower, 1.0]])
-    point: Any = SimpleNamespace(
-        imbalance=np.zeros(2), rates=np.zeros(0), stiffness=stiffness, stiffness_blocks=Blocks.of(stiffness),
-        largest_stiffness=5.0, basis=np.eye(2), dual=np.eye(2),
-    )  # fmt: skip  # a table
-    monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)
-    change = equilibrium_search._nudge(SimpleNamespace(sizes=np.ones(2)), point)
-    assert (change is not None) == leaves
+    assert (nudged(monkeypatch, stiffness) is not None) == leaves

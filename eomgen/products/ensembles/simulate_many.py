@@ -59,8 +59,8 @@ from eomgen.simulation.stepping.time_grid import row_times
 
 #: Seconds that the samples of a block should take: by Ctrl-C so much work is lost, and progress is that old.
 _PART = 2.0
-#: Blocks of a small ensemble at least, and numbers that a block of short runs keeps at most.
-_BLOCKS, _NUMBERS_OF_A_BLOCK = 16, 2**20
+#: Blocks of a small ensemble at least; evaluations of a block of short runs at least, and numbers that it keeps at most.
+_BLOCKS, _WORTH_A_BLOCK, _NUMBERS_OF_A_BLOCK = 16, 50_000, 2**20
 #: Seconds between two writings of the reduced results, and the least multiple of the time of one.
 _SELDOM, _RARELY = 10.0, 20.0
 #: Files that solutions of samples are kept as.
@@ -255,10 +255,10 @@ def _block(samples: int, work: int, numbers: int) -> int:
     """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`
     counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample.
 
-    A block has 256 samples at most, or 4096 of short runs, such that 50 000 evaluations outweigh the work of Python for
-    a block; threads share four blocks at least.
+    A block has 256 samples at most, or 4096 of short runs, whose evaluations are to outweigh the work of Python for a
+    block; threads share four blocks at least.
     """
-    worth = min(-(-50_000 // max(work, 1)), 4096, _NUMBERS_OF_A_BLOCK // numbers)
+    worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), 4096, _NUMBERS_OF_A_BLOCK // numbers)
     shared = worth if samples <= worth else min(worth, -(-samples // 4))
     return max(1, shared, min(256, -(-samples // _BLOCKS)))
 
