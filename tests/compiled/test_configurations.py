@@ -76,6 +76,7 @@ def test_random_stays_within_limits() -> None:
     assert np.abs(np.mean(rotation_of(free[:, :4]), axis=0)).max() < 0.06  # uniform orientations have mean zero
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limits", "ends"),
     [

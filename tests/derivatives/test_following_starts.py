@@ -157,6 +157,7 @@ def test_second_derivatives_of_a_start_at_rest(
     )
 
 
+@pytest.mark.slow
 def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
     _, model = built(resting_tree())
     options: dict[str, Any] = {"by": ["length", "q.a"], "settings": TO_ROUNDING}

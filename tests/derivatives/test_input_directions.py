@@ -92,6 +92,7 @@ def hold_hessian(model: Model, found: Sensitivities, of: str, options: dict[str,
     np.testing.assert_allclose(found.hessian_products(of, vectors), H @ vectors, rtol=1e-11, atol=1e-13 * size)
 
 
+@pytest.mark.slow
 def test_hessians_of_a_controlled_arm() -> None:
     _, model = built(driven())
     options = options_of("trapezoidal", samples("torque", "road", "command"))

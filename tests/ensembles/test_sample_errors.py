@@ -125,6 +125,7 @@ def test_examined_samples_are_spread_over_the_design(samples: int, varied: int) 
     np.testing.assert_equal(spread_samples(np.ones((5, 2)), 3), [0, 1, 2])
 
 
+@pytest.mark.slow_cases("60", "0.6", "-200")
 @pytest.mark.parametrize("damage", ["reduced", "part", 60, 0.4, 0.6, -200])
 def test_damaged_parts_are_run_again(slider: eomgen.Model, tmp_path: Path, damage: str | float) -> None:
     """Cut short, or inverted bytes in headers and data: each kept part has the samples of a run without damage."""

@@ -59,7 +59,7 @@ def samples() -> np.ndarray:
     return found
 
 
-@pytest.mark.slow_cases("loops", "copies", "places")
+@pytest.mark.slow_cases("loops", "copies", "places", "logs", "do_loops", "null_pointers")
 @pytest.mark.parametrize("case", CASES)
 def test_each_lane_does_what_the_text_does(case: str, tmp_path: Path) -> None:
     head = '#define EOMGEN_SHORT_NAMES\n#include <string.h>\n#include "eomgen_real.h"\n'

@@ -106,7 +106,6 @@ CASES = [
 ]
 #: Of central differences of eighth order.
 WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
-FAST = ("four_bar-rattlie", "double_pendulum-generalized_alpha", "spins-yoshida4")
 
 
 @cache
@@ -183,7 +182,7 @@ def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random
         assert np.max(np.abs(model.evaluate("constraint_velocity", q, v)["w"])) < 1e-11
 
 
-@pytest.mark.slow_except(*FAST)
+@pytest.mark.slow_except("spins-yoshida4")
 @pytest.mark.long_cases("hung-rattlie", "turning-rk4", "turning-trapezoidal", "hung-generalized_alpha", "ridge-hht")
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.random.Generator) -> None:
@@ -227,7 +226,7 @@ def test_the_jacobian_is_that_of_the_derivatives_of_a_run(method: str, rng: np.r
     assert found == pytest.approx(jacobian[:, :5], rel=1e-10, abs=1e-12)
 
 
-@pytest.mark.slow_cases("spins-rk4")
+@pytest.mark.slow
 @pytest.mark.long_except("four_bar-rattlie", "spins-rk4")
 @pytest.mark.parametrize(
     ("scene", "method"), [("four_bar", "rattlie"), ("spins", "trapezoidal"), ("spins", "leapfrog"), ("spins", "rk4")]

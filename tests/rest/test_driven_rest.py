@@ -112,6 +112,7 @@ def test_a_campbell_diagram_over_the_rate_of_a_drive(rotor: eomgen.Model) -> Non
     assert [item.whirl for item in diagram.crossings] == ["backward"]
 
 
+@pytest.mark.slow
 def test_a_velocity_that_a_drive_has_is_no_unknown(rotor: eomgen.Model) -> None:
     assert rotor.steady_motion({"spin": 300.0}).v.tolist() == [0.0, 0.0, 300.0]
     with pytest.raises(UsageError, match="at spin = 0: velocity spin: it is driven at 300 rad/s, and 0 rad/s is given"):
