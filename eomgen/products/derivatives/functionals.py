@@ -111,6 +111,12 @@ def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) ->
     return RowWeights(weights, match[1])
 
 
+def consecutive(sizes: Mapping[str, int]) -> dict[str, list[int]]:
+    """Return for each output the consecutive numbers of its components, from the sizes of all."""
+    ends = np.cumsum(list(sizes.values())).tolist()
+    return {name: list(range(end - size, end)) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+
+
 def _places(name: str, components: Mapping[str, Sequence[int]]) -> list[int]:
     """Return the indices of an output, or of a component, ``tip[1]``."""
     match = re.fullmatch(r"(.+)\[(\d+)\]", name)

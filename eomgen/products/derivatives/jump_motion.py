@@ -47,11 +47,6 @@ class StepPart:
     renews: bool
     p: Array
 
-    @property
-    def length(self) -> float:
-        """Duration, s."""
-        return float(self.last[0] - self.first[0])
-
 
 @dataclass(frozen=True)
 class JumpSegment(RunSegment):
@@ -88,7 +83,8 @@ class JumpMotion(ReplayedRun):
         size = min(self.length, self.steps - done)
         times: Array = run.grid.start + run.grid.step * np.arange(done, done + size + 1, dtype=float)
         table = None if run.driven is None else rows_from(self.stepper, run.driven, done, size, run.grid.start)
-        p, inside, record = [self._present()], self._inside(times), np.empty((size, len(row)))
+        modes, inside, record = self.stepper.modes, self._inside(times), np.empty((size, len(row)))
+        p = [run.parameters if modes is None else self._with_modes(run.parameters, modes)]
         samples, begins = self._due(times[:-1]), np.zeros(size, dtype=bool)
         anew = np.array(samples.any(axis=1))
         state, places = self.stepper.state, self.stepper.places
@@ -256,11 +252,6 @@ class JumpMotion(ReplayedRun):
                 if near > self._tolerance(np.array([sample]))[0]:
                     result.setdefault(row, []).append(sample)
         return {row: sorted(set(samples)) for row, samples in result.items()}
-
-    def _present(self) -> Array:
-        """Return the parameters with the present modes."""
-        modes = self.stepper.modes
-        return self.run.parameters if modes is None else self._with_modes(self.run.parameters, modes)
 
     def _with_modes(self, p: Array, modes: Array) -> Array:
         result = p.copy()

@@ -302,11 +302,6 @@ class JumpRun(StartedRun[JumpPart]):
         coefficients, values = (size, *self.coefficients[1:]), self._blocks(before, p, before.t)
         return step_matrices(e, blocks, before, after, values, a, coefficients, inertia)[0]
 
-    def _with_time(self, partials: EquationPartials, by_time: Array | None) -> EquationPartials:
-        """Return partials with a column for time after the parameters."""
-        column = np.zeros((*partials.P.shape[:2], 1)) if by_time is None else by_time[..., np.newaxis]
-        return replace(partials, P=np.concatenate([partials.P, column], axis=2))
-
     # -- starts ----------------------------------------------------------------------------------------------------
 
     def _into_starts(
@@ -428,8 +423,11 @@ class JumpRun(StartedRun[JumpPart]):
         accelerations, multipliers and rates (``forced_changes``). `at` are times within the steps, `moving`: whether
         partials in time are needed."""
         values = self.equations.with_accelerations(self._blocks(states, p, at))
-        by_time, of_accelerations = self.jumps.by_time(values, self._rates(at)) if moving else (None, None)
-        partials = self._with_time(self.equations.partials(values), by_time)
+        partials, of_accelerations = self.equations.partials(values), None
+        column = np.zeros(partials.P.shape[:2])
+        if moving:
+            column, of_accelerations = self.jumps.by_time(values, self._rates(at))
+        partials = replace(partials, P=np.concatenate([partials.P, column[..., np.newaxis]], axis=2))
         return values, partials, self.equations.forced_changes(values, partials, of_accelerations)
 
     # -- cut steps ---------------------------------------------------------------------------------------------------
@@ -479,7 +477,7 @@ class JumpRun(StartedRun[JumpPart]):
     def _linearise_short_stretch(self, stretch: StepPart) -> LinearStretch:
         """Return a very short part of a cut step, which the stepper takes by two terms of a Taylor series, made
         linear."""
-        e, h = self.equations, np.array([stretch.length])
+        e, h = self.equations, np.array([stretch.last[0] - stretch.first[0]])
         nv, nz = e.nv, e.nz
         first, last, p = stretch.first[np.newaxis], stretch.last[np.newaxis], stretch.p[np.newaxis]
         middle = np.array([0.5 * (stretch.first[0] + stretch.last[0])])
@@ -580,7 +578,8 @@ class JumpRun(StartedRun[JumpPart]):
         """Return input blocks at n states with parameters `p`, (np,) or (n, np); ``at`` are times (n,) within the
         steps, which decide between which rows inputs are interpolated."""
         model, t = self.run.model, states.t
-        rows = np.broadcast_to(p, (len(t), p.shape[-1])) if self._switches else self.equations.p
+        modes = self.motion.stepper.layout["method"].get("events", {}).get("modes")
+        rows = np.broadcast_to(p, (len(t), p.shape[-1])) if modes else self.equations.p
         u, base = None, None
         if model.nu:
             followed = model.input_values(t, parameters=rows)
@@ -610,8 +609,3 @@ class JumpRun(StartedRun[JumpPart]):
         ends = [self._between(at + share * step, at, none) for share in (0.0, 1.0)]
         result: Array = (ends[1] - ends[0]) / step
         return result
-
-    @property
-    def _switches(self) -> bool:
-        """Whether parameters are modes that change along the run."""
-        return bool(self.motion.stepper.layout["method"].get("events", {}).get("modes"))

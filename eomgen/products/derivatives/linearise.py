@@ -22,6 +22,7 @@ from eomgen.integrators.families.family import LinearStep, LinearTransitions
 from eomgen.integrators.families.register import Method, method_named, method_names
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
+from eomgen.products.derivatives.functionals import consecutive
 from eomgen.products.derivatives.jump_motion import JumpMotion
 from eomgen.products.derivatives.jump_run import JumpRun
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearRun, Start
@@ -290,11 +291,7 @@ def _samples(
 def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[int]]:
     """Return the numbers of the components of chosen outputs among all components, by name; all outputs by default.
     Raises UsageError for an unknown output, or if there are none."""
-    places: dict[str, list[int]] = {}
-    count = 0
-    for item in model.library.layout["outputs"]:
-        places[str(item["name"])] = list(range(count, count + int(item["size"])))
-        count += int(item["size"])
+    places = consecutive({str(item["name"]): int(item["size"]) for item in model.library.layout["outputs"]})
     names = list(places) if of is None else names_of("of", "outputs", of, "angle")
     for name in names:
         check_name("output", name, list(places))

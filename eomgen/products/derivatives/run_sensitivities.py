@@ -18,7 +18,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.products.derivatives import second_order
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.equations import rows_of
-from eomgen.products.derivatives.functionals import Functional, RowWeights, read_functional
+from eomgen.products.derivatives.functionals import Functional, RowWeights, consecutive, read_functional
 from eomgen.products.derivatives.linear_run import LinearRun, RunAdjoint, undefined_derivatives
 from eomgen.products.derivatives.start import StateDirections, at_rest, on_constraints
 from eomgen.products.derivatives.stationary_run import StationaryRun
@@ -91,7 +91,7 @@ class Sensitivities:
     def __init__(self, run: LinearRun[Any], by: Sequence[str], outputs: Mapping[str, Sequence[int]]) -> None:
         """Begin; ``outputs``: places of the components of each among the outputs with derivatives."""
         self.by = tuple(by)
-        self._components = _component_indices(outputs)
+        self._components = consecutive({name: len(places) for name, places in outputs.items()})
         self._run = run
         self._known: tuple[tuple[Functional, ...], second_order.Gradients] | None = None
 
@@ -487,13 +487,3 @@ class Sensitivities:
             raise UsageError(Problem("of", "no functional is named to differentiate [E0633]", '["final(angle)"]'))
         size, steps, every = sum(map(len, self._components.values())), self._run.motion.steps, self._run.run.every
         return [read_functional(functional, self._components, size, steps, every) for functional in of]
-
-
-def _component_indices(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
-    """Return for each output the consecutive numbers of its components among the components of the chosen outputs."""
-    result: dict[str, list[int]] = {}
-    count = 0
-    for name, places in outputs.items():
-        result[name] = list(range(count, count + len(places)))
-        count += len(places)
-    return result

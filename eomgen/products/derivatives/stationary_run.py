@@ -88,8 +88,8 @@ class StationaryRun:
         weights = np.zeros((row + 1, len(self.weights)))
         weights[row] = self.weights[:, number]
         result = np.zeros((size, size))
-        state_count, bending = len(self._bent_by), [*self._bent_by, *self._bent_parameters]
-        parameters = np.array(self._bent_parameters, dtype=int) - width
+        state_count, bending = len(self._bending[0]), [*self._bending[0], *self._bending[1]]
+        parameters = np.array(self._bending[1], dtype=int) - width
         direct = np.eye(width + size)[:, bending]
         together = max(1, _MOST_BYTES // (8 * direct.size + 1))
         for first in range(0, row + 1 if bending else 0, together):
@@ -153,7 +153,7 @@ class StationaryRun:
     def _changes(self) -> Array:
         """Changes, along the parameters, of the row components by which equations or outputs have second derivatives,
         (n, components, parameters)."""
-        basis = np.eye(self.run.linear.record_size)[:, self._bent_by]
+        basis = np.eye(self.run.linear.record_size)[:, self._bending[0]]
         shares = np.linalg.lstsq(self._asked, basis, rcond=None)[0]
         left = np.linalg.norm(basis - self._asked @ shares, axis=0) > SUMMED
         known = self._tangents(self._asked, self._responses)
@@ -163,20 +163,10 @@ class StationaryRun:
             result[:, left] = self._tangents(others, self._adjoint_responses(others))
         return result
 
-    @property
-    def _bent_by(self) -> list[int]:
-        """Components of the rows by which equations or outputs have second derivatives."""
-        return [column for column in self._bending if column < self.run.linear.record_size]
-
-    @property
-    def _bent_parameters(self) -> list[int]:
-        """Parameters by which equations or outputs have second derivatives, numbered after the components of the
-        rows."""
-        return [column for column in self._bending if column >= self.run.linear.record_size]
-
     @cached_property
-    def _bending(self) -> list[int]:
-        """Components of the rows, and then parameters, by which equations or outputs have second derivatives.
+    def _bending(self) -> tuple[list[int], list[int]]:
+        """Components of the rows, and parameters, by which equations or outputs have second derivatives; parameters are
+        numbered after the components of the rows.
 
         The Hessian of a sum of all of them with random weights is multiplied by a random direction: a row of it that is
         not 0 gives 0 by no chance.
@@ -186,7 +176,9 @@ class StationaryRun:
         drawn = (random.uniform(0.5, 1.5, count) for count in (self.run.linear.rows, len(equations.outputs), size))
         of_rows, weights, along = (np.broadcast_to(numbers, (rows, len(numbers))) for numbers in drawn)
         bent = equations.second_partials(self.part.blocks, of_rows, along[:, :, np.newaxis], weights)
-        return [int(row) for row in np.flatnonzero(np.any(bent, axis=(0, 2)))]
+        found = np.flatnonzero(np.any(bent, axis=(0, 2)))
+        of_rows, of_parameters = np.split(found, [np.searchsorted(found, self.run.linear.record_size)])
+        return of_rows.tolist(), of_parameters.tolist()
 
 
 def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:

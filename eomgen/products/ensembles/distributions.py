@@ -73,16 +73,8 @@ def _truncated_normal(mean: float, deviation: float, low: float, high: float) ->
 
 def _lognormal(mean: float, deviation: float) -> Quantiles:
     variance = math.log1p((deviation / mean) ** 2)
-    return lambda p: mean * np.exp(math.sqrt(variance) * special.ndtri(p) - 0.5 * variance)
-
-
-def _upper_normal(mean: float, deviation: float) -> Quantiles:
-    return lambda q: mean - deviation * special.ndtri(q)
-
-
-def _upper_lognormal(mean: float, deviation: float) -> Quantiles:
-    variance = math.log1p((deviation / mean) ** 2)
-    return lambda q: mean * np.exp(-math.sqrt(variance) * special.ndtri(q) - 0.5 * variance)
+    slope = math.copysign(math.sqrt(variance), deviation)
+    return lambda p: mean * np.exp(slope * special.ndtri(p) - 0.5 * variance)
 
 
 def _triangular(low: float, mode: float, high: float) -> Quantiles:
@@ -96,14 +88,12 @@ def _triangular(low: float, mode: float, high: float) -> Quantiles:
     return quantile
 
 
-def _integers(low: float, high: float) -> Quantiles:
-    return lambda p: np.minimum(low + np.floor(p * (high - low + 1.0)), high)
-
-
 #: All kinds by name. Mean and standard deviation belong to the quantity, also if the logarithm of the quantity is
 #: normal.
 DISTRIBUTIONS: dict[str, Kind] = {
-    "normal": Kind(("mean", "deviation"), "deviation > 0", lambda m, s: s > 0.0, _normal, upper=_upper_normal),
+    "normal": Kind(
+        ("mean", "deviation"), "deviation > 0", lambda m, s: s > 0.0, _normal, upper=lambda m, s: _normal(m, -s),
+    ),
     "truncated_normal": Kind(
         ("mean", "deviation", "low", "high"),
         "deviation > 0, low < high, and some of it between them",
@@ -112,7 +102,7 @@ DISTRIBUTIONS: dict[str, Kind] = {
     ),
     "lognormal": Kind(
         ("mean", "deviation"), "mean > 0, deviation > 0", lambda m, s: m > 0.0 and s > 0.0, _lognormal,
-        upper=_upper_lognormal,
+        upper=lambda m, s: _lognormal(m, -s),
     ),
     "uniform": Kind(("low", "high"), "low < high", lambda a, b: a < b, lambda a, b: lambda p: a + (b - a) * p),
     "loguniform": Kind(
@@ -133,7 +123,7 @@ DISTRIBUTIONS: dict[str, Kind] = {
     "integers": Kind(
         ("low", "high"), "whole numbers, low < high",
         lambda a, b: a.is_integer() and b.is_integer() and a < b and max(abs(a), abs(b)) < 2.0**52,
-        _integers,
+        lambda a, b: lambda p: np.minimum(a + np.floor(p * (b - a + 1.0)), b),
     ),
     "gumbel": Kind(
         ("location", "scale"), "scale > 0", lambda m, b: b > 0.0, lambda m, b: lambda p: m - b * np.log(-np.log(p)),
@@ -166,9 +156,9 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     name, words = match[1], [word.strip() for word in match[2].split(",")]
     if name in LISTS:
         levels = _levels(where, name, words, unit)
-        return Distribution(
-            text, _level_quantiles(np.array(levels)), levels, all(level.is_integer() for level in levels)
-        )
+        values, last = np.array(levels), len(levels) - 1
+        whole = all(level.is_integer() for level in levels)
+        return Distribution(text, lambda p: values[np.minimum((p * len(levels)).astype(int), last)], levels, whole)
     if name not in DISTRIBUTIONS:
         hint = nearest(name, [*DISTRIBUTIONS, *LISTS])
         raise UsageError(Problem(where, f"there is no distribution {shown(name)} [E0660]", hint))
@@ -219,10 +209,6 @@ def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[flo
             raise UsageError(Problem(where, fault, "linspace"))
         return tuple(np.geomspace(low, high, int(count)).tolist())
     return tuple(np.linspace(low, high, int(count)).tolist())
-
-
-def _level_quantiles(levels: Array) -> Quantiles:
-    return lambda p: levels[np.minimum((p * len(levels)).astype(int), len(levels) - 1)]
 
 
 def read_number(where: str, word: str, unit: str, signature: str) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +14,20 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import Log
+from eomgen.compiled.consistent_states import consistent_samples
 from eomgen.compiled.initial_state import initial_state, starts_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, FileError
+from eomgen.formula.evaluate import symbols
 from eomgen.products.ensembles.designs import Design
 from eomgen.products.ensembles.side_by_side import CommonRunData, SideBySide, SideBySideResults, side_by_side
 from eomgen.products.ensembles.variations import VariedOptions, variables_of_seed, with_scenes_laws
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
+from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, read_signals
+from eomgen.simulation.stepping.run import scene_inputs
+from eomgen.simulation.stepping.settings import followed_laws
+from eomgen.simulation.stepping.states import start_of
 
 
 @dataclass
@@ -46,7 +52,7 @@ class LaneRunner:
         inputs = self._input_tables(values, parameters) if self.runs.needs_input_tables else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
         result = self.runs.tables(parameters, inputs, starts)
-        return replace(result, alone=result.alone | alone | refused | self.runs.unfollowed_laws(parameters))
+        return replace(result, alone=result.alone | alone | refused | self._unfollowed_laws(parameters))
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return parameters (samples, np) for values (samples, varied), and a mask (samples,) of sets that the scene
@@ -71,20 +77,50 @@ class LaneRunner:
                     alone[k], parameters[k] = True, base
         return parameters, alone
 
+    @cached_property
+    def _common_inputs(self) -> Array:
+        """Inputs (rows, nu) of the run that all have in common."""
+        return self.runs.run.signals.table(self.runs.input_times)
+
     def _input_tables(self, values: Array, parameters: Array) -> Array:
         """Return inputs that change with time, (samples, rows, nu)."""
-        held = {item.name: column for item, column in self.options.columns(values, "inputs")}
-        laws = [self.options.laws(row, partial(np.asarray, p)) for row, p in zip(values, parameters, strict=True)]
-        return self.runs.input_tables(parameters, held, laws)
+        model, run, times = self.model, self.runs.run, self.runs.input_times
+        signals, places = run.signals, {name: k for k, name in enumerate(model.inputs)}
+        tables = np.repeat(self._common_inputs[np.newaxis], len(parameters), axis=0)
+        by_formulas = [k for name, k in places.items() if name not in signals.given]
+        if signals.formulas is not None and by_formulas and not signals.left_to_stepper:
+            for k in np.flatnonzero(np.any(parameters != run.parameters, axis=1)).tolist():
+                rows = model.evaluator.formula_inputs({"t": times, "p": parameters[k]})
+                tables[k][:, by_formulas] = rows[:, by_formulas]
+        for item, column in self.options.columns(values, "inputs"):
+            tables[:, :, places[item.name]] = column[:, np.newaxis]
+        for table, row, p in zip(tables, values, parameters, strict=True):
+            for name, law in self.options.laws(row, partial(np.asarray, p)).items():
+                by_law = law.over(times)  # a run alone names the value that is not finite
+                table[:, places[name]] = np.where(np.isfinite(by_law), by_law, np.inf)
+        return tables
 
     def _held_inputs(self, values: Array) -> Array | None:
-        held = self.runs.held_inputs
-        if held is None:
+        """Return inputs that are held over each run, (samples, nu), NaN for inputs by formulas of the scene; None if
+        all inputs are given by formulas."""
+        driven = self.runs.run.driven
+        if not isinstance(driven, HeldRows):
             return None
-        inputs = np.repeat(held[np.newaxis], len(values), axis=0)
+        inputs = np.repeat(driven.row[np.newaxis], len(values), axis=0)
         for item, column in self.options.columns(values, "inputs"):
             inputs[:, self.model.inputs.index(item.name)] = column
         return inputs
+
+    def _unfollowed_laws(self, parameters: Array) -> NDArray[np.bool_]:
+        """Return a mask (samples,) of parameters (samples, np) at which a drive, or the base, cannot be followed; the
+        ones with the common run's parameters of these laws are not checked again."""
+        names, run = list(self.model.parameters), self.runs.run
+        in_laws = {symbol.name for law in self.model.description.laws for symbol in symbols(law.formula)}
+        places = [names.index(name) for name in in_laws.intersection(names)]
+        result = np.zeros(len(parameters), dtype=bool)
+        for k in np.flatnonzero((parameters[:, places] != run.parameters[places]).any(axis=1)):
+            result[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
+        return result
 
     def _starts(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return initial states (samples, nq + nv + nz) on the constraints, or at rest, and a mask (samples,) of failed
@@ -100,9 +136,11 @@ class LaneRunner:
         q, v, z = np.split(guesses, [model.nq, model.nq + model.nv], axis=1)
         varied = any(item.block in ("q", "v") for item in self.options.items)  # then whole arrays are given
         starts = () if varied else starts_of(model, common.get("initial"))
-        result = self.runs.assemble(q, v, parameters, starts)
-        if result is None:
-            return self._starts_one_by_one(values, parameters)
+        if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
+            return self._starts_one_by_one(values, parameters)  # rows that are redundant in the scene may not be here
+        if not model.multipliers:
+            return guesses, refused
+        result = consistent_samples(model, q, v, self.runs.run.grid.start, parameters, starts)
         return np.concatenate([result.q, result.v, z], axis=1), refused | ~result.met
 
     def _guesses(self, values: Array, parameters: Array, *, asked: bool) -> tuple[Array, NDArray[np.bool_]]:
@@ -136,10 +174,21 @@ class LaneRunner:
             options = self.options.of(row)
             changed = bool(options.get("initial")) or options.get("parameters") is not None
             try:
-                starts[k] = self.runs.start_of(parameters[k], options, changed=changed)
+                starts[k] = self._start_of(parameters[k], options, changed=changed)
             except EomgenError:
                 refused[k] = True
         return starts, refused
+
+    def _start_of(self, p: Array, options: Mapping[str, Any], *, changed: bool) -> Array:
+        """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) and `options` starts; errors as of
+        ``simulate``."""
+        run, model = self.runs.run, self.model
+        given = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
+        formulas, grid = scene_inputs(model, p), run.grid
+        signals = InputSignals(model.inputs, given, formulas, grid.step, grid.start, run.signals.left_to_stepper)
+        run = replace(run, parameters=p, signals=signals)
+        state, _, _ = start_of(run, options.get("initial"), equilibrium_start=self.runs.at_rest, changed=changed)
+        return np.concatenate([state.q, state.v, state.z])
 
 
 _LOG = Log(__name__)

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field, replace
-from eomgen.compiled.consistent_states import ConsistentStates, consistent_samples
+from eomgen.base.data import dataclass, field
 from eomgen.compiled.functions import LANES_VARIABLE, Choice
 from eomgen.compiled.functions import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
@@ -27,20 +26,19 @@ from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.beams import turned_elements
 from eomgen.simulation.request import RunRequest
-from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
-from eomgen.simulation.stepping.run import Run, scene_inputs
-from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
+from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.settings import chosen_stepper
 from eomgen.simulation.stepping.states import (
     PrescribedInputs,
     States,
     inputs_at_rows,
     row_values,
-    start_of,
     starts_at_equilibrium,
 )
 from eomgen.simulation.stepping.stepper import LaneStepper, times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
-from eomgen.system.description import WrittenStart, component_names
+from eomgen.system.description import component_names
 from eomgen.toolchain.library import LaneLibrary
 
 #: Rows at which energies are looked at.
@@ -129,7 +127,7 @@ class SideBySide:
         which stay in a cache and are kept by the heap."""
         numbers = (self.run.grid.whole // self.run.every + 3) * self.width
         if self.needs_input_tables:
-            numbers += len(self._input_times) * self.model.nu
+            numbers += len(self.input_times) * self.model.nu
         groups = max(1, int(5e5 / (numbers * self.library.lanes)))
         return self.library.lanes * min(groups, 1024)
 
@@ -144,99 +142,12 @@ class SideBySide:
         return self.run.driven is not None and not isinstance(self.run.driven, HeldRows)
 
     @cached_property
-    def _input_times(self) -> Array:
+    def input_times(self) -> Array:
         """Times of the rows of such inputs, s."""
         within = np.array(self.library.layout["method"]["input_times"])
         grid = self.run.grid
         times = times_of_inputs(within, float(self.run.settings["step"]), 0, grid.whole, grid.start)
         return np.concatenate([times, times[-1] + grid.rest * within[1:]]) if grid.rest else times
-
-    @cached_property
-    def _common_inputs(self) -> Array:
-        """Rows of inputs (rows, nu) of the run that all have in common."""
-        return self.run.signals.table(self._input_times)
-
-    def input_tables(
-        self, parameters: Array, held: Mapping[str, Array], laws: Sequence[Mapping[str, LawOverTime]]
-    ) -> Array:
-        """Return inputs that change with time, (n, rows, nu).
-
-        Parameters
-        ----------
-        parameters : (n, np)
-        held : values (n,) of inputs that are held over each run
-        laws : of each run, of the inputs with a separate law for each run
-        """
-        model, signals, times = self.model, self.run.signals, self._input_times
-        tables = np.repeat(self._common_inputs[np.newaxis], len(parameters), axis=0)
-        by_formulas = [k for k, name in enumerate(model.inputs) if name not in signals.given]
-        if signals.formulas is not None and by_formulas and not signals.left_to_stepper:
-            for k in np.flatnonzero(np.any(parameters != self.run.parameters, axis=1)).tolist():
-                rows = model.evaluator.formula_inputs({"t": times, "p": parameters[k]})
-                tables[k][:, by_formulas] = rows[:, by_formulas]
-        for name, values in held.items():
-            tables[:, :, model.inputs.index(name)] = values[:, np.newaxis]
-        for k, of_run in enumerate(laws):
-            for name, law in of_run.items():
-                by_law = law.over(times)  # a separate run names the value that is not finite
-                tables[k][:, model.inputs.index(name)] = np.where(np.isfinite(by_law), by_law, np.inf)
-        return tables
-
-    @property
-    def held_inputs(self) -> Array | None:
-        """Inputs (nu,) common to all runs before variations, NaN for inputs by formulas of the scene; None if all
-        inputs are given by formulas."""
-        driven = self.run.driven
-        return driven.row if isinstance(driven, HeldRows) else None
-
-    def unfollowed_laws(self, parameters: Array) -> NDArray[np.bool_]:
-        """Return a mask (n,) of the samples with parameters (n, np) at which a drive, or the base, cannot be followed.
-        Samples with the common run's parameters of these laws are not checked again."""
-        names, run = list(self.model.parameters), self.run
-        in_laws = {symbol.name for law in self.model.description.laws for symbol in symbols(law.formula)}
-        places = [names.index(name) for name in in_laws.intersection(names)]
-        result = np.zeros(len(parameters), dtype=bool)
-        for k in np.flatnonzero((parameters[:, places] != run.parameters[places]).any(axis=1)):
-            result[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
-        return result
-
-    def assemble(
-        self, q: Array, v: Array, parameters: Array, starts: Sequence[WrittenStart]
-    ) -> ConsistentStates | None:
-        """Return the states nearest to guesses that meet the constraints. None if ``start_of`` has to check each
-        sample, because constraint rows that are redundant at the scene's parameters may not be redundant at the
-        sample's.
-
-        Parameters
-        ----------
-        q, v : (n, nq) and (n, nv) ndarray
-            Guesses; v left-trivialised.
-        parameters : (n, np) ndarray
-            Parameters of each sample.
-        starts : sequence of WrittenStart
-            Initial values as written, for joints that are held.
-        """
-        model = self.model
-        if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
-            return None
-        if not model.multipliers:
-            return ConsistentStates(q, v, np.ones(len(q), dtype=bool))
-        return consistent_samples(model, q, v, self.run.grid.start, parameters, starts)
-
-    def start_of(self, p: Array, options: Mapping[str, Any], *, changed: bool) -> Array:
-        """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) starts; errors as of ``simulate``.
-
-        ``options``: of ``simulate``, of this run.
-        """
-        run, model = self.run, self.model
-        input_signals = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
-        formulas = scene_inputs(model, p)
-        signals = InputSignals(
-            model.inputs, input_signals, formulas, run.grid.step, run.grid.start, run.signals.left_to_stepper
-        )
-        run = replace(run, parameters=p, signals=signals)
-        state, _, _ = start_of(run, options.get("initial"), equilibrium_start=self.at_rest, changed=changed)
-        return np.concatenate([state.q, state.v, state.z])
 
     def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> SideBySideResults:
         """Run samples side by side, and return their columns and a mask of the runs that have to be repeated alone.

@@ -59,7 +59,7 @@ from eomgen.simulation.stepping.time_grid import row_times
 
 #: Seconds that the samples of a block should take: by Ctrl-C so much work is lost, and progress is that old.
 _PART = 2.0
-#: Blocks of a small ensemble at least; evaluations of a block of short runs at least, and numbers that it keeps at most.
+#: Blocks of a small ensemble at least; of a block of short runs, evaluations at least and numbers kept at most.
 _BLOCKS, _WORTH_A_BLOCK, _NUMBERS_OF_A_BLOCK = 16, 50_000, 2**20
 #: Seconds between two writings of the reduced results, and the least multiple of the time of one.
 _SELDOM, _RARELY = 10.0, 20.0

@@ -328,14 +328,11 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
         fault = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing [E0687]"
         raise UsageError(Problem("sensitivity", fault, "distributions without failing samples, or another design"))
     f_A, f_B, f_AB = results[:n], results[n : 2 * n], results[2 * n :].reshape(dimensions, n)
-    if np.ptp(results) == 0.0:
-        nothing = dict.fromkeys(names, 0.0)
-        return Ranking(result, "Sobol' indices", nothing, nothing)
+    if (spread := np.ptp(results)) == 0.0 or dimensions == 1:
+        shares = dict.fromkeys(names, float(spread > 0.0))
+        return Ranking(result, "Sobol' indices", shares, shares)
     from scipy import stats  # noqa: PLC0415  # as above
 
-    if dimensions == 1:
-        whole = {names[0]: 1.0}
-        return Ranking(result, "Sobol' indices", whole, whole)
     blocks: Mapping[Literal["f_A", "f_B", "f_AB"], Array]
     blocks = {"f_A": f_A[np.newaxis], "f_B": f_B[np.newaxis], "f_AB": f_AB[:, np.newaxis]}
     indices = stats.sobol_indices(func=blocks, n=n)

@@ -191,15 +191,8 @@ def _sum(waves: Array, t: Array) -> Array:
     """Return the sum of harmonics (n,) at times t (n,) s; `waves` has rows of amplitude, frequency in rad/s and phase.
     Summed row by row, so that the bits do not depend on the number of rows."""
     amplitude, frequency, phase = waves.T
-    values, room = np.empty(len(t)), np.empty((_TOGETHER, len(amplitude)))
-    for first in range(0, len(t), _TOGETHER):
-        times = t[first : first + _TOGETHER]
-        terms = np.multiply.outer(times, frequency, out=room[: len(times)])
-        terms += phase
-        np.cos(terms, out=terms)
-        terms *= amplitude
-        terms.sum(axis=1, out=values[first : first + _TOGETHER])
-    return values
+    parts = (t[first : first + _TOGETHER, np.newaxis] for first in range(0, len(t), _TOGETHER))
+    return np.concatenate([(np.cos(part * frequency + phase) * amplitude).sum(axis=1) for part in parts])
 
 
 @dataclass(frozen=True)

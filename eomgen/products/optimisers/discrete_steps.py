@@ -48,22 +48,8 @@ _IMPLICIT = (
     (*("residual", "constraint_acceleration", "constraint_velocity", "internal_rate"),),
     ("residual", "constraint_acceleration", "constraint", "constraint_velocity", "internal_rate"),
 )
-#: Reasons why steps of a family have no second derivatives in C, by the name of the family.
-_THIRD = ", so that a second derivative of the step would be a third derivative of the model"
-_NO_STEP: Mapping[str, str] = {
-    "rosenbrock": "the matrix of a step has partial derivatives of the forces" + _THIRD,
-    "corrected_predictor": "the matrix of a step has partial derivatives of the forces" + _THIRD,
-    "discontinuous_galerkin": "passes, whose number is fixed, have partial derivatives of the forces at the start"
-    + _THIRD,
-    "taylor": "coefficients of the series are derivatives of the model" + _THIRD,
-    "partitioned": "the run chooses and keeps the coordinates that depend on the others, and the end of a step off the"
-    " constraints differs with this choice",
-    "generalized_alpha": "the increment of a step is cut into several exponentials, or turns with a body, and steps"
-    " with derivatives have one exponential",
-}
-_ADAPTIVE = (
-    "the length of a step follows from an estimate of errors, so that the end is not a smooth function of the state"
-)
+#: Families whose steps are made of derivatives of the model.
+_DERIVED = ("rosenbrock", "corrected_predictor", "discontinuous_galerkin", "taylor")
 
 
 class Slot(NamedTuple):
@@ -464,13 +450,14 @@ def chain_of(
 
 
 def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
-    """Return why steps of a method have no derivatives in C, as the end of a message; empty if no reason is known.
+    """Return why steps of a method have no second derivatives in C, as the end of a message; empty for other reasons.
     `recorded`: whether steps for scenes of another kind have some; `rows` and `holonomic` count constraints."""
     if recorded:  # for scenes of another kind
         kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
         return f" for scenes with {kind}"
-    why = _NO_STEP.get(method.family, _ADAPTIVE if method.chooses_steps else "")
-    return f": {why}" if why else ""
+    if method.family in _DERIVED:
+        return ", which would be third derivatives of the model"
+    return ", since its length is chosen" if method.chooses_steps else ""
 
 
 _Functions = Mapping[str, Exported]

@@ -237,12 +237,6 @@ class JaxFunctions(ModelFunctions):
             values["base"] = np.tile(self._scene.evaluator.functions("base", at_rest)[0], (_COMPARED, 1))
         return list(values.values())
 
-    @property
-    def _weights(self) -> int:
-        """Number of weights that a Hessian takes: the terms before the weighted one have numbers, too."""
-        functions = self._model.having(("forward_dynamics_hessian",)).evaluator.functions
-        return functions.sizes["weights"]
-
     def _differentiable(self, name: str) -> Callable[..., Array]:
         """Return the term `name` as a function of JAX arrays in the order of ``arguments_of``, with first and second
         derivatives. Third derivatives raise UsageError. Tangents are of one sample: ``_primitive`` maps these over
@@ -320,7 +314,9 @@ class JaxFunctions(ModelFunctions):
             nonzeros = jacobian(*arguments)
             d = directions(arguments, along)
             rows, _, of_change, entries, others = products()
-            second = self._jax.vmap(lambda w: hessian(*arguments, w))(jnp.eye(height, self._weights))
+            # the terms before the weighted one have weights, too
+            weights = self._model.having((f"{name}_hessian",)).evaluator.functions.sizes["weights"]
+            second = self._jax.vmap(lambda w: hessian(*arguments, w))(jnp.eye(height, weights))
             change = jnp.zeros(len(rows)).at[of_change].add(second[rows[of_change], entries] * d[others])
             padded = jnp.append(nonzeros, 0.0)
             for run, within, row, number, column in turns():

@@ -129,14 +129,10 @@ class LaneExpressions(ABC):
                 return f"EG_WIDE((double)({value.text}))"
             case Real(), LaneIntegers():
                 return f"eg_real_of({value.text})"
-            case Real(), LaneMask():
-                return f"eg_real_of({value.text} & 1)"
             case LaneIntegers(), UniformInteger():
                 return f"EG_WHOLES({value.text})"
             case LaneIntegers(), LaneMask():
                 return f"({value.text} & 1)"
-            case SharedNumber(), UniformInteger():
-                return f"(double)({value.text})"
             case Pointer(), Pointer() | UniformInteger():
                 return value.text
         raise no_lanes(f"{value.type} as {kind} in {value.text}", node)
@@ -148,8 +144,6 @@ class LaneExpressions(ABC):
                 return value.text
             case LaneIntegers():
                 return f"({value.text} != 0)"
-            case Real():
-                return f"(eg_wholes)({value.text} != EG_WIDE(0.0))"
             case _:
                 return f"EG_WHOLES(({value.text}) ? -1 : 0)"
 
@@ -160,8 +154,6 @@ class LaneExpressions(ABC):
             kind: Type = Real()
         elif any(isinstance(kind, SharedNumber) for kind in kinds):
             kind = SharedNumber()
-            if any(isinstance(each, LaneIntegers | LaneMask) for each in kinds):
-                kind = Real()
         elif any(isinstance(each, LaneIntegers | LaneMask) for each in kinds):
             kind = LaneIntegers()
         elif all(isinstance(each, UniformInteger) for each in kinds):
@@ -368,12 +360,8 @@ class LaneExpressions(ABC):
                 return TypedText(self.to(value, kind, node), Real())
             case UniformInteger(), UniformInteger() | LaneIntegers():
                 return value
-            case UniformInteger(), LaneMask():
-                return TypedText(self.to(value, LaneIntegers(), node), LaneIntegers())
             case UniformInteger(), Real():
                 return TypedText(f"eg_wholes_of({value.text})", LaneIntegers())
-            case UniformInteger(), SharedNumber():
-                return TypedText(f"(long)({value.text})", UniformInteger())
         raise no_lanes(f"the cast {expression_text(node)}", node)
 
     # -- places --------------------------------------------------------------------------------------------------------
@@ -415,11 +403,7 @@ class LaneExpressions(ABC):
     def _element(self, node: Any) -> AssignmentTarget:
         """Return an element of an array as a target, with an offset in each lane if the index differs between lanes.
         Elements of tables that lanes share become a look-up in place of a target."""
-        if isinstance(node.name, c_ast.UnaryOp | c_ast.BinaryOp):
-            value = self.value(node.name)
-            target = AssignmentTarget(value.text, value.type, None)
-        else:
-            target = self.place(node.name)
+        target = self.place(node.name)
         is_routine = isinstance(node.name, c_ast.ID) and self._is_own(node.name.name)
         region = target.region if is_routine or isinstance(target.type, Array) else None
         index = self.value(node.subscript)

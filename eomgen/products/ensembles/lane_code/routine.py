@@ -142,9 +142,6 @@ class RoutineText(LaneExpressions):
                 return self._braces(node)
             case c_ast.Decl():
                 self._declaration(node)
-            case c_ast.DeclList():
-                for item in node.decls:
-                    self._declaration(item)
             case c_ast.Assignment():
                 self._assign(node)
                 behind, self.behind = self.behind, []

@@ -257,10 +257,6 @@ def type_of(node: Any, source: LaneSource) -> Type:
             if name in _WHOLE or name in _SMALL:
                 return UniformInteger()
             return Other(name)
-        case c_ast.Enum():
-            return UniformInteger()
-        case c_ast.Struct():
-            return LaneStructure(node.name)
     raise no_lanes(f"a declaration of {type(node).__name__}", node)
 
 
@@ -413,11 +409,8 @@ class _UseCounts(c_ast.NodeVisitor):  # type: ignore[misc]
 
     def visit_For(self, node: Any) -> None:
         """Count the uses in a for loop; assignments to the counter in the head of the loop do not count as settings."""
-        names = []
-        if isinstance(node.init, c_ast.Assignment) and isinstance(node.init.lvalue, c_ast.ID):
-            names = [node.init.lvalue.name]
-        elif isinstance(node.init, c_ast.DeclList):
-            names = [each.name for each in node.init.decls]
+        counted = isinstance(node.init, c_ast.Assignment) and isinstance(node.init.lvalue, c_ast.ID)
+        names = [node.init.lvalue.name] if counted else []
         self._counted += names
         for part in (node.init, node.next):  # these may set the counter
             before = set(self.set_in_bodies)

@@ -124,65 +124,18 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
     """Return the C of a wrapper ``eg_each_NAME`` that calls a function for a single trajectory for each lane of a mask.
     `kinds` are the types of the parameters; arrays are copied to and from the lane, and results are returned by
     lane."""
-    plain = [f"{'double *' if isinstance(kind, Pointer) else 'double '}x{i}" for i, kind in enumerate(kinds)]
-    taken, before, filled, arguments, behind = [], [], [], [], []
-    for i, kind in enumerate(kinds):
-        if not isinstance(kind, Pointer):
-            taken.append(f"real x{i}")
-            arguments.append(f"x{i}[lane]")
-            continue
-        taken.append(f"real *x{i}, int n{i}")
-        before.append(f"    double y{i}[n{i}];")
-        filled += [f"        for (i = 0; i < n{i}; ++i)", f"            y{i}[i] = x{i}[i][lane];"]
-        behind += [f"        for (i = 0; i < n{i}; ++i)", f"            x{i}[i][lane] = y{i}[i];"]
-        arguments.append(f"y{i}")
-    lines = [
-        f"int {name}({', '.join(plain)});",
-        f"static eg_wholes eg_each_{name}({', '.join(['eg_wholes mask', *taken])})",
-        "{",
-        *before,
-        "    eg_wholes found = {0};",
-        "    int lane, i;",
-        "    for (lane = 0; lane < EG_LANES; ++lane) {",
-        "        if (!mask[lane])",
-        "            continue;",
-        *filled,
-        f"        found[lane] = {name}({', '.join(arguments)});",
-        *behind,
-        "    }",
-        "    return found;",
-        "}",
-    ]
-    return "\n".join(lines)
+    arrays = [isinstance(kind, Pointer) for kind in kinds]
+    return environment().get_template("ensembles/each.c.jinja").render(name=name, arrays=arrays).rstrip()
 
 
 def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
     """Return the C of a wrapper ``eg_masked_NAME`` that calls a function of the model and writes outputs of active
     lanes only. `sizes` are the sizes of its output arrays, the last parameters."""
     kinds = source.functions[name]
+    outputs = {i: size for i, size in enumerate(sizes, len(kinds) - len(sizes)) if isinstance(kinds[i], Pointer)}
     taken = [declaration(f"x{i}", kind) for i, kind in enumerate(kinds)]
-    arguments, before, behind = [], [], []
-    first = len(kinds) - len(sizes)
-    for i, kind in enumerate(kinds):
-        if i < first or not isinstance(kind, Pointer):
-            arguments.append(f"x{i}")
-            continue
-        size = max(sizes[i - first], 1)
-        before.append(f"    real y{i}[{size}];")
-        behind.append(f"    if (x{i}) eg_merge(mask, x{i}, y{i}, {sizes[i - first]} * sizeof(real));")
-        arguments.append(f"y{i}")
-    lines = [f"static void eg_masked_{name}({', '.join(['eg_wholes mask', *taken])})", "{"]
-    lines += [
-        *before,
-        "    if (eg_all(mask)) {",
-        f"        {name}({', '.join(f'x{i}' for i in range(len(kinds)))});",
-        "        return;",
-        "    }",
-        f"    {name}({', '.join(arguments)});",
-        *behind,
-        "}",
-    ]
-    return "\n".join(lines)
+    template = environment().get_template("ensembles/masked.c.jinja")
+    return template.render(name=name, taken=taken, outputs=outputs).rstrip()
 
 
 #: The interface of a library of lanes; ``templates/ensembles/driver.c.jinja`` implements it.
