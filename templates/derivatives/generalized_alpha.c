@@ -15,15 +15,9 @@
  *
  * Matrices are row-major, one behind the other for each step; blocks of directions are (size, directions).
  *
- * This file has the blocks of a step and its coefficients; the plan, matrices, factors, reactions, rotations, tangents
+ * This file has the blocks of a step and its coefficients, steps.h what callers give; the plan, matrices, factors, reactions, rotations, tangents
  * and adjoints of steps follow, a file step_*.c each.
  */
-
-/* A matrix of each step: element (i, j) of step k is x[k step + i row + j column]. */
-typedef struct eg_block {
-    const double *x;
-    long step, row, column;
-} eg_block;
 
 /* Partials of e at the end of a step: rows R: residual, F: minus rates of internal states, H: holonomic constraints with
  * eta, Z: rates of constraints; columns q, v, z, and p: parameters. M: of the residual in vdot, L: in lam, transposed. G: B W at the
@@ -33,23 +27,6 @@ enum {
     EG_RQ, EG_FQ, EG_HQ, EG_ZQ, EG_RV, EG_FV, EG_ZV, EG_M, EG_RZ, EG_FZ, EG_L, EG_T, EG_G,
     EG_RP, EG_FP, EG_HP, EG_ZP, EG_N, EG_NP, EG_NW, EG_BLOCKS
 };
-
-/* Arguments of the caller; matrices of as many steps as there are, in their order. */
-typedef struct eg_steps {
-    long nv, nz, nl, nh; /* velocities, internal states, rows of constraints, holonomic ones with eta */
-    long np, nown, nshared; /* parameters; columns of the partials of e, of Np: of the first parameters */
-    long steps, directions;
-    long turns;          /* rotating factors: first velocity component and size (3 or 6) of each */
-    const long *turn;
-    const double *coefficients; /* h, alpha_m, alpha_f, beta, gamma, and alpha_m and gamma of first order */
-    eg_block block[20];         /* EG_BLOCKS */
-    const double *A, *T;        /* Ad(exp(-h D)) and T of the rotating factors, one behind the other */
-    int *plan;                  /* of the sums and the elimination, of so many integers, and (n) scales of rows */
-    long capacity;
-    double *scale;
-    const long long *unseen;    /* places that the plan lacks */
-    long first;                 /* step at which tangents begin */
-} eg_steps;
 
 typedef struct eg_gains {
     double h, am, af, gamma, beta, zam, zgamma;

@@ -16,57 +16,30 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.lie.product import Factor
 from eomgen.toolchain.builder import Builder
 
-
-@functools.cache
-def routine(files: Sequence[str], cdef: str) -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of files of ``templates/derivatives``, as one source after ``algebra.c``."""
-    folder = template_folder() / "derivatives"
-    texts = [(folder / name).read_text(encoding="utf-8") for name in ("algebra.c", *files)]
-    return Builder().build_routine("\n".join(texts), cdef)
-
-
 #: Steps side by side in C.
 _LANES = 8
-#: Files of ``templates/derivatives`` in an order in which each reads the earlier ones alone.
+#: Files of ``templates/derivatives`` in an order in which each reads the earlier ones alone; the first has the
+#: declarations.
 _FILES = (
-    *("sparse_factors.c", "generalized_alpha.c", "step_plan.c", "step_matrices.c", "step_factors.c"),
+    *(
+        "steps.h",
+        "algebra.c",
+        "sparse_factors.c",
+        "generalized_alpha.c",
+        "step_plan.c",
+        "step_matrices.c",
+        "step_factors.c",
+    ),
     *("step_reactions.c", "step_rotations.c", "step_tangents.c", "step_adjoints.c"),
 )
-_CDEF = """\
-typedef struct eg_block {
-    const double *x;
-    long step, row, column;
-} eg_block;
-typedef struct eg_steps {
-    long nv, nz, nl, nh;
-    long np, nown, nshared;
-    long steps, directions;
-    long turns;
-    const long *turn;
-    const double *coefficients;
-    eg_block block[20];
-    const double *A, *T;
-    int *plan;
-    long capacity;
-    double *scale;
-    const long long *unseen;
-    long first;
-} eg_steps;
-long eomgen_step_reactions(long steps, long nv, long nh, const double *B, long stride, const double *W, long w_stride,
-    const double *moved, double *G, double *eta, double *reaction, double *room);
-void eomgen_step_turning(long steps, long nv, long turns, const long *turn, const long *kind, const double *theta,
-    double *A, double *T);
-long eomgen_plan_places(const eg_steps *given);
-long eomgen_plan_numbers(const eg_steps *given);
-int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long long *bits, int *numbers);
-long eomgen_plan_room(const eg_steps *given);
-int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero, double *room);
-long eomgen_step_room(const eg_steps *given);
-long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
-    double *room, long *pivot);
-long eomgen_step_adjoints(const eg_steps *given, const double *direct, const double *sources, double *state,
-    double *gradient, double *multipliers, double *ends, double *room, long *pivot);
-"""
+
+
+@functools.cache
+def _routine() -> tuple[Any, Any]:
+    """Return ``ffi`` and ``lib`` of the files, compiled once for all models."""
+    texts = [(template_folder() / "derivatives" / name).read_text(encoding="utf-8") for name in _FILES]
+    return Builder().build_routine("\n".join(texts), texts[0])
+
 
 #: Groups of rotating factors in the order of the C.
 _GROUPS = ("SO3", "R3xSO3", "SE3")
@@ -99,7 +72,7 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
     NumericalError
         Constraints repeat each other.
     """
-    ffi, lib = routine(_FILES, _CDEF)
+    ffi, lib = _routine()
     count, nh, nv = B.shape
     if B.strides[1:] != (8 * nv, 8) or B.strides[0] % 8:
         B = np.ascontiguousarray(B)
@@ -121,7 +94,7 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
 def turning(factors: Sequence[Factor], increments: Array) -> tuple[Array, Array]:
     """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv). Both are (n, numbers), the
     blocks of the factors one after another, row by row."""
-    ffi, lib = routine(_FILES, _CDEF)
+    ffi, lib = _routine()
     turn, kinds = turning_factors(factors)
     theta, numbers = np.ascontiguousarray(increments), int(np.sum(turn[:, 1] ** 2))
     A, T = (np.empty((len(theta), numbers)) for _ in range(2))
@@ -151,7 +124,7 @@ class LinearSteps:
     def __init__(
         self, sizes: Mapping[str, int], factors: Sequence[Factor], coefficients: Sequence[float], eta: int
     ) -> None:
-        self._ffi, self._lib = routine(_FILES, _CDEF)
+        self._ffi, self._lib = _routine()
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
         self._turn, _ = turning_factors(factors)
         self._coefficients = np.array(coefficients, dtype=float)

@@ -44,16 +44,6 @@ if TYPE_CHECKING:
 
 Array = Any
 _LOG = Log(__name__)
-_CDEF = """\
-typedef struct {
-    void *call, *lanes;
-    int function, of_lanes, inputs, outputs;
-    long sizes[32], least, share;
-    int threads;
-    size_t stack;
-} eomgen_term;
-void *eomgen_xla(void *);
-"""
 _TARGET = "eomgen"
 #: Operations of a thread at least, some milliseconds; a thread takes a tenth of this time to start.
 _SHARE = 10_000_000
@@ -468,7 +458,7 @@ class _TermCall:
         _KEPT.append((self._term, library))  # compiled programs of JAX hold the address, for the time of the process
         sizes = [int(size) for size in function["input_sizes"]]
         of_term = self._term
-        of_term.call = ffi.cast("void *", library.address("eomgen_call"))
+        of_term.call = ffi.cast("model_call *", library.address("eomgen_call"))
         of_term.function = number
         of_term.inputs, of_term.outputs = len(sizes), len(self.outputs)
         of_term.sizes[0 : len(sizes) + len(self.outputs)] = [*sizes, *self.outputs]
@@ -524,7 +514,7 @@ class _TermCall:
             ffi, _lib = _handler()
             self._term.stack = stack_size(_LANES * int(library.layout.get("stack", 0)))
             self._term.of_lanes = library.index[term]
-            self._term.lanes = ffi.cast("void *", library.address("eomgen_call"))
+            self._term.lanes = ffi.cast("model_call *", library.address("eomgen_call"))
 
 
 #: Descriptions of terms, with the libraries of the terms.
@@ -555,6 +545,7 @@ def _handler() -> tuple[Any, Any]:
     header = import_module("jax").ffi.include_dir()
     text = environment().get_template("optimisers/xla.c.jinja")
     source = text.render(header=f"{header}/xla/ffi/api/c_api.h", version=package.__version__)
-    ffi, library = Builder().build_routine(source, _CDEF)
+    declared = environment().get_template("optimisers/term.h").render()
+    ffi, library = Builder().build_routine(source, f"{declared}\nvoid *eomgen_xla(void *);")
     _KEPT.append((ffi, library))
     return ffi, int(ffi.cast("uintptr_t", ffi.addressof(library, "eomgen_xla")))

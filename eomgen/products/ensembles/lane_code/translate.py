@@ -14,6 +14,7 @@ from typing import Any
 
 from pycparser import CParser
 
+from eomgen.base.files import template_folder
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import MOST, STOPPED
@@ -138,18 +139,6 @@ def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
     return template.render(name=name, taken=taken, outputs=outputs).rstrip()
 
 
-#: The interface of a library of lanes; ``templates/ensembles/driver.c.jinja`` implements it.
-LANES_CDEF = """\
-long eomgen_lanes_size(int kind);
-void eomgen_lanes_start(const double *parameters, const double *settings, const double *inputs, const double *start,
-    double *state, double *workspace, int *statuses);
-void eomgen_lanes_run(const double *parameters, const double *settings, const double *inputs, double *state,
-    double *workspace, long steps, long rows, double *record, int *statuses);
-void eomgen_lanes_groups(const double *parameters, const double *settings, const double *inputs,
-    const double *table, const double *starts, double *state, double *workspace, long groups, long steps, long rows,
-    long rest, double shorter, double *record, double *modes, double *flat, int *statuses);
-void eomgen_lanes_state(const double *state, double *flat);
-"""
 _NUMBERS = """\
 #define EOMGEN_IN_LANES
 typedef double eomgen_real;
@@ -171,7 +160,8 @@ def stepper_in_lanes(model: CompiledModel, library: Library) -> LaneLibrary | st
         except UntranslatableConstruct as refusal:
             return {REFUSED: str(refusal)}
 
-    return model.stepper_in_lanes(library, LANES_CDEF, files_of)
+    interface = (template_folder() / "ensembles" / "lanes_interface.h").read_text(encoding="utf-8")
+    return model.stepper_in_lanes(library, interface, files_of)
 
 
 def lane_files(
