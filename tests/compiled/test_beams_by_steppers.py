@@ -1,5 +1,5 @@
-"""Orders of steppers on geometrically exact beams: in closed loops at steps that vary, which callers or tolerances
-choose, and in flight by methods that know no constraints."""
+"""Orders of steppers on geometrically exact beams: in closed loops at steps that tolerances choose, and in flight by
+methods that know no constraints."""
 
 from __future__ import annotations
 
@@ -30,33 +30,6 @@ def four_bar_over_time(model: str) -> Callable[[Any], list[Array]]:
     assert np.abs(run.q - run.q[0]).max() > 1.0
     rows = [CubicSpline(run.t, block) for block in (run.q, run.v, run.multipliers)]
     return lambda t: [row(t) for row in rows]
-
-
-def at_random_steps(made: eomgen.Model, method: str, largest: float, seed: int, exact: Any) -> tuple[float, Array]:
-    """Return the root mean square over 1 s of the step, and the largest errors of q, v and multipliers; steps are in
-    [largest/4, largest], each 1/2 to 3/2 of the last."""
-    rng, run = np.random.default_rng(seed), made.start(step=largest, method=method)
-    step, taken, worst = 0.5 * largest, [], np.zeros(3)
-    while sum(taken) < 1.0:
-        step = float(np.clip(step * rng.uniform(0.5, 1.5), 0.25 * largest, largest))
-        taken.append(step)
-        run.advance(sum(taken))
-        found = (run.q, run.v, run.multipliers)
-        worst = np.maximum(worst, [np.abs(a - b).max() for a, b in zip(found, exact(run.t), strict=True)])
-    return float(np.sqrt(np.sum(np.power(taken, 3)) / np.sum(taken))), worst
-
-
-@pytest.mark.long
-def test_order_2_through_a_loop_at_steps_that_vary() -> None:
-    """Errors of single grids of steps are half their mean apart, so slopes need eight of them."""
-    exact, method = four_bar_over_time("kirchhoff"), "rattlie"
-    made, sizes, errors = eomgen.build(flexible_four_bar("kirchhoff"), method=method, profile="quick"), [], []
-    for power in (7, 8, 9, 10):
-        runs = [at_random_steps(made, method, 2.0**-power, seed, exact) for seed in range(8)]
-        sizes.append(np.mean([size for size, _ in runs]))
-        errors.append(np.mean([found for _, found in runs], axis=0))
-    orders = [np.polyfit(np.log(sizes), np.log(column), 1)[0] for column in np.transpose(errors)]
-    assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.15)
 
 
 @pytest.mark.slow

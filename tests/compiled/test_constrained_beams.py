@@ -8,7 +8,6 @@ import pytest
 import eomgen
 from tests.anchors import anchor
 from tests.compiled.spaghetti import flown, slopes, spaghetti
-from tests.models.cosserat import ROLL_UP, beam_scene
 
 #: Where the end that is thrown is at t = 2.5 s and t = 5 s by elements, of an implementation in NumPy that shares no
 #: code with this one: Kirchhoff beam on S^3 x R^3, RATTLie, steps of 2^-10 s (data of Hante, Tumiotto and Arnold 2022).
@@ -84,20 +83,3 @@ def test_multipliers_jump_by_order_1_and_their_means_are_of_order_2() -> None:
         errors.append(sides)
     assert slopes(jumps)[-1] == pytest.approx(1.0, abs=0.1)
     assert slopes(errors)[-1] == pytest.approx([1.0, 1.0, 2.0], abs=0.1)
-
-
-@pytest.mark.long
-def test_a_sudden_moment_rolls_a_damped_beam_up() -> None:
-    """It comes to rest as a circle, its end turned once: at the quaternion of the clamp with the other sign."""
-    kept = [strain for strain in ROLL_UP if strain not in spaghetti.WITHOUT["kirchhoff"]]
-    beam = {
-        "model": "kirchhoff",
-        "stiffness": {strain: ROLL_UP[strain] for strain in kept},
-        "damping": dict.fromkeys(kept, 200.0),
-    }
-    scene = beam_scene(4, {"torque": [0.0, f"{100.0 * np.pi!r} * load", 0.0]}, beam)
-    made = eomgen.build(scene, profile="quick")
-    run = made.simulate(80.0, 2.0**-5, record_every=160, error_estimate=False)
-    assert run.success, run.message
-    away = np.abs(run.poses["rope.4"] - [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).sum(axis=1)
-    assert away[-1] < 1e-3 and np.max(away[-4:]) < 0.1 * np.max(away[-10:-6])

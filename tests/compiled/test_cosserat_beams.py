@@ -20,8 +20,7 @@ from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.simulation.judgement.beams import turned_elements
 from tests.compiled.spaghetti import spaghetti
-from tests.mechanics.test_cosserat_beams import elastica
-from tests.models.cosserat import ROLL_UP, beam_scene
+from tests.models.cosserat import beam_scene
 
 
 @pytest.mark.slow
@@ -41,20 +40,6 @@ def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
     apart = [np.abs(one - other).max() for one, other in pairwise(ends)]
     assert np.log2(apart[0] / apart[1]) == pytest.approx(2.0, abs=0.15)
     assert lost[2] < 2e-4 * 875.0
-
-
-@pytest.mark.slow
-def test_slender_beams_do_not_lock() -> None:
-    stiffness = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), "1e4 * factor")
-    scene = beam_scene(4, {"force": [0.0, "15 * load", 0.0]}, {"stiffness": stiffness})
-    scene["parameters"]["factor"] = {"value": 1.0, "tunable": True}
-    model = eomgen.build(scene, profile="quick")
-    errors = []
-    for factor in (1e2, 1e4):
-        q = model.equilibrium(parameters={"factor": factor}).q
-        tip = model.evaluate("poses", q)["pose"][model.bodies.index("rope.4"), 4:6]
-        errors.append(np.linalg.norm(tip - elastica(15.0, 500.0, 1e4 * factor, 1e4 * factor)))
-    assert errors[1] == pytest.approx(errors[0], rel=0.01)
 
 
 def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
