@@ -356,11 +356,8 @@ class StepEquations:
         lam[:, : self.holonomic] = eta
         forces = self.of("reaction_partials", {**values, "lam": lam})
         of_parameters = self._parameters(forces, "Np", self.nv, len(eta))
-        if self.driven and any(of_parameters.strides):
-            none = _zeros(len(eta), self.nv, self.driven)
-            of_parameters = np.concatenate([of_parameters, none], axis=2)
-        elif self.driven:
-            of_parameters = _zeros(len(eta), self.nv, self.parameters)
+        if self.driven:
+            of_parameters = np.concatenate([of_parameters, _zeros(len(eta), self.nv, self.driven)], axis=2)
         return forces["N"], of_parameters
 
     def output_values(self, values: Mapping[str, Array]) -> Array:

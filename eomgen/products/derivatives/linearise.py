@@ -3,7 +3,6 @@ unknown names, and parameters that move the time of a jump are refused."""
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
@@ -19,7 +18,7 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import comparisons, symbols
 from eomgen.integrators.families.family import LinearStep, LinearTransitions
-from eomgen.integrators.families.register import Method, method_named, method_names
+from eomgen.integrators.families.register import Method, method_named
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
 from eomgen.products.derivatives.functionals import consecutive
@@ -45,6 +44,9 @@ _INPUTS, _SAMPLE = "inputs.", re.compile(r"inputs\.(?P<name>[^\[]+)(?:\[(?P<row>
 #: of RATTLie.
 _TIGHT = {"rtol": 1e-13, "atol": 1e-15}
 _TIGHT_MEAN = {"rtol": 1e-14}
+#: Advice on methods.
+_OF_ALPHA = "generalized_alpha, hht, wbz, newmark or trapezoidal"
+_WITH_DERIVATIVES = f"one of {_OF_ALPHA}; rattlie, rk4, rk4_partitioned"
 
 
 def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
@@ -346,7 +348,7 @@ def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
     jumps = "events" if "events" in layout["method"] else "sampled states" if layout["sampled"] else ""
     if jumps and (_in_index_3(layout, method) or not isinstance(method.linear_step, LinearStep)):
         fault = f"the scene has {jumps}, across which this method has no derivatives [E0607]"
-        raise UsageError(Problem("method", fault, "generalized_alpha, hht, wbz, newmark or trapezoidal"))
+        raise UsageError(Problem("method", fault, _OF_ALPHA))
     states = layout["states"]
     for row in layout["sampled"]:
         name = states[int(row["state"])]["name"]
@@ -389,7 +391,7 @@ def _method_name(method: str) -> str:
     """Return the name of a method. Raises UsageError for the choice of one."""
     if method == "auto":
         fault = "auto chooses a method for each run, and not all of them have derivatives [E0615]"
-        raise UsageError(Problem("method", fault, _with_derivatives()))
+        raise UsageError(Problem("method", fault, _WITH_DERIVATIVES))
     return method
 
 
@@ -399,22 +401,11 @@ def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep 
     internal = model.nz > len(model.library.layout["sampled"])
     if method.chooses_steps:
         fault = f"{name} chooses its steps, and their ends move with the parameters of the derivatives [E0616]"
-        raise UsageError(Problem("method", fault, _with_derivatives()))
+        raise UsageError(Problem("method", fault, _WITH_DERIVATIVES))
     step = method.linear_step
     if step is None:
-        raise UsageError(Problem("method", f"{name} has no derivatives of runs here [E0620]", _with_derivatives()))
+        raise UsageError(Problem("method", f"{name} has no derivatives of runs here [E0620]", _WITH_DERIVATIVES))
     if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
         fault = f"{name} starts internal states with rates of their rates, which have no derivatives here [E0619]"
         raise UsageError(Problem("method", fault, "trapezoidal or newmark"))
     return step
-
-
-def _with_derivatives() -> str:
-    """Return the methods whose runs have derivatives, as advice; methods that need parameters have none."""
-    named = []
-    for name in dict.fromkeys(method_names().values()):
-        with contextlib.suppress(UsageError):
-            made = method_named(name)
-            if made.linear_step is not None and not made.chooses_steps:
-                named.append(name)
-    return f"one of {', '.join(named)}"

@@ -65,18 +65,13 @@ class EnsembleJudgement:
         """Estimated errors of the run without variations and of a few samples over the design."""
         return self._errors_and_notes[0]
 
-    @property
-    def of_steps(self) -> tuple[str, ...]:
-        """Notes on processes that steps do not resolve, and on doubtful samples."""
-        return self._errors_and_notes[1]
-
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Notes on the design, the starts, the steps, and on outputs that lose variance of processes."""
         work, nominal, estimates, interrupted = self._asked
         before, after = self._other_notes
         further = _further_doubts(work, nominal) if estimates and not interrupted else []
-        return tuple(map(Message, filter(None, (*before, *self.of_steps, *further, *after))))
+        return tuple(map(Message, filter(None, (*before, *self._errors_and_notes[1], *further, *after))))
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the results alone, since another process has no compiled model."""

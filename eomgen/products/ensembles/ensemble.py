@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -357,10 +358,12 @@ class Ensemble:
         ended = "; ended by Ctrl-C" if self.interrupted else ""
         return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, str(self.error), *self.notes)))
 
-    def _moments(self, column: str) -> dict[str, Array]:
-        """Return mean, deviation and envelope of a column over time, by the names in files."""
+    def _statistics(self, column: str, name_of: Callable[[float], str]) -> dict[str, Array]:
+        """Return mean, deviation, envelope and quantiles of a column over time, by the names in files; `name_of` names
+        a quantile by its probability."""
         low, high = self.envelope(column)
-        return {"mean": self.mean(column), "deviation": self.deviation(column), "min": low, "max": high}
+        moments = {"mean": self.mean(column), "deviation": self.deviation(column), "min": low, "max": high}
+        return moments | dict(zip(map(name_of, QUANTILES), self.quantile(column, QUANTILES), strict=True))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the summary of the ensemble as JSON data. The first call makes the runs of ``error``.
@@ -373,12 +376,12 @@ class Ensemble:
             ``mean``, ``deviation``, ``min``, ``max`` and ``quantile 0.05`` to ``quantile 0.95`` over the samples at the
             last time, which may be NaN.
         """
-        last = {}
-        for column in self.columns:
-            of_column = self._moments(column)
-            quantiles = zip(QUANTILES, self.quantile(column, QUANTILES), strict=True)
-            of_column |= {f"quantile {p:g}": row for p, row in quantiles}
-            last[column] = {name: float(values[-1]) for name, values in of_column.items()}
+        last = {
+            column: {
+                name: float(values[-1]) for name, values in self._statistics(column, "quantile {:g}".format).items()
+            }
+            for column in self.columns
+        }
         attributes = ("scene", "method", "design", "seed", "asked", "done", "interrupted")
         return {
             **{name: getattr(self, name) for name in attributes},
@@ -426,9 +429,7 @@ class Ensemble:
         target = make_folder(Path(folder))
         over_time: dict[str, Array] = {"t": self.t}
         for column in self.columns:
-            statistics = {"count": self.count(column), **self._moments(column)}
-            quantiles = self.quantile(column, QUANTILES)
-            statistics |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, quantiles, strict=True)}
+            statistics = {"count": self.count(column), **self._statistics(column, lambda p: f"q{100 * p:g}")}
             over_time |= {f"{column}.{name}": values for name, values in statistics.items()}
         files = []
         for name, columns, numbered in (

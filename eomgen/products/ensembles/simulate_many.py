@@ -63,6 +63,8 @@ _PART = 2.0
 _BLOCKS, _WORTH_A_BLOCK, _NUMBERS_OF_A_BLOCK = 16, 50_000, 2**20
 #: Seconds between two writings of the reduced results, and the least multiple of the time of one.
 _SELDOM, _RARELY = 10.0, 20.0
+#: Data of a run in the description of an ensemble.
+_DESCRIBED = ("method", "settings", "t_start", "t_end", "record_every", "parameters", "start")
 #: Files that solutions of samples are kept as.
 _KEPT_AS = ("npz", "parquet")
 
@@ -492,16 +494,10 @@ def _description(
     return {
         "scene": model.name,
         "fingerprint": model.library.layout.get("fingerprint", ""),
-        "method": data["method"],
-        "settings": data["settings"],
-        "t_start": data["t_start"],
-        "t_end": data["t_end"],
-        "record_every": data["record_every"],
-        "parameters": data["parameters"],
+        **{name: data[name] for name in _DESCRIBED},
         "inputs": _digest(list(pilot.inputs.values())),
         "controllers": sorted(options.get("controllers") or ()),
         "motion without variations": _digest([pilot.t, pilot.q, pilot.v]),
-        "start": data["start"],
         "design": design.name,
         "samples": design.samples,
         "seed": seed,

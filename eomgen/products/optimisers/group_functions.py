@@ -108,7 +108,9 @@ def group_function(name: str, group_name: str) -> GroupFunction:
     first = _nonzeros(forward_partials(tape, values, seeds))
     weights = [tape.input("weights", k) for k in range(len(values))]
     gradient = gradient_along(tape, values, weights, seeds, len(symbols))
-    second = {entry: ref for entry, ref in _nonzeros(forward_partials(tape, gradient, seeds)).items() if _low(entry)}
+    second = {
+        entry: ref for entry, ref in _nonzeros(forward_partials(tape, gradient, seeds)).items() if entry[0] >= entry[1]
+    }
     inputs = (*sizes.items(), ("weights", len(values)))
 
     def body(refs: Sequence[Ref]) -> str:
@@ -126,7 +128,3 @@ def group_function(name: str, group_name: str) -> GroupFunction:
 def _nonzeros(tangents: Sequence[Mapping[int, Ref]]) -> dict[tuple[int, int], Ref]:
     entries = {(row, column): ref for row, tangent in enumerate(tangents) for column, ref in sorted(tangent.items())}
     return {entry: ref for entry, ref in entries.items() if abs(ref) != ZERO}
-
-
-def _low(entry: tuple[int, int]) -> bool:
-    return entry[0] >= entry[1]
