@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pycparser import c_ast
@@ -608,36 +608,22 @@ def pick(mask: str, if_true: str, if_false: str, kind: Type) -> str:
     return f"{'eg_pick' if isinstance(kind, Real) else 'eg_pick_wholes'}({mask}, {if_true}, {if_false})"
 
 
+def _walk(node: Any) -> Iterator[Any]:
+    """Yield a node of the syntax tree, and all nodes below."""
+    yield node
+    for child in node:
+        yield from _walk(child)
+
+
 def _compared_with_null(node: Any) -> frozenset[str]:
     """Return the names of variables that a function's body compares with NULL by any operator."""
-
-    class Comparisons(c_ast.NodeVisitor):  # type: ignore[misc]
-        def __init__(self) -> None:
-            self.names: set[str] = set()
-
-        def visit_BinaryOp(self, operation: Any) -> None:
-            names = [side.name for side in (operation.left, operation.right) if isinstance(side, c_ast.ID)]
-            if "NULL" in names:
-                self.names |= {*names} - {"NULL"}
-            self.generic_visit(operation)
-
-    comparisons = Comparisons()
-    comparisons.visit(node)
-    return frozenset(comparisons.names)
+    operations = (each for each in _walk(node) if isinstance(each, c_ast.BinaryOp))
+    pairs = ({side.name for side in (each.left, each.right) if isinstance(side, c_ast.ID)} for each in operations)
+    return frozenset(name for names in pairs if "NULL" in names for name in names) - {"NULL"}
 
 
 def _has_calls(node: Any) -> bool:
     """Return whether an expression calls any function but arithmetic ones of a number."""
-
-    class Calls(c_ast.NodeVisitor):  # type: ignore[misc]
-        has_routine_call = False
-
-        def visit_FuncCall(self, call: Any) -> None:
-            name = call.name.name if isinstance(call.name, c_ast.ID) else ""
-            if name != "K" and not name.startswith("EG_") and name not in _OF_A_NUMBER:
-                self.has_routine_call = True
-            self.generic_visit(call)
-
-    calls = Calls()
-    calls.visit(node)
-    return calls.has_routine_call
+    called = (each.name for each in _walk(node) if isinstance(each, c_ast.FuncCall))
+    names = (name.name if isinstance(name, c_ast.ID) else "" for name in called)
+    return any(name not in {"K", *_OF_A_NUMBER} and not name.startswith("EG_") for name in names)
