@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.integrators.families.register import method_named
+from eomgen.lie import product
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
@@ -35,6 +36,29 @@ def places_of(model: Model, found: Sensitivities) -> list[tuple[str, int]]:
     names = {"p": list(model.parameters), "q": [f"q{name[1:]}" for name in model.v_names]}
     names |= {"v": list(model.v_names), "z": list(model.z_names)}
     return [(block, known.index(name)) for name in found.by for block, known in names.items() if name in known]
+
+
+def moved(model: Model, found: Sensitivities, change: Array, inputs: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return ``parameters``, ``initial`` and ``inputs`` of a run that is changed along the directions."""
+    parameters = dict(zip(model.parameters, model.parameter_array().tolist(), strict=True))
+    start = found._run.motion.start
+    state = {name: start[name].copy() for name in ("q", "v", "z") if name in start}
+    given = {name: np.array(values, float) for name, values in (inputs or {}).items()}
+    increment = np.zeros(model.nv)
+    for name, step in zip(found.by, change.tolist(), strict=True):
+        if name.startswith("inputs."):
+            column, _, row = name.removeprefix("inputs.").rstrip("]").partition("[")
+            given[column][int(row) if row else slice(None)] += step
+        elif name in parameters:
+            parameters[name] += step
+        elif name.startswith("z."):
+            state["z"][list(model.z_names).index(name)] += step
+        elif name.startswith("v."):
+            state["v"][list(model.v_names).index(name)] += step
+        else:
+            increment[list(model.v_names).index(f"v{name[1:]}")] += step
+    state["q"] = product.update(model.factors, state["q"], increment)
+    return {"parameters": parameters, "initial": state, "inputs": given or None}
 
 
 def hold_adjoints(found: Sensitivities, table: Array, tolerance: float) -> None:

@@ -10,7 +10,7 @@ import pytest
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
-from tests.derivatives.checks import sixth_order
+from tests.derivatives.checks import moved, sixth_order
 from tests.derivatives.test_following_starts import resting_controller, resting_loop
 from tests.derivatives.test_input_gradients import driven
 from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
@@ -29,18 +29,6 @@ def options_of(method: str, inputs: dict[str, Array]) -> dict[str, Any]:
     return {"method": method, "settings": TO_ROUNDING, "initial": {"a": 0.4}, "inputs": inputs}
 
 
-def changed(options: dict[str, Any], direction: str, size: float) -> dict[str, Any]:
-    """Return options of a run with an input, a parameter or a position of joint a that is changed."""
-    inputs = {name: array.copy() for name, array in options["inputs"].items()}
-    name, _, row = direction.removeprefix("inputs.").rstrip("]").partition("[")
-    if direction == "q.a":
-        return {**options, "initial": {"a": 0.4 + size}}
-    if not direction.startswith("inputs."):
-        return {**options, "parameters": {name: size}}
-    inputs[name][int(row) if row else slice(None)] += size
-    return {**options, "inputs": inputs}
-
-
 @pytest.mark.long
 @pytest.mark.slow
 def test_tangents_and_adjoints_against_differences_of_runs() -> None:
@@ -54,8 +42,8 @@ def test_tangents_and_adjoints_against_differences_of_runs() -> None:
     assert found.by == ("q.a", *torques, "inputs.command[3]", "inputs.command")
 
     def run(direction: str, size: float) -> Array:
-        given = changed(options, direction, size)
-        return model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["y"]
+        given = moved(model, found, size * np.array([name == direction for name in found.by]), options["inputs"])
+        return model.simulate(STEPS * STEP, STEP, error_estimate=False, **(options | given)).outputs["y"]
 
     for direction in ("inputs.torque[0]", "inputs.torque[1]", "inputs.torque[7]", *found.by[-2:]):
         expected = sixth_order(lambda size, direction=direction: run(direction, size), 0.01)
@@ -77,11 +65,10 @@ def hold_hessian(model: Model, found: Sensitivities, of: str, options: dict[str,
     H = found.hessian(of)
     columns = []
     for direction in found.by:
-        base = model.parameters.get(direction, 0.0)
 
-        def gradient(size: float, direction: str = direction, base: float = base) -> Array:
-            given = changed(options, direction, base + size)
-            return model.sensitivities(STEPS * STEP, STEP, by=found.by, **given).gradients([of])[0]
+        def gradient(size: float, direction: str = direction) -> Array:
+            given = moved(model, found, size * np.array([name == direction for name in found.by]), options["inputs"])
+            return model.sensitivities(STEPS * STEP, STEP, by=found.by, **(options | given)).gradients([of])[0]
 
         columns.append(sixth_order(gradient, 5e-4))
     expected = np.stack(columns, axis=-1)

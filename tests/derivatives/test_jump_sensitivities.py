@@ -163,21 +163,11 @@ def driven() -> Model:
     return eomgen.build(builder.output("y", formula=["q.rail", "a.rail*force"]).build())
 
 
-def turned() -> Model:
-    """Return a cart with dry friction that turns at an event alone."""
-    values = {"at": 0.3, "mass": 1.0, "friction": 0.2}
-    builder = tunable(SceneBuilder("jumps_turned"), values).body("cart", "mass")
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 1.0})
-    builder.effort("brake", "rail", "-1 - friction*sign(v.rail)").output("y", formula=["q.rail", "a.rail"])
-    return eomgen.build(builder.event("turn", when="q.rail - at", action="reset", reset={"v.rail": -0.5}).build())
-
-
 CASES: dict[str, tuple[Callable[[], Model], Sequence[str], float, str]] = {
-    "switch": (switching, ["on", "level", "k", "new", "shake"], 1.2, "trapezoidal"),
+    "switch": (switching, ["on", "level", "k", "new", "shake"], 1.2, "newmark"),
     "stop": (linkage, ["mass", "length", "damping", "e"], 0.62, "generalized_alpha"),
     "torque_inside": (lambda: linkage(0.023), ["mass", "length", "kd"], 0.3, "generalized_alpha"),
     "turns": (hanging, ["k", "mass", "long", "e"], 0.8, "generalized_alpha"),
-    "turned": (turned, ["at", "mass", "friction"], 0.7, "newmark"),
     "driven": (driven, ["e", "k", "wall"], 1.5, "generalized_alpha"),
 }
 

@@ -15,7 +15,7 @@ from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
-from tests.derivatives.checks import oracle_of, places_of, sixth_order
+from tests.derivatives.checks import moved, oracle_of, places_of, sixth_order
 from tests.derivatives.test_sensitivities import (
     OF_BEAM,
     OF_CONTROL,
@@ -34,31 +34,6 @@ from tests.derivatives.test_sensitivities import (
     turning,
 )
 from tests.oracles.complex_runs import derivatives
-
-
-def begun(model: Model, found: Sensitivities) -> tuple[dict[str, float], dict[str, Array]]:
-    """Return parameters by name, and the state that a run begins with."""
-    start = found._run.motion.start
-    names = zip(model.parameters, model.parameter_array().tolist(), strict=True)
-    return dict(names), {name: start[name].copy() for name in ("q", "v", "z") if name in start}
-
-
-def moved(model: Model, found: Sensitivities, change: Array) -> dict[str, Any]:
-    """Return ``parameters`` and ``initial`` of a run whose start is changed along the directions."""
-    parameters, state = begun(model, found)
-    names = list(model.v_names)
-    for name, step in zip(found.by, change.tolist(), strict=True):
-        if name in parameters:
-            parameters[name] += step
-        elif name.startswith("z."):
-            state["z"][list(model.z_names).index(name)] += step
-        elif name.startswith("v."):
-            state["v"][names.index(name)] += step
-        else:
-            increment = np.zeros(len(names))
-            increment[names.index(f"v{name[1:]}")] = step
-            state["q"] = product.update(model.factors, state["q"], increment)
-    return {"parameters": parameters, "initial": state}
 
 
 def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tuple[float, float], method: str) -> Array:

@@ -11,11 +11,10 @@ import pytest
 
 import eomgen
 from eomgen.errors import NumericalError, UsageError
-from eomgen.lie import product
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
-from tests.derivatives.checks import hold_adjoints, tunable
+from tests.derivatives.checks import hold_adjoints, moved, tunable
 from tests.derivatives.test_sensitivities import OF_CONTROL, OF_TURNS, SPUN, absolute, controlled, loop, turning
 
 STEP = 0.01
@@ -72,31 +71,12 @@ def check(
     run = model.simulate(end, STEP, initial=initial, inputs=inputs, error_estimate=False, **options)
     np.testing.assert_allclose(table_of(found.outputs, rows), table_of(run.outputs, rows), rtol=1e-14, atol=1e-14)
 
-    def outputs(name: str, change: float) -> Any:
-        p, q, v = dict(zip(model.parameters, model.parameter_array().tolist(), strict=True)), run.q[0], run.v[0].copy()
-        given = dict(inputs or {})
-        if name in p:
-            p[name] += change
-        elif name.startswith("inputs."):
-            given[name[7:]] = given[name[7:]] + change
-        elif name.startswith("v."):
-            v[list(model.v_names).index(name)] += change
-        else:
-            theta = np.zeros(model.nv)
-            theta[[f"q{one[1:]}" for one in model.v_names].index(name)] = change
-            q = product.update(model.factors, q, theta)
-        moved = model.simulate(
-            *(end, STEP),
-            initial={"q": q, "v": v, **({"z": run.z[0]} if model.nz else {})},
-            parameters=p,
-            inputs=given or None,
-            error_estimate=False,
-            **options,
-        )
-        return table_of(moved.outputs, rows)[:, :, 0]
+    def outputs(column: int, change: float) -> Any:
+        given = moved(model, found, change * np.eye(len(by))[column], inputs)
+        return table_of(model.simulate(end, STEP, error_estimate=False, **given, **options).outputs, rows)[:, :, 0]
 
     for column, name in enumerate(found.by):
-        slopes = [(outputs(name, h) - outputs(name, -h)) / (2.0 * h) for h in (2.0 * apart, apart)]
+        slopes = [(outputs(column, h) - outputs(column, -h)) / (2.0 * h) for h in (2.0 * apart, apart)]
         expected = (4.0 * slopes[1] - slopes[0]) / 3.0
         assert np.max(np.abs(expected)) > 1e-3
         assert np.max(np.abs(table[:, :, column] - expected)) <= tolerance * np.max(np.abs(expected)), name

@@ -260,19 +260,6 @@ def test_inputs_may_change_with_time(pushed: eomgen.Model, lanes: list[object], 
     assert beside.deviation("q.hinge")[-1] > 1e-3
 
 
-@pytest.mark.slow
-def test_inputs_by_formulas_are_those_of_each_sample(lanes: list[object]) -> None:
-    pull = {"unit": "N m", "formula": "mass * cos(3 * t)"}
-    pulled = {**SCENE, "inputs": {"pull": pull}, "efforts": {"motor": {"joint": "hinge", "effort": "pull"}}}
-    model = eomgen.build(pulled, method="generalized_alpha", profile="reproducible")
-    columns = ["q.hinge", "input.pull", "energy.power"]
-    for vary in (VARY, {"q.hinge": VARY["q.hinge"]}):
-        lanes.clear()
-        beside, alone = beside_and_alone(model, lanes, vary=vary, columns=columns)
-        same(beside, alone)
-        assert (beside.deviation("input.pull")[-1] > 1e-3) == ("mass" in vary)
-
-
 @pytest.mark.long
 def test_bases_and_drives_are_laws_of_each_sample(lanes: list[object]) -> None:
     """What jumps at the parameters of a sample alone is refused as a run alone refuses it."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,10 @@ import pytest
 from scipy import special
 
 import eomgen
-from eomgen.cli import main
 from eomgen.products.ensembles.discretisation import spread_samples, unresolved_processes
 from tests.ensembles.carts import bits, small_blocks
 from tests.models.doubtful_scenes import END, STEP, UNRESOLVED, oscillator, share_of_state, stuck
 from tests.models.library import scene
-from tests.models.toml_text import toml_text
 
 
 def sliding(force: str, **more: Any) -> dict[str, Any]:
@@ -58,28 +55,6 @@ def test_errors_of_samples_are_those_of_the_closed_form(slider: eomgen.Model, st
 def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
     run = model.simulate(2.0, step, parameters={"k": k}, error_estimate=False)
     return np.asarray(run["output.x"] - 0.1 * np.cos(np.sqrt(k) * run.t))
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
-    tmp_path: Path, capsys: pytest.CaptureFixture
-) -> None:
-    path = tmp_path / "slider.toml"
-    path.write_text(toml_text(sliding("-k*q.slide")), encoding="utf-8")
-    command = ["ensemble", str(path), "--t-end", "60", "--vary", "k=uniform(99, 101)", "--samples", "16", "--no-plots"]
-    assert main([*command, "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr()
-    assert re.search(r" error of\n.* steps\n", said.out)
-    assert "the run without variations: the estimated error is" in said.err
-    row = next(line.split() for line in said.out.splitlines() if line.startswith("output.x "))
-    assert float(row[3]) == pytest.approx(float(row[4]) / 4.0, rel=0.02)  # of 16 samples: error of mean, deviation
-    written = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["error"]
-    assert written["available"] and written["relative"] > 0.5
-    rows = (tmp_path / "out" / "samples.csv").read_text(encoding="utf-8").splitlines()
-    assert [row.split(",")[0] for row in rows] == ["sample", *map(str, range(16))]
-    assert main([*command, "--out", str(tmp_path / "other"), "--no-error-estimate"]) == 0
-    assert "the discretisation error of samples is not known: it was switched off" in capsys.readouterr().err
 
 
 @pytest.mark.long

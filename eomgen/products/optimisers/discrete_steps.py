@@ -422,10 +422,10 @@ def chain_of(
     rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
-    recorders = {
-        "composition": (_EXPLICIT, not rows, _composition),
-        "runge_kutta": (_EXPLICIT, not rows, _runge_kutta),
-        "rattlie": (_VARIATIONAL, 0 < rows == holonomic, _variational),
+    recorders: dict[str, tuple[tuple[str, ...], bool, Any]] = {
+        "composition": (_EXPLICIT, not rows, composition),
+        "runge_kutta": (_EXPLICIT, not rows, runge_kutta),
+        "rattlie": (_VARIATIONAL, 0 < rows == holonomic, variational),
     }
     needed: tuple[str, ...]
     if (recorder := recorders.get(made.family)) is not None:
@@ -446,7 +446,17 @@ def chain_of(
         raise UsageError(Problem("method", fault, f"terms with {', '.join(missing)}"))
     if reason or missing:
         return None
-    return record(program, {term: by_name[term] for term in terms}, made, along)
+    given = {term: by_name[term] for term in terms}
+    if record is _alpha:
+        return _alpha(program, given, made, along)
+    if record is composition:
+        _check_kicks(program, given["forward_dynamics"])
+    unknowns = variational_unknowns(program.sizes["v"], rows, program.sizes["z"]) if rows else {}
+    chain = StepChain(program, given, made.title(constrained=bool(rows)), along, unknowns)
+    starts = {"mean": chain.v, "v_next": chain.v, "z_next": chain.z}
+    chain.guesses += [(slot, starts[name]) for name, slot in chain.unknowns.items() if name in starts]
+    record(chain, *([] if rows else [made]))
+    return chain
 
 
 def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
@@ -463,24 +473,13 @@ def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
 _Functions = Mapping[str, Exported]
 
 
-def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return the chain of an explicit Runge-Kutta step of q, v and z."""
-    chain = StepChain(program, functions, method.title(constrained=False), along, {})
-    runge_kutta(chain, method)
-    return chain
-
-
-def _composition(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return the chain of kicks and drifts of q and v. Raises ModelError if accelerations depend on velocities."""
-    accelerations = functions["forward_dynamics"]
+def _check_kicks(program: Program, accelerations: Exported) -> None:
+    """Raise ModelError if accelerations depend on velocities."""
     velocities = accelerations.slices.get("v", slice(0, 0))
     columns = accelerations.jacobian.columns
     if np.any((velocities.start <= columns) & (columns < velocities.stop)):
         fault = f"accelerations of {program.prefix} depend on velocities, so that kicks are not symplectic [E0944]"
         raise ModelError(Problem("method", fault, RUNGE_KUTTA))
-    chain = StepChain(program, functions, method.title(constrained=False), along, {})
-    composition(chain, method)
-    return chain
 
 
 def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
@@ -606,13 +605,3 @@ def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:
             balance.append(StepTerm(1.0, component))
         chain.equations.append(chain.sum(*balance))
     return result
-
-
-def _variational(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return the chain of a RATTLie step."""
-    unknowns = variational_unknowns(program.sizes["v"], program.sizes["lam"], program.sizes["z"])
-    chain = StepChain(program, functions, method.title(constrained=True), along, unknowns)
-    starts = {"mean": chain.v, "v_next": chain.v, "z_next": chain.z}
-    chain.guesses += [(chain.unknowns[name], start) for name, start in starts.items()]
-    variational(chain)
-    return chain
