@@ -12,6 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
+from tests.models.library import scene
 
 R, L = 0.1, 0.3
 CRANK, ROD, SLIDER = 1.0, 2.0, 3.0
@@ -135,22 +136,14 @@ def lean_rates(angles: np.ndarray) -> np.ndarray:
 
 
 def test_trees_are_a_special_case(rng: np.random.Generator) -> None:
-    scene = {
-        "format": 1,
-        "name": "two",
-        "bodies": {name: {"mass": 1.0, "center_of_mass": [0.3, 0, 0], "inertia": [1, 1, 1]} for name in ("a", "b")},
-        "joints": {
-            "first": {"type": "revolute", "parent": "base", "child": "a", "axis": [0, 1, 0]},
-            "second": {"type": "revolute", "parent": "a", "child": "b", "axis": [0, 1, 0], "position": [1, 0, 0]},
-        },
-    }
-    model = eomgen.build(scene, terms=["mass", "inverse_dynamics", "force", "residual"], profile="quick")
+    terms = ["mass", "inverse_dynamics", "force", "residual"]
+    model = eomgen.build(scene("double_pendulum", events=None), terms=terms, profile="quick")
     q, v, a = rng.normal(size=(3, 4, 2))
-    found = model.actuator_efforts(q, v, a, ["second", "first"])
+    found = model.actuator_efforts(q, v, a, ["elbow", "shoulder"])
     np.testing.assert_allclose(found.efforts[:, ::-1], model.inverse_dynamics(q, v, a), atol=1e-12)
     assert found.multipliers.shape == (4, 0) and found.unique
-    with pytest.raises(NumericalError, match=r"actuators first cannot give this motion: \S+ remains along v.second"):
-        model.actuator_efforts(q, v, a, ["first"])
+    with pytest.raises(NumericalError, match=r"actuators shoulder cannot give this motion: \S+ remains along v.elbow"):
+        model.actuator_efforts(q, v, a, ["shoulder"])
     with pytest.raises(UsageError, match="there are no actuators: the scene has no inputs that a caller drives"):
         model.actuator_efforts(q, v, a)
 

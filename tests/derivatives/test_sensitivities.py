@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -380,20 +381,18 @@ def test_weights_of_recorded_rows_are_weights_of_these_steps() -> None:
 def test_runs_and_scenes_without_derivatives_say_why() -> None:
     _, model = built(tree())
     found = model.sensitivities(0.1, STEP)
-    with pytest.raises(UsageError, match='of: a functional is a text or weights by output, not float; try: "final'):
-        found.gradient(3.0)  # type: ignore[arg-type]  # a mistake on purpose
-    with pytest.raises(UsageError, match=r"weights of angle: an array of real numbers is needed, not str"):
-        found.gradient({"angle": "a"})  # type: ignore[dict-item]  # a mistake on purpose
-    with pytest.raises(UsageError, match=r"directions: an array of real numbers is needed, not"):
-        found.hessian_products("final(angle)", "a")  # type: ignore[arg-type]  # a mistake on purpose
-    with pytest.raises(UsageError, match=r"of: a list is needed, not the text 'final\(angle\)'; try: \[\"final"):
-        found.gradients("final(angle)")
-    with pytest.raises(UsageError, match="of: a list of outputs is needed, not the text 'angle'"):
-        found.stationary("angle")
-    with pytest.raises(UsageError, match=r"of: a list is needed, not 3; try: \[\"final\(angle\)"):
-        found.gradients(3)  # type: ignore[arg-type]  # a mistake on purpose
-    with pytest.raises(UsageError, match="there is no output 'angel'; try: angle"):
-        _ = found.derivatives["angel"]
+    given: list[tuple[Callable[[], object], str]] = [  # mistakes of types on purpose
+        (lambda: found.gradient(cast(Any, 3.0)), "a functional is a text or weights by output, not float; try:"),
+        (lambda: found.gradient({"angle": "a"}), "weights of angle: an array of real numbers is needed, not str"),
+        (lambda: found.hessian_products("final(angle)", "a"), "directions: an array of real numbers is needed, not"),
+        (lambda: found.gradients("final(angle)"), "of: a list is needed, not the text 'final(angle)'; try: [\"final"),
+        (lambda: found.stationary("angle"), "of: a list of outputs is needed, not the text 'angle'"),
+        (lambda: found.gradients(cast(Any, 3)), 'of: a list is needed, not 3; try: ["final(angle)'),
+        (lambda: found.derivatives["angel"], "there is no output 'angel'; try: angle"),
+    ]
+    for call, text in given:
+        with pytest.raises(UsageError, match=re.escape(text)):
+            call()
     assert list(model.sensitivities(0.1, STEP, of=iter(["angle"])).outputs) == ["angle"]  # type: ignore[arg-type]
     single = eomgen.build(tree().build(), profile="quick", real="float")
     assert "the model computes with float, whose rounding derivatives would be lost in" in refusal(single, 0.1, STEP)
