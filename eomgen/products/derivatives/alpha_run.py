@@ -53,7 +53,7 @@ def step_matrices(
     """
     factors, count, nv, nh = equations.model.factors, len(before.t), equations.nv, equations.holonomic
     theta = difference(factors, before.q, after.q)
-    matrices = dict(zip(("A", "T"), turning(factors, theta), strict=True)) | _of_equations(
+    matrices = dict(zip(("A", "T"), turning(factors, theta), strict=True)) | _equation_blocks(
         equations, blocks, nh if inverse_inertia.size else 0
     )
     if not (nh and inverse_inertia.size):
@@ -71,7 +71,7 @@ def step_matrices(
     return matrices | {"G": G, "N": N, "Np": Np, "reaction": reaction}, eta
 
 
-def _of_equations(equations: StepEquations, blocks: Mapping[str, Array], held: int) -> dict[str, Array]:
+def _equation_blocks(equations: StepEquations, blocks: Mapping[str, Array], held: int) -> dict[str, Array]:
     """Return the matrices of steps from partials of the equations. With ``held`` 0 (index 3) the constraints on
     positions stand in place of their rates."""
     e, nh = blocks, equations.holonomic

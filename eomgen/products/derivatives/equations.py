@@ -163,9 +163,9 @@ class StepEquations:
 
     def partials(self, values: Mapping[str, Array]) -> EquationPartials:
         """Return the partials of the equations e at n rows."""
-        return self.joined(self.blocks(values))
+        return self.join(self.blocks(values))
 
-    def joined(self, of: Mapping[str, Array]) -> EquationPartials:
+    def join(self, of: Mapping[str, Array]) -> EquationPartials:
         """Return the partials of the equations e at n rows from ``blocks``."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(of["Rq"])
         below = nz + nh + nl

@@ -527,7 +527,7 @@ class JumpRun(StartedRun[JumpPart]):
             values = self._blocks(after, p, middle)
         by_time = self.jumps.by_time(values, self._rates(middle))[0] if moving else np.zeros((len(h), e.rows))
         of_ends = e.blocks(values)
-        partials = e.joined(of_ends)
+        partials = e.join(of_ends)
         theta = product.difference(factors, before.q, after.q)
         exponents = theta / h + h * ((0.5 - beta) * a + beta * reached)
         in_q = (product.tangent(factors, theta) @ exponents[..., np.newaxis])[..., 0]

@@ -405,7 +405,8 @@ class LinearizedStart:
         values, partials = self._accelerate(share, q, v) if share else self.first
         forced = self.equations.forced_changes(values, partials)[0]
         moved = forced @ np.concatenate([along.dq, along.dv, along.dz, along.dp])
-        return Stage(values, partials, along, *np.split(moved, [nv, nv + nl]), theta, dtheta, forced)
+        dvdot, dlam, dzdot = np.split(moved, [nv, nv + nl])
+        return Stage(values, partials, along, dvdot, dlam, dzdot, theta, dtheta, forced)
 
     @cached_property
     def first(self) -> tuple[dict[str, Array], EquationPartials]:

@@ -176,9 +176,9 @@ class StationaryRun:
         drawn = (random.uniform(0.5, 1.5, count) for count in (self.run.linear.rows, len(equations.outputs), size))
         of_rows, weights, along = (np.broadcast_to(numbers, (rows, len(numbers))) for numbers in drawn)
         bent = equations.second_partials(self.part.blocks, of_rows, along[:, :, np.newaxis], weights)
-        found = np.flatnonzero(np.any(bent, axis=(0, 2)))
-        of_rows, of_parameters = np.split(found, [np.searchsorted(found, self.run.linear.record_size)])
-        return of_rows.tolist(), of_parameters.tolist()
+        bending = np.flatnonzero(np.any(bent, axis=(0, 2)))
+        by_rows, by_parameters = np.split(bending, [np.searchsorted(bending, self.run.linear.record_size)])
+        return by_rows.tolist(), by_parameters.tolist()
 
 
 def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:

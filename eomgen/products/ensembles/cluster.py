@@ -225,7 +225,7 @@ class Machines:
         return self._threads
 
     def _size(self, left: int, of_sample: int) -> int:
-        """Return the number of samples of the next part, given the number of remaining samples and bytes of one."""
+        """Return the size of the next part in samples, from the remaining samples and the bytes of one sample."""
         threads = max(self._threads, 1)
         wanted = _FIRST if not self._per_sample else int(_PART / self._per_sample)
         bytes_each = min(2**25, 2**30 // (_AHEAD * threads))  # of the results of a part, of all parts ahead

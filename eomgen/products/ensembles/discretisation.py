@@ -65,13 +65,18 @@ class EnsembleJudgement:
         """Estimated errors of the run without variations and of a few samples over the design."""
         return self._errors_and_notes[0]
 
+    @property
+    def of_steps(self) -> tuple[str, ...]:
+        """Notes on processes that steps do not resolve, and on doubtful samples."""
+        return self._errors_and_notes[1]
+
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Notes on the design, the starts, the steps, and on outputs that lose variance of processes."""
         work, nominal, estimates, interrupted = self._asked
         before, after = self._other_notes
         further = _further_doubts(work, nominal) if estimates and not interrupted else []
-        return tuple(map(Message, filter(None, (*before, *self._errors_and_notes[1], *further, *after))))
+        return tuple(map(Message, filter(None, (*before, *self.of_steps, *further, *after))))
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the results alone, since another process has no compiled model."""
@@ -186,8 +191,8 @@ _TO_A_PERIOD, _KEPT = 10.0, 0.99
 
 
 def unresolved_processes(model: CompiledModel, run: Solution, inputs: Collection[str]) -> list[str]:
-    """Return one sentence for each random process of a scene that the steps of a run do not resolve: 1 % of its
-    variance or more is of higher frequencies.
+    """Return one sentence for each random process of a scene that the steps of a run do not resolve: 1 % or more of
+    its variance has higher frequencies.
 
     Parameters
     ----------

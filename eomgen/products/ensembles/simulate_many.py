@@ -224,8 +224,8 @@ def simulate_many(
             came = machines.blocks(work, *left)
         with closing(came) as blocks:
             interrupted = _reduce(blocks, journal, reduction, drawn.samples, reported)
-    how = work.how if machines is None else "; ".join(sorted(machines.how))
-    units, notes = pilot.units(), () if machines is None else machines.notes
+    how, notes = (work.how, ()) if machines is None else ("; ".join(sorted(machines.how)), machines.notes)
+    units = pilot.units()
     return Ensemble(
         scene=model.name,
         design=name,

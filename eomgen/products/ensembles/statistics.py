@@ -346,8 +346,8 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
 
 
 def _bootstrap_bounds(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]:
-    """Return bounds of 95 % confidence of the first-order and the total indices, (dimensions,) each, by 200 resamplings
-    of rows of the design (Archer, Saltelli, Sobol' 1997)."""
+    """Return bounds with 95 % confidence for first-order and total indices, (dimensions,) each, by 200 resamplings of
+    the design's rows (Archer, Saltelli, Sobol' 1997)."""
     random, n = np.random.default_rng(0), len(f_A)
     middle = 0.5 * float(f_A.mean() + f_B.mean())
     A, B, AB = f_A - middle, f_B - middle, f_AB - middle

@@ -36,6 +36,7 @@ from eomgen.products.optimisers.functions import Exported, dense_pattern, export
 from eomgen.products.optimisers.group_functions import GroupFunction, group_function
 
 Nonzero = NDArray[np.bool_]
+_Functions = Mapping[str, Exported]
 #: Shares of a step at which generalized-alpha evaluates accelerations to start, and weights of these in h d vdot/dt.
 _STAGES, _SLOPE = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
 #: Method of steps without constraints.
@@ -427,14 +428,7 @@ def chain_of(
         "runge_kutta": (_EXPLICIT, not rows, runge_kutta),
         "rattlie": (_VARIATIONAL, 0 < rows == holonomic, variational),
     }
-    needed: tuple[str, ...]
-    if (recorder := recorders.get(made.family)) is not None:
-        needed, fits, record = recorder
-    elif isinstance(made.linear_step, LinearStep) and not made.chooses_steps:
-        form = int(rows > 0) + int(holonomic > 0)
-        needed, fits, record = _IMPLICIT[form], not holonomic or getattr(made, "form", "") == "stabilised", _alpha
-    else:
-        needed, fits, record = (), False, _alpha
+    needed, fits, record = recorders.get(made.family) or _implicit_terms(made, rows, holonomic)
     if not fits:
         fault = f"steps of {name} have no derivatives in C{_reason(made, bool(needed), rows, holonomic)} [E0943]"
         raise UsageError(Problem("method", fault, default_method(program)))
@@ -447,16 +441,30 @@ def chain_of(
     if reason or missing:
         return None
     given = {term: by_name[term] for term in terms}
-    if record is _alpha:
-        return _alpha(program, given, made, along)
+    return _alpha(program, given, made, along) if record is None else _chain(program, given, made, along, record)
+
+
+def _chain(program: Program, functions: _Functions, method: Any, along: Sequence[str], record: Any) -> StepChain:
+    """Return the chain of an explicit or a RATTLie step; ``record`` takes the step. Raises ModelError for kicks with
+    accelerations that depend on velocities."""
+    rows = program.sizes["lam"]
     if record is composition:
-        _check_kicks(program, given["forward_dynamics"])
+        _check_kicks(program, functions["forward_dynamics"])
     unknowns = variational_unknowns(program.sizes["v"], rows, program.sizes["z"]) if rows else {}
-    chain = StepChain(program, given, made.title(constrained=bool(rows)), along, unknowns)
+    chain = StepChain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
     starts = {"mean": chain.v, "v_next": chain.v, "z_next": chain.z}
     chain.guesses += [(slot, starts[name]) for name, slot in chain.unknowns.items() if name in starts]
-    record(chain, *([] if rows else [made]))
+    record(chain, *([] if rows else [method]))
     return chain
+
+
+def _implicit_terms(method: Any, rows: int, holonomic: int) -> tuple[tuple[str, ...], bool, None]:
+    """Return the functions that a step of generalized-alpha takes, and whether the method has such steps with so many
+    constraints; no functions for other methods."""
+    if not isinstance(method.linear_step, LinearStep) or method.chooses_steps:
+        return (), False, None
+    form = int(rows > 0) + int(holonomic > 0)
+    return _IMPLICIT[form], not holonomic or getattr(method, "form", "") == "stabilised", None
 
 
 def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
@@ -468,9 +476,6 @@ def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
     if method.family in _DERIVED:
         return ", which would be third derivatives of the model"
     return ", since its length is chosen" if method.chooses_steps else ""
-
-
-_Functions = Mapping[str, Exported]
 
 
 def _check_kicks(program: Program, accelerations: Exported) -> None:
