@@ -220,9 +220,10 @@ def test_the_sparsity_of_a_step_is_exact(scene: str, method: str, rng: np.random
 
 
 def test_the_inverse_of_nonzeros() -> None:
-    """Of a matrix whose diagonal is empty, and of one without an inverse."""
+    """Of a matrix whose diagonal is empty, of two diagonals, and of a matrix without an inverse."""
     chain = np.array([[0, 1, 0], [0, 0, 1], [1, 1, 0]], bool)
     assert np.array_equal(inverse_pattern(chain), [[1, 0, 1], [1, 0, 0], [0, 1, 0]])
+    assert np.array_equal(inverse_pattern(np.eye(6, dtype=bool) | np.eye(6, k=-1, dtype=bool)), np.tri(6, dtype=bool))
     assert inverse_pattern(np.zeros((2, 2), bool)).all()
 
 
