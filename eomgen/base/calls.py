@@ -153,8 +153,6 @@ _SYMBOLS: Mapping[str, str] = {
     **dict.fromkeys(("qpos",), "q"),
 }
 _MEANING = {"q": "positions", "v": "velocities"}
-#: Largest number of arguments by name for which the first argument is an example.
-_FEW = 8
 #: Names of first parameters that a caller does not write.
 _OWNERS = ("self", "cls", "model", "solution")
 
@@ -492,60 +490,41 @@ def _misfit(
         signature.bind(*args, **kwargs)
         return None
     where = type(args[0]).__name__ if function.__name__ == "__init__" else function.__name__
-    call = _Call(signature, args, kwargs)
-    misfit = call.unknown(meant) or call.too_many() or call.given_twice() or call.missing(what_to_try)
-    return Problem(where, *misfit)
+    return Problem(where, *_fault_of_call(signature, args, kwargs, what_to_try, meant))
 
 
-class _Call:
-    """Arguments of a call that do not fit the signature; each method returns a fault with a remedy, None without this
-    fault. The model or object to which a method belongs does not count."""
-
-    def __init__(self, signature: inspect.Signature, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
-        owned = [name for name in signature.parameters if name in _OWNERS][:1] if args else []
-        self.parameters = {name: item for name, item in signature.parameters.items() if name not in owned}
-        self.given = args[len(owned) :]
-        self.kwargs = kwargs
-        open_kinds = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
-        self.named = [name for name, item in self.parameters.items() if item.kind not in open_kinds]
-        self.takes_any = any(item.kind is inspect.Parameter.VAR_KEYWORD for item in self.parameters.values())
-        by_name = inspect.Parameter.KEYWORD_ONLY
-        self.in_order = [name for name in self.named if self.parameters[name].kind is not by_name]
-
-    def unknown(self, meant: Mapping[str, str]) -> tuple[str, str] | None:
-        """Return the fault of arguments by names that the function does not have, and the names meant; ``meant`` as of
-        ``checked_call``."""
-        unknown = [name for name in self.kwargs if name not in self.named]
-        if not unknown or self.takes_any:
-            return None
-        hints = [_present_name(name, meant, self.named) for name in unknown[:3]]
+def _fault_of_call(
+    signature: inspect.Signature,
+    args: tuple[Any, ...],
+    kwargs: Mapping[str, Any],
+    what_to_try: str,
+    meant: Mapping[str, str],
+) -> tuple[str, str]:
+    """Return the fault in arguments that do not fit a signature, and a remedy. The model or object to which a method
+    belongs does not count."""
+    owned = [name for name in signature.parameters if name in _OWNERS][:1] if args else []
+    parameters = [item for name, item in signature.parameters.items() if name not in owned]
+    named = [item for item in parameters if item.kind not in (item.VAR_POSITIONAL, item.VAR_KEYWORD)]
+    names = [item.name for item in named]
+    in_order = [item.name for item in named if item.kind is not item.KEYWORD_ONLY]
+    takes_any = any(item.kind is item.VAR_KEYWORD for item in parameters)
+    given = args[len(owned) :]
+    unknown = [] if takes_any else [name for name in kwargs if name not in names]
+    if unknown:
+        hints = [_present_name(name, meant, names) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
         return f"there is no argument {', '.join(map(shown, unknown))} [E0105]", hint
-
-    def too_many(self) -> tuple[str, str] | None:
-        """Return the fault of more arguments without a name than the function takes, and a remedy."""
-        in_order = self.in_order
-        if len(self.given) <= len(in_order):
-            return None
-        by_name = [name for name in self.named if name not in in_order]
-        many = len(by_name) > _FEW or (self.takes_any and not by_name)
+    if len(given) > len(in_order):
+        by_name = names[len(in_order) :]
         few = f"{len(in_order)} can be: {', '.join(in_order)}" if in_order else "none can be"
-        fault = f"{counted(len(self.given), 'argument')} without a name, and {few} [E0112]"
-        hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
-        return fault, hint or "fewer arguments"
-
-    def given_twice(self) -> tuple[str, str] | None:
-        """Find an argument by place that is given by name, too."""
-        twice = [name for name in self.in_order[: len(self.given)] if name in self.kwargs]
-        if not twice:
-            return None
+        fault = f"{counted(len(given), 'argument')} without a name, and {few} [E0112]"
+        if len(by_name) > 8 or (takes_any and not by_name):
+            return fault, "the others by name"
+        return fault, f"{by_name[0]}=..., and likewise for the others" if by_name else "fewer arguments"
+    if twice := [name for name in in_order[: len(given)] if name in kwargs]:
         return f"the argument {twice[0]} is given twice, by its place and by its name [E0113]", "one of them"
-
-    def missing(self, what_to_try: str) -> tuple[str, str]:
-        """Return the fault of arguments without a default that are not given, and a remedy."""
-        specified = {*self.in_order[: len(self.given)], *self.kwargs}
-        needed = (name for name in self.named if self.parameters[name].default is inspect.Parameter.empty)
-        missing = [name for name in needed if name not in specified]
-        verb = "is" if len(missing) == 1 else "are"
-        fault = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {verb} missing [E0114]"
-        return fault, what_to_try or ", ".join(f"{name}=..." for name in missing)
+    specified = {*in_order[: len(given)], *kwargs}
+    missing = [item.name for item in named if item.default is item.empty and item.name not in specified]
+    verb = "is" if len(missing) == 1 else "are"
+    fault = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {verb} missing [E0114]"
+    return fault, what_to_try or ", ".join(f"{name}=..." for name in missing)

@@ -16,9 +16,6 @@ from eomgen.base.files import FEWER_ROWS, nearby, read_file, write_file, write_t
 from eomgen.base.messages import counted, is_number, shown
 from eomgen.errors import FileError, Problem
 
-#: Numbers that are made to Python's own at once: each takes four times the memory of an array's.
-_NUMBERS = 2**18
-
 
 def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: str = "") -> None:
     """Write a table as ``.csv``: one row of names, numbers that read back to the same bits.
@@ -42,7 +39,8 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
 
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow([numbered, *names] if numbered else names)
-        rows = max(1, _NUMBERS // max(1, columns.shape[1]))
+        # numbers of Python take four times the memory of the array's, so they are made in parts
+        rows = max(1, 2**18 // max(1, columns.shape[1]))
         for start in range(0, len(columns), rows):
             for number, row in enumerate(columns[start : start + rows].tolist(), start):
                 cells = ",".join(map(repr, row))  # a writer looks for characters to quote, which takes as long again

@@ -26,7 +26,6 @@ Drawing = Callable[[], Sequence[Path]]
 #: Returns the drawings of an order.
 Drawings = Callable[[Mapping[str, Any]], Sequence[Drawing]]
 
-_COPIES = 2
 _DONE = b"done\n"
 #: Whether the process is eomgen's own: the process of a caller of Python is not copied for a value.
 _OWN: ContextVar[bool] = ContextVar("own process", default=False)
@@ -64,7 +63,7 @@ class DrawingProcess:
         """Wait for the copy, and return the names of the drawn files, in the order of the drawings; None if a figure
         has failed."""
         answers = _whole(self._answers)
-        if answers.count(_DONE) != _COPIES:
+        if answers.count(_DONE) != 2:
             return None
         lines = [line.split("\t") for line in answers.replace(_DONE, b"").decode().splitlines()]
         return [name for line in sorted(lines, key=lambda line: int(line[0])) for name in line[1:]]
@@ -176,7 +175,7 @@ def compute_in_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | Non
 
 def _can_copy() -> bool:
     """Return whether this process can be copied, and would go on at the same time."""
-    if sys.platform != "linux" or len(os.sched_getaffinity(0)) < _COPIES:
+    if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
         return False
     # a spinner of rich writes to the terminal alone, and no copy does
     spinners = sum(type(thread).__module__ == "rich.live" for thread in threading.enumerate())

@@ -13,13 +13,6 @@ from eomgen.errors import FileError, Problem, UsageError
 #: Width and height, inches.
 Size = tuple[float, float]
 
-#: Inches: an edge or a gap; the lines of a heading, of a title, an exponent and a label of axes, and of the numbers
-#: below axes.
-_GAP, _HEADING, _TITLE, _EXPONENT, _LABEL, _NUMBERS = 0.1, 0.3, 0.24, 0.2, 0.22, 0.26
-
-#: Level of PNG: 6, the default of matplotlib, takes 1.5 times as long, for files that are smaller by a twelfth.
-_COMPRESSION = 3
-
 
 def new_figure(size: Size, *, placed: bool = False) -> Any:
     """Return an empty figure of matplotlib without a window; ``size`` is width and height in inches. ``placed`` leaves
@@ -74,6 +67,8 @@ def place_panels(figure: Any, panels: Sequence[Any], columns: int, height: float
         Of each panel, inches.
     heading : str
     """
+    # inches: an edge or a gap; a heading, a title, an exponent and a label of axes, and the numbers below axes
+    gap, heading_line, title_line, exponent_line, label_line, number_line = 0.1, 0.3, 0.24, 0.2, 0.22, 0.26
     renderer, width = figure.canvas.get_renderer(), figure.get_size_inches()[0]
     places = [(axis, *divmod(number, columns)) for number, axis in enumerate(panels)]
     rows, inner = places[-1][1] + 1, width / columns - 4.0
@@ -82,27 +77,27 @@ def place_panels(figure: Any, panels: Sequence[Any], columns: int, height: float
     above, heights, left, right, aside = [0.0] * rows, [0.0] * rows, [0.0] * columns, [0.0] * columns, []
     for axis, row, column in places:
         numbers = max(axis.get_yticklabels(), key=lambda label: len(label.get_text()), default=axis.yaxis.label)
-        left[column] = max(left[column], numbers.get_window_extent(renderer).width / figure.dpi + _GAP)
+        left[column] = max(left[column], numbers.get_window_extent(renderer).width / figure.dpi + gap)
         exponent = bool(axis.yaxis.get_major_formatter().get_offset())
         title = bool(axis.get_title(loc="left"))
-        above[row] = max(above[row], _GAP + title * _TITLE + exponent * _EXPONENT)
-        below = bool(axis.xaxis.get_tick_params()["labelbottom"]) * _NUMBERS + bool(axis.get_xlabel()) * _LABEL
+        above[row] = max(above[row], gap + title * title_line + exponent * exponent_line)
+        below = bool(axis.xaxis.get_tick_params()["labelbottom"]) * number_line + bool(axis.get_xlabel()) * label_line
         legend = axis.get_legend().get_window_extent(renderer)
-        apart = _GAP if legend.height / figure.dpi < height else _NUMBERS  # from the last number below the panel
-        right[column] = max(right[column], legend.width / figure.dpi + apart + _GAP)
+        apart = gap if legend.height / figure.dpi < height else number_line  # from the last number below the panel
+        right[column] = max(right[column], legend.width / figure.dpi + apart + gap)
         aside.append(apart)
         heights[row] = max(heights[row], height + below, legend.height / figure.dpi)
-    total = _HEADING + sum(above) + sum(heights) + _GAP
+    total = heading_line + sum(above) + sum(heights) + gap
     figure.set_size_inches(width, total)
-    figure.suptitle(heading, fontsize=11, y=1.0 - _GAP / total)
-    margin = _LABEL + 2.0 * _GAP  # of a label
+    figure.suptitle(heading, fontsize=11, y=1.0 - gap / total)
+    margin = label_line + 2.0 * gap  # of a label
     inner = (width - sum(left) - sum(right)) / columns - margin
     for (axis, row, column), apart in zip(places, aside, strict=True):
         x = sum(left[: column + 1]) + sum(right[:column]) + column * inner + (column + 1) * margin
-        top = _HEADING + sum(above[: row + 1]) + sum(heights[:row])
+        top = heading_line + sum(above[: row + 1]) + sum(heights[:row])
         axis.set_position((x / width, 1.0 - (top + height) / total, inner / width, height / total))
-        axis.yaxis.set_label_coords(-(left[column] + _GAP) / inner, 0.5)
-        axis.xaxis.set_label_coords(0.5, -_NUMBERS / height)
+        axis.yaxis.set_label_coords(-(left[column] + gap) / inner, 0.5)
+        axis.xaxis.set_label_coords(0.5, -number_line / height)
         axis.get_legend().set_bbox_to_anchor((1.0 + apart / inner, 1.0), axis.transAxes)
 
 
@@ -153,7 +148,8 @@ def save_figure(figure: Any, path: Path, hint: str = "another folder") -> Path:
     if path.suffix[1:].lower() not in ("", *figure.canvas.get_supported_filetypes()):
         raise UsageError(Problem(str(path), "a figure is a .png, .svg or .pdf file [E0154]", "figure.png"))
     try:
-        figure.savefig(path, **({"pil_kwargs": {"compress_level": _COMPRESSION}} if path.suffix == ".png" else {}))
+        # level 6, the default of matplotlib, takes 1.5 times as long, for files that are smaller by a twelfth
+        figure.savefig(path, **({"pil_kwargs": {"compress_level": 3}} if path.suffix == ".png" else {}))
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error}) [E0127]", hint)) from None
     return path

@@ -218,9 +218,6 @@ def read_file(path: Path) -> bytes:
         return stream.read()
 
 
-_COMPARED = 2000  # of a folder
-
-
 def nearby(path: Path, otherwise: str = "another path", endings: Collection[str] = ()) -> str:
     """Return a hint for a missing file: up to three files in the same folder with the nearest names, or that the folder
     is missing.
@@ -239,7 +236,7 @@ def nearby(path: Path, otherwise: str = "another path", endings: Collection[str]
         if not folder.is_dir():
             return f"another path: there is no folder {str(folder)!a}"
         every: dict[str, list[str]] = {}
-        for file in itertools.islice(folder.iterdir(), _COMPARED):
+        for file in itertools.islice(folder.iterdir(), 2000):
             if not endings or file.suffix.lower() in endings:
                 every.setdefault(file.stem.lower(), []).append(file.name)
     except (OSError, ValueError):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import islice
 
-#: Rows of one table; the rest is counted.
-_ROWS = 40
 _CELL = "text-align:left;vertical-align:top;padding:0.15em 0.8em 0.15em 0"
 
 
@@ -36,7 +34,7 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return an HTML table of text, of at most 40 rows and the number of further rows; an empty text if there is no
     row. Columns that are empty in all rows are left out."""
     waiting = iter(rows)
-    shown = [[str(cell) for cell in row] for row in islice(waiting, _ROWS)]
+    shown = [[str(cell) for cell in row] for row in islice(waiting, 40)]
     if not shown:
         return ""
     left = sum(1 for _ in waiting)

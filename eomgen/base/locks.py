@@ -21,8 +21,6 @@ except ImportError:  # pragma: no cover  # not on Windows
 
 #: Locks of Windows.
 _windows: Any = import_module("msvcrt") if os.name == "nt" else None
-#: Seconds between two tries, since Windows gives up after ten.
-_PAUSE = 0.05
 
 
 @contextlib.contextmanager
@@ -43,36 +41,33 @@ def claim(file: Path) -> Iterator[None]:
 def hold(folder: Path) -> int | None:
     """Return a descriptor that marks a folder as in use until the descriptor is closed; None if another process does
     so, and if there are no locks."""
-    return _lock(folder, os.O_RDONLY, wait=False)
+    with contextlib.suppress(BlockingIOError):
+        return _lock(folder, os.O_RDONLY, wait=False)
+    return None
 
 
 @contextlib.contextmanager
 def sole_use(folder: Path) -> Iterator[bool]:
     """Hold the lock on a folder within the block, and give whether this process holds the lock: False if another
     process holds the lock, True if there are no locks."""
-    descriptor, alone = -1, True
+    descriptor, alone = None, True
     try:
-        if fcntl is not None:
-            try:
-                descriptor = os.open(folder, os.O_RDONLY)
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                alone = False
-            except OSError:
-                pass  # no locks here
+        descriptor = _lock(folder, os.O_RDONLY, wait=False)
+    except BlockingIOError:
+        alone = False
+    try:
         yield alone
     finally:
-        if descriptor >= 0:
+        if descriptor is not None:
             os.close(descriptor)
 
 
 def is_abandoned(folder: Path) -> bool:
     """Return whether no process holds the lock on a folder; False if there are no locks."""
-    descriptor = _lock(folder, os.O_RDONLY, wait=False)
-    if descriptor is None:
-        return False
-    os.close(descriptor)
-    return True
+    descriptor = hold(folder)
+    if descriptor is not None:
+        os.close(descriptor)
+    return descriptor is not None
 
 
 def _take(file: Path) -> int | None:
@@ -91,8 +86,8 @@ def _take(file: Path) -> int | None:
 
 
 def _lock(path: Path, flags: int, *, wait: bool) -> int | None:
-    """Open a file with the ``flags`` of ``os.open`` and lock the file; return the descriptor, None if locks are missing
-    or, without ``wait``, another process has the lock."""
+    """Open a file with the ``flags`` of ``os.open`` and lock the file; return the descriptor, None if locks are
+    missing. Raises BlockingIOError if another process has the lock, without ``wait``."""
     if fcntl is None and _windows is None:
         return None
     descriptor = -1
@@ -102,23 +97,23 @@ def _lock(path: Path, flags: int, *, wait: bool) -> int | None:
             fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
         else:
             _lock_on_windows(descriptor, wait=wait)
-    except OSError:
+    except BaseException as error:
         if descriptor >= 0:
             os.close(descriptor)
+        if isinstance(error, BlockingIOError) or not isinstance(error, OSError):
+            raise
         return None
-    except BaseException:
-        os.close(descriptor)
-        raise
     return descriptor
 
 
 def _lock_on_windows(descriptor: int, *, wait: bool) -> None:
-    """Lock the first byte of a file. Raises OSError if another process holds the lock and the caller does not wait."""
+    """Lock the first byte of a file. Raises BlockingIOError if another process holds the lock and the caller does not
+    wait."""
     while True:
         try:
             _windows.locking(descriptor, _windows.LK_NBLCK, 1)
             return
         except PermissionError:  # held by another process
             if not wait:
-                raise
-            time.sleep(_PAUSE)
+                raise BlockingIOError from None
+            time.sleep(0.05)  # Windows gives up after ten tries

@@ -17,13 +17,6 @@ NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digi
 _PATH = re.compile(r"[A-Za-z_]\w{0,63}(\.\w{1,64}|\[\d{1,6}\])*", re.ASCII)
 _SHOWN = 48
 _LISTED = 8
-#: Notes of a scene that are printed from a script.
-_NOTED = 3
-_COMPARED = 300  # a hint is not worth more time
-
-
-#: Level of messages about work that is done, ``logging.INFO``.
-_INFO = 20
 
 
 class Log:
@@ -48,7 +41,7 @@ class Log:
             if "logging" not in sys.modules:
                 return False
             self._logger = sys.modules["logging"].getLogger(self._name)
-        return bool(self._logger.isEnabledFor(_INFO))
+        return bool(self._logger.isEnabledFor(20))  # logging.INFO
 
     def info(self, text: str, *values: object) -> None:
         """Hand on a message of the level ``INFO``, with values for the places in its text."""
@@ -67,8 +60,8 @@ def log_notes(name: str, notes: tuple[str, ...]) -> None:
 
     Without handlers Python prints such messages to stderr, which is done here for processes without ``logging``.
     """
-    more = [f"... and {len(notes) - _NOTED} more: eomgen info lists all"] if len(notes) > _NOTED else []
-    text = "\n".join(f"{name}: note: {note}" for note in [*notes[:_NOTED], *more])
+    more = [f"... and {len(notes) - 3} more: eomgen info lists all"] if len(notes) > 3 else []
+    text = "\n".join(f"{name}: note: {note}" for note in [*notes[:3], *more])
     if notes and "logging" in sys.modules:
         sys.modules["logging"].getLogger("eomgen.notes").warning("%s", text)
     elif notes and sys.stderr is not None:
@@ -118,9 +111,8 @@ def shown(text: object) -> str:
 
 def distinct(first: float, second: float, digits: int = 4) -> tuple[str, str]:
     """Return two numbers in as few digits as distinguish the numbers, and no fewer than ``digits``."""
-    while digits < 17 and f"{first:.{digits}g}" == f"{second:.{digits}g}":
-        digits += 1
-    return f"{first:.{digits}g}", f"{second:.{digits}g}"
+    text, other = distinct_texts((first, second), digits)
+    return text, other
 
 
 def distinct_texts(values: Sequence[float], digits: int = 6) -> list[str]:
@@ -203,7 +195,7 @@ def nearest(name: str, known: Iterable[str], elsewhere: Mapping[str, str] = Mapp
     """
     if hint := elsewhere.get(name.lower()):
         return hint
-    every = [candidate for candidate in itertools.islice(known, _COMPARED) if _PATH.fullmatch(candidate)]
+    every = [candidate for candidate in itertools.islice(known, 300) if _PATH.fullmatch(candidate)]
     close = close_names(name[:NAME_LENGTH], every)
     if close:
         return " or ".join(close)

@@ -19,16 +19,6 @@ from eomgen.errors import Problem, UsageError
 #: Called with (steps done, all steps).
 Progress = Callable[[int, int], None]
 
-#: Seconds between two updates of a notebook, which sends each to the browser.
-_SELDOM = 0.2
-#: Delay of the progress display in a terminal, s.
-_PATIENCE = 1.0
-#: Delay of the display of compilers, s: a user waits for the end of the compilers before anything else happens.
-_SHORT_PATIENCE = 0.5
-#: Seconds between two lines, if stderr is not a terminal.
-_LINES = 60.0
-#: Seconds until the first of these, which has the first estimate of the time left.
-_FIRST_LINE = 10.0
 #: Function that reports the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
 
@@ -124,28 +114,17 @@ def terminal_bar(title: str) -> Iterator[Reporter]:
         with told_by(lines.stage):
             yield Reporter(lines.report, _write_line, lines.stage)
         return
-    # only for a terminal
-    from rich.console import Console  # noqa: PLC0415
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
-    from rich.progress import Progress as Bar  # noqa: PLC0415
+    columns = ("BarColumn", "{task.percentage:>5.1f} %", "TimeRemainingColumn")
+    with _rich_display(title, 1.0, "{task.description}", *columns) as (bar, task):
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>5.1f} %"),
-        TimeRemainingColumn(),
-    )
-    bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
-    task = bar.add_task(title, total=None)
+        def stage(text: str) -> None:
+            bar.update(task, description=f"{title}: {text}")
 
-    def stage(text: str) -> None:
-        bar.update(task, description=f"{title}: {text}")
+        def report(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total, description=title)
 
-    def report(done: int, total: int) -> None:
-        bar.update(task, completed=done, total=total, description=title)
-
-    with _after_a_while(bar, _PATIENCE), told_by(stage):
-        yield Reporter(report, bar.console.print, stage)
+        with told_by(stage):
+            yield Reporter(report, bar.console.print, stage)
 
 
 def _write_line(text: str) -> None:
@@ -157,7 +136,7 @@ class _ProgressLines:
 
     def __init__(self, title: str) -> None:
         self._title, self._begun = title, time.monotonic()
-        self._due, self._before = self._begun + _FIRST_LINE, -1
+        self._due, self._before = self._begun + 10.0, -1
 
     def report(self, done: int, total: int) -> None:
         """Write progress with an estimate of the time left, if a line is due."""
@@ -178,7 +157,7 @@ class _ProgressLines:
         now = time.monotonic()
         if now < self._due:
             return None
-        self._due = now + _LINES
+        self._due = now + 60.0
         return now - self._begun
 
 
@@ -191,15 +170,7 @@ def waiting(title: str) -> Iterator[None]:
     if not sys.stderr.isatty():
         yield
         return
-    # only for a terminal
-    from rich.console import Console  # noqa: PLC0415
-    from rich.progress import Progress as Bar  # noqa: PLC0415
-    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn  # noqa: PLC0415
-
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
-    bar.add_task(title, total=None)
-    with _after_a_while(bar, _PATIENCE):
+    with _rich_display(title, 1.0, "SpinnerColumn", "{task.description}", "TimeElapsedColumn"):
         yield
 
 
@@ -222,18 +193,11 @@ def counted_units(title: str) -> Iterator[Progress | None]:
     if tell := _TELLS.get():
         yield lambda done, total: tell(_units(title, done, total, time.monotonic() - began))
     elif _in_notebook():
-        with _notebook_line(title, began) as report:
-            yield report
+        with _notebook_display(0.5, 0.0) as show:
+            yield lambda done, total: show(escape_html(_units(title, done, total, time.monotonic() - began)))
     elif sys.stderr.isatty():
-        # only for a terminal
-        from rich.console import Console  # noqa: PLC0415
-        from rich.progress import MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn  # noqa: PLC0415
-        from rich.progress import Progress as Bar  # noqa: PLC0415
-
-        columns = (SpinnerColumn(), TextColumn("{task.description}"), MofNCompleteColumn(), TimeElapsedColumn())
-        bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
-        task = bar.add_task(title, total=None)
-        with _after_a_while(bar, _SHORT_PATIENCE):
+        columns = ("SpinnerColumn", "{task.description}", "MofNCompleteColumn", "TimeElapsedColumn")
+        with _rich_display(title, 0.5, *columns) as (bar, task):
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
         yield None
@@ -244,38 +208,18 @@ def _units(title: str, done: int, total: int, seconds: float) -> str:
 
 
 @contextlib.contextmanager
-def _notebook_line(title: str, began: float) -> Iterator[Progress]:
-    """Show a line below a notebook's cell once the work takes more than half a second, and remove the line in the end;
-    gives the callback for progress. ``began`` is the time of the start by ``time.monotonic``."""
-    shows: Any = importlib.import_module("IPython.display")  # which a notebook brings
-    handle: Any = None
+def _rich_display(title: str, patience: float, *columns: str) -> Iterator[tuple[Any, Any]]:
+    """Start a display of Rich on stderr after some seconds, by a thread since the work may not report before, and stop
+    it at the end. Columns are names of Rich's classes, or texts; gives the display and its task."""
+    from rich import progress  # noqa: PLC0415  # only for a terminal
+    from rich.console import Console  # noqa: PLC0415
 
-    def report(done: int, total: int) -> None:
-        nonlocal handle
-        seconds = time.monotonic() - began
-        if seconds < _SHORT_PATIENCE:
-            return
-        line = shows.HTML(escape_html(_units(title, done, total, seconds)))
-        if handle is None:
-            handle = shows.display(line, display_id=True)
-        else:
-            handle.update(line)
-
-    try:
-        yield report
-    finally:
-        if handle is not None:
-            handle.update(shows.HTML(""))
-
-
-@contextlib.contextmanager
-def _after_a_while(bar: Any, patience: float) -> Iterator[None]:
-    """Start a display of Rich after some seconds, by a thread since the work may not report before; stop the display at
-    the end."""
+    made = (progress.TextColumn(name) if "{" in name else getattr(progress, name)() for name in columns)
+    bar = progress.Progress(*made, console=Console(stderr=True, highlight=False), transient=True)
     timer = threading.Timer(patience, bar.start)
     timer.start()
     try:
-        yield
+        yield bar, bar.add_task(title, total=None)
     finally:
         timer.cancel()
         timer.join()  # a display that is being started is stopped whole
@@ -286,20 +230,34 @@ def _after_a_while(bar: Any, patience: float) -> Iterator[None]:
 def notebook_bar(title: str) -> Iterator[Progress]:
     """Show a progress bar below a notebook's cell, which is gone when the work is done, and give the callback for
     progress."""
-    shows: Any = importlib.import_module("IPython.display")  # which a notebook brings
-    handle = shows.display(shows.HTML(_html(title, 0, 1)), display_id=True)
-    last = time.monotonic()
+    with _notebook_display(0.0, 0.2) as show:
+        show(_html(title, 0, 1))
+        yield lambda done, total: show(_html(title, done, total))
 
-    def report(done: int, total: int) -> None:
-        nonlocal last
-        if time.monotonic() - last >= _SELDOM:
-            last = time.monotonic()
-            handle.update(shows.HTML(_html(title, done, total)))
+
+@contextlib.contextmanager
+def _notebook_display(patience: float, pause: float) -> Iterator[Callable[[str], None]]:
+    """Give a function that shows HTML below a notebook's cell, from some seconds on and with pauses, s, since the
+    notebook sends each text to the browser; it is gone at the end."""
+    shows: Any = importlib.import_module("IPython.display")  # which a notebook brings
+    handle: Any = None
+    due = time.monotonic() + patience
+
+    def show(text: str) -> None:
+        nonlocal handle, due
+        if time.monotonic() < due:
+            return
+        due = time.monotonic() + pause
+        if handle is None:
+            handle = shows.display(shows.HTML(text), display_id=True)
+        else:
+            handle.update(shows.HTML(text))
 
     try:
-        yield report
+        yield show
     finally:
-        handle.update(shows.HTML(""))
+        if handle is not None:
+            handle.update(shows.HTML(""))
 
 
 def _html(title: str, done: int, total: int) -> str:

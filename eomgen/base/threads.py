@@ -94,8 +94,6 @@ def calm_imports() -> contextlib.AbstractContextManager[None]:
     return contextlib.nullcontext() if "numpy" in sys.modules else variables(OPENBLAS_THREAD_TIMEOUT="20")
 
 
-#: Velocities of a model up to which the model's matrices are small.
-_SMALL = 1000
 #: Prefixes and suffixes of the names of functions of OpenBLAS, in the libraries of NumPy and SciPy and in a system's.
 _PREFIXES, _SUFFIXES = ("scipy_openblas", "openblas"), ("64_", "")
 
@@ -104,7 +102,7 @@ _PREFIXES, _SUFFIXES = ("scipy_openblas", "openblas"), ("64_", "")
 def one_thread_of_algebra(velocities: int) -> Iterator[None]:
     """Limit OpenBLAS to one thread within the block for a model with up to 1000 ``velocities``; the number before is
     set again when all threads of Python have left such blocks."""
-    if velocities > _SMALL:
+    if velocities > 1000:
         yield
         return
     _Algebra.enter()

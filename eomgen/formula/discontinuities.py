@@ -20,8 +20,18 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.rounding import COMPUTED
 from eomgen.formula.curves import Curve, Interpolation, Outside, Pieces
-from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ONE, Application, EntryQuantity, Formula, Number, Operation, Symbol, distinct_nodes
+from eomgen.formula.nodes import (
+    NON_SMOOTH,
+    ONE,
+    Application,
+    EntryQuantity,
+    Formula,
+    Number,
+    Operation,
+    Symbol,
+    distinct_nodes,
+)
+from eomgen.formula.prescribed_motion import constant
 from eomgen.formula.substitution import map_symbols
 
 #: From a symbol to its number; None for a symbol that has none while a formula is looked at.
@@ -131,9 +141,9 @@ def breakpoints(formula: Formula, value_of: ValueOf, derivatives: int = 0) -> It
                 period = getattr(node.curve, "period", 0.0) / abs(a)
                 lowest, blur = order - node.derivative - derivatives, (abs(kink) + abs(b)) / abs(a)
                 yield Breakpoint((kink - b) / a, period, lowest, blur)
-        elif isinstance(node, Operation) and node.name in _NON_SMOOTH:
+        elif isinstance(node, Operation) and node.name in NON_SMOOTH:
             pair = [affine(argument, value_of) for argument in (*node.arguments, Number(0.0))[:2]]
-            yield from _crossing(pair, _NON_SMOOTH[node.name] - derivatives)
+            yield from _crossing(pair, NON_SMOOTH[node.name] - derivatives)
         elif isinstance(node, EntryQuantity):
             for used in node.curves():
                 yield from breakpoints(used, value_of, derivatives)
@@ -155,10 +165,6 @@ def knots_along_a_beam(formulas: Iterable[Formula], value_of: ValueOf) -> tuple[
     return tuple(sorted(position for position in places if 0.0 < position < 1.0))
 
 
-#: Functions that are not smooth at an argument of 0, or at two equal arguments, and the order of the jump.
-_NON_SMOOTH = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
-
-
 def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterator[Breakpoint]:
     first, second = pair
     if first is not None and second is not None and first[0] != second[0]:
@@ -168,8 +174,6 @@ def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterato
 
 #: Coefficients of w, lowest power first.
 _W = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
-#: Operations that jump or bend at an argument of zero, or at two equal arguments.
-_SWITCHES = frozenset({"lt", "le", "sign", "abs", "min", "max"})
 
 
 class SmoothingError(Exception):
@@ -212,7 +216,7 @@ def smooth_law(formula: Formula, duration: float, value_of: ValueOf) -> Formula:
         return formula
     if isinstance(formula, Application):
         return _curve(formula, duration, value_of)
-    if formula.name in _SWITCHES and not (formula.name == "max" and _is_condition(formula)):
+    if formula.name in NON_SMOOTH and not (formula.name == "max" and is_condition(formula)):
         return _switch(formula, duration, value_of)
     parts = [smooth_law(argument, duration, value_of) for argument in formula.arguments]
     if formula.name == "max":  # one condition or another
@@ -223,27 +227,25 @@ def smooth_law(formula: Formula, duration: float, value_of: ValueOf) -> Formula:
     return replace(formula, arguments=tuple(parts))
 
 
-def _is_condition(formula: Formula) -> bool:
+def is_condition(formula: Formula) -> bool:
     """Return whether a formula is 1 or 0: comparisons joined by ``and``, ``or`` and ``not``."""
     if not isinstance(formula, Operation):
         return formula == ONE
-    if formula.name in ("mul", "max", "sub"):
-        return all(_is_condition(argument) for argument in formula.arguments)
-    return formula.name in ("lt", "le")
+    joined = formula.name in ("mul", "max", "sub") and all(map(is_condition, formula.arguments))
+    return joined or formula.name in ("lt", "le")
 
 
 def _switch(formula: Operation, duration: float, value_of: ValueOf) -> Formula:
     """Return an operation such as abs, min or a comparison with a transition in place of the jump or kink; the
     operation unchanged if constant over time. The operation is decided by the sign of the argument, or of the
     difference of both arguments, which has to be linear in time; else SmoothingError is raised."""
-    if all(symbol.kind != "time" for symbol in symbols(formula)):
+    if constant(formula):
         return formula
     first, second = (*formula.arguments, Number(0.0))[:2]
     lines = affine(first, value_of), affine(second, value_of)
     if lines[0] is None or lines[1] is None:
-        names = {"lt": "a comparison", "le": "a comparison"}
-        jumping = f"{names.get(formula.name, f'{formula.name}()')} of something else than a straight line in t"
-        raise SmoothingError(f"the times are not known beforehand at which {jumping} jumps [E0289]", _KNOWN)
+        name = "a comparison" if formula.name in ("lt", "le") else f"{formula.name}()"
+        raise _unknown_times(f"{name} of something else than a straight line in t")
     slope, offset = (a - b for a, b in zip(lines[0], lines[1], strict=True))
     if slope == 0.0:
         return formula
@@ -263,7 +265,9 @@ def _switch(formula: Operation, duration: float, value_of: ValueOf) -> Formula:
             return second + (first - second) * positive
 
 
-_KNOWN = "comparisons, sign, abs, min, max and curves of a t + b with fixed numbers a and b"
+def _unknown_times(jumping: str) -> SmoothingError:
+    fault = f"the times are not known beforehand at which {jumping} jumps [E0289]"
+    return SmoothingError(fault, "comparisons, sign, abs, min, max and curves of a t + b with fixed numbers a and b")
 
 
 def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:
@@ -275,7 +279,7 @@ def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:
         return Application(curve, smooth_law(used.argument, duration, value_of), used.derivative)
     line = affine(used.argument, value_of)
     if line is None or line[0] == 0.0:
-        raise SmoothingError(f"the times are not known beforehand at which {curve.name} jumps [E0289]", _KNOWN)
+        raise _unknown_times(curve.name)
     if used.derivative:
         fault = f"a derivative of {curve.name} jumps, which cannot be smoothed by itself [E0290]"
         raise SmoothingError(fault, f'interpolation = "quintic" of {curve.name}')

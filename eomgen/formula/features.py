@@ -7,6 +7,7 @@ centre of a Gaussian), locate a feature of any width.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -15,17 +16,25 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.formula.curves import Bump, Curve, Waves
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import VECTORS, Application, EntryQuantity, Formula, Number, Operation, distinct_nodes, infix
+from eomgen.formula.nodes import (
+    NON_SMOOTH,
+    VECTORS,
+    Application,
+    EntryQuantity,
+    Formula,
+    Number,
+    Operation,
+    distinct_nodes,
+    infix,
+)
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Functions of one number with an unbounded slope at the edge of the domain.
 WITH_EDGE = frozenset(NAMES[op] for op, row in ELEMENTARY.items() if row.rough)
 #: Functions that have a value but no derivative at some arguments.
 _ROUGH = WITH_EDGE | {"atan2"}
-#: Symbols that are constant along a motion, so that no derivative by them is taken.
-_GIVEN = frozenset({"parameter", "number", "place"})
-#: Formulas that are named.
-_NAMED = 2
+#: Kinds of symbols that do not change within a run.
+_HELD = frozenset({"parameter", "number", "place"})
 
 
 def rough_operations(formulas: Iterable[Formula], *, quotients: bool = False) -> str:
@@ -40,8 +49,7 @@ def rough_operations(formulas: Iterable[Formula], *, quotients: bool = False) ->
     quotients : whether quotients by numbers that change count as well
     """
     result = list(dict.fromkeys(text for formula in formulas for text in _rough(formula, quotients=quotients)))
-    more = f" and {len(result) - _NAMED} more" if len(result) > _NAMED else ""
-    return f"{', '.join(result[:_NAMED])}{more}"
+    return f"{', '.join(result[:2])}{f' and {len(result) - 2} more' if len(result) > 2 else ''}"
 
 
 def _rough(formula: Formula, *, quotients: bool) -> Iterator[str]:
@@ -51,26 +59,17 @@ def _rough(formula: Formula, *, quotients: bool) -> Iterator[str]:
         if not isinstance(node, Operation):
             continue
         by_zero = quotients and node.name == "div"
-        moving = any(symbol.kind not in _GIVEN for symbol in symbols(node.arguments[1 if by_zero else 0]))
         exponent = node.arguments[-1]  # a power with this exponent may have no derivative at zero
         whole = isinstance(exponent, Number) and exponent.value >= 1.0
         broken = node.name in _ROUGH or (node.name == "pow" and not whole)
-        if moving and (by_zero or broken):
+        if (by_zero or broken) and changes(node.arguments[1 if by_zero else 0]):
             yield infix(node, lambda symbol: 3 if symbol.kind in VECTORS else 1)
 
 
-#: Kinds of symbols that do not change within a run.
-_HELD = ("parameter", "number", "place")
-#: Operations by which a formula changes about as fast as the arguments; products and whole powers up to this exponent,
-#: too.
+#: Operations by which a formula changes about as fast as the arguments; whole powers up to the fourth, too.
 _PLAIN = ("add", "sub", "mul", "neg")
-_SMOOTH_POWER = 4.0
-#: Functions with a step or a corner at argument 0, or at equal values of two arguments.
-_AT_ZERO = ("sign", "abs", "tanh", "atan", "cosh")
-_SHARP = ("sign", "abs")
-_WHERE_EQUAL = ("lt", "le", "min", "max")
-#: Functions among these with a step.
-_STEPS, _COMPARISONS = ("sign",), ("lt", "le")
+#: Operations that change fast at an argument of 0, or at two equal arguments.
+_FAST = (*NON_SMOOTH, "tanh", "atan", "cosh")
 
 
 @dataclass(frozen=True)
@@ -132,7 +131,7 @@ def may_be_fast(formula: Formula) -> bool:
     if formula.name == "div":
         return changes(last)
     if formula.name == "pow" and isinstance(last, Number):
-        return not (last.value == round(last.value) and 0.0 <= last.value <= _SMOOTH_POWER)
+        return not (last.value == round(last.value) and 0.0 <= last.value <= 4.0)
     return True
 
 
@@ -152,32 +151,28 @@ def features(formula: Formula) -> Iterator[Feature]:
     for node in distinct_nodes(formula):
         if isinstance(node, Application) and changes(node.argument):
             yield from _curve_features(node)
-        elif isinstance(node, Operation):
-            first = node.arguments[0]
-            if node.name in _WHERE_EQUAL and changes(node):
-                yield Feature(first - node.arguments[1], zero)
-            elif (node.name in _AT_ZERO or _is_square(node)) and changes(first):
-                yield Feature(first, zero)
+        elif isinstance(node, Operation) and node.name in _FAST and changes(node):
+            yield Feature(_deciding(node), zero)
+        elif isinstance(node, Operation) and _is_square(node) and changes(node.arguments[0]):
+            yield Feature(node.arguments[0], zero)
 
 
-def corners(formula: Formula) -> Iterator[Formula]:
-    """Yield expressions at whose zeros the formula has a step or a corner, except inside curves."""
-    yield from _zeros(formula, _WHERE_EQUAL, _SHARP)
+def corners(formula: Formula, order: int = 1) -> Iterator[Formula]:
+    """Yield expressions at whose zeros the formula has a step or, with ``order`` 1, a corner, except inside curves."""
+    for node in distinct_nodes(formula):
+        if isinstance(node, Operation) and NON_SMOOTH.get(node.name, math.inf) <= order and changes(node):
+            yield _deciding(node)
 
 
 def jumps(formula: Formula) -> Iterator[Formula]:
     """Yield expressions at whose zeros the formula may have a step, except inside curves."""
-    yield from _zeros(formula, _COMPARISONS, _STEPS)
+    return corners(formula, 0)
 
 
-def _zeros(formula: Formula, where_equal: tuple[str, ...], at_zero: tuple[str, ...]) -> Iterator[Formula]:
-    """Yield differences of both arguments of functions in ``where_equal``, and first arguments of functions in
-    ``at_zero``, if these change within a run."""
-    for node in distinct_nodes(formula):
-        if isinstance(node, Operation) and node.name in where_equal and changes(node):
-            yield node.arguments[0] - node.arguments[1]
-        elif isinstance(node, Operation) and node.name in at_zero and changes(node.arguments[0]):
-            yield node.arguments[0]
+def _deciding(node: Operation) -> Formula:
+    """Return the argument of an operation, or the difference of its two arguments."""
+    first, *second = node.arguments
+    return first - second[0] if second else first
 
 
 def _is_square(formula: Operation) -> bool:

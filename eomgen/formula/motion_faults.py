@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import Problem
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import curves, evaluate_batch, values_of_parameters
@@ -29,7 +30,7 @@ from eomgen.formula.recording import law_and_rate
 
 #: Times of the grid.
 _GRID = 1025
-_UNDEFINED_HALVINGS = 60
+_EPSILON = float(np.finfo(float).eps)
 
 
 def undefined_laws(
@@ -89,25 +90,17 @@ def undefined_from(formula: Formula, values: tuple[tuple[str, float], ...], star
     if not len(lasting):
         return None
     low, high = times[max(lasting[0] - 1, 0)], times[lasting[0]]
-    for _ in range(_UNDEFINED_HALVINGS):
+    for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if missing(np.array([middle]))[0] else (middle, high)
     return float(high)
 
 
-#: Jumps that count, as a part of the range of a law, or of the largest rate of the law: constants are typed with a few
-#: digits.
-_TOLERANCE = 1e-5
-#: Larger changes of an angle are not turns left out, but infinities that are passed.
-_FARTHEST = 1e4
-#: Times evaluated on each side of periodic breakpoints.
-_PERIODS = 64
-_DIVISIONS = 120
-#: Position in an interval at which the interval is divided: in the middle the rate 0 of |x| at x = 0 would lie on the
-#: chord.
-_PART = 0.375
-#: Intervals that are examined more closely: the intervals in which the law bends most.
-_INTERVALS = 64
+def _most_bent(deviation: Array, least: float) -> NDArray[np.intp]:
+    """Return the indices of intervals with a larger deviation than ``least``, at most 64 with the largest ones: there
+    are more next to an infinity."""
+    bent = np.flatnonzero(deviation > least)
+    return bent if len(bent) <= 64 else np.sort(bent[np.argsort(deviation[bent])[-64:]])
 
 
 class Jump(NamedTuple):
@@ -153,7 +146,7 @@ def first_jump(
     beside: list[Any] = [np.linspace(start, end, _GRID if end > start else 1)]
     for point in breakpoints(formula, lambda symbol: known.get(symbol.name)):
         first = np.ceil((start - point.time) / point.period) if point.period else 0.0
-        times = point.time + point.period * (first + np.arange(_PERIODS if point.period else 1))
+        times = point.time + point.period * (first + np.arange(64 if point.period else 1))
         margin = 64.0 * _EPSILON * np.maximum(np.abs(times), point.blur)
         beside += [times - margin, times, times + margin]
     known_times = np.unique(np.concatenate(beside))
@@ -161,7 +154,8 @@ def first_jump(
     for order in (0, 1):
         time = _lasting_change(law, known_times, order, turns=angle and order == 0)
         if time is not None:
-            sides = np.clip(np.array([time - 1e-12 * (end - start), time + 1e-12 * (end - start)]), start, end)
+            aside = SUMMED * (end - start)
+            sides = np.clip(np.array([time - aside, time + aside]), start, end)
             before, after = law(sides)[order]
             return Jump(time, order, float(before), float(after))
     return None
@@ -186,16 +180,15 @@ def _lasting_change(
         return None
     scale = np.ptp(finite) if order == 0 else np.max(np.abs(finite))
     narrowest = 8.0 * _EPSILON * max(abs(times[0]), abs(times[-1]))
-    least = max(_TOLERANCE * scale, 1e-12 * np.max(np.abs(finite)), 64.0 * _rounding(law, times[0], times[-1], order))
+    # constants are typed with a few digits
+    least = max(1e-5 * scale, SUMMED * np.max(np.abs(finite)), 64.0 * _rounding(law, times[0], times[-1], order))
     low, high, at_low, at_high = times[:-1], times[1:], values[:-1], values[1:]
-    for _ in range(_DIVISIONS):
-        middle = low + _PART * (high - low)
+    part = 0.375  # in the middle of an interval the rate 0 of |x| at x = 0 would lie on the chord
+    for _ in range(120):
+        middle = low + part * (high - low)
         between = law(middle)[order]
         with np.errstate(invalid="ignore"):
-            deviation = np.abs(between - at_low - _PART * (at_high - at_low))
-            curved = np.flatnonzero(deviation > 0.25 * least)
-        if len(curved) > _INTERVALS:  # next to an infinity
-            curved = np.sort(curved[np.argsort(deviation[curved])[-_INTERVALS:]])
+            curved = _most_bent(np.abs(between - at_low - part * (at_high - at_low)), 0.25 * least)
         low, middle, high = low[curved], middle[curved], high[curved]
         at_low, between, at_high = at_low[curved], between[curved], at_high[curved]
         if not len(low) or np.all(high - low <= narrowest):
@@ -203,8 +196,8 @@ def _lasting_change(
         low, high = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()
         at_low, at_high = np.stack([at_low, between], 1).ravel(), np.stack([between, at_high], 1).ravel()
     size = np.abs(at_high - at_low)
-    if turns:
-        size = np.where(size < _FARTHEST, np.abs(np.remainder(size + np.pi, 2.0 * np.pi) - np.pi), size)
+    if turns:  # larger changes are infinities that are passed
+        size = np.where(size < 1e4, np.abs(np.remainder(size + np.pi, 2.0 * np.pi) - np.pi), size)
     lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # other jumps next to infinities are noise
     return float(lasting[0]) if len(lasting) else None
 
@@ -235,15 +228,9 @@ def _describe(law: PrescribedLaw, jump: Jump) -> tuple[str, str]:
     )
 
 
-_HALVINGS = 80
-_EPSILON = float(np.finfo(float).eps)
 #: Error of the trapezoidal rule over one step, as a share of the law's range without its linear trend: reported above
-#: the first, refused above the second.
-REPORTED, REFUSED = 0.01, 0.05
-#: How many steps a law is measured over at least: in a few, everything is straight or steep.
-_LEAST_STEPS = 256
-#: The same share at steps that resolve the law.
-_RESOLVED = 0.003
+#: the first, refused above the second; and the same share at steps that resolve the law.
+REPORTED, REFUSED, _RESOLVED = 0.01, 0.05, 0.003
 
 
 class Steepness(NamedTuple):
@@ -304,7 +291,8 @@ def steepest(
     times = np.linspace(start, end, _GRID)
     if end <= start or not np.all(np.isfinite(law(times)[0])):
         return None
-    x = law(np.linspace(start, max(end, start + _LEAST_STEPS * step), _GRID))[0]
+    # over a few steps, everything is straight or steep
+    x = law(np.linspace(start, max(end, start + 256 * step), _GRID))[0]
     size = float(np.ptp(x - np.linspace(x[0], x[-1], _GRID)))
     if not size > 64.0 * _EPSILON * np.max(np.abs(x)):
         return None
@@ -319,11 +307,8 @@ def steepest(
     while width > step:
         middle = low + 0.5 * width
         deviation = np.abs(law(middle)[0] - 0.5 * (law(low)[0] + law(low + width)[0]))
-        curved = np.flatnonzero(deviation > _RESOLVED * size)
+        curved = _most_bent(deviation, _RESOLVED * size)
         low, middle = low[curved], middle[curved]
-        if len(curved) > _INTERVALS:
-            most = np.sort(np.argsort(deviation[curved])[-_INTERVALS:])
-            low, middle = low[most], middle[most]
         low, width = np.stack([low, middle], 1).ravel(), 0.5 * width
         if not len(low):
             return None
@@ -333,7 +318,7 @@ def steepest(
     if not lost[worst] > REPORTED * size:
         return None
     time, enough = middle[worst], step
-    for _ in range(_HALVINGS):
+    for _ in range(80):
         enough *= 0.5
         around = time + enough * np.arange(-2.0, 2.5, 0.5)
         left = trapezoid_error(around, enough)

@@ -180,7 +180,10 @@ _BINARY = {
     "mul": ("*", 3, 3, 3), "div": ("/", 3, 3, 4),
     "pow": ("**", 5, 6, 5),
 }  # fmt: skip  # a table
-_NEGATION, _CHOICE, _ATOM = 4, 0, 9
+#: Precedences of a choice, of a sign, and of all that takes no brackets.
+_PRECEDENCE = {"select": 0, "neg": 4, "atom": 9}
+#: Operations that jump (0) or bend (1) at an argument of 0, or at two equal arguments.
+NON_SMOOTH = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
 #: Kinds of symbols with three components, of points and of bodies.
 VECTORS = frozenset({"position", "velocity", "acceleration", "rotation", "angular_velocity", "angular_acceleration"})
 #: Kinds of symbols that a formula names without a prefix.
@@ -196,12 +199,12 @@ def infix(formula: Formula, sizes: Callable[[Symbol], int] = lambda symbol: 1) -
 def _text(formula: Formula, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
     """Return the text of a formula and the precedence of the outermost operation; ``sizes`` as of ``infix``."""
     if isinstance(formula, Number):
-        return f"{formula.value:.9g}", _ATOM if formula.value >= 0.0 else _NEGATION
+        return f"{formula.value:.9g}", _PRECEDENCE["atom"] if formula.value >= 0.0 else _PRECEDENCE["neg"]
     if isinstance(formula, Symbol):
-        return _name(formula, sizes), _ATOM
+        return _name(formula, sizes), _PRECEDENCE["atom"]
     if isinstance(formula, Application):
         prefix = "derivative." * formula.derivative
-        return f"{prefix}{formula.curve.name}({_text(formula.argument, sizes)[0]})", _ATOM
+        return f"{prefix}{formula.curve.name}({_text(formula.argument, sizes)[0]})", _PRECEDENCE["atom"]
     return _infix(formula, sizes)
 
 
@@ -220,7 +223,7 @@ def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int
     if isinstance(formula, EntryQuantity):
         index = f"[{formula.component}]" if formula.word.components > 1 else ""
         argument_text = ", ".join(text for text, _ in parts[: len(formula.word.arguments_of(formula.item))])
-        return f"{formula.word.named(formula.item, formula.component)}({argument_text}){index}", _ATOM
+        return f"{formula.word.named(formula.item, formula.component)}({argument_text}){index}", _PRECEDENCE["atom"]
 
     def at_least(part: tuple[str, int], precedence: int) -> str:
         return part[0] if part[1] >= precedence else f"({part[0]})"
@@ -228,12 +231,13 @@ def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int
     if formula.name in _BINARY:
         sign, own_precedence, left, right = _BINARY[formula.name]
         return f"{at_least(parts[0], left)} {sign} {at_least(parts[1], right)}", own_precedence
+    precedence = _PRECEDENCE.get(formula.name, _PRECEDENCE["atom"])
     if formula.name == "neg":
-        return f"-{at_least(parts[0], _NEGATION)}", _NEGATION
+        return f"-{at_least(parts[0], precedence)}", precedence
     if formula.name == "select":
-        condition, then, otherwise = (at_least(part, _CHOICE + 1) for part in parts)
-        return f"{then} if {condition} else {otherwise}", _CHOICE
-    return f"{formula.name}({', '.join(text for text, _ in parts)})", _ATOM
+        condition, then, otherwise = (at_least(part, precedence + 1) for part in parts)
+        return f"{then} if {condition} else {otherwise}", precedence
+    return f"{formula.name}({', '.join(text for text, _ in parts)})", precedence
 
 
 def distinct_nodes(formula: Formula) -> Iterator[Formula]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -28,48 +27,16 @@ from eomgen.symbolic.periodic import harmonic_sum
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
-#: Binary digits after the point.
-_DIGITS = 192
-#: pi / 4 = 4 arctan(1/5) - arctan(1/239) (Machin 1706).
-_MACHIN = ((16, 5), (-4, 239))
-_STEP = 1e-30  # of the complex step
-
 
 def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
-    """Return cosine and sine of an angle in rad plus a number of quarter turns, each rounded once from an integer
-    computation."""
-    pi = sum(factor * _inverse_tangent(number) for factor, number in _MACHIN)
-    exact = Fraction(angle)
-    x = (exact.numerator << _DIGITS) // exact.denominator
-    quarters = (2 * x + pi // 2) // pi
-    x -= quarters * pi // 2
-    cosine = sine = 0
-    power, order = 1 << _DIGITS, 0
-    while power:
-        sign = -1 if order & 2 else 1
-        if order & 1:
-            sine += sign * power
-        else:
-            cosine += sign * power
-        order += 1
-        power = (power * x >> _DIGITS) // order
-    for _ in range((quarters + quarter_turns) % 4):
+    """Return cosine and sine of an angle in rad plus a number of quarter turns, each rounded once."""
+    import mpmath  # noqa: PLC0415  # few scenes have roads
+
+    with mpmath.workprec(192):
+        cosine, sine = mpmath.cos_sin(mpmath.mpf(angle))
+    for _ in range(quarter_turns % 4):
         cosine, sine = -sine, cosine
-    return _to_float(cosine), _to_float(sine)
-
-
-def _inverse_tangent(number: int) -> int:
-    """Return the inverse tangent of 1/number as an integer in units of 2^-192."""
-    total, power, order = 0, (1 << _DIGITS) // number, 1
-    while power:
-        total += -(power // order) if order & 2 else power // order
-        power //= number * number
-        order += 2
-    return total
-
-
-def _to_float(value: int) -> float:
-    return float(Fraction(value, 1 << _DIGITS))
+    return float(cosine), float(sine)
 
 
 Resolver = Callable[[Symbol], Scalar]
@@ -210,11 +177,11 @@ def law_and_rate(formula: Formula, known: Mapping[str, float]) -> Callable[[Arra
     def resolve(symbol: Symbol) -> Scalar:
         return time if symbol.kind == "time" else algebra.scalar(known[symbol.name])
 
-    law = record(algebra, formula, resolve)
+    law, step = record(algebra, formula, resolve), 1e-30
 
     def values(t: Array) -> tuple[Array, Array]:
         with np.errstate(all="ignore"):
-            result = evaluate(tape, [law.ref], {"t": t[:, np.newaxis] + 1j * _STEP})[:, 0]
-        return result.real, result.imag / _STEP
+            result = evaluate(tape, [law.ref], {"t": t[:, np.newaxis] + 1j * step})[:, 0]
+        return result.real, result.imag / step
 
     return values
