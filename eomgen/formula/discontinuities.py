@@ -19,6 +19,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.rounding import COMPUTED
+from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve, Interpolation, Outside, Pieces
 from eomgen.formula.nodes import (
     NON_SMOOTH,
@@ -176,12 +177,8 @@ def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterato
 _W = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
 
 
-class SmoothingError(Exception):
-    """A jump that cannot be smoothed: the fault, and a remedy."""
-
-    def __init__(self, fault: str, hint: str) -> None:
-        self.what, self.hint = fault, hint
-        super().__init__(fault)
+class SmoothingError(DescriptionError):
+    """A jump that cannot be smoothed."""
 
 
 @cache

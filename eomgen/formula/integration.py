@@ -17,6 +17,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve, Pieces
 from eomgen.formula.discontinuities import Breakpoint, affine, breakpoints
 from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
@@ -33,12 +34,8 @@ _MOST_PIECES = 50_000
 _HALVINGS = 40
 
 
-class IntegrationError(Exception):
-    """An acceleration that cannot be integrated: the fault, and a remedy."""
-
-    def __init__(self, fault: str, hint: str) -> None:
-        self.fault, self.hint = fault, hint
-        super().__init__(fault)
+class IntegrationError(DescriptionError):
+    """An acceleration that cannot be integrated."""
 
 
 @dataclass(frozen=True)

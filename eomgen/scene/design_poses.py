@@ -15,6 +15,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.errors import DescriptionError
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
 from eomgen.scene.rotations import rows, snapped_rotation
 from eomgen.system.description import BASE, WORLD
@@ -88,12 +89,8 @@ def attach(item: Placed, at: Callable[[Key, str, Vector], tuple[str, Vector]], k
     return replace(item, body=body, position=position)
 
 
-class UnknownPoseError(Exception):
-    """A pose that does not follow from the placements: ``fault`` and ``hint`` for a message."""
-
-    def __init__(self, fault: str, hint: str) -> None:
-        super().__init__(fault)
-        self.fault, self.hint = fault, hint
+class UnknownPoseError(DescriptionError):
+    """A pose that does not follow from the placements."""
 
 
 @dataclass(eq=False)

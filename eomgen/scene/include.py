@@ -158,7 +158,7 @@ def overridden(key: str, entry: Include, data: dict[str, Any], names: frozenset[
             else:
                 parameters[name] = {**table, "value": value}
         except UnitError as error:
-            report.add(parameter_key, error.what, error.hint)
+            report.add_error(parameter_key, error)
     data["parameters"] = parameters
     return formulas
 
@@ -292,7 +292,7 @@ class _Includer:
             problem = error.problems[0]
             report.add(field, f"{shown(entry.file)} {problem.what} [E1594]", f"a path from the folder of {report.file}")
         except OptionError as error:
-            report.add(f"{key}.{error.option}", error.problems[0].what, error.problems[0].hint)
+            report.add_error(f"{key}.{error.option}", error)
         except EomgenError as error:
             self.report.noted += [(0, problem) for problem in error.problems]
         return None

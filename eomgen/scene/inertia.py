@@ -7,7 +7,7 @@ consistent inertial parameter identification", IEEE RA-L 3(1), 2018.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ from eomgen.lie.numeric import skew
 
 _RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+#: Places of (xx, yy, zz, xy, xz, yz) in a symmetric matrix.
+PLACES = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 #: A moment of inertia below this part of the largest is none.
 NO_INERTIA = 1e-12
 
@@ -56,8 +58,7 @@ NOTHING = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
 
 def tensor(entries: Sequence[Numbers]) -> Array:
     """Return the (3, 3) matrix of (xx, yy, zz, xy, xz, yz)."""
-    xx, yy, zz, xy, xz, yz = entries
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return np.array(entries)[PLACES]
 
 
 def entries_of(matrix: Array) -> list[Numbers]:
@@ -150,62 +151,21 @@ def not_physical(entries: Sequence[Numbers], tolerance: float = 0.0, *, rotors: 
     rotors : whether inertia about one axis alone is accepted, which stands for a rotor whose other moments belong to
         its carrier
     """
-    xx, yy, zz, xy, xz, yz = entries
-    second_moments = (0.5 * (yy + zz - xx), 0.5 * (xx + zz - yy), 0.5 * (xx + yy - zz), -xy, -xz, -yz)
-
-    def exactly(matrices: Array) -> Flags:
-        moments = np.linalg.eigvalsh(matrices)
-        one_sided = _one_sided(moments, tolerance)
-        if rotors:
-            one_sided = one_sided & (moments[..., 1] > _RELATIVE * moments[..., 2])
-        return _not_positive(moments) | one_sided
-
-    return _unless(smallest_moment_above(second_moments, 0.0), exactly, entries)
+    moments = _principal_moments(entries)
+    one_sided = _one_sided(moments, tolerance)
+    if rotors:
+        one_sided = one_sided & (moments[..., 1] > _RELATIVE * moments[..., 2])
+    return _not_positive(moments) | one_sided
 
 
 def not_positive(entries: Sequence[Numbers]) -> Flags:
     """Return flags of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, with a negative moment."""
-    return _unless(
-        smallest_moment_above(entries, 0.0), lambda matrices: _not_positive(np.linalg.eigvalsh(matrices)), entries
-    )
+    return _not_positive(_principal_moments(entries))
 
 
-def singular(entries: Sequence[Numbers]) -> Flags:
-    """Return flags of positive semidefinite matrices (xx, yy, zz, xy, xz, yz), numbers or arrays of one shape, whose
-    smallest eigenvalue is at most 1e-12 of the largest."""
-    trace = entries[0] + entries[1] + entries[2]
-
-    def exactly(matrices: Array) -> Flags:
-        moments = np.linalg.eigvalsh(matrices)
-        return np.asarray(moments[..., 0] <= NO_INERTIA * moments[..., -1])
-
-    return _unless(smallest_moment_above(entries, 2.0 * NO_INERTIA * trace), exactly, entries)
-
-
-def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
-    """Return flags of symmetric matrices (xx, yy, zz, xy, xz, yz) whose smallest eigenvalue is surely above ``least``;
-    False is inconclusive. If the leading minors are positive, the product of the two larger eigenvalues is below the
-    square of half the trace."""
-    xx, yy, zz, xy, xz, yz = entries
-    with np.errstate(over="ignore", invalid="ignore"):  # an overflow proves no bound
-        minor = xx * yy - xy * xy
-        determinant = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz
-        trace = xx + yy + zz
-        above = 4.0 * determinant > least * trace * trace
-    return np.logical_and(
-        np.logical_and(np.greater(xx, 0.0), np.greater(minor, 0.0)), np.logical_and(determinant > 0.0, above)
-    )
-
-
-def _unless(sure: Flags, exactly: Callable[[Array], Flags], entries: Sequence[Numbers]) -> Flags:
-    """Return flags in the shape of ``sure``: False for matrices that are ``sure`` or not finite, else the result of
-    ``exactly`` for the stack (n, 3, 3) of the other matrices, whose entries are (xx, yy, zz, xy, xz, yz)."""
-    sure = np.asarray(sure)
-    result = np.zeros(sure.shape, dtype=bool)
-    if not sure.all():
-        judged = np.logical_not(sure)
-        for entry in entries:
-            judged = judged & np.isfinite(entry)
-        xx, yy, zz, xy, xz, yz = (np.broadcast_to(entry, sure.shape)[judged] for entry in entries)
-        result[judged] = exactly(np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3))
-    return result
+def _principal_moments(entries: Sequence[Numbers]) -> Array:
+    """Return the eigenvalues (..., 3), increasing, of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches;
+    ones for matrices that are not finite."""
+    matrices = np.stack(np.broadcast_arrays(*entries), axis=-1)[..., PLACES]
+    finite = np.isfinite(matrices).all(axis=(-2, -1), keepdims=True)
+    return np.linalg.eigvalsh(np.where(finite, matrices, np.eye(3)))

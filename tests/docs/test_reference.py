@@ -11,7 +11,7 @@ from typing import Annotated
 import pytest
 from pydantic import Field
 
-from eomgen.scene.document.reference import COMMAND, described_classes, pages_of_tables, renew, table, tables
+from docs.scene_tables import COMMAND, described_classes, pages_of_tables, renew, table, tables
 from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, every_unit, key, meaning_of

@@ -17,6 +17,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from docs.scene_tables import renew
 from eomgen.base.extensions import code_stamp
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
@@ -25,7 +26,7 @@ from eomgen.formula.nodes import infix
 from eomgen.formula.words import other_words
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.reference import renew, schema
+from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import document_for, every_document
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import SceneNames

@@ -10,13 +10,14 @@ from typing import Any
 
 import pytest
 
+from docs.scene_tables import tables
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.mechanics.forces.applied import law_of, laws_of, offered_by
 from eomgen.products.pictures.scenery import scenery
 from eomgen.products.testing.contracts import check_law_of_element
 from eomgen.products.testing.demands import power_error
-from eomgen.scene.document.reference import schema, tables
+from eomgen.scene.document.reference import schema
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.load import from_data

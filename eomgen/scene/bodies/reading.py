@@ -84,7 +84,7 @@ def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: st
         try:
             integral = Integration(key, values.parameters, tunable, duration, drift == "remove").integral(formula)
         except IntegrationError as error:
-            values.report.add(key, error.fault, error.hint)
+            values.report.add_error(key, error)
             continue
         if (off := integral.error * integral.end) > _KNOWN * _largest(integral, values.parameters):
             fault = f"the integral by polynomials is off by about {off:.1g} m at t = {integral.end:.6g} s [E1391]"

@@ -277,14 +277,22 @@ class _FormulaReader:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
             raise self.unknown_function(node, name)
-        if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
-            raise self.error(node, f"{name}() takes plain arguments only [E1531]", f"{name}(x)")
-        count, variadic = FUNCTIONS[name], name in ("min", "max")
-        if len(node.args) != count and not (variadic and len(node.args) > count):
-            needed = f"{count} arguments or more" if variadic else f"{count} argument{'s' * (count > 1)}"
-            raise self.error(node, f"{name}() takes {needed}, not {len(node.args)} [E1532]")
-        parts = [self.convert(argument, depth + 1) for argument in node.args]
+        variadic = name in ("min", "max")
+        example = f"{name}({', '.join('xy'[: FUNCTIONS[name]])})"
+        parts = self.arguments(node, name, FUNCTIONS[name], example, depth, more=variadic)
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
+
+    def arguments(
+        self, node: ast.Call, label: str, count: int, example: str, depth: int, *, more: bool = False
+    ) -> list[Formula]:
+        """Return the arguments of a call that takes ``count`` of them, or ``more``. Raises FormulaError for another
+        number."""
+        plain = [argument for argument in node.args if not isinstance(argument, ast.Starred)]
+        fits = len(plain) == count or (more and len(plain) > count)
+        if not fits or len(plain) < len(node.args) + len(node.keywords):
+            needed = f"{counted(count, 'argument')}{' or more' * more}"
+            raise self.error(node, f"{label}() takes {needed}, not {len(plain)} [E1532]", example)
+        return [self.convert(argument, depth + 1) for argument in plain]
 
     def unknown_function(self, node: ast.Call, name: str) -> FormulaError:
         """Return, without raising, the error for a call of a name that is not a function; the hint is the nearest name
@@ -316,10 +324,7 @@ class _FormulaReader:
                 hint = f"{call_hint}, which has no derivative in formulas"
             raise self.error(node, f"there is no curve {shown(name)} [E1537]", hint)
         self.allow(node, "curve", f"the curve {shown(name)}")
-        if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
-            fault = f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)} [E1532]"
-            raise self.error(node, fault, f"{call}(t)")
-        argument = self.convert(node.args[0], depth + 1)
+        (argument,) = self.arguments(node, call, 1, f"{call}(t)", depth)
         return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0))
 
     def call_of_entry(self, name: str) -> str:
@@ -357,32 +362,15 @@ class _FormulaReader:
             self.allow(call, word.scope, label)
         if any(Symbol("time") in symbols(formula) for formula in word.added(item)):
             self.allow(call, "time", f"{label}, which depends on time,")
-        count = len(word.arguments_of(item))
-        if len(call.args) != count or call.keywords or any(isinstance(item, ast.Starred) for item in call.args):
-            number = len(call.args) + len(call.keywords)
-            fault = f"{label}() takes {counted(count, 'argument')}, not {number} [E1542]"
-            raise self.error(call, fault, word.call(name[:64], item, part))
+        example = word.call(name[:64], item, part)
+        arguments = self.arguments(call, label, len(word.arguments_of(item)), example, depth)
         named = self.part(call, word, item, part)
-        index = self.component_of_entry(word, node, item)
-        arguments = [self.convert(argument, depth + 1) for argument in call.args]
+        written = self.index(node) if isinstance(node, ast.Subscript) else None
+        index = self.component(node, label, written, word.components, word.call(item.name, item))
         quantity = quantity_of(word, item, tuple(arguments), named or index)
         if quantity.curves():
             self.allow(call, "curve", label)
         return quantity
-
-    def component_of_entry(self, word: Word, node: ast.expr, item: Any) -> int:
-        """Return the index of a component of a quantity of the entry ``item``, 0 if the quantity has one component and
-        no index. Raises FormulaError for a missing index or an index outside."""
-        label, written, size = f"{word.name}.{item.name}", word.call(item.name, item), word.components
-        if not isinstance(node, ast.Subscript):
-            if size > 1:
-                raise self.error(node, f"{label} has {size} components [E1543]", f"{written}[0]")
-            return 0
-        index = self.index(node)
-        if size == 1 or index >= size:
-            hint = f"an index from 0 to {size - 1}" if size > 1 else written
-            raise self.error(node, f"{label} has no component {index} [E1544]", hint)
-        return index
 
     def part(self, call: ast.Call, word: Word, item: Any, part: str) -> int:
         """Return the index of the result ``part`` of an entry's quantity that has results by name; 0 for an empty name.
@@ -519,8 +507,7 @@ class _FormulaReader:
         if known is None:
             raise self.unknown_kind(node, kind, name)
         self.check_name(node, kind, name, known)
-        self.check_component(node, f"{kind}.{name}", index, size)
-        return Symbol(kind, name, index or 0)
+        return Symbol(kind, name, self.component(node, f"{kind}.{name}", index, size))
 
     def index(self, node: ast.Subscript) -> int:
         """Return the index of a component."""
@@ -576,18 +563,18 @@ class _FormulaReader:
             fault = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates [E1564]"
             raise self.error(node, fault, ON_A_POINT)
 
-    def check_component(self, node: ast.expr, label: str, index: int | None, size: int | None) -> None:
-        """Raise FormulaError unless the index of a component, None if not given, fits the number of components
-        ``size``; None for an unknown number accepts any index."""
-        if size is None:
-            return
+    def component(self, node: ast.expr, label: str, index: int | None, size: int | None, call: str = "") -> int:
+        """Return the index of a component, None if not given, that fits the number of components ``size``, None for an
+        unknown number. Raises FormulaError for any other index; ``call`` stands for the quantity in hints."""
+        call = call or label
         if size == 0:
             raise self.error(node, f"{label}: a fixed joint has no coordinates [E1571]", "a moving joint")
-        if index is None and size > 1:
-            raise self.error(node, f"{label} has {size} components [E1543]", f"{label}[0]")
-        if index is not None and index >= size:
-            hint = f"an index from 0 to {size - 1}" if size > 1 else label
+        if size is not None and index is None and size > 1:
+            raise self.error(node, f"{label} has {size} components [E1543]", f"{call}[0]")
+        if size is not None and index is not None and index >= size:
+            hint = f"an index from 0 to {size - 1}" if size > 1 else call
             raise self.error(node, f"{label} has no component {index} [E1544]", hint)
+        return index or 0
 
     def local(self, node: ast.expr, kind: str, index: int | None) -> Symbol:
         """Return the symbol for a component of a quantity at the point of a load: ``velocity.here[2]``. Raises
@@ -598,12 +585,7 @@ class _FormulaReader:
                 f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams [E1572]"
             )
             raise self.error(node, fault, "the name of a point")
-        if index is None or not 0 <= index <= 2:
-            fault = (
-                f"{label} has 3 components [E1543]" if index is None else f"{label} has no component {index} [E1544]"
-            )
-            raise self.error(node, fault, f"{label}[0]")
-        return Symbol("local", kind, index)
+        return Symbol("local", kind, self.component(node, label, index, 3))
 
     def reaction(self, node: ast.expr, inner: ast.Attribute, index: int | None) -> Symbol:
         """Return the symbol of a component of the reaction of a joint or a constraint: ``reaction.hinge.force[2]``,
@@ -612,25 +594,13 @@ class _FormulaReader:
         assert isinstance(inner.value, ast.Attribute)  # checked by ``_is_reaction``
         name, part = inner.value.attr.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         label = f"reaction.{name[:64]}"
-        if "reaction" not in self.scope.kinds:
-            message = (
-                f"{label} cannot be used here: it depends on the accelerations that follow from what stands"
-                f" here [E1555]"
-            )
-            raise self.error(node, message, f"{self.scope.description} only")
+        self.allow(node, "reaction", label)
         if fault := self.names.fault_of_reaction(name):
             raise self.error(node, f"{label}: {fault[0]}", fault[1])
         if part not in REACTION_PARTS:
             message = f"{label} has no part {shown(part)} [E1576]"
             raise self.error(node, message, f"{label}.force[0] or {label}.moment[0]")
-        if index is None or index > 2:
-            message = (
-                f"{label}.{part} has 3 components [E1543]"
-                if index is None
-                else f"{label}.{part} has no component {index} [E1544]"
-            )
-            raise self.error(node, message, f"{label}.{part}[0]")
-        return Symbol("reaction", name, REACTION_PARTS[part] + index)
+        return Symbol("reaction", name, REACTION_PARTS[part] + self.component(node, f"{label}.{part}", index, 3))
 
     @property
     def beam_names(self) -> tuple[str, ...]:

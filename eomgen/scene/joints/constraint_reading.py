@@ -117,7 +117,7 @@ def _length(
     try:
         length = size_of(values.design.way((first.body, first.position), (second.body, second.position)))
     except UnknownPoseError as error:
-        length, why = ZERO, error.fault
+        length, why = ZERO, error.problems[0].what
     number = values.value(length)
     if math.isnan(number) or not why:  # other faults
         return UNKNOWN

@@ -16,6 +16,7 @@ from eomgen.formula.prescribed_motion import constant
 from eomgen.formula.recording import law_and_rate
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
 from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import check_twice_differentiable
 
@@ -29,7 +30,6 @@ _NOISE = 1e-50
 _ENDLESS = 1e25
 #: Hint for a curve that jumps or bends in a law.
 SMOOTH_OR_SPLINE = 'interpolation = "quintic", or smooth = "10 ms" with the law'
-_STARTS = ("position", "orientation", "rotation", "velocity")
 
 
 def read_law(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
@@ -94,8 +94,38 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
             values.notes.append(f"{key}: smooth has no effect, since the law has no jumps and no kinks [W0133]")
         return law
     except SmoothingError as error:
-        values.report.add(key, error.what, error.hint)
+        values.report.add_error(key, error)
         return UNKNOWN
+
+
+def refuse_start(key: str, joint: written.JointEntry, owner: str, hint: str, report: Report) -> None:
+    """Report the keys of an initial state of a joint that starts as its drive or its leader says."""
+    for field in ("position", "orientation", "rotation", "velocity"):
+        if getattr(joint.initial, field) is not None:
+            report.add(f"{key}.initial.{field}", f"{owner} has no initial state of its own [E1628]", hint)
+
+
+def coordinate_keys(key: str, kind: str, entries: Sequence[object], report: Report) -> list[str]:
+    """Return the dotted key of the value of each coordinate of a joint of the type ``kind``; none, after a report, if
+    the type has no coordinates, or not as many as values are given."""
+    meanings = tuple(JOINTS[kind].coordinates)
+    if has_coordinates(key, kind, report) and len(entries) != len(meanings):
+        count = f"{len(meanings)} values ({', '.join(meanings)})" if len(meanings) > 1 else "one value"
+        report.add(key, f"a {kind} joint needs {count} here, not {len(entries)} [E1644]")
+    return _keys_of_each(key, len(entries)) if len(entries) == len(meanings) else []
+
+
+def has_coordinates(key: str, kind: str, report: Report) -> bool:
+    """Return whether a type of joint has coordinates with springs, limits and drives, else report the key."""
+    if JOINTS[kind].coordinates:
+        return True
+    noun = key.rpartition(".")[2]
+    report.add(key, f"a {kind} joint has no {noun} [E1650]", "a bushing, an effort or a force; or a revolute joint")
+    return False
+
+
+def _keys_of_each(key: str, count: int) -> list[str]:
+    return [key] if count == 1 else [f"{key}[{number}]" for number in range(count)]
 
 
 def read_drives(key: str, joint: written.JointEntry, values: Values) -> tuple[Formula, ...]:
@@ -104,26 +134,17 @@ def read_drives(key: str, joint: written.JointEntry, values: Values) -> tuple[Fo
     if joint.drive is None:
         read_smoothing(key, joint.smooth, "drive", values)
         return ()
-    kind, label, report = JOINTS[joint.type], f"{key}.drive", values.report
-    meanings = tuple(kind.coordinates)
-    if not meanings:
-        fault = f"a {joint.type} joint has no coordinates that a drive could prescribe [E1625]"
-        report.add(label, fault, "a revolute joint")
-        return ()
-    if len(joint.drive) != len(meanings):
-        count = f"{len(meanings)} values ({', '.join(meanings)})" if len(meanings) > 1 else "one value"
-        report.add(label, f"the drive of a {joint.type} joint needs {count}, not {len(joint.drive)} [E1626]")
+    label = f"{key}.drive"
+    keys = coordinate_keys(label, joint.type, joint.drive, values.report)
+    if not keys:
         return ()
     if joint.mimic is not None:
-        report.add(label, "a joint that follows another cannot be driven [E1627]", f"the drive of {joint.mimic.joint}")
-    for field in _STARTS:
-        if getattr(joint.initial, field) is not None:
-            fault = "a driven joint has no initial state of its own [E1628]"
-            report.add(f"{key}.initial.{field}", fault, "no initial: it starts where its drive is at t = 0")
+        hint = f"the drive of {joint.mimic.joint}"
+        values.report.add(label, "a joint that follows another cannot be driven [E1627]", hint)
+    refuse_start(key, joint, "a driven joint", "no initial: it starts where its drive is at t = 0", values.report)
     smooth = read_smoothing(key, joint.smooth, "", values)
-    places = zip(_places(key, joint.drive), joint.drive, strict=True)
     noted = len(values.notes)
-    laws = tuple(read_law(at, value, values, smooth) for at, value in places)
+    laws = tuple(read_law(at, value, values, smooth) for at, value in zip(keys, joint.drive, strict=True))
     if len(values.notes) - noted < len(laws):  # a law was smoothed
         del values.notes[noted:]
     return laws
@@ -132,13 +153,9 @@ def read_drives(key: str, joint: written.JointEntry, values: Values) -> tuple[Fo
 def driven_start(key: str, drives: Sequence[Formula], values: Values) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the initial position and velocity of a joint driven by the laws ``drives``, their values and rates at t =
     0, as two tuples with one number for each coordinate, rad or m and per s."""
-    starts = [start_of(at, law, values) for at, law in zip(_places(key, drives), drives, strict=True)]
+    keys = _keys_of_each(f"{key}.drive", len(drives))
+    starts = [start_of(at, law, values) for at, law in zip(keys, drives, strict=True)]
     return tuple(value for value, _ in starts), tuple(rate for _, rate in starts)
-
-
-def _places(key: str, drives: Sequence[object]) -> list[str]:
-    """Return the key of each drive of a joint."""
-    return [f"{key}.drive"] if len(drives) == 1 else [f"{key}.drive[{number}]" for number in range(len(drives))]
 
 
 def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
@@ -151,7 +168,7 @@ def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
     try:
         value, rate = (float(number[0]) for number in law_and_rate(law, values.parameters)(np.zeros(1)))
     except ModelError as error:
-        values.report.add(key, error.problems[0].what, error.problems[0].hint)
+        values.report.add_error(key, error)
         return 0.0, 0.0
     if not (math.isfinite(value) and abs(rate) < _ENDLESS):
         fault = "the motion has no finite value and rate at t = 0 [E1629]"

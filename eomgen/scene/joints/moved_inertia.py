@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from itertools import chain
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,15 +12,15 @@ from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number
+from eomgen.lie.numeric import skew
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.inertia import NO_INERTIA, dot, rotate_inertia, singular, steiner, times
-from eomgen.scene.joint_types import AXIS, JOINTS, Connection
+from eomgen.scene.inertia import NO_INERTIA, PLACES
+from eomgen.scene.joint_types import JOINTS, Connection
 from eomgen.scene.joints.model import Joint, LightJoint
+from eomgen.scene.joints.tree import motion_subspace
 
 if TYPE_CHECKING:
     from eomgen.scene.reading.values import Values
-
-Triple = tuple[Numbers, Numbers, Numbers]
 
 
 @dataclass(frozen=True)
@@ -41,50 +41,31 @@ class MovedPart:
     position: int = 0
 
 
-@dataclass(frozen=True)
-class PlacedBody:
-    """A body in the frame of an assembly: mass, centre of mass, inertia (xx, yy, zz, xy, xz, yz) about the centre."""
-
-    mass: Numbers
-    center: Triple
-    inertia: Sequence[Numbers]
-
-
-def _place_bodies(parts: Sequence[MovedPart], numbers: Sequence[Numbers]) -> list[PlacedBody]:
-    """Return the bodies of an assembly in the frame of the first part; carriers come before the carried parts.
-    ``numbers`` are the values to which the parts' indices refer, floats or batches."""
-    result: list[PlacedBody] = []
-    origins: list[Triple] = []
+def _spatial_inertia(parts: Sequence[MovedPart], values: Array, *, about_center: bool) -> Array:
+    """Return the (..., 6, 6) inertia of an assembly about the first part's origin, or about the common centre of mass,
+    angular part first; carriers come before the carried parts. ``values`` are the numbers (..., n) of the parts."""
+    origins: list[Array] = []
+    bodies: list[tuple[Array, Array, Array]] = []
     for part in parts:
-        origin: Triple = (0.0, 0.0, 0.0)
+        origin = np.zeros(3)
         if part.carrier is not None:
-            shift = _rotate(parts[part.carrier].orientation, numbers[part.position :][:3])
-            origin = _plus(origins[part.carrier], shift)
+            shift = values[..., part.position : part.position + 3]
+            origin = origins[part.carrier] + shift @ parts[part.carrier].orientation.T
         origins.append(origin)
-        mass, center, inertia = numbers[part.start], numbers[part.start + 1 :][:3], numbers[part.start + 4 :][:6]
-        if part.carrier is not None:
-            center, inertia = _rotate(part.orientation, center), rotate_inertia(part.orientation, inertia)
-        result.append(PlacedBody(mass, _plus(origin, center), inertia))
-    return result
-
-
-def _plus(first: Sequence[Numbers], second: Sequence[Numbers]) -> Triple:
-    return first[0] + second[0], first[1] + second[1], first[2] + second[2]
-
-
-def _rotate(rotation: Array, vector: Sequence[Numbers]) -> Triple:
-    first, second, third = rotation.tolist()
-    return dot(first, vector), dot(second, vector), dot(third, vector)
-
-
-def _about(point: Sequence[Numbers], bodies: Sequence[PlacedBody]) -> list[Numbers]:
-    """Return the inertia (xx, yy, zz, xy, xz, yz) of bodies about a point, added up (Steiner)."""
-    total: list[Numbers] = [0.0] * 6
-    for body in bodies:
-        arm = [x - y for x, y in zip(body.center, point, strict=True)]
-        parts = zip(total, body.inertia, steiner(body.mass, arm), strict=True)
-        total = [whole + part + moved for whole, part, moved in parts]
-    return total
+        center = origin + values[..., part.start + 1 : part.start + 4] @ part.orientation.T
+        own = part.orientation @ values[..., part.start + 4 + PLACES] @ part.orientation.T
+        bodies.append((values[..., part.start, np.newaxis], center, own))
+    mass = sum(body[0] for body in bodies)
+    point = sum(body[0] * body[1] for body in bodies) / (mass + (mass == 0.0)) if about_center else np.zeros(3)
+    spatial = np.zeros((*np.shape(mass)[:-1], 6, 6))
+    for weight, center, own in bodies:
+        arm = skew(center - point)
+        moment = weight[..., np.newaxis] * arm
+        spatial[..., :3, :3] += own - moment @ arm
+        spatial[..., :3, 3:] += moment
+        spatial[..., 3:, :3] -= moment
+    spatial[..., [3, 4, 5], [3, 4, 5]] = mass
+    return spatial
 
 
 @dataclass(frozen=True)
@@ -95,8 +76,7 @@ class MovableInertia:
     Attributes
     ----------
     kind : of the joint; free in absolute coordinates
-    axes : (3, 3), axis (the normal of a planar joint), an orthogonal direction (a universal joint's second axis) and
-        the third axis, in the joint frame, row by row
+    subspaces : two arrays (6, n), the motion subspace at neutral coordinates without pitch, and what a pitch adds to it
     parts : of the assembly
     rotors, pitch : indices of the joint's rotor inertias and pitch
     followers : indices of the multipliers of joints that follow this joint: the rule applies to the joint alone, while
@@ -105,7 +85,7 @@ class MovableInertia:
     """
 
     kind: Connection
-    axes: Array
+    subspaces: tuple[Array, Array]
     parts: tuple[MovedPart, ...]
     rotors: tuple[int, ...]
     pitch: int
@@ -114,79 +94,36 @@ class MovableInertia:
     hint: str
     stage: int = 2
 
-    def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
-        """Return all possible causes of a singular M, each with flags of the values, numbers or batches, at which the
-        cause applies, and as the end of a sentence."""
-        bodies = _place_bodies(self.parts, numbers)
-        rotors = [numbers[index] for index in self.rotors] or [0.0]
-        mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
-        nothing = _all_zero((mass, *chain.from_iterable(body.inertia for body in bodies), *rotors))
-        causes: list[tuple[Flags, str]] = [(nothing, "it carries neither mass nor inertia")]
-        axis, second, _ = self.axes.tolist()
-        about_axis = dot(axis, times(about_origin, axis)) + rotors[0]
-        none: Flags
-        turns, travels = len(self.kind.turned_about), self.kind.travels
-        across = bool(turns) and any(axis != AXIS for axis in travels)
-        if turns == 1 and not across:
-            pitch = numbers[self.pitch] if self.kind.has("screw") else 0.0
-            none = about_axis + mass * pitch * pitch <= NO_INERTIA * (
-                about_origin[0] + about_origin[1] + about_origin[2]
-            )
-            causes.append((none, "the bodies that it carries have no inertia about its axis"))
-        if travels and not across:
-            causes.append((mass + rotors[-1] == 0.0, "the bodies that it carries have no mass"))
-        if turns == 2:
-            about_second = dot(second, times(about_origin, second)) + rotors[1]
-            mean, coupling = 0.5 * (about_axis + about_second), dot(axis, times(about_origin, second))
-            radius = np.hypot(0.5 * (about_axis - about_second), coupling)
-            none = mean - radius <= NO_INERTIA * (mean + radius)
-            causes.append((none, "the bodies that it carries lack inertia about two axes through their centre"))
-        if across:
-            moment = _first_moment(bodies)
-            couplings = [dot(np.cross(self.axes[k], axis).tolist(), moment) for k in travels]
-            none = _lacks_planar_inertia(about_axis, [mass + rotor for rotor in rotors[1:]], couplings)
-            causes.append((none, "the bodies that it carries lack inertia about its normal, or mass"))
-        if self.kind.has("ball"):
-            cause = "the bodies that it carries have no inertia about some axis through their centre"
-            causes.append((singular(about_origin), cause))
-        if self.kind.has("free"):
-            divisor = mass + np.equal(mass, 0.0)
-            center = [part / divisor for part in _first_moment(bodies)]
-            none = np.logical_or(np.equal(mass, 0.0), singular(_about(center, bodies)))
-            cause = "the bodies that it carries lack mass, or inertia about some axis through their centre of mass"
-            causes.append((none, cause))
-        return causes
+    def _inertia(self, values: Array) -> Array:
+        """Return the joint's inertia matrix (..., n, n) without units: turns by the trace of the inertia, travels by
+        the mass."""
+        spatial = _spatial_inertia(self.parts, values, about_center=self.kind.has("free"))
+        subspace = self.subspaces[0] + values[..., self.pitch, np.newaxis, np.newaxis] * self.subspaces[1]
+        inertia = np.swapaxes(subspace, -1, -2) @ spatial @ subspace
+        turns = np.array([unit == "rad" for unit in self.kind.units])
+        trace, mass = spatial[..., 0, 0] + spatial[..., 1, 1] + spatial[..., 2, 2], spatial[..., 3, 3]
+        if self.rotors:
+            rotors = values[..., list(self.rotors)]
+            inertia = inertia + rotors[..., np.newaxis] * np.eye(len(turns))
+            trace, mass = trace + rotors @ turns, mass + rotors @ ~turns
+        size = np.sqrt(np.where(turns, trace[..., np.newaxis], mass[..., np.newaxis]))
+        size = np.where(size > 0.0, size, 1.0)
+        return np.asarray(inertia / (size[..., np.newaxis] * size[..., np.newaxis, :]))
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        result: Flags = False
-        for flags, _ in self._causes(numbers):
-            result = result | flags
-        return result & _all_zero([numbers[index] for index in self.followers])
+        with np.errstate(all="ignore"):  # numbers near the largest double are refused elsewhere
+            inertia = self._inertia(np.stack(np.broadcast_arrays(*numbers), axis=-1).astype(float))
+        finite = np.isfinite(inertia).all(axis=(-2, -1), keepdims=True)
+        least = np.linalg.eigvalsh(np.where(finite, inertia, np.eye(len(self.kind.units))))[..., 0]
+        return (least <= NO_INERTIA) & _all_zero([numbers[index] for index in self.followers])
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        cause = next(words for flags, words in self._causes(numbers) if flags)
-        return self.words.format(cause), self.hint
-
-
-def _lacks_planar_inertia(about_normal: Numbers, masses: Sequence[Numbers], couplings: Sequence[Numbers]) -> Flags:
-    """Return flags of a singular inertia matrix of the rotation about a normal and of travels across the normal.
-
-    Parameters
-    ----------
-    masses, couplings : of each travel, on the diagonal and in the row of the rotation
-    """
-    diagonal = [about_normal, *masses, 1.0][:3]
-    scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in diagonal]
-    # without units: each row and column is scaled by the root of the diagonal entry
-    scaled = [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=False)]
-    return singular([*(np.greater(x, 0.0) + 0.0 for x in diagonal), *scaled, 0.0, 0.0][:6])
-
-
-def _first_moment(bodies: Sequence[PlacedBody]) -> Triple:
-    total: Triple = (0.0, 0.0, 0.0)
-    for body in bodies:
-        total = _plus(total, [body.mass * part for part in body.center])
-    return total
+        if not np.any(self._inertia(np.array(numbers))):
+            return self.words.format("it carries neither mass nor inertia"), self.hint
+        turns = self.kind.units.count("rad")
+        needed = ["mass"] * (turns < len(self.kind.units))
+        needed += ["inertia about its axis" if turns == 1 else "inertia about some axis"] * (turns > 0)
+        return self.words.format(f"the bodies that it carries lack {', or '.join(needed)}"), self.hint
 
 
 @dataclass(frozen=True)
@@ -319,7 +256,8 @@ def check_motion(
             led = places.put_each(
                 [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
             )
-        rule = MovableInertia(kind, _directions(joint), parts, rotors, pitch, led, words, hint)
+        subspaces = _subspaces(kind, joint.axis, joint.second_axis)
+        rule = MovableInertia(kind, subspaces, parts, rotors, pitch, led, words, hint)
         later = type(values.report)(values.report.file, values.report.lines) if constrained else None
         if values.require(key, rule, places.formulas, later) and not fixed:
             sound.add(alike)
@@ -349,13 +287,14 @@ def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]
     return (joint.type, joint.axis, joint.second_axis, *alike)
 
 
+@lru_cache
+def _subspaces(kind: Connection, axis: tuple[float, ...], second_axis: tuple[float, ...]) -> tuple[Array, Array]:
+    """Return the motion subspace of a joint at neutral coordinates, and what a pitch of 1 adds to it."""
+    still, screwed = (motion_subspace(kind, axis, second_axis, pitch) for pitch in (0.0, 1.0))
+    return still, screwed - still
+
+
 _ABSOLUTE_HINT = "inertia = [xx, yy, zz] above zero, or joint coordinates"
-
-
-def _directions(joint: Joint) -> Array:
-    """Return the axes of a joint in the joint frame: axis, second axis orthogonal to it, and third axis."""
-    axis, second = np.array(joint.axis), np.array(joint.second_axis)
-    return np.array([axis, second, np.cross(axis, second)])
 
 
 def _values_of(body: Body) -> tuple[Formula, ...]:

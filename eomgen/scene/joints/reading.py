@@ -11,7 +11,7 @@ from eomgen.base.messages import key_of, shown
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints.drives import driven_start, read_drives
+from eomgen.scene.joints.drives import coordinate_keys, driven_start, has_coordinates, read_drives, refuse_start
 from eomgen.scene.joints.model import (
     ONSETS,
     Coefficients,
@@ -35,54 +35,35 @@ if TYPE_CHECKING:
 Given = tuple[float | str | None, ...] | None
 
 
-class _Coordinates:
-    """Reader of keys of a joint with a value for each coordinate; ``key`` is the joint's dotted key, ``kind`` its
-    type."""
-
-    def __init__(self, key: str, kind: str, values: Values) -> None:
-        self.key, self.kind, self.values = key, kind, values
-        self.meanings = tuple(JOINTS[kind].coordinates)
-
-    def place(self, field: str, index: int) -> str:
-        return f"{self.key}.{field}" if len(self.meanings) == 1 else f"{self.key}.{field}[{index}]"
-
-    def check_count(self, field: str, entries: Given) -> Given:
-        """Return the values of the key ``field`` if there are as many as coordinates, or None is given; else None,
-        after a report."""
-        if entries is None or len(entries) == len(self.meanings):
-            return entries
-        count = f"{len(self.meanings)} values ({', '.join(self.meanings)})" if len(self.meanings) > 1 else "one value"
-        fault = f"a {self.kind} joint needs {count} here, not {len(entries)} [E1644]"
-        self.values.report.add(f"{self.key}.{field}", fault, "")
-        return None
-
-    def formulas(self, field: str, values: Given) -> list[Formula | None]:
-        """Return a formula for each coordinate from the values of the key ``field``; None for a coordinate without a
-        value, and for all after a wrong number, which is reported."""
-        entries = self.check_count(field, values) or (None,) * len(self.meanings)
-        return [
-            None if entry is None else self.values.formula(self.place(field, index), entry, PARAMETERS)
-            for index, entry in enumerate(entries)
-        ]
-
-    def coefficients(self, field: str, values: Given) -> list[Formula]:
-        return [ZERO if formula is None else formula for formula in self.formulas(field, values)]
+def _formulas(key: str, kind: str, entries: Given, values: Values, missing: Sequence[Formula | None] = ()) -> list[Any]:
+    """Return a formula of parameters for each coordinate of a joint from the values of a key, else from ``missing``,
+    zeros by default; a wrong number of values is reported."""
+    keys = [] if entries is None else coordinate_keys(key, kind, entries, values.report)
+    missing = missing or [ZERO] * len(JOINTS[kind].coordinates)
+    if entries is None or not keys:
+        return list(missing)
+    return [
+        default if entry is None else values.formula(at, entry, PARAMETERS)
+        for at, entry, default in zip(keys, entries, missing, strict=True)
+    ]
 
 
 def read_stops(key: str, joint: written.JointEntry, values: Values) -> tuple[Stop, ...]:
     """Return the stops of a joint, one for each coordinate with a lower or an upper limit; empty without limits. Faults
     are reported under the dotted ``key`` of the joint."""
     limits, key = joint.limits, f"{key}.limits"
-    if limits is None or not _has_coordinates(key, joint, "limits", values):
+    if limits is None or not has_coordinates(key, joint.type, values.report):
         return ()
-    each, units = _Coordinates(key, joint.type, values), tuple(JOINTS[joint.type].coordinates.values())
-    lowers, uppers = each.formulas("lower", limits.lower), each.formulas("upper", limits.upper)
+    units = tuple(JOINTS[joint.type].coordinates.values())
+    none, onsets = [None] * len(units), [Number(ONSETS[unit]) for unit in units]
+    lowers, uppers = (
+        _formulas(f"{key}.{end}", joint.type, getattr(limits, end), values, none) for end in ("lower", "upper")
+    )
     if not values.report.concerns(key) and not any(bound is not None for bound in (*lowers, *uppers)):
         values.report.add(key, "limits need lower, upper or both [E1645]", "lower = -1.0, upper = 1.0")
-    stiffness, damping = each.coefficients("stiffness", limits.stiffness), each.coefficients("damping", limits.damping)
-    onset = each.coefficients("onset", limits.onset)
-    if limits.onset is None:
-        onset = [Number(ONSETS[unit]) for unit in units]
+    stiffness = _formulas(f"{key}.stiffness", joint.type, limits.stiffness, values)
+    damping = _formulas(f"{key}.damping", joint.type, limits.damping, values)
+    onset = _formulas(f"{key}.onset", joint.type, limits.onset, values, onsets)
     stops = []
     for index, (lower, upper) in enumerate(zip(lowers, uppers, strict=True)):
         if lower is not None and upper is not None:
@@ -93,36 +74,33 @@ def read_stops(key: str, joint: written.JointEntry, values: Values) -> tuple[Sto
     return tuple(stops)
 
 
+#: Relations of two levels and of two speeds of friction.
+_RELATIONS = {"static": "static friction", "stribeck": "Stribeck velocity"}
+
+
 def read_friction(key: str, joint: written.JointEntry, values: Values) -> tuple[Friction, ...]:
     """Return the dry friction of a joint: one for each coordinate, without static friction only for coordinates whose
     level is not zero; empty without friction. Faults are reported under the dotted ``key`` of the joint."""
     friction, key = joint.friction, f"{key}.friction"
-    if friction is None or not _has_coordinates(key, joint, "friction", values):
+    if friction is None or not has_coordinates(key, joint.type, values.report):
         return ()
-    each = _Coordinates(key, joint.type, values)
-    coulomb, velocity = each.coefficients("coulomb", friction.coulomb), each.coefficients("velocity", friction.velocity)
+    fields = ("coulomb", "velocity", "static", "stribeck")
+    parts = {name: _formulas(f"{key}.{name}", joint.type, getattr(friction, name), values) for name in fields}
     if (friction.static is None) != (friction.stribeck is None):
         field, missing = ("static", "stribeck") if friction.stribeck is None else ("stribeck", "static")
         example = "0.05" if missing == "stribeck" else "the effort that breaks it loose"
         values.report.add(key, f"{field} also needs {missing} [E1647]", f"{missing} = {example}")
     if friction.static is None or friction.stribeck is None:
-        pairs = enumerate(zip(coulomb, velocity, strict=True))
+        pairs = enumerate(zip(parts["coulomb"], parts["velocity"], strict=True))
         return tuple(Friction(index, *pair) for index, pair in pairs if pair[0] != ZERO)
-    static, stribeck = each.coefficients("static", friction.static), each.coefficients("stribeck", friction.stribeck)
-    result = [Friction(*parts) for parts in zip(range(len(coulomb)), coulomb, velocity, static, stribeck, strict=True)]
-    for index, (level, slow, highest, speed) in enumerate(zip(coulomb, velocity, static, stribeck, strict=True)):
-        if not values.report.concerns(key):
-            values.require(each.place("static", index), RELATIONS["static friction"], [highest, level])
-        if not values.report.concerns(key):
-            values.require(each.place("stribeck", index), RELATIONS["Stribeck velocity"], [speed, slow])
+    result = [Friction(index, *row) for index, row in enumerate(zip(*parts.values(), strict=True))]
+    for row in result:
+        at = f"[{row.index}]" if len(result) > 1 else ""
+        for name, other in (("static", "coulomb"), ("stribeck", "velocity")):
+            if not values.report.concerns(key):
+                pair = [getattr(row, name), getattr(row, other)]
+                values.require(f"{key}.{name}{at}", RELATIONS[_RELATIONS[name]], pair)
     return tuple(result)
-
-
-def _has_coordinates(key: str, joint: written.JointEntry, plural: str, values: Values) -> bool:
-    result = bool(JOINTS[joint.type].coordinates)
-    if not result:
-        values.report.add(key, f"a {joint.type} joint has no {plural} [E1650]", "a bushing, an effort or a force")
-    return result
 
 
 Direction = tuple[float, float, float]
@@ -202,19 +180,8 @@ def _coefficients(key: str, field: str, joint: written.JointEntry, values: Value
     """Return the coefficient ``field`` of a joint, such as stiffness: a tuple with a formula for each coordinate, a
     single formula for one coordinate; zero without the key, and after a reported fault."""
     parts: tuple[float | str, ...] | None = getattr(joint, field)
-    label, meaning = f"{key}.{field}", tuple(JOINTS[joint.type].coordinates)
-    if parts is None:
-        return Number(0.0)
-    if not meaning:
-        values.report.add(label, f"a {joint.type} joint has no {field} [E1654]", "an effort or a force")
-        return Number(0.0)
-    if len(parts) != len(meaning):
-        count = f"{len(meaning)} values ({', '.join(meaning)})" if len(meaning) > 1 else "one value"
-        values.report.add(label, f"the {field} of a {joint.type} joint needs {count}, not {len(parts)} [E1661]", "")
-        return Number(0.0)
-    keys = [label] if len(parts) == 1 else [f"{label}[{number}]" for number in range(len(parts))]
-    formulas = tuple(values.formula(at, value, PARAMETERS) for at, value in zip(keys, parts, strict=True))
-    return formulas[0] if len(formulas) == 1 else formulas
+    formulas = () if parts is None else tuple(_formulas(f"{key}.{field}", joint.type, parts, values))
+    return formulas if len(formulas) > 1 else next(iter(formulas), ZERO)
 
 
 def _mimic(key: str, joint: written.JointEntry, values: Values) -> Mimic | None:
@@ -223,10 +190,8 @@ def _mimic(key: str, joint: written.JointEntry, values: Values) -> Mimic | None:
     if (size := JOINTS[joint.type].v_size) != 1:
         fault = f"a {joint.type} joint cannot follow another: it has {size or 'no'} coordinates [E1662]"
         values.report.add(f"{key}.mimic", fault, "a joint with one coordinate")
-    for field in ("position", "orientation", "rotation", "velocity"):
-        if getattr(joint.initial, field) is not None:
-            fault = "a joint that follows another has no initial state of its own [E1663]"
-            values.report.add(f"{key}.initial.{field}", fault, f"the initial state of {shown(joint.mimic.joint)}")
+    hint = f"the initial state of {shown(joint.mimic.joint)}"
+    refuse_start(key, joint, "a joint that follows another", hint, values.report)
     return Mimic(**values.keys(f"{key}.mimic", joint.mimic))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.lie.numeric import rotation_matrix, skew
-from eomgen.scene.joint_types import JOINTS, Connection, ElementaryMotion
+from eomgen.scene.joint_types import GROUPS, JOINTS, Connection, ElementaryMotion
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import about_axis
@@ -47,6 +47,14 @@ def joint_displacement(
         subspace[:, motion.components] = columns
         rotation, shift = rotation @ turn, shift + rotation @ travel
     return rotation, shift, subspace
+
+
+def motion_subspace(kind: Connection, axis: Vector, second_axis: Vector, pitch: float = 0.0) -> Array:
+    """Return the motion subspace (6, nv) of a joint at neutral coordinates; arguments as of ``joint_displacement``."""
+    neutral = np.zeros(kind.q_size)
+    if kind.group in GROUPS.values():
+        neutral[0] = 1.0
+    return joint_displacement(kind, axis, second_axis, neutral, pitch)[2]
 
 
 def _displacement(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tuple[Array, Array, Array]:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from operator import itemgetter
 
 from eomgen.base.messages import nearest, shown
-from eomgen.errors import DescriptionError, Problem
+from eomgen.errors import DescriptionError, EomgenError, Problem
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
 _MOST = 100  # problems listed
@@ -60,6 +60,10 @@ class Report:
             return
         self.keys.add(key)
         self._append(self.line(key), problem)
+
+    def add_error(self, key: str, error: EomgenError, follows: Sequence[str] = ()) -> None:
+        """Note the first problem of an error, with its fault and remedy, at a dotted key; ``follows`` as of ``add``."""
+        self.add(key, error.problems[0].what, error.problems[0].hint, follows)
 
     def concerns(self, key: str) -> bool:
         """Return whether a problem is noted under a key, or under a key below; faults that follow from such a problem

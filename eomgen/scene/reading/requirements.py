@@ -17,7 +17,7 @@ import numpy as np
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import FASTEST
-from eomgen.scene.inertia import NO_INERTIA, impossible, not_physical, not_positive, singular, tensor
+from eomgen.scene.inertia import NO_INERTIA, impossible, not_physical, not_positive, tensor
 
 
 @dataclass(frozen=True)
@@ -239,8 +239,8 @@ def _thicker_than_the_radius(thickness: Numbers, diameter: Numbers) -> Flags:
 
 def _thin(*moments: Numbers) -> Flags:
     """Return whether one of several moments of inertia, all above 0, is negligible compared with the other moments."""
-    positive = np.logical_and.reduce(np.broadcast_arrays(*(np.greater(moment, 0.0) for moment in moments)))
-    return np.logical_and(positive, singular([*moments, 0.0, 0.0, 0.0]))
+    least, largest = np.minimum.reduce(np.broadcast_arrays(*moments)), np.maximum.reduce(np.broadcast_arrays(*moments))
+    return np.logical_and(least > 0.0, least <= NO_INERTIA * largest)
 
 
 #: Rules for several values. The rule that a joint moves some inertia belongs to each joint of a scene,

@@ -552,6 +552,6 @@ def read_placement(
     try:
         _, position, axes = values.design.placement_in(FramePlacement(given_in, position, axes), body)
     except UnknownPoseError as error:
-        if error.fault:
-            values.report.add(f"{key}.in", f"the design position is not known: {error.fault} [E1843]", error.hint)
+        problem = error.problems[0]
+        values.report.add(f"{key}.in", f"the design position is not known: {problem.what} [E1843]", problem.hint)
     return position, axes

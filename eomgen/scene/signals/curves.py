@@ -108,7 +108,7 @@ def unit_factor(key: str, unit: str, report: Report) -> float:
     try:
         return float(measure(read_unit(unit))[0])
     except UnitError as error:
-        report.add(key, error.what, error.hint)
+        report.add_error(key, error)
         return 1.0
 
 

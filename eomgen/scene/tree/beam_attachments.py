@@ -18,9 +18,8 @@ from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.model import AT_END, Beam, Body, Deformation
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Constraint, Joint
-from eomgen.scene.joints.tree import joint_displacement
+from eomgen.scene.joints.tree import motion_subspace
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import ALIKE
 from eomgen.system.description import FixedFrame, Point
@@ -130,22 +129,13 @@ def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, B
     """Return an orthonormal basis (6, n) of the twists, in the child's axes, that a joint and preceding joints of
     massless bodies leave to the child, at neutral coordinates and as if these joints were at one place. ``carried`` is
     the joint of each body."""
-    columns = [_motions(joint)]
+    columns = [motion_subspace(joint.kind, joint.axis, joint.second_axis)]
     turned = np.array(joint.orientation).T
     parent = carried.get(joint.parent)
     while parent is not None and bodies[parent.child].mass == ZERO and bodies[parent.child].beam is None:
-        motions = _motions(parent)
+        motions = motion_subspace(parent.kind, parent.axis, parent.second_axis)
         columns.append(np.vstack([turned @ motions[:3], turned @ motions[3:]]))
         turned = turned @ np.array(parent.orientation).T
         parent = carried.get(parent.parent)
     vectors, sizes, _ = np.linalg.svd(np.hstack(columns))
     return np.asarray(vectors[:, : int(np.sum(sizes > ALIKE))])
-
-
-def _motions(joint: Joint) -> Array:
-    """Return the twists (6, n) of a joint in the child's frame; the travel of a screw cannot follow a deflection
-    without rotation."""
-    neutral = np.zeros(joint.kind.q_size)
-    if joint.kind.group in GROUPS.values():
-        neutral[0] = 1.0
-    return joint_displacement(joint.kind, joint.axis, joint.second_axis, neutral)[2]
