@@ -16,6 +16,7 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.doubts import out_of_scale as scale
 from eomgen.products.doubts.out_of_scale import _Arm
 from eomgen.scene.document.notes import initial_places
+from eomgen.scene.joint_types import JOINTS
 from tests.models.library import scene
 
 VALUES = cast(Any, SimpleNamespace(value=lambda formula: formula.value, parameters={}))
@@ -103,6 +104,7 @@ def test_delays_of_many_samples_and_rare_samples_are_told(
 
 def joint(kind: str, q: tuple[float, ...], parent: str = "base", child: str = "arm", **more: Any) -> Any:
     fields = {"type": kind, "initial_position": q, "axis": (0.0, 0.0, 1.0), "parent": parent, "child": child}
+    fields |= {"kind": JOINTS[kind], "second_axis": (1.0, 0.0, 0.0), "pitch": Number(0.0)}
     fields |= {"mimic": None, "drive": (), "position": tuple(map(Number, (1.0, 2.0, 3.0))), "orientation": np.eye(3)}
     return SimpleNamespace(**{**fields, **more})
 
@@ -121,7 +123,7 @@ def test_places_at_the_start_follow_from_joints() -> None:
         joint("revolute", (0.0,), "ball", "beyond"),
     ]
     found = initial_places(cast(Any, chain), VALUES)
-    assert set(found) == {"arm", "slide", "bird", "puck"}
+    assert set(found) == {"arm", "slide", "bird", "ball", "puck", "beyond"}
     turn = np.array([[math.cos(0.5), -math.sin(0.5), 0.0], [math.sin(0.5), math.cos(0.5), 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(found["arm"][0], turn, atol=1e-15)
     np.testing.assert_allclose(found["arm"][1], [1.0, 2.0, 3.0])

@@ -118,7 +118,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     (
         "distributed_loads.wind",
         {"beam": "rope", "force": [0, 0, 0], "moment": [0, 0, "-rotation.here[3]"]},
-        "(distributed_loads.wind.moment[2]): rotation.here has no component 3 (column 2); try: rotation.here[0]",
+        "(distributed_loads.wind.moment[2]): rotation.here has no component 3 (column 2); try: an index from 0 to 2",
     ),
     (
         "outputs.drag",

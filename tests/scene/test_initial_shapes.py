@@ -98,21 +98,13 @@ def rate_of_cubic(t: Array) -> Array:
 @pytest.mark.parametrize("knots", [[0.0, 1.0, 1.5, 3.0], [0.0, 0.7, 2.0], [0.0, 1.0, 2.0, 2.5, 4.0]])
 def test_splines_are_exact_for_cubics_that_leave_along_x(knots: list[float]) -> None:
     t = np.array(knots)
-    np.testing.assert_allclose(shapes._slopes(t, cubic(t)), rate_of_cubic(t), atol=1e-12)
+    np.testing.assert_allclose(shapes._spline(t, cubic(t))(t, 1), rate_of_cubic(t), atol=1e-12)
 
 
 def test_two_points_are_joined_by_a_parabola() -> None:
     t = np.array([0.0, 2.0])
     points = np.stack([t, 0.3 * t**2, 0.0 * t], axis=1)
-    np.testing.assert_allclose(shapes._slopes(t, points), [[1.0, 0.0, 0.0], [1.0, 1.2, 0.0]], atol=1e-14)
-
-
-def test_pieces_of_a_spline_are_hermites() -> None:
-    ends = np.array([0.5, 2.0])
-    place, rate = shapes._hermite(cubic(ends), rate_of_cubic(ends), 1.5)
-    t = 0.5 + 1.5 * np.arange(1, 65) / 64
-    np.testing.assert_allclose(place, cubic(t), atol=1e-13)
-    np.testing.assert_allclose(rate, rate_of_cubic(t), atol=1e-13)
+    np.testing.assert_allclose(shapes._spline(t, points)(t, 1), [[1.0, 0.0, 0.0], [1.0, 1.2, 0.0]], atol=1e-14)
 
 
 def test_frames_along_a_helix_turn_against_its_torsion() -> None:

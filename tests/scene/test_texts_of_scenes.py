@@ -68,15 +68,16 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "damping of fixed": (
         changed(**WELD, joints__slide__damping=1),
-        "(joints.slide.damping): a fixed joint has no damping; try: an effort or a force",
+        "(joints.slide.damping): a fixed joint has no damping; try: a bushing, an effort or a force; or a"
+        " revolute joint",
     ),
     "drive of fixed": (
         changed(**WELD, joints__slide__drive="t"),
-        "(joints.slide.drive): a fixed joint has no coordinates that a drive could prescribe; try: a revolute joint",
+        "(joints.slide.drive): a fixed joint has no drive; try: a bushing, an effort or a force; or a revolute joint",
     ),
     "drive of two": (
         changed(joints__hinge__drive=["t", "t"]),
-        "(joints.hinge.drive): the drive of a revolute joint needs one value, not 2",
+        "(joints.hinge.drive): a revolute joint needs one value here, not 2",
     ),
     "drive mimic": (
         changed(joints__slide__mimic={"joint": "hinge"}, joints__slide__drive="t"),

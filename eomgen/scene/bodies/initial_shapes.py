@@ -13,7 +13,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -30,10 +30,6 @@ if TYPE_CHECKING:
     from eomgen.scene.bodies import beam_schema as written
     from eomgen.scene.bodies.beam_schema import BeamKeys
 
-#: Steps within an element of a shape whose strains vary.
-_STEPS = 8
-#: Parts of a piece of a spline, between which frames are turned.
-_PARTS = 64
 _GAUSS = math.sqrt(3.0) / 6.0
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -76,8 +72,8 @@ class CurvatureShape:
             return width * strain, width * float(np.linalg.norm(strain[:3]))
         pose, turn = IDENTITY, 0.0
         for low, high in pairwise([begin, *(knot for knot in self.knots if begin < knot < float(end)), float(end)]):
-            step = (high - low) / _STEPS
-            for number in range(_STEPS):
+            step = (high - low) / 8
+            for number in range(8):
                 middle = low + (number + 0.5) * step
                 first, second = (self._strain(middle + sign * _GAUSS * step) for sign in (-1.0, 1.0))
                 bracket = numeric.bracket_matrix(SE3, first) @ second
@@ -145,46 +141,21 @@ def _about_x(angle: float) -> Array:
 def through_points(points: Array) -> HelixShape:
     """Return a shape along the cubic spline through points, (count, 3), that leaves the first point along x."""
     knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    slopes = _slopes(knots, points)
-    places, tangents = [points[:1]], [slopes[:1]]
-    for piece in range(len(points) - 1):
-        point, tangent = _hermite(points[piece : piece + 2], slopes[piece : piece + 2], knots[piece + 1] - knots[piece])
-        places.append(point)
-        tangents.append(tangent)
-    axis = np.concatenate(places)
-    poses = _least_turning(axis, np.concatenate(tangents))
-    return through_frames(poses)
+    curve = _spline(knots, points)
+    share = np.arange(64) / 64  # parts of a piece, between which frames are turned
+    at = np.append((knots[:-1, np.newaxis] + share * np.diff(knots)[:, np.newaxis]).ravel(), knots[-1])
+    return through_frames(_least_turning(curve(at), curve(at, 1)))
 
 
-def _slopes(knots: Array, points: Array) -> Array:
-    """Return the derivatives (count, 3) of a cubic spline through points (count, 3) at the knots (count,): along x at
-    the first knot; the last two pieces are one cubic, or a single piece is a parabola."""
-    widths = np.diff(knots)
-    count = len(knots)
-    matrix, right = np.zeros((count, count)), np.zeros((count, 3))
-    matrix[0, 0], right[0] = 1.0, [1.0, 0.0, 0.0]
-    for k in range(1, count - 1):
-        before, after = 1.0 / widths[k - 1], 1.0 / widths[k]
-        matrix[k, k - 1 : k + 2] = before, 2.0 * (before + after), after
-        right[k] = 3.0 * (before**2 * (points[k] - points[k - 1]) + after**2 * (points[k + 1] - points[k]))
-    chords = np.diff(points, axis=0) / widths[:, np.newaxis]
-    if count == 2:
-        matrix[1], right[1] = (1.0, 1.0), 2.0 * chords[0]
-    else:
-        share = (widths[-1] / widths[-2]) ** 2
-        matrix[-1, -3:] = -share, 1.0 - share, 1.0
-        right[-1] = 2.0 * (chords[-1] - share * chords[-2])
-    return np.asarray(np.linalg.solve(matrix, right), dtype=float)
+def _spline(knots: Array, points: Array) -> Any:
+    """Return the cubic spline through points (count, 3) at the knots (count,), along x at the first knot; the last two
+    pieces are one cubic, a single piece is a parabola."""
+    from scipy.interpolate import CubicHermiteSpline, CubicSpline  # noqa: PLC0415  # few beams have points
 
-
-def _hermite(points: Array, slopes: Array, width: float) -> tuple[Array, Array]:
-    """Return places and derivatives, both (64, 3), at the ends of 64 equal parts of a cubic of the given width, without
-    the first end; ``points`` and ``slopes`` (2, 3) are at both ends."""
-    u = np.arange(1, _PARTS + 1)[:, np.newaxis] / _PARTS
-    (a, b), (c, d) = points, width * slopes
-    position = (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * c + u**2 * (3 - 2 * u) * b + u**2 * (u - 1) * d
-    rate = 6 * u * (1 - u) * (b - a) + (1 - u) * (1 - 3 * u) * c + u * (3 * u - 2) * d
-    return position, rate / width
+    ahead = np.array([1.0, 0.0, 0.0])
+    if len(points) > 2:
+        return CubicSpline(knots, points, bc_type=((1, ahead), "not-a-knot"))
+    return CubicHermiteSpline(knots, points, [ahead, 2.0 * (points[1] - points[0]) / knots[1] - ahead])
 
 
 def _least_turning(axis: Array, tangents: Array) -> Array:

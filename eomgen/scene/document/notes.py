@@ -13,10 +13,9 @@ from eomgen.base.data import EvaluatesOnce, dataclass
 from eomgen.base.limits import doubt_settings
 from eomgen.base.products import insert, rows_of
 from eomgen.errors import DescriptionError, Message
-from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.tree import joint_displacement
 from eomgen.scene.reading.values import Values
-from eomgen.scene.rotations import about_axis
 from eomgen.scene.section import Reading
 from eomgen.system.description import BASE
 
@@ -83,37 +82,21 @@ class Note:
 def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
     """Return the pose of bodies at the initial state in the frame of the base, by body: orientation (3, 3), body axes
     to base axes, and position (3,), m. Bodies without a pose from joints alone are left out: driven and mimic joints,
-    types whose displacement is not computed, unknown values, and all bodies further out."""
+    unknown values, and all bodies further out."""
     result: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
     for joint in joints:
-        moved = _initial_displacement(joint)
-        if joint.parent not in result or moved is None or joint.mimic is not None or joint.drive:
+        if joint.parent not in result or joint.mimic is not None or joint.drive:
             continue
         turned, origin = result[joint.parent]
-        offset = np.array([values.value(part) for part in joint.position])
         axes = turned @ np.array(joint.orientation)
-        position = origin + turned @ offset + axes @ moved[1]
+        position = origin + turned @ np.array([values.value(part) for part in joint.position])
+        q, kind = joint.initial_position, joint.kind
+        if any(q[kind.q_size - kind.v_size :]):  # most nodes of beams are not turned
+            turn, shift, _ = joint_displacement(kind, joint.axis, joint.second_axis, q, values.value(joint.pitch))
+            axes, position = axes @ turn, position + axes @ shift
         if np.all(np.isfinite(position)):
-            result[joint.child] = axes @ moved[0], position
+            result[joint.child] = axes, position
     return {name: position for name, position in result.items() if name != BASE}
-
-
-_NOT_TURNED = (1.0, 0.0, 0.0, 0.0)
-
-
-def _initial_displacement(joint: Joint) -> tuple[Array, Array] | None:
-    """Return rotation (3, 3) and translation (3,), m, of a joint at the initial position, in the joint's axes; None for
-    a type other than free, prismatic and revolute away from zero."""
-    q, axis = joint.initial_position, np.array(joint.axis)
-    if not any(q):
-        return np.eye(3), np.zeros(3)
-    if joint.type == "free":  # most nodes of beams are not turned
-        return np.eye(3) if q[:4] == _NOT_TURNED else rotation_matrix(np.array(q[:4])), np.array(q[4:])
-    if joint.type == "prismatic":
-        return np.eye(3), q[0] * axis
-    if joint.type == "revolute":
-        return about_axis(axis, q[0]), np.zeros(3)
-    return None
 
 
 def _beyond_stops(facts: SceneFacts) -> Iterator[str]:

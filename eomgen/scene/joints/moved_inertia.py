@@ -106,8 +106,8 @@ class MovableInertia:
             rotors = values[..., list(self.rotors)]
             inertia = inertia + rotors[..., np.newaxis] * np.eye(len(turns))
             trace, mass = trace + rotors @ turns, mass + rotors @ ~turns
-        size = np.sqrt(np.where(turns, trace[..., np.newaxis], mass[..., np.newaxis]))
-        size = np.where(size > 0.0, size, 1.0)
+        size = np.where(turns, trace[..., np.newaxis], mass[..., np.newaxis])
+        size = np.sqrt(np.where(size > 0.0, size, 1.0))
         return np.asarray(inertia / (size[..., np.newaxis] * size[..., np.newaxis, :]))
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
@@ -118,7 +118,8 @@ class MovableInertia:
         return (least <= NO_INERTIA) & _all_zero([numbers[index] for index in self.followers])
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        if not np.any(self._inertia(np.array(numbers))):
+        own = [number for part in self.parts for number in (numbers[part.start], *numbers[part.start + 4 :][:6])]
+        if not any((*own, *(numbers[index] for index in self.rotors))):
             return self.words.format("it carries neither mass nor inertia"), self.hint
         turns = self.kind.units.count("rad")
         needed = ["mass"] * (turns < len(self.kind.units))

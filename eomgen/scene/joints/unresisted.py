@@ -8,12 +8,14 @@ articulated bodies (Featherstone 1983), on numbers and at one arbitrary position
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+import random
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
+from eomgen.base.rounding import COMPUTED
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint
@@ -23,12 +25,6 @@ from eomgen.scene.reading.values import Values
 
 #: An inertia counts as zero below this part of its value with the outer joints held.
 _NOTHING = 1e-11
-#: A body resists every motion if no principal value is below this part of the largest principal value.
-_SOLID = 1e-9
-#: A joint takes part in a motion if its share of the motion is larger.
-_SHARE = 1e-6
-#: Golden ratio, whose multiples have parts after the point that are spread evenly.
-_GOLDEN = 0.5 * (1.0 + 5.0**0.5)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # masses near the largest double are refused elsewhere
@@ -50,14 +46,13 @@ def unresisted_motions(
     sections : the section of each body, ``bodies`` or ``beams``
     light : further joints that move no inertia; all such joints share one note
     """
-    arbitrary = _arbitrary()
+    arbitrary = random.Random(1)
     fixed_joints = coupled_by_mimic(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
     size = _size([*places, *(inertia.center for inertia in inertias.values())])
     spans = _own(inertias, sections, size)
     articulated = {body: inertia.copy() for body, inertia in spans.items()}
     together = {body: inertia.copy() for body, inertia in spans.items()}  # with all joints beyond held
-    answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on the body
     notes: list[str] = []
     bare = list(light)
     solid = _solid(joints, spans)
@@ -71,7 +66,6 @@ def unresisted_motions(
         X = twist_transform(np.array(joint.orientation) @ rotation, position)
         if not (np.all(np.isfinite(X)) and np.all(np.isfinite(inertia))):
             return []  # said elsewhere
-        answer = np.zeros((S.shape[1], 6))
         if S.shape[1] and joint.name not in fixed_joints:
             rotors = np.diag([values.value(formula) / size**2 for formula in joint.each(joint.rotor_inertia)])
             whole = np.diag(S.T @ together[body] @ S + rotors)
@@ -83,16 +77,15 @@ def unresisted_motions(
                     bare.append(joint.name)
                     break
                 if _is_still(moved, spans[body]):
-                    notes.append(_note(joint, moved, _beyond(body, answers), inertias))
+                    carried = [outer.name for outer in joints if outer.parent == body]
+                    notes.append(_note(joint, carried, inertias))
                     break
             free_directions = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]
-            answer = -(free_directions / resisted[resisted > _NOTHING]) @ free_directions.T @ S.T @ inertia
-            inertia = inertia + inertia @ S @ answer
+            along = inertia @ S @ free_directions
+            inertia = inertia - (along / resisted[resisted > _NOTHING]) @ along.T
         if joint.parent in articulated:
             articulated[joint.parent] += X.T @ inertia @ X
             together[joint.parent] += X.T @ together[body] @ X
-            follow = (np.eye(6) + S @ answer) @ X
-            answers.setdefault(joint.parent, []).append((joint, answer @ X, follow))
     if bare:
         names = [joint.name for joint in joints if joint.name in bare]
         notes.append(
@@ -119,29 +112,10 @@ def _own(inertias: Mapping[str, Inertia], sections: Mapping[str, str], size: flo
     }
 
 
-def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]]]) -> list[tuple[Joint, Array]]:
-    """Return all joints beyond a body, each with the velocities as a linear map (nv, 6) of the body's twist.
-
-    Parameters
-    ----------
-    answers : by body, each joint on it, the joint's velocities as a linear map of the body's twist, and the twist
-        of the child as such a map (6, 6)
-    """
-    result = []
-    pending = [(item, np.eye(6)) for item in reversed(answers.get(body, ()))]
-    while pending:
-        (joint, rate, follow), twist = pending.pop()
-        result.append((joint, rate @ twist))
-        pending += [(item, follow @ twist) for item in reversed(answers.get(joint.child, ()))]
-    return result
-
-
-def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], inertias: Mapping[str, Inertia]) -> str:
-    """Return the note that a joint and joints beyond move together without moving mass, with the body whose mass would
-    stop that. ``moved`` (6,) is the twist of the joint's child, ``beyond`` the result of ``_beyond``."""
-    rates = {outer.name: float(np.linalg.norm(rate @ moved)) for outer, rate in beyond}
-    with_it = [name for name, rate in rates.items() if rate > _SHARE * max(rates.values())]
-    together = f" together with {listed(with_it[::-1])}" if with_it else ""
+def _note(joint: Joint, carried: Sequence[str], inertias: Mapping[str, Inertia]) -> str:
+    """Return the note that a joint and joints on its body, ``carried``, move together without moving mass, with the
+    body whose mass would stop that."""
+    together = f" together with {'some of ' * (len(carried) > 1)}{listed(carried)}" if carried else ""
     light = inertias.get(joint.child)
     missing = "mass and inertia" if light is None or not light.mass else "inertia"
     return (
@@ -159,7 +133,7 @@ def _solid(joints: Sequence[Joint], spans: Mapping[str, Array]) -> set[str]:
     outermost = [body for body in outermost if np.isfinite(spans[body]).all()]
     resisted = np.linalg.eigvalsh(np.array([spans[body] for body in outermost]).reshape(-1, 6, 6))
     least, largest = resisted[:, 0], resisted[:, -1]
-    return set(itertools.compress(outermost, (least > _SOLID * largest).tolist()))
+    return set(itertools.compress(outermost, (least > COMPUTED * largest).tolist()))
 
 
 def _size(vectors: Sequence[Array]) -> float:
@@ -168,15 +142,10 @@ def _size(vectors: Sequence[Array]) -> float:
     return largest if 0.0 < largest < np.inf else 1.0
 
 
-def _arbitrary() -> Iterator[float]:
-    """Yield numbers between 0.3 and 1.2 without a pattern; an import of NumPy's generator takes 5 ms."""
-    return (0.3 + 0.9 * (count * _GOLDEN % 1.0) for count in itertools.count(1))
-
-
-def _arbitrary_displacement(joint: Joint, values: Values, arbitrary: Iterator[float]) -> tuple[Array, Array, Array]:
-    """Return rotation (3, 3) and shift (3,) of a joint at a position made of the next numbers of ``arbitrary``, and the
-    motion subspace (6, nv) in the child's axes."""
-    q = np.array(list(itertools.islice(arbitrary, joint.kind.q_size)))
+def _arbitrary_displacement(joint: Joint, values: Values, arbitrary: random.Random) -> tuple[Array, Array, Array]:
+    """Return rotation (3, 3), shift (3,) and motion subspace (6, nv) of a joint at an arbitrary position; the shift is
+    in m."""
+    q = np.array([arbitrary.uniform(0.3, 1.2) for _ in range(joint.kind.q_size)])
     if joint.kind.group in GROUPS.values():
         q[:4] /= np.linalg.norm(q[:4])
     return joint_displacement(joint.kind, joint.axis, joint.second_axis, q, values.value(joint.pitch))
