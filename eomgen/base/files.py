@@ -346,16 +346,21 @@ ABSENT = "absent"
 _DIGESTS: ContextVar[dict[str, str] | None] = ContextVar("digests", default=None)
 
 
-def read_bytes(path: Path, most: int) -> bytes:
-    """Return the first bytes of a file, at most ``most`` + 1 bytes, and note the digest for ``digests_of_files``.
-    Raises OSError or ValueError."""
+def read_bytes(path: Path, most: int, hint_of: Callable[[Path], str] = nearby) -> bytes:
+    """Return the bytes of a user's file, and note the digest for ``digests_of_files``; ``hint_of`` returns the remedy
+    for a file that cannot be read. Raises FileError, for more than ``most`` bytes, too."""
     try:
         with open_file(path) as stream:
             data = stream.read(most + 1)
-    except FileNotFoundError:
-        _collect(path, ABSENT)
-        raise
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileNotFoundError):
+            _collect(path, ABSENT)
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason} [E0115]", hint_of(path))) from None
     _collect(path, digest_of_file(data))
+    if len(data) > most:
+        name = path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
+        raise FileError(Problem(name, f"the file is larger than {most // 1_000_000} MB [E1891]", "a smaller file"))
     return data
 
 

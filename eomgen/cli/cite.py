@@ -8,13 +8,11 @@ from eomgen.base.version import __version__
 from eomgen.cli.options import completed_methods, debug_option, json_option
 from eomgen.cli.printing import print_json
 
-#: Year of the version.
-YEAR = 2026
 _OWN = f"""@software{{eomgen,
   author    = {{{{The eomgen authors}}}},
   title     = {{eomgen: equations of motion in separated form, as readable {{C}}}},
   version   = {{{__version__}}},
-  year      = {{{YEAR}}},
+  year      = {{2026}},
   license   = {{MIT}},
 }}"""
 

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
 
-_SHOWN = 40
 #: Maximum number of listed multipliers.
 _ROWS = 12
 
@@ -129,7 +128,7 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
     rows += [(name, f"{value:.9g}", unit) for name, value, unit in speeds if value]
     states = zip(model.z_names, result.z, model.z_units, strict=True)
     rows += [(name, f"{value:.9g}", unit) for name, value, unit in states]
-    most = len(rows) if whole else _SHOWN
+    most = len(rows) if whole else 40
     if rows:
         print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:most], numeric=(1,))
     if len(rows) > most:

@@ -13,7 +13,7 @@ import click
 from click.shell_completion import CompletionItem, get_completion_class
 
 from eomgen.base.files import example_folder, make_folder, write_bytes, write_text
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import NAME_LENGTH, nearest, shown
 from eomgen.base.verbs import own
 from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option, json_option, optional_folder
@@ -29,8 +29,6 @@ FIRST_SCENE = Path(__file__).with_name("first_scene.toml")
 _HEADING = re.compile(r"# (.+)")
 _SENTENCE = re.compile(r"(?<=\.)\s")
 _LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
-#: Letters of the name of a scene.
-_LONGEST = 64
 _SHELLS = ("bash", "zsh", "fish")
 
 
@@ -145,7 +143,7 @@ def new(name: str, example: str | None, as_json: bool) -> None:
     folder = Path(name)
     if example is None:
         plain = unicodedata.normalize("NFKD", folder.name).encode("ascii", "ignore").decode()
-        word = re.sub(r"\W+", "_", plain).strip("_")[:_LONGEST]
+        word = re.sub(r"\W+", "_", plain).strip("_")[:NAME_LENGTH]
         if not word or word[0].isdigit():
             raise UsageError(Problem(name, "the name of a scene begins with a letter [E0163]", "eomgen new pendulum"))
         _check_empty(folder)

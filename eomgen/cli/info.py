@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -154,11 +153,8 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
     return {"of": len(result.parameters), "combinations": combinations, "without_effect": list(result.without_effect)}
 
 
-_LISTED = 8
 #: Number of places that are shown.
 _PLACES = 24
-#: Characters of an equation.
-_LONGEST = 80
 #: Number of names, numbered one after the other, above which the first and the last name stand for all.
 _MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
@@ -167,12 +163,12 @@ _DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
 
 
 def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
-    """Return the first known times of jumps in words, ``_LISTED`` at most, and the number of further ones."""
+    """Return the first known times of jumps in words, 8 at most, and the number of further ones."""
     does = ("forces jump", "rates of forces jump")
     lines = [
         f"t = {item.time:.9g} s{f' and every {item.period:.9g} s' if item.period else ''}: "
         + (does[item.order] if item.order < len(does) else f"derivatives of order {item.order} jump")
-        for item in discontinuities[:_LISTED]
+        for item in discontinuities[:8]
     ]
     more = len(discontinuities) - len(lines)
     return [*lines, f"and {more} more"] if more else lines
@@ -381,58 +377,27 @@ def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
     for row, unit in zip(data["constraints"], data["multiplier_units"], strict=True):
         name, _, meaning = row.partition(": ")
         if name in data["equations"]:
-            meaning = f"{data['equations'][name][:_LONGEST]} = 0, multiplier in {unit}"
+            meaning = f"{data['equations'][name][:80]} = 0, multiplier in {unit}"
         groups.setdefault(name, []).append(meaning)
     return [(name, len(meanings), ", ".join(_join_runs(meanings))) for name, meanings in groups.items()]
 
 
 def _join_runs(names: Sequence[str]) -> list[str]:
-    """Return names, with runs of names that end in consecutive numbers joined, ``rope.1 to 40``, and names with all
-    numbers within a range of each kind, too: ``knot_0_1.position to knot_9_10.position``."""
-    by_text: dict[tuple[str, ...], list[str]] = {}
+    """Return names, with ``_MANY`` or more alike joined if their last number counts on, ``rope.1 to 40``, or all
+    numbers count as in nested loops: ``knot_0_1.position to knot_9_10.position``."""
+    alike: dict[str, dict[str, tuple[int, ...]]] = {}
     for name in names:
-        by_text.setdefault(_text(name), []).append(name)
-    whole = {
-        text
-        for text, alike in by_text.items()
-        if len(alike) >= _MANY and (len(text) > 2 or text[-1]) and _is_whole_range(alike)
-    }
-    result = dict.fromkeys(
-        f"{by_text[text][0]} to {by_text[text][-1]}" if (text := _text(name)) in whole else name for name in names
-    )
-    return _runs_joined(list(result))
-
-
-def _text(name: str) -> tuple[str, ...]:
-    """Return the parts of a name before, between and after the numbers in the name."""
-    return tuple(re.split(r"\d+", name))
-
-
-def _is_whole_range(names: Sequence[str]) -> bool:
-    """Return whether names that differ in numbers alone are there for all combinations, the last number counting
-    fastest."""
-    numbers = [tuple(map(int, re.findall(r"\d+", name))) for name in names]
-    ranges = [range(first, last + 1) for first, last in zip(numbers[0], numbers[-1], strict=True)]
-    return math.prod(map(len, ranges)) == len(names) and numbers == list(itertools.product(*ranges))
-
-
-def _runs_joined(names: Sequence[str]) -> list[str]:
-    """Return names, with runs of ``_MANY`` or more that end in consecutive numbers joined to ``first to last``."""
-    runs: dict[str, list[list[int]]] = {}
-    for name in names:
-        stem = name.rstrip("0123456789")
-        number = int(name[len(stem) :] or -1)
-        if stem in runs and number == runs[stem][-1][-1] + 1 > 0:
-            runs[stem][-1].append(number)
-        else:
-            runs.setdefault(stem, []).append([number])
-    if max((len(part) for parts in runs.values() for part in parts), default=0) < _MANY:
-        return list(names)
+        alike.setdefault(re.sub(r"\d+", "0", name), {})[name] = tuple(map(int, re.findall(r"\d+", name)))
     result: list[str] = []
-    for stem, parts in runs.items():
-        for part in parts:
-            if len(part) >= _MANY:
-                result.append(f"{stem}{part[0]} to {part[-1]}")
-            else:
-                result += [f"{stem}{number}" if number >= 0 else stem for number in part]
-    return result
+    for numbers in alike.values():
+        first, last = next(iter(numbers.values())), next(reversed(numbers.values()))
+        loops = itertools.product(*(range(low, high + 1) for low, high in zip(first, last, strict=True)))
+        runs = [list(numbers)]
+        if list(numbers.values()) != list(itertools.islice(loops, len(numbers) + 1)):
+            place = {name: (key[:-1], sum(key[-1:]) - index) for index, (name, key) in enumerate(numbers.items())}
+            runs = [list(run) for _, run in itertools.groupby(numbers, place.__getitem__)]
+        for run in runs:
+            stem = run[-1].rstrip("0123456789")
+            end = run[-1].removeprefix(stem) if run[0].rstrip("0123456789") == stem else run[-1]
+            result += [f"{run[0]} to {end or run[-1]}"] if len(run) >= _MANY else run
+    return result if len(result) < len(names) else list(names)

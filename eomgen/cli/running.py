@@ -28,10 +28,6 @@ SCENE_OPTIONS = ("strict", "coordinates", *all_options())
 #: Options of a run that may be given again when the run is resumed.
 _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estimate")
 
-#: Size of the velocities from which on a model's derivation leaves so many reference cycles that their collection pays:
-#: 30 MB for 60 000 components.
-_LONG = 10_000
-
 
 def read_scene(path: str, options: dict[str, Any]) -> Scene:
     """Return the scene of a path, with notes printed, and read ``--set``, ``--input`` and ``--initial`` in ``options``.
@@ -96,7 +92,7 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
     with building(scene.name), own_process():
         steps = _steps(scene, options) if once and resumed is None else None
         model = pipeline.build_for_run(scene, method, run_options.get("start"), options["profile"], steps=steps)
-    if model.nv >= _LONG:
+    if model.nv >= 10_000:  # the derivation leaves reference cycles: 30 MB for 60 000 components
         gc.collect()
     with terminal_bar(scene.name) as progress:
         if resumed is None:

@@ -129,14 +129,10 @@ def _write_run(
     return files
 
 
-#: Numbers of a table whose text takes longer than to copy the process.
-_LONG = 200_000
-
-
 def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callable[[], bool]]:
     """Return a context in which a copy of this process writes a long table; the given function waits, and returns
     success. A short table is left to the caller: the function returns False."""
-    if solution.q.size + 2 * solution.v.size < _LONG:
+    if solution.q.size + 2 * solution.v.size < 200_000:  # a copy of the process takes longer than the text
         return nullcontext(lambda: False)
     from eomgen.base.drawing_process import in_copy  # noqa: PLC0415
 

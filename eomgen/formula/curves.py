@@ -15,14 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
+from eomgen.base.rounding import COMPUTED
 
 Interpolation = Literal["quintic", "linear", "steps"]
 Outside = Literal["error", "hold", "periodic"]
 
 #: An argument outside the range by at most this part of the range is taken for rounding of the last point.
-EDGE = 1e-9
-#: An argument that lies this many units in its last place before a break is taken for the break.
-SNAP = 8.0
+EDGE = COMPUTED
 _EPSILON = float(np.finfo(float).eps)
 
 
@@ -193,7 +192,7 @@ class Curve:
             return real
         breaks, pieces = self.breaks, len(self.breaks) - 1
         start, end = breaks[0], breaks[-1]
-        snapped = x + SNAP * _EPSILON * np.abs(x)
+        snapped = x + 8.0 * _EPSILON * np.abs(x)  # rounding before a break is the break
         if self.outside == "periodic":
             turns = np.floor((snapped - start) / (end - start)) * (end - start)
             x, snapped = x - turns, snapped - turns

@@ -12,7 +12,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.formula.nodes import Application, EntryQuantity, Formula, Number, Operation, Symbol, distinct_nodes
+from eomgen.formula.nodes import (
+    NON_SMOOTH,
+    Application,
+    EntryQuantity,
+    Formula,
+    Number,
+    Operation,
+    Symbol,
+    distinct_nodes,
+)
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Remedy for a formula of parameters without a value.
@@ -166,7 +175,7 @@ def symbols(formula: Formula) -> frozenset[Symbol]:
 def comparisons(formula: Formula) -> Iterator[Formula]:
     """Yield the comparisons and signs in a formula, which jump from one value to another."""
     for node in distinct_nodes(formula):
-        if isinstance(node, Operation) and node.name in ("lt", "le", "sign"):
+        if isinstance(node, Operation) and NON_SMOOTH.get(node.name) == 0:
             yield node
 
 

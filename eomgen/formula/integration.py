@@ -17,6 +17,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve, Pieces
 from eomgen.formula.discontinuities import Breakpoint, affine, breakpoints
@@ -25,11 +26,7 @@ from eomgen.formula.nodes import ZERO, Application, Formula, Number, Operation, 
 from eomgen.formula.prescribed_motion import constant
 from eomgen.formula.substitution import product, substitute, total
 
-#: Length of the piece after the last point of a curve that holds the value there, s of its argument.
-_BEHIND = 1e9
 _NODES = 8
-#: Error of the polynomials, as a part of the largest value, up to which an interval is not halved.
-_FITS = 1e-12
 _MOST_PIECES = 50_000
 _HALVINGS = 40
 
@@ -347,7 +344,7 @@ def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _RateCurve:
         breaks, coefficients = np.append(start, breaks), np.vstack([constants, coefficients])
         coefficients[0, 0] = first
     if not corrected:
-        breaks = np.append(breaks, max(curve.end, start) + _BEHIND)
+        breaks = np.append(breaks, max(curve.end, start) + 1e9)  # a piece that holds the last value
         coefficients = np.vstack([coefficients, constants])
         coefficients[-1, 0] = last
     return _RateCurve(breaks, coefficients)
@@ -435,7 +432,7 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
             raise IntegrationError(fault, "a formula that has one throughout the run")
         scale = max(scale, float(np.max(np.abs(at))))
         missed = np.max(np.abs(between - at @ beside.T), axis=1)
-        done = (missed <= _FITS * scale) | (halving == _HALVINGS - 1)
+        done = (missed <= SUMMED * scale) | (halving == _HALVINGS - 1)
         error += float(np.sum((missed * (high - low))[done]))
         pieces.append((low[done], high[done], at[done] @ project.T @ powers))
         if sum(len(part[0]) for part in pieces) + 2 * np.count_nonzero(~done) > _MOST_PIECES:

@@ -25,8 +25,6 @@ Axes = tuple[tuple[float, float, float], ...]
 Sum = dict[Formula, float]
 #: Signs of the arguments of operations that are sums.
 _SIGNS = {"add": (1.0, 1.0), "sub": (1.0, -1.0), "neg": (-1.0,)}
-#: Sums below this share of the sum of magnitudes are rounding.
-_ROUNDING = 1e-14
 
 
 class FramePlacement(NamedTuple):
@@ -239,7 +237,7 @@ def _plus(a: Sum, b: Sum, factor: float = 1.0) -> Sum:
     for formula, weight in b.items():
         first, second = a.get(formula, 0.0), factor * weight
         total = first + second
-        if abs(total) <= _ROUNDING * (abs(first) + abs(second)):
+        if abs(total) <= 1e-14 * (abs(first) + abs(second)):
             result.pop(formula, None)
         else:
             result[formula] = total

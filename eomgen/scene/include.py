@@ -163,8 +163,6 @@ def overridden(key: str, entry: Include, data: dict[str, Any], names: frozenset[
     return formulas
 
 
-_MOST_FILES = 1000
-_DEEPEST = 20
 _LINE_KEY = re.compile(r"([a-z_]+)\.([A-Za-z_][A-Za-z0-9_]*)(.*)", re.DOTALL)
 
 
@@ -264,8 +262,8 @@ class _Includer:
             fault = f"files include one another in a circle: {names} [E1590]"
             report.add(field, fault, "one of them without the include")
             return None
-        if len(chain) > _DEEPEST or self.files > _MOST_FILES:
-            fault = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included [E1591]"
+        if len(chain) > 20 or self.files > 1000:
+            fault = "more than 1000 files, or more than 20 within one another, are included [E1591]"
             raise _TooManyFilesError(Problem(report.where(field), fault, "fewer of them"))
         source = source_of(path)
         if source is None:

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.lie.numeric import skew
 
-_RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 #: Places of (xx, yy, zz, xy, xz, yz) in a symmetric matrix.
 PLACES = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 #: A moment of inertia below this part of the largest is none.
-NO_INERTIA = 1e-12
+NO_INERTIA = SUMMED
 
 
 @dataclass(frozen=True)
@@ -128,14 +128,14 @@ def impossible(mass: float, about_center: Array) -> str:
 
 def _not_positive(moments: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
     """Return whether one of the principal moments (..., 3), increasing, is negative."""
-    return np.asarray(moments[..., 0] < -_RELATIVE * np.max(np.abs(moments), axis=-1))
+    return np.asarray(moments[..., 0] < -WRITTEN * np.max(np.abs(moments), axis=-1))
 
 
 def _one_sided(moments: NDArray[np.floating[Any]], tolerance: float) -> NDArray[np.bool_]:
     """Return a flag for each triple of principal moments (..., 3), increasing, whose largest exceeds the sum of the
     other two by more than the part ``tolerance`` of this sum."""
     others, largest = moments[..., 0] + moments[..., 1], moments[..., 2]
-    return np.asarray((1.0 + tolerance) * others < largest - _RELATIVE * np.max(np.abs(moments), axis=-1))
+    return np.asarray((1.0 + tolerance) * others < largest - WRITTEN * np.max(np.abs(moments), axis=-1))
 
 
 def not_physical(entries: Sequence[Numbers], tolerance: float = 0.0, *, rotors: bool = False) -> Flags:
@@ -154,7 +154,7 @@ def not_physical(entries: Sequence[Numbers], tolerance: float = 0.0, *, rotors: 
     moments = _principal_moments(entries)
     one_sided = _one_sided(moments, tolerance)
     if rotors:
-        one_sided = one_sided & (moments[..., 1] > _RELATIVE * moments[..., 2])
+        one_sided = one_sided & (moments[..., 1] > WRITTEN * moments[..., 2])
     return _not_positive(moments) | one_sided
 
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import WRITTEN
 from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import quaternion_product, skew, unit
 
@@ -33,7 +34,7 @@ class Rotation:
 
 SNAP = 1e-10
 #: Components of unit vectors and quaternions that differ by less say the same.
-ALIKE = 1e-6
+ALIKE = WRITTEN
 _ORTHONORMAL = 1e-14
 
 

@@ -92,7 +92,7 @@ def test_author_and_licence_are_those_of_the_model(version: int, tmp_path: Path)
 
 
 def test_licences_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(eomgen.FileError, match="the licence cannot be read: No such file or directory"):
+    with pytest.raises(eomgen.FileError, match="cannot be read: No such file or directory"):
         fmu_files(ranged_ball(), binary=False, license_file=tmp_path / "none.txt")
     (tmp_path / "binary.txt").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(eomgen.FileError, match="the licence is not a text in UTF-8"):

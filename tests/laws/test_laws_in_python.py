@@ -189,7 +189,7 @@ def test_numbers_that_are_not_finite_are_told_as_of_a_law_in_c(folder: Path) -> 
         ("def drag(s):\n    return s*s\ndef d(s):\n    return s\n", {"partials": "d"}, ModelError, "d: the deriv"),
         ("def drag(s):\n    return s\n", {"partials": "d"}, DescriptionError, "has no function 'd'"),
         ("def drag(s):\n    return s\n", {"partials": "drag", "complex_step": True}, DescriptionError, "are the same"),
-        ("def drag(s):\n    return s\n", {"python": "absent.py"}, DescriptionError, "is not a file; try: the path of"),
+        ("def drag(s):\n    return s\n", {"python": "absent.py"}, DescriptionError, "cannot be read: No such file"),
         ("def drag(s):\n    return s\n", {"source": "law.c"}, DescriptionError, "source and python are both given"),
         ("", {"python": None, "source": "law.py"}, DescriptionError, "law.py' is a Python file; try: python ="),
         ("def drag(s):\n    return s\n", {"python": None}, DescriptionError, "a file with the function is missing"),

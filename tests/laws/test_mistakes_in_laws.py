@@ -34,7 +34,7 @@ def told(error: type[Exception], scene: dict[str, Any], **options: Any) -> str:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"source": "rubber.c"}, "rubber.c' is not a file"),
+        ({"source": "rubber.c"}, "rubber.c' (laws.tyre.source): cannot be read: No such file"),
         ({"source": "tyre.py"}, "'tyre.py' is a Python file; try: python = \"tyre.py\""),
         ({"function": "tire"}, "tyre.c has no function tire; try: void tire("),
         ({"partials": "slopes"}, "tyre.c has no function slopes; try: void slopes("),
@@ -82,7 +82,7 @@ def test_mistakes_in_entries(folder: Path, change: dict[str, Any], message: str)
         ("tyre(0, 0, 1)", "unknown function 'tyre' (column 1); try: law.tyre.fx(kappa, alpha, load)"),
         ("laws.tyre(0, 0, 1)", "not 'laws.tyre' (column 1); try: law.tyre.fx(kappa, alpha, load)"),
         ("law.tyre", "law.tyre is a function of kappa, alpha, load, and needs arguments"),
-        ("law.tyre.fx(0, 0, 1)[0]", "law.tyre has no component 0"),
+        ("law.tyre.fx(0, 0, 1)[1]", "law.tyre has no component 1"),
         (
             "law.tyre.fx(0, v.axle, 1)",
             "the argument alpha of law.tyre is in rad by its own entry, and is given",

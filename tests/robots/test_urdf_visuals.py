@@ -88,8 +88,8 @@ def test_a_missing_mesh_is_a_note_until_it_is_there(tmp_path: Path) -> None:
         scene = eomgen.load(file)
         assert not scene.shapes
         assert any(
-            note.startswith(f"meshes that are left out of pictures (1: hand): {tmp_path / 'hand.stl'}: the mesh cannot"
-                            " be read: No such file or directory")
+            note.startswith(f"meshes that are left out of pictures (1: hand): '{tmp_path / 'hand.stl'}': cannot be read:"
+                            " No such file or directory")
             for note in scene.notes
         )  # fmt: skip
     (tmp_path / "hand.stl").write_bytes(binary(CORNERS[FACES]))
@@ -113,7 +113,7 @@ def test_a_mesh_is_read_when_it_is_drawn_and_again_when_it_has_changed(tmp_path:
         assert volume(np.array(part["vertices"]), part["faces"]) == pytest.approx(4.0 * size**3)
         assert drawn(scene) == [part]
     mesh.unlink()
-    with pytest.warns(RuntimeWarning, match="the mesh cannot be read: No such file or directory"):
+    with pytest.warns(RuntimeWarning, match="cannot be read: No such file or directory"):
         assert drawn(scene) == []
 
 

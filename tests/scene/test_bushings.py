@@ -61,7 +61,7 @@ def test_what_is_read_and_its_defaults() -> None:
         (f"damping_matrix = {[EYE[0][:5], *EYE[1:]]}", ".damping_matrix[0]): a list of 6 entries is needed"),
         (
             f"stiffness_matrix = {[[1, 2, 0, 0, 0, 0], *EYE[1:]]}",
-            ".stiffness_matrix): the matrix is not symmetric, so it has no potential: entry [0][1] differs from [1][0]",
+            ".stiffness_matrix): the matrix is not symmetric: entry [0][1] differs from [1][0]",
         ),
         (
             f"damping_matrix = {[[-1, 0, 0, 0, 0, 0], *EYE[1:]]}",

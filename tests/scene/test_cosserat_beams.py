@@ -127,7 +127,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     ),
 ]
 MATRICES = {
-    "skew": (SKEW, "the matrix is not symmetric, so it has no potential: entry [0][1] differs from [1][0]"),
+    "skew": (SKEW, "the matrix is not symmetric: entry [0][1] differs from [1][0]"),
     "zero": (symmetric(1, 0.0), "the section does not resist bending_z: entry [1][1] is 0"),
     "indefinite": (symmetric(5, 1e4), "scaled to a diagonal of 1, its smallest eigenvalue is -0.2"),
 }

@@ -10,7 +10,7 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate
-from eomgen.scene.bodies.cross_sections import SectionInertiaRule
+from eomgen.scene.bodies.cross_sections import MatrixRule
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.load import from_data
 from tests.oracles.evaluation import Array
@@ -118,7 +118,7 @@ def test_rounding_of_a_section_is_judged_alike_in_all_units_of_length(
     """A product of mass and place that no rigid section has, as a part of the root of mass times moment."""
     scaled = matrix(2.0, 0.1 * length, -0.3 * length, length**2 * ABOUT)
     scaled[0, 3] = scaled[3, 0] = share * np.sqrt(2.0 * np.abs(scaled[:3, :3]).max())
-    rule = SectionInertiaRule()
+    rule = MatrixRule()
     assert bool(rule.broken(np.ravel(scaled).tolist())) == refused
     fault, _ = rule.fault(np.ravel(scaled).tolist())
     assert fault.startswith("no rigid section has this inertia: entry [0][3]") == refused
@@ -127,7 +127,7 @@ def test_rounding_of_a_section_is_judged_alike_in_all_units_of_length(
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "not symmetric": (
         {"inertia_matrix": with_entry(0, 5, 0.3, both=False)},
-        "the matrix is not symmetric, as an inertia is: entry [0][5] differs from [5][0]; try: the mean of both",
+        "the matrix is not symmetric: entry [0][5] differs from [5][0]; try: the mean of both",
     ),
     "no mass": (
         {"inertia_matrix": with_entry(3, 3, 0.0)},

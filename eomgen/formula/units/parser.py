@@ -32,7 +32,6 @@ from eomgen.formula.units.table import NAMED, UNITS
 
 LENGTH = 100
 LARGEST_EXPONENT = 9
-_BEGIN = 200  # characters that decide whether a text is a number with a unit
 _NUMBER = r"[+-]?[ \t]*(?>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"  # 1e3 is never 1 with a unit e3
 _QUANTITY = rf"(?s)[ \t]*({_NUMBER})[ \t]*((?:1[ \t]*/[ \t]*)?[A-Za-z%\u0080-\U0010ffff].*)"
 _DECIMAL_COMMA = r"[ \t]*([+-]?[0-9]+),([0-9]+)[ \t]*([A-Za-z]+)"
@@ -83,7 +82,7 @@ class QuantityWithUnit:
 
 def is_quantity(text: str) -> bool:
     """Return whether a text begins as a number with a unit does, and as no formula can."""
-    begin = text[:_BEGIN]
+    begin = text[:200]
     match = re.match(_QUANTITY, begin)
     if match is None:
         return re.match(_DECIMAL_COMMA, begin) is not None

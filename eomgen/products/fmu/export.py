@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.csv_tables import csv_text
 from eomgen.base.data import dataclass, replace
-from eomgen.base.files import check_writable, make_folder, nearby, read_bytes, write_bytes
+from eomgen.base.files import check_writable, make_folder, read_bytes, write_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.naming import free_prefix
 from eomgen.codegen.targets.register import C
@@ -252,17 +252,9 @@ def _licence_text(file: str | Path | None) -> str:
     if file is None:
         return ""
     try:
-        data = read_bytes(Path(file), _LONGEST_LICENCE)
-        if len(data) > _LONGEST_LICENCE:
-            fault = "the text is larger than 1 MB [E0863]"
-            raise FileError(Problem(shown(str(file)), fault, "the licence alone, as plain text"))
-        return data.decode("utf-8-sig")
+        return read_bytes(Path(file), _LONGEST_LICENCE).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8 [E0864]", "plain text")) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        fault = f"the licence cannot be read: {reason} [E0865]"
-        raise FileError(Problem(shown(str(file)), fault, nearby(Path(file)))) from None
 
 
 def _checked(

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from eomgen.base.messages import is_legal, key_of, nearest, shown
+from eomgen.errors import FileError
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.products.laws.code import CCode, PythonCode, arguments_of, python_code
 from eomgen.products.laws.law import FileLaw
@@ -129,14 +130,17 @@ def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> Pyth
     """Return the code of a law in a Python file, which is parsed and not executed; None for a reported fault: an
     unreadable file, a missing function, or partials given twice."""
     report, path = reading.report, reading.folder / file
-    text, fault = text_of(path)
-    hint = "the path of a Python file, from the scene file's folder"
+    fault, hint = "", "the path of a Python file, from the scene file's folder"
     body: list[ast.stmt] = []
-    if not fault and path.suffix != ".py":
+    if path.suffix != ".py":
         fault = f"{shown(file)} does not end in .py [E0903]"
-    if not fault:
+    else:
         try:
+            text = text_of(path)
             body = ast.parse(text, path.name).body
+        except FileError as error:
+            report.add_file_error(f"{where}.python", error)
+            return None
         except (SyntaxError, ValueError) as error:
             line = getattr(error, "lineno", None)
             fault, hint = (

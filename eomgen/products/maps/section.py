@@ -13,10 +13,10 @@ import numpy as np
 from pydantic import Field
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import replace
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import counted, is_number, key_of, listed, shown
 from eomgen.base.rounding import COMPUTED, WRITTEN
+from eomgen.errors import FileError
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import MapSurface
 from eomgen.scene.reading.key_metadata import Table, key, optional
@@ -194,9 +194,8 @@ class _Grid:
         path = self.folder / table.file
         try:
             grid, titles = _netcdf(path, columns) if path.suffix == ".nc" else self._csv(path, table, columns)
-        except TableError as error:
-            location = f"{error.problem.where} ({self.key}.table)"
-            self.report.add_problem(f"{self.key}.table", replace(error.problem, where=location))
+        except FileError as error:
+            self.report.add_file_error(f"{self.key}.table", error)
             return None
         for name, title in zip(_NAMES, titles, strict=True):
             unit = "" if getattr(table, f"{name}_unit").strip() else unit_of_title(title)

@@ -16,7 +16,7 @@ from eomgen.formula.substitution import product, total
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
-from eomgen.scene.bodies.cross_sections import SectionReader, SectionStiffnessRule, read_inertia
+from eomgen.scene.bodies.cross_sections import MatrixRule, SectionReader, read_inertia
 from eomgen.scene.bodies.element_sections import varying_element
 from eomgen.scene.bodies.initial_shapes import InitialShape, bent_shape, pretwist, read_shape
 from eomgen.scene.bodies.model import AT_END
@@ -55,8 +55,6 @@ _OF_EXACT = (
     "elements", "parts", "stiffness", "stiffness_matrix", "damping", "stiffness_damping", "rotary_inertia", "curvature",
     "shape", "pretwist", "prestrain", "group", "center_of_mass", "inertia_matrix",
 )  # fmt: skip  # a table
-#: Bounds of numbers whose products are numbers, too.
-_LEAST, _MOST = 1e-150, 1e150
 #: Section values used after a fault, so that reading goes on.
 _SECTION_UNKNOWN = (Number(math.nan),) * 6
 
@@ -151,7 +149,7 @@ def _beyond_numbers(beam: Cosserat, values: Values) -> str:
             f"the stiffness of an element, {stiffness:.6g} over {length:.6g} m,": stiffness * length,
         }
         for label, number in numbers.items():
-            if not math.isnan(number) and not _LEAST < number < _MOST:
+            if not math.isnan(number) and not 1e-150 < number < 1e150:  # beyond, products overflow
                 return label
     return ""
 
@@ -299,7 +297,7 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
         key = keys.of("stiffness_matrix")
         matrix: Rows = values.by_scope(key, entries, PARAMETERS)
         if not values.report.concerns(key):
-            values.require(key, SectionStiffnessRule(keys.model), [entry for line in matrix for entry in line])
+            values.require(key, MatrixRule(keys.model), [entry for line in matrix for entry in line])
         return matrix
     if (by_strain := keys["stiffness"]) is not None:
         return _diagonal(_strain_stiffness(keys.of("stiffness"), by_strain, free, values))

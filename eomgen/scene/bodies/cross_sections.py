@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
 from eomgen.formula.substitution import fold, product, total
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
@@ -28,10 +29,6 @@ from eomgen.scene.reading.values import Values
 if TYPE_CHECKING:
     from eomgen.scene.bodies import beam_schema as written
     from eomgen.scene.bodies.beam_schema import BeamKeys
-
-#: Terms of the series of a rectangle: the remainder is below 1e-16 if the first side is the longer side.
-_TERMS = 6
-_ZETA_OF_FIVE_ODD = 1.0045237627951396  # the sum of 1/k^5 over odd k
 
 
 @dataclass(frozen=True)
@@ -67,8 +64,8 @@ def _rectangle(sizes: Sequence[Formula], ratio: Formula, number: Callable[[Formu
 def _torsion_of_rectangle(first: Formula, second: Formula) -> Formula:
     """Return the torsion constant of a rectangle, m^4, for the longer side a and the shorter side b: ab^3 (1/3 - 64
     b/(pi^5 a) sum tanh(k pi a/(2b))/k^5) over odd k, with the sum of 1 - tanh taken off."""
-    sum_of_tanh: Formula = Number(_ZETA_OF_FIVE_ODD)
-    for k in range(1, 2 * _TERMS, 2):
+    sum_of_tanh: Formula = Number(1.0045237627951396)  # the sum of 1/k^5 over odd k
+    for k in range(1, 12, 2):  # the remainder is below 1e-16
         small = Operation("exp", (-k * math.pi * first / second,))
         sum_of_tanh = sum_of_tanh - (2.0 / k**5) * small / (1.0 + small)
     return first * second * second * second * (1.0 / 3.0 - 64.0 / math.pi**5 * second / first * sum_of_tanh)
@@ -123,10 +120,6 @@ SHAPES: Mapping[str, SectionShape] = {
 }
 
 
-#: Least plausible density of a solid, kg/m^3; smaller numbers suggest other units.
-_LIGHTEST = 25.0
-#: Least plausible Young's modulus of a solid, Pa.
-_SOFTEST = 2000.0
 _OF_SHAPES = ("area", "second_moments", "torsion_constant")
 _SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape.sizes))
 
@@ -139,10 +132,10 @@ class SectionReader:
         self.key, self.section, self.values = key, section, values
         self.elastic_modulus: Formula = self._optional("elastic_modulus")
         self.density: Formula = self._optional("density")
-        if 0.0 < (density := values.value(self.density)) < _LIGHTEST:
+        if 0.0 < (density := values.value(self.density)) < 25.0:
             note = f"the density {density:.6g} kg/m^3 is below the density of any foam [W0294]"
             values.note([f"{key}.density: {note}; {1e3 * density:.6g} if it is in g/cm^3"])
-        if 0.0 < (modulus := values.value(self.elastic_modulus)) < _SOFTEST:
+        if 0.0 < (modulus := values.value(self.elastic_modulus)) < 2000.0:
             note = f"the modulus {modulus:.6g} Pa is below the modulus of any solid [W0295]"
             values.note([f"{key}.elastic_modulus: {note}; {1e9 * modulus:.6g} if it is in GPa"])
         self._check_shape()
@@ -252,58 +245,46 @@ class SectionReader:
         return self.values.keys(self.key, self.section, field).get(field)
 
 
-#: Part of the largest entry by which entries across the diagonal may differ: written matrices have few digits.
-_ROUNDING = 1e-9
-#: Eigenvalue of a matrix scaled to a diagonal of 1 that is none.
-_NONE = 1e-12
 _DEFINITE = "a positive definite matrix"
 
 
-class _MatrixRule:
-    """Rule for the 36 entries of a matrix of a section, row by row; ``broken`` takes numbers or batches, ``fault``
-    numbers."""
+@dataclass(frozen=True)
+class MatrixRule:
+    """Rule for the 36 entries of a matrix (6, 6) of a section, row by row: numbers that are not finite pass, a matrix
+    that is not symmetric breaks the rule, and ``of`` decides on other faults: the model of a beam for a stiffness,
+    empty for an inertia."""
 
-    stage: ClassVar[int] = 1
-
-    def fault_of(self, matrix: Array) -> tuple[str, str]:
-        """Return the fault of a matrix and a hint, both empty for a valid one."""
-        raise NotImplementedError
+    of: str = ""
+    stage: int = 1
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        matrices = np.stack(np.broadcast_arrays(*numbers), axis=-1).astype(float).reshape(-1, 6, 6)
-        result = np.array([bool(self.fault_of(matrix)[0]) for matrix in matrices])
-        return result.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
+        rows = np.stack(np.broadcast_arrays(*numbers), axis=-1)
+        return np.apply_along_axis(lambda row: bool(self.fault(row)[0]), -1, rows)
 
-    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        return self.fault_of(np.array(numbers, dtype=float).reshape(6, 6))
-
-
-@dataclass(frozen=True)
-class SectionStiffnessRule(_MatrixRule):
-    """Rule for the 36 entries, row by row, of a section's stiffness matrix, by the beam ``model``."""
-
-    model: str
-
-    def fault_of(self, matrix: Array) -> tuple[str, str]:
-        return _stiffness_fault(matrix, self.model)
+    def fault(self, numbers: Sequence[float] | Array) -> tuple[str, str]:
+        matrix = np.array(numbers, dtype=float).reshape(6, 6)
+        if not np.all(np.isfinite(matrix)):
+            return "", ""
+        fault = not_symmetric(matrix)
+        if fault:
+            return f"{fault} [E1806]", "the mean of both"
+        return _stiffness_fault(matrix, self.of) if self.of else _inertia_fault(matrix)
 
 
-def unlike(matrix: Array) -> tuple[int, int] | None:
-    """Return row and column of the first entry of a matrix (n, n) that differs from the mirror image by more than 1e-9
-    of the largest entry; None for a symmetric matrix."""
-    result = np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * float(np.max(np.abs(matrix))))
-    return (int(result[0][0]), int(result[0][1])) if len(result) else None
+def not_symmetric(matrix: Array) -> str:
+    """Return the fault of a matrix (n, n) with an entry that differs from the mirror image by more than 1e-9 of the
+    largest entry; empty for a symmetric matrix."""
+    unlike = np.argwhere(np.abs(matrix - matrix.T) > COMPUTED * float(np.max(np.abs(matrix)))).tolist()
+    if not unlike:
+        return ""
+    row, column = unlike[0]
+    return f"the matrix is not symmetric: entry [{row}][{column}] differs from [{column}][{row}]"
 
 
 def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
-    """Return the fault of a stiffness matrix (6, 6) of the beam ``model`` and a hint, both empty for a valid one and
-    for values that are not finite. Faults are a matrix without a potential, one that does not resist some strain, and
-    one that resists a strain that the model constrains."""
-    if not np.all(np.isfinite(matrix)):
-        return "", ""
-    if (pair := unlike(matrix)) is not None:
-        entries = f"entry [{pair[0]}][{pair[1]}] differs from [{pair[1]}][{pair[0]}]"
-        return f"the matrix is not symmetric, so it has no potential: {entries} [E1806]", "the mean of both"
+    """Return the fault of a symmetric stiffness matrix (6, 6) of the beam ``model`` and a hint, both empty for a valid
+    one. Faults are a matrix that does not resist some strain, and one that resists a strain that the model
+    constrains."""
     for index in map(STRAINS.index, CONSTRAINED[model]):
         if matrix[index].any():
             fault = (
@@ -311,21 +292,19 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
             )
             return fault, "0 in rows and columns of strains that it does not have"
     free = [index for index, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
-    diagonal = np.diag(matrix)
-    if weak := [index for index in free if not diagonal[index] > 0.0]:
-        index = min(weak, key=lambda index: float(diagonal[index]))
+    diagonal = np.diag(matrix)[free]
+    if not np.all(diagonal > 0.0):
+        index = free[int(np.argmin(diagonal))]
         entry = f"entry [{index}][{index}] is {matrix[index, index]:.6g}"
         return f"the section does not resist {STRAINS[index]}: {entry} [E1804]", _DEFINITE
-    scale = np.sqrt(diagonal[free])
+    scale = np.sqrt(diagonal)
     smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
-    if smallest > _NONE:
+    if smallest > SUMMED:
         return "", ""
     least = f"scaled to a diagonal of 1, its smallest eigenvalue is {smallest:.6g}"
     return f"the matrix is not positive definite, so the section gives way to some strain: {least} [E1801]", _DEFINITE
 
 
-#: Relative deviation of a block of a matrix from the required form that is allowed: written matrices have few digits.
-_INERTIA_ROUNDING = 1e-6
 _FORM = "[[J, S], [-S, m]], of rotary inertia J, mass m, and S = m [[0, -z, y], [z, 0, 0], [-y, 0, 0]]"
 
 
@@ -351,23 +330,9 @@ def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
     return SectionInertia(mass, moments, (y, z), (matrix[0][1], matrix[0][2], fold(matrix[1][2] + y * by_z)))
 
 
-@dataclass(frozen=True)
-class SectionInertiaRule(_MatrixRule):
-    """Rule for the 36 entries of the inertia of a section, row by row."""
-
-    def fault_of(self, matrix: Array) -> tuple[str, str]:
-        return _inertia_fault(matrix)
-
-
 def _inertia_fault(matrix: Array) -> tuple[str, str]:
-    """Return the fault of a section's inertia matrix (6, 6) and a hint, both empty for a valid one and for values that
-    are not finite. A valid matrix is symmetric, has the blocks of a rigid section, and is possible about the centre of
-    mass."""
-    if not np.all(np.isfinite(matrix)):
-        return "", ""
-    if (pair := unlike(matrix)) is not None:
-        entries = f"entry [{pair[0]}][{pair[1]}] differs from [{pair[1]}][{pair[0]}]"
-        return f"the matrix is not symmetric, as an inertia is: {entries} [E1810]", "the mean of both"
+    """Return the fault of a section's symmetric inertia matrix (6, 6) and a hint, both empty for a valid one. A valid
+    matrix has the blocks of a rigid section, and is possible about the centre of mass."""
     mass = matrix[3, 3]
     if not mass > 0.0:
         return f"the mass per length, entry [3][3], is {mass:.6g} [E1809]", "a number above 0"
@@ -380,7 +345,7 @@ def _inertia_fault(matrix: Array) -> tuple[str, str]:
     ):
         corner_block = matrix[corner[0] : corner[0] + 3, corner[1] : corner[1] + 3]
         deviation = np.abs(corner_block - form)
-        if np.any(deviation > _INERTIA_ROUNDING * scale):
+        if np.any(deviation > WRITTEN * scale):
             row, column = np.unravel_index(int(deviation.argmax()), (3, 3))
             entry = f"entry [{corner[0] + row}][{corner[1] + column}], a {block}, is {corner_block[row, column]:.6g}"
             expected = f"{form[row, column]:.6g}"
@@ -422,7 +387,7 @@ def _inertia_from_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
             values.report.add(keys.of(field), fault, "one of them")
     matrix: Sequence[Sequence[Formula]] = values.by_scope(key, keys["inertia_matrix"], PARAMETERS)
     if not values.report.concerns(key):
-        values.require(key, SectionInertiaRule(), [entry for line in matrix for entry in line])
+        values.require(key, MatrixRule(), [entry for line in matrix for entry in line])
     return _ZEROS if values.report.concerns(key) else inertia_of_matrix(matrix)
 
 

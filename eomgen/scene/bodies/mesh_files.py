@@ -18,15 +18,13 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
-from eomgen.base.files import nearby, read_bytes
+from eomgen.base.files import read_bytes
 from eomgen.base.messages import counted, shown
 from eomgen.errors import FileError, Problem
 from eomgen.system.description import Shape
 
 #: Largest file, bytes, and number of triangles that are kept of a mesh.
 LARGEST, MOST = 200_000_000, 2_000
-#: Meshes that a process keeps for its next picture.
-_KEPT = 64
 #: Endings of the files that are read.
 ENDINGS = (".stl", ".obj", ".dae", ".glb")
 #: Triangle of a binary STL file: normal, three corners, attribute.
@@ -67,16 +65,13 @@ class PictureMesh(NamedTuple):
 
 _PLAIN = np.zeros((0, 3), dtype=np.int16)
 _NO_TRIANGLES: Painted = (np.zeros((0, 3)), np.zeros((0, 3), dtype=np.intp), _PLAIN)
-#: Part of the edges of a closed surface that may belong to one face alone or to faces that turn the same way.
-_GAPS = 0.02
 
 
-class MeshError(Exception):
-    """A mesh that cannot be read; ``problem`` holds place, fault and remedy."""
+class MeshError(FileError):
+    """A mesh that cannot be read."""
 
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
-        self.problem = Problem(where, fault, hint)
-        super().__init__(str(self.problem))
+        super().__init__(Problem(where, fault, hint))
 
 
 def mesh_path(path: Path) -> Path:
@@ -112,13 +107,7 @@ def read_mesh(path: Path, most: int = MOST) -> PictureMesh:
         if ending in _OTHERS:
             kind = f"files of the kind {shown(ending)} are not read [E1369]"
         raise MeshError(name, kind, f"{path.stem}.stl or {path.stem}.obj, exported from the same program")
-    try:
-        data = read_bytes(path, LARGEST)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise MeshError(str(path), f"the mesh cannot be read: {reason} [E1371]", nearby(path)) from None
-    if len(data) > LARGEST:
-        raise MeshError(name, f"the file has more than {LARGEST // 1_000_000} MB [E1372]", "a coarser mesh")
+    data = read_bytes(path, LARGEST)
     colors = _PLAIN
     if ending in (".stl", ".obj"):
         vertices, faces = (_stl if ending == ".stl" else _obj)(data, name)
@@ -144,7 +133,7 @@ def is_readable(path: Path) -> bool:
     return path.suffix.lower() in ENDINGS and path.is_file() and 0 < size <= LARGEST and os.access(path, os.R_OK)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=64)
 def _read_before(path: Path, most: int, stamp: tuple[int, int]) -> PictureMesh:
     """Return the mesh of a file that has not changed since the stamp, read at the first call."""
     return read_mesh(path, most)
@@ -168,10 +157,7 @@ def with_mesh(shape: Shape, file: str, most: int) -> Shape:
         stamp = status.st_mtime_ns, status.st_size
     except OSError:  # which the reading reports
         stamp = 0, 0
-    try:
-        mesh = _read_before(Path(file), most, stamp)
-    except MeshError as error:
-        raise FileError(error.problem) from None
+    mesh = _read_before(Path(file), most, stamp)
     colors = b"" if shape.color else mesh.colors.astype("<i2").tobytes()
     vertices, faces = mesh.vertices.astype("<f4").tobytes(), mesh.faces.astype("<i4").tobytes()
     return replace(shape, vertices=vertices, faces=faces, face_colors=colors, closed=mesh.closed, unread=None)
@@ -333,7 +319,7 @@ def _is_closed(vertices: Array, faces: NDArray[np.intp]) -> bool:
     edges = np.concatenate([places[:, [0, 1]], places[:, [1, 2]], places[:, [2, 0]]])
     ways = np.sign(edges[:, 1] - edges[:, 0])
     left = np.bincount(_groups(np.sort(edges, axis=1).astype(float)), ways)
-    return bool(np.sum(left != 0.0) <= _GAPS * len(left))
+    return bool(np.sum(left != 0.0) <= 0.02 * len(left))  # few gaps and turned faces
 
 
 def _color_numbers(colors: NDArray[np.int16]) -> NDArray[np.intp]:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from eomgen.base.data import dataclass, field
+from eomgen.base.rounding import WRITTEN
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.scene.rotations import Rotation
 
@@ -23,7 +24,7 @@ Normalisation = Literal["natural", "mean_square", "unit"]
 KINDS: tuple[DeformationKind, ...] = ("bending_y", "bending_z", "stretch", "torsion")
 
 #: Tolerance in parts of the length of a beam: places beyond an end by less than this count as at that end.
-AT_END = 1e-6
+AT_END = WRITTEN
 
 #: Nodal coordinates held at the ends; negative indices are counted from the last coordinate.
 _FIXED_IN_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}

@@ -32,12 +32,6 @@ if TYPE_CHECKING:
     from eomgen.scene.bodies.base_schema import BaseEntry as WrittenBase
     from eomgen.scene.section import Reading
 
-#: Share of the greatest speed that the speed at the end, or the mean velocity, may have without a note.
-_DRIFTS = 0.02
-#: Error of a displacement as a part of the largest one, above which an integral is refused.
-_KNOWN = 0.01
-#: Ratio of the length of a record to the duration of a run above which the record is noted.
-_LONGER = 50.0
 #: Times at which the speed is looked at.
 _TIMES = 1025
 _UNIT = "m/s^2"
@@ -86,7 +80,7 @@ def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: st
         except IntegrationError as error:
             values.report.add_error(key, error)
             continue
-        if (off := integral.error * integral.end) > _KNOWN * _largest(integral, values.parameters):
+        if (off := integral.error * integral.end) > 0.01 * _largest(integral, values.parameters):
             fault = f"the integral by polynomials is off by about {off:.1g} m at t = {integral.end:.6g} s [E1391]"
             values.report.add(key, fault, "a formula without poles and jumps, or a curve through its values")
             continue
@@ -111,7 +105,7 @@ def _doubts(
     if not np.any(law_and_rate(integral.formula, parameters)(np.linspace(0.0, duration, _TIMES))[1]):
         fault = f"{key} is zero from t = 0 to {duration:.6g} s, the end of the run"
         return [f"{fault}; try: a curve that begins at t = 0 [W0297]"]
-    if integral.end > _LONGER * duration:
+    if integral.end > 50.0 * duration:
         fault = f"{key} lasts {integral.end:.6g} s, and the run {duration:.6g} s"
         return [f'{fault}; try: argument_unit = "ms" of a table whose times are in milliseconds [W0298]']
     return []
@@ -146,7 +140,7 @@ def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:
     if not integral.end > 0.0:
         return False
     speeds = law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[1]
-    least = _DRIFTS * float(np.max(np.abs(speeds)))
+    least = 0.02 * float(np.max(np.abs(speeds)))
     return max(abs(integral.velocity), abs(integral.displacement) / integral.end) > least or integral.onward != 0.0
 
 

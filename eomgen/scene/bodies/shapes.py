@@ -39,8 +39,6 @@ _KEYS: Mapping[str, str] = {
 }
 #: Axis of symmetry in the frame of the shape.
 _AXES = {"cylinder": (0.0, 0.0, 1.0), "capsule": (0.0, 0.0, 1.0), "wheel": (0.0, 1.0, 0.0)}
-#: Triangles of all meshes of a scene together: with more of them pages of animations are slow.
-_MOST_TOGETHER = 12_000
 #: Colours by name.
 COLORS = {
     "black": "#1b1f24", "white": "#f5f5f5", "grey": "#8a94a3", "gray": "#8a94a3", "silver": "#c3cad3",
@@ -265,7 +263,7 @@ class _Shapes(Section):
         values.design = reading.values.design
         entries: Mapping[str, DrawnShape] = reading.document.section(self.key)
         meshes = sum(entry.type == "mesh" for entry in entries.values())
-        most = min(MOST, _MOST_TOGETHER // max(meshes, 1))
+        most = min(MOST, 12_000 // max(meshes, 1))  # pages of animations are slow with more triangles
         readers = {name: _ShapeReader(name, entry, values, reading, most) for name, entry in entries.items()}
         read = {name: reader.shape() for name, reader in readers.items()}
         if missing := {name: reader.missing for name, reader in readers.items() if reader.missing}:

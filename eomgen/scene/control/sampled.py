@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from eomgen.base.data import dataclass
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import key_of, shown
+from eomgen.errors import FileError, Problem
 from eomgen.formula.nodes import Symbol
 from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.report import Report
@@ -20,8 +21,6 @@ from eomgen.system.signals import CONTROLLER_ARGUMENTS, CSource, SampledControll
 if TYPE_CHECKING:
     from eomgen.scene.control.schema import ControllerEntry as Written
 
-#: Bytes of a C file.
-_LARGEST = 1_000_000
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _OWN_HEADER = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
 _KEYWORDS = re.compile(
@@ -109,21 +108,12 @@ def read_sampled_controller(
     return states, called
 
 
-def text_of(path: Path) -> tuple[str, str]:
-    """Return the text of a file of code and an empty fault, or an empty text and the fault, as a clause, if the file
-    cannot be read, is too large, or is not UTF-8."""
+def text_of(path: Path) -> str:
+    """Return the text of a file of code. Raises FileError if the file cannot be read, is too large, or is not UTF-8."""
     try:
-        data = read_bytes(path, _LARGEST) if path.is_file() else None
-        if data is None:
-            return "", f"{shown(str(path))} is not a file [E0897]"
-        if len(data) > _LARGEST:
-            return "", f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB [E0899]"
-        return data.decode("utf-8-sig").replace("\r\n", "\n"), ""
+        return read_bytes(path, 1_000_000).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
-        return "", f"{shown(str(path))} is not UTF-8 [E0900]"
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        return "", f"{shown(str(path))} cannot be read: {reason} [E0902]"
+        raise FileError(Problem(shown(str(path)), "the file is not UTF-8 [E0900]", "the file saved in UTF-8")) from None
 
 
 def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
@@ -154,11 +144,13 @@ def c_source(
             report.add(f"{key}.{word}", message, hint)
             return None
     path = folder / file
-    text, fault = text_of(path)
-    hint = (
-        "the file saved in UTF-8" if "is not UTF-8" in fault else "the path of a C file, from the scene file's folder"
-    )
-    if not fault and path.suffix != ".c":
+    try:
+        text = text_of(path)
+    except FileError as error:
+        report.add_file_error(f"{key}.source", error)
+        return None
+    fault, hint = "", "the path of a C file, from the scene file's folder"
+    if path.suffix != ".c":
         fault = f"{shown(file)} does not end in .c [E1424]"
     if not fault and "\0" in text:
         fault = f"{shown(str(path))} holds a zero byte: this is not a text [E1425]"

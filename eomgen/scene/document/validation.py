@@ -257,8 +257,6 @@ def _concept_of_bases(name: str) -> str:
     return 'drift = "remove"' if name in ("baseline", "correction", "detrend", "baseline_correction") else ""
 
 
-#: Largest number of admissible words of a key listed in a hint; of more words, the nearest are listed.
-_LISTED = 12
 _AXES = ("x", "y", "z")
 #: Signs of numbers, before a unit.
 _OF_NUMBERS = "+-0123456789.eE \t"
@@ -429,7 +427,7 @@ def _word_meant(message: str, location: Location, word: object) -> str:
         return 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
     if alike := [name for name in names if _letters(name) == _letters(str(word))]:
         return alike[0]
-    return nearest(str(word), names) if len(names) > _LISTED else f"one of {expected}"
+    return nearest(str(word), names) if len(names) > 12 else f"one of {expected}"
 
 
 def _letters(word: str) -> str:

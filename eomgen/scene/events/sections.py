@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import key_of, shown
+from eomgen.formula.discontinuities import is_condition
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.events.model import Event
@@ -52,7 +53,7 @@ def read_event(name: str, entry: WrittenEvent, reading: Reading) -> Event:
     if isinstance(when, Number) and when is not UNKNOWN:
         message = "a number has no roots in time [E1481]"
         values.report.add(f"{key}.when", message, 'a formula such as "q.ball" or "t - 2"')
-    if _is_comparison(when):
+    if isinstance(when, Operation) and is_condition(when):
         message = "a comparison is 1 or 0 and does not pass zero [E1482]"
         values.report.add(f"{key}.when", message, 'the difference of its sides, "q.ball - 0.5", and a direction')
     values.check_kind(key, entry, "action", _KEYS)
@@ -77,14 +78,6 @@ def read_event(name: str, entry: WrittenEvent, reading: Reading) -> Event:
     if restitution is not UNKNOWN and all(symbol.kind == "parameter" for symbol in symbols(restitution)):
         values.require(f"{key}.restitution", _RESTITUTION, [restitution])  # else a run refuses negative values
     return Event(name, when, resets=tuple(resets), place=values.report.where(f"{key}.when"), **parts)
-
-
-def _is_comparison(formula: Formula) -> bool:
-    """Return whether the value of a formula is 1 or 0: a comparison, or comparisons joined by logical words."""
-    if not isinstance(formula, Operation):
-        return False
-    joined = formula.name in ("mul", "min", "max") and all(map(_is_comparison, formula.arguments))
-    return formula.name in ("lt", "le") or joined
 
 
 def _fault(symbol: Formula, target: str, reading: Reading) -> tuple[str, str] | None:

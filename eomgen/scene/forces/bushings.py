@@ -9,7 +9,9 @@ import numpy as np
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
+from eomgen.scene.bodies.cross_sections import not_symmetric
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS
@@ -125,16 +127,11 @@ def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], quantity: str
     symmetric part has a negative eigenvalue."""
     matrix = np.array(rows_given)
     size = float(np.max(np.abs(matrix)))
-    for row, column in zip(*np.nonzero(np.abs(matrix - matrix.T) > 1e-9 * size), strict=True):
-        if quantity == "stiffness" and row < column:
-            fault = (
-                f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
-                f" [{column}][{row}] [E1494]"
-            )
-            values.report.add(key, fault, "the mean of both")
-            return
+    if quantity == "stiffness" and (fault := not_symmetric(matrix)):
+        values.report.add(key, f"{fault} [E1494]", "the mean of both")
+        return
     smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])
-    if smallest < -1e-9 * size:
+    if smallest < -COMPUTED * size:
         fault = (
             f"the {quantity} is negative in some direction: the smallest eigenvalue of the matrix is"
             f" {smallest:.6g} [E1493]"

@@ -12,10 +12,11 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from eomgen.base.messages import key_of
+from eomgen.base.rounding import COMPUTED
 from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
-from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Symbol, distinct_nodes
+from eomgen.formula.nodes import NON_SMOOTH, ZERO, Application, Formula, Operation, Symbol, distinct_nodes
 from eomgen.scene.design_poses import UnknownPoseError, attach, size_of
 from eomgen.scene.formula.scope import BETWEEN_FRAMES, POSITIONS, SURFACE, VELOCITIES
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
@@ -44,13 +45,7 @@ _OF_SHAPES: Mapping[str, str] = {
 }
 _EQUATION = 'equation = "q.rod - lift(q.cam)", which is 0 on the constraint'
 _VELOCITIES = ("v", "velocity")
-#: Functions that jump or have a corner, with the noun for the singularity.
-_ROUGH = {"abs": "a corner", "min": "a corner", "max": "a corner", "sign": "a jump", "lt": "a jump", "le": "a jump"}
 _COUNTS = {1: "one derivative", 2: "two derivatives", 3: "three derivatives"}
-#: Degree in velocities of formulas that are not linear.
-_NONLINEAR = 2
-#: Distances at the design position below this, m, are not taken for a length.
-_NO_LENGTH = 1e-9
 
 
 def read_constraint(name: str, entry: written.ConstraintEntry, reading: Reading) -> Constraint:
@@ -121,7 +116,7 @@ def _length(
     number = values.value(length)
     if math.isnan(number) or not why:  # other faults
         return UNKNOWN
-    if number > _NO_LENGTH:
+    if number > COMPUTED:
         values.note(
             [f"{key}: the length is not given, so it is the distance at the design position, {number:.6g} m [W0281]"]
         )
@@ -225,7 +220,7 @@ def _holds(
             fault = "the equation names no velocity, so it holds no motion [E1612]"
             report.add(key, fault, "v.JOINT or velocity.POINT[0]")
         return False
-    if at_velocity and degree(formula) >= _NONLINEAR:
+    if at_velocity and degree(formula) >= 2:
         hint = "a sum of velocities times factors of positions and time"
         report.add(key, "the equation is not linear in velocities [E1613]", hint)
         return False
@@ -249,10 +244,11 @@ def _check_smooth(key: str, formula: Formula, values: Values, derivatives: int) 
     for name, does in rough_curves(formula, derivatives).items():
         values.report.add(key, f"{needs}, and {name} {does} [E1616]", 'interpolation = "quintic"')
     for name in dict.fromkeys(_rough(formula)):
-        if derivatives == 1 and _ROUGH[name] == "a corner":
+        if NON_SMOOTH[name] >= derivatives:
             continue
         hint = "a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
-        fault = f"{needs}, and {'a comparison' if name in ('lt', 'le') else name} has {_ROUGH[name]} [E1617]"
+        has = "a corner" if NON_SMOOTH[name] else "a jump"
+        fault = f"{needs}, and {'a comparison' if name in ('lt', 'le') else name} has {has} [E1617]"
         values.report.add(key, fault, hint)
     operations = [part for part in distinct_nodes(formula) if isinstance(part, Operation)]
     if any(part.name == "select" and changes(part.arguments[0]) for part in operations):
@@ -266,7 +262,7 @@ def _rough(formula: Formula) -> Iterator[str]:
     if isinstance(formula, Application):
         yield from _rough(formula.argument)
     elif isinstance(formula, Operation):
-        if formula.name in _ROUGH and changes(formula):
+        if formula.name in NON_SMOOTH and changes(formula):
             yield formula.name
         for argument in formula.arguments[1:] if formula.name == "select" else formula.arguments:
             yield from _rough(argument)
@@ -277,7 +273,7 @@ def degree(formula: Formula) -> int:
     if isinstance(formula, Symbol):
         return int(formula.kind in _VELOCITIES)
     if isinstance(formula, Application):
-        return _NONLINEAR if degree(formula.argument) else 0
+        return 2 if degree(formula.argument) else 0
     if not isinstance(formula, Operation):
         return 0
     degrees = [degree(argument) for argument in formula.arguments]
@@ -285,12 +281,12 @@ def degree(formula: Formula) -> int:
         case "add" | "sub" | "neg":
             return max(degrees)
         case "mul":
-            return min(sum(degrees), _NONLINEAR)
+            return min(sum(degrees), 2)
         case "div":
-            return _NONLINEAR if degrees[1] else degrees[0]
+            return 2 if degrees[1] else degrees[0]
         case "select":
-            return _NONLINEAR if degrees[0] else max(degrees[1:])
-    return _NONLINEAR if any(degrees) else 0
+            return 2 if degrees[0] else max(degrees[1:])
+    return 2 if any(degrees) else 0
 
 
 def _unit(key: str, formula: Formula, label: EquationUnit | None, values: Values, *, at_velocity: bool) -> EquationUnit:

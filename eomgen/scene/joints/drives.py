@@ -23,11 +23,6 @@ from eomgen.scene.signals.curves import check_twice_differentiable
 if TYPE_CHECKING:
     from eomgen.scene.joints import schema as written
 
-#: Remainder of the complex step for the rate of a value that is zero.
-_NOISE = 1e-50
-#: Rates above this come from a complex step of 1e-30 near a pole or a root without real value; no real machine reaches
-#: such rates.
-_ENDLESS = 1e25
 #: Hint for a curve that jumps or bends in a law.
 SMOOTH_OR_SPLINE = 'interpolation = "quintic", or smooth = "10 ms" with the law'
 
@@ -170,8 +165,8 @@ def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
     except ModelError as error:
         values.report.add_error(key, error)
         return 0.0, 0.0
-    if not (math.isfinite(value) and abs(rate) < _ENDLESS):
+    if not (math.isfinite(value) and abs(rate) < 1e25):  # beyond: a complex step of 1e-30 near a pole or root
         fault = "the motion has no finite value and rate at t = 0 [E1629]"
         values.report.add(key, fault, "a law that begins at t = 0 or before")
         return 0.0, 0.0
-    return (0.0 if abs(value) < _NOISE else value), rate
+    return (0.0 if abs(value) < 1e-50 else value), rate  # a remainder of the complex step

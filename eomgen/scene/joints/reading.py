@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import key_of, shown
+from eomgen.base.rounding import WRITTEN
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import JOINTS
@@ -105,11 +106,9 @@ def read_friction(key: str, joint: written.JointEntry, values: Values) -> tuple[
 
 Direction = tuple[float, float, float]
 _NEUTRAL = (1.0, 0.0, 0.0, 0.0)
-_QUATERNION_TOLERANCE = 1e-6
 #: Meaning of the velocity, by group.
 _VELOCITY_MEANING = {"SO3": " (angular velocity, body axes)", "SE3": " (angular, then linear velocity, body axes)"}
 _COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")
-_PERPENDICULAR = 1e-6
 
 
 def read_joint(name: str, joint: written.JointEntry, values: Values) -> Joint:
@@ -163,13 +162,13 @@ def _axes(key: str, joint: written.JointEntry, values: Values) -> tuple[Directio
     field, required = kind.second_key or "x_axis", kind.second_key == "second_axis"
     written_second = getattr(joint, field)
     second = None if written_second is None else values.axis(f"{key}.{field}", written_second)
-    if second is not None and required and abs(float(axis @ second)) > _PERPENDICULAR:
+    if second is not None and required and abs(float(axis @ second)) > WRITTEN:
         included = math.degrees(math.acos(min(1.0, max(-1.0, float(axis @ second)))))
         fault = f"the axes of a {joint.type} joint are perpendicular, and these include {included:.6g} degrees [E1656]"
         hint = "second_axis across axis, or two revolute joints with a body in between"
         report.add(f"{key}.second_axis", fault, hint)
         return neutral
-    if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
+    if second is not None and abs(float(axis @ second)) > 1.0 - WRITTEN:
         report.add(f"{key}.{field}", f"{field} is parallel to axis [E1657]", "a direction across it")
         return neutral
     x, _, z = rows(frame_about(axis, second).T)
@@ -244,7 +243,7 @@ def _quaternion(
     if numbers is None:
         return _NEUTRAL
     norm = math.sqrt(sum(number * number for number in numbers))
-    if abs(norm - 1.0) > _QUATERNION_TOLERANCE:
+    if abs(norm - 1.0) > WRITTEN:
         unit = ", ".join(f"{number / norm:.9g}" for number in numbers) if 0.0 < norm < math.inf else "1, 0, 0, 0"
         values.report.add(f"{key}.{field}", f"the quaternion has norm {norm:.6g}, not 1 [E1667]", f"[{unit}]")
         return _NEUTRAL

@@ -36,8 +36,6 @@ _GROWING = frozenset({"exp", "log", "sinh", "cosh"})
 _OF_COSINES = frozenset({"asin", "acos"})
 _OF_NUMBERS = {name for name, count in FUNCTIONS.items() if count == 1} - {"sqrt", "abs", "sign"}
 _KEEPING = frozenset({"add", "sub", "min", "max", "select"})
-#: Digits from which a number was computed by a program.
-_COMPUTED = 13
 #: Remedy for terms that disagree.
 FACTOR = "a factor that turns one unit into the other"
 _NO_UNIT = Dimension((0.0,) * 5, None)
@@ -121,7 +119,7 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
 def _is_computed(formula: Formula) -> bool:
     """Return whether all factors are numbers of more digits than people write."""
     digits = [len(repr(number.value).partition("e")[0].lstrip("-0.").replace(".", "")) for number in _factors(formula)]
-    return min(digits, default=0) >= _COMPUTED
+    return min(digits, default=0) >= 13  # digits of a number that a program computed
 
 
 def factors(formula: Formula) -> Iterator[str]:

@@ -6,12 +6,12 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from operator import itemgetter
 
+from eomgen.base.data import replace
 from eomgen.base.messages import nearest, shown
-from eomgen.errors import DescriptionError, EomgenError, Problem
+from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
 _MOST = 100  # problems listed
-_STOP = 1000  # number of problems after which the search ends
 
 
 class Report:
@@ -65,6 +65,11 @@ class Report:
         """Note the first problem of an error, with its fault and remedy, at a dotted key; ``follows`` as of ``add``."""
         self.add(key, error.problems[0].what, error.problems[0].hint, follows)
 
+    def add_file_error(self, key: str, error: FileError) -> None:
+        """Note the first problem of an error in another file, at the place in that file, and under a dotted key."""
+        problem = error.problems[0]
+        self.add_problem(key, replace(problem, where=f"{problem.where} ({key})"))
+
     def concerns(self, key: str) -> bool:
         """Return whether a problem is noted under a key, or under a key below; faults that follow from such a problem
         are not reported."""
@@ -85,7 +90,7 @@ class Report:
 
     def _append(self, line: int, problem: Problem) -> None:
         self.noted.append((line, problem))
-        if len(self.noted) >= _STOP:
+        if len(self.noted) >= 1000:  # more of them help no one
             self.raise_problems()
 
     def all(self) -> list[tuple[int, Problem]]:

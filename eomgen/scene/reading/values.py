@@ -37,10 +37,6 @@ from eomgen.system.description import BASE, WORLD, Requirement, Rule
 
 #: Periods of angles in degrees.
 _PERIODS_IN_DEGREES = (90.0, 120.0, 180.0, 360.0, 720.0)
-#: Whole numbers from which on an angle is more than a turn.
-_TURN = 7.0
-#: Numbers of a quaternion.
-_QUATERNION = 4
 _OF_ANGLES = ("sin", "cos", "tan")
 
 
@@ -49,7 +45,7 @@ def plain_degrees(formula: Formula) -> Iterator[str]:
     for node in distinct_nodes(formula):
         if not (isinstance(node, Operation) and node.name in _OF_ANGLES and isinstance(node.arguments[0], Number)):
             continue
-        if abs(angle := node.arguments[0].value) >= _TURN and angle.is_integer():
+        if abs(angle := node.arguments[0].value) >= 7.0 and angle.is_integer():
             call = f"{node.name}({angle:.0f}"
             fault = f"{call}) takes {angle:.0f} rad, for angles in formulas are radians"
             yield f"{fault}; {call} * pi / 180) takes degrees [W0300]"
@@ -269,7 +265,7 @@ class Values:
         """Yield notes on components of quaternions in the equations of constraints."""
         for symbol in symbols(formula) if key.startswith("constraints.") else ():
             kind = JOINTS.get(self.names.joints.get(symbol.name, "")) if symbol.kind == "q" else None
-            if kind is not None and kind.group in GROUPS.values() and symbol.index < _QUATERNION:
+            if kind is not None and kind.group in GROUPS.values() and symbol.index < 4:
                 name = f"q.{symbol.name}"
                 fault = f"{name}[{symbol.index}] is a component of a quaternion, of the half angle, and no angle"
                 yield f"{key}: {fault}; try: a joint of angles, such as universal, or 2 * asin({name}[k]) [W0303]"

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import shown
 from eomgen.base.random_inputs import FARTHEST, FASTEST, Harmonic, road_harmonics
-from eomgen.errors import Problem
+from eomgen.errors import FileError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
 from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.nodes import Application, Formula, Symbol
@@ -23,7 +23,6 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.tables import (
     MOST_ROWS,
-    TableError,
     is_in_si,
     is_time,
     read_columns,
@@ -35,9 +34,6 @@ from eomgen.system.signals import RoadUnderWheel
 if TYPE_CHECKING:
     from eomgen.scene.signals import curve_schema as written
 
-#: Distance of neighbouring points of a spline, relative to the largest distance, below which the equations of the
-#: spline lose all digits.
-CLOSEST = 1e-5
 LARGEST = 1e100
 
 
@@ -65,7 +61,7 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
     if np.any(equal):
         index = int(np.argmax(equal)) + 1
         return index, f"{x[index]:.9g} occurs again [E0915]", hint
-    if interpolation == "quintic" and np.min(steps) < CLOSEST * np.max(steps):
+    if interpolation == "quintic" and np.min(steps) < 1e-5 * np.max(steps):  # its equations lose all digits
         index = int(np.argmin(steps)) + 1
         message = (
             f"distances of points: {np.min(steps):.3g} here, {np.max(steps):.3g} elsewhere, too uneven for a"
@@ -203,9 +199,8 @@ class Curves:
                 quotes=_is_within(path, self.folder),
                 chosen=bool(chosen),
             )
-        except TableError as error:
-            problem = error.problem
-            self.report.add_problem(key, Problem(f"{problem.where} ({key})", problem.what, problem.hint))
+        except FileError as error:
+            self.report.add_file_error(key, error)
             return None
         x, y = result.argument * self.scale(key, table, "argument"), result.value * self.scale(key, table, "value")
         self.note_titles(key, table, result.titles, units)

@@ -20,8 +20,6 @@ from eomgen.system.signals import Sampling, State
 if TYPE_CHECKING:
     from eomgen.scene.signals.schema import StateEntry as WrittenState
 
-#: The shortest remainder of a delay, as a part of a period: shorter remainders are indistinguishable from the sample.
-_LEAST = 1e-4
 #: Samples that a delay may hold.
 _MOST = 1000
 
@@ -75,7 +73,7 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
     if abs(delay - whole * period) > COMPUTED * period:
         whole = math.floor(delay / period)
         rest = delay - whole * period
-        if rest < _LEAST * period:
+        if rest < 1e-4 * period:  # as good as the sample itself
             fault = f"the delay ends {rest:.3g} s after a sample, which is too near to it [E1869]"
             values.report.add(f"{key}.delay", fault, f"delay = {whole * period:.9g}")
     return Clock(period, quantum, whole, rest)

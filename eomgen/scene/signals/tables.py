@@ -14,7 +14,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import is_number, listed, nearest, shown
-from eomgen.errors import Problem
+from eomgen.errors import FileError, Problem
 from eomgen.formula.units.parser import factors_of, read_unit
 from eomgen.formula.units.table import names
 
@@ -32,12 +32,11 @@ _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
 _SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
-class TableError(Exception):
-    """A table that cannot be read; ``problem`` holds place, fault and remedy."""
+class TableError(FileError):
+    """A table that cannot be read."""
 
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
-        self.problem = Problem(where, fault, hint)
-        super().__init__(str(self.problem))
+        super().__init__(Problem(where, fault, hint))
 
 
 class Columns(NamedTuple):
@@ -71,7 +70,7 @@ def read_columns(
     quotes: bool = True,
     chosen: bool = True,
 ) -> Columns:
-    """Return two columns of a CSV file, with their titles and the lines of all rows. Raises TableError for the first
+    """Return two columns of a CSV file, with their titles and the lines of all rows. Raises FileError for the first
     fault.
 
     Parameters
@@ -161,17 +160,9 @@ class _Words:
 
 
 def _text(path: Path, name: str) -> str:
-    """Return the text of a table's file. Raises TableError for a file that cannot be read, is too large, is a
+    """Return the text of a table's file. Raises FileError for a file that cannot be read, is too large, is a
     spreadsheet, or is not UTF-8; ``name`` is the file's name for messages."""
-    try:
-        data = read_bytes(path, LARGEST_TABLE)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        hint = "a path from the scene file's folder"
-        raise TableError(name, f"{str(path)!a} cannot be read: {reason} [E0902]", hint) from None
-    if len(data) > LARGEST_TABLE:
-        fault = f"the file is larger than {LARGEST_TABLE // 1_000_000} MB [E1891]"
-        raise TableError(name, fault, "fewer rows or columns")
+    data = read_bytes(path, LARGEST_TABLE)
     if data.startswith(_SPREADSHEETS):
         fault = "the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV [E1892]"
         raise TableError(name, fault, "the sheet saved as CSV in UTF-8, under another name")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.extensions import broken, extensions, load_row
-from eomgen.base.files import read_bytes
+from eomgen.base.files import open_file
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import rows_of
 from eomgen.errors import Problem, UsageError
@@ -163,7 +163,8 @@ def _root_of(path: Path) -> str:
     from eomgen.scene.reading.xml import root_tag  # noqa: PLC0415  # for endings that several formats share
 
     try:
-        return root_tag(read_bytes(path, LARGEST_FILE).decode("utf-8", "replace"))
+        with open_file(path) as stream:
+            return root_tag(stream.read(LARGEST_FILE).decode("utf-8", "replace"))
     except (OSError, ValueError):
         return ""
 

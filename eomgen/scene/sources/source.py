@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.files import nearby, read_bytes
 from eomgen.base.messages import shown
 from eomgen.base.products import fault_of_absent, rows_of
-from eomgen.errors import DescriptionError, FileError, Problem, UsageError
+from eomgen.errors import DescriptionError, Problem, UsageError
 
 
 @dataclass(frozen=True)
@@ -201,21 +202,7 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
     DescriptionError
         The bytes are not UTF-8.
     """
-    try:
-        data = read_bytes(path, LARGEST_FILE)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise FileError(
-            Problem(ascii(str(path)), f"cannot be read: {reason} [E0115]", _in_place_of(path, endings))
-        ) from None
-    if len(data) > LARGEST_FILE:
-        raise FileError(
-            Problem(
-                shown_file(path),
-                f"the file is larger than {LARGEST_FILE // 1_000_000} MB [E1891]",
-                "a smaller description",
-            )
-        )
+    data = read_bytes(path, LARGEST_FILE, partial(_in_place_of, endings=endings))
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

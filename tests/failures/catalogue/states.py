@@ -69,7 +69,6 @@ FAILURES = [
         " 0.01 [E1418]",
         more='[controllers.servo]\ntype = "sampled"\nsignals = { angle = "q.shoulder" }',
     ),
-    Failure("A C file that is not there", 3, more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"'),
     Failure(
         "A C file without the function",
         3,

@@ -5,7 +5,13 @@ from __future__ import annotations
 from tests.failures.failure import Failure
 
 FAILURES = [
-    Failure("A table that is not there", 3, more='[inputs.road]\ntable = { file = "road.csv" }'),
+    Failure(
+        "A table that is not there",
+        3,
+        "description error: 'road.csv' (inputs.road.table): cannot be read: No such file or directory; try: another"
+        " path [E0115]",
+        more='[inputs.road]\ntable = { file = "road.csv" }',
+    ),
     Failure(
         "A cell that is not a number",
         3,
