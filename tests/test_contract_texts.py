@@ -94,7 +94,10 @@ EXAMPLES = {name: function for name, function in CONTRACT.items() if ">>>" in (f
 SLOW = {name for facts in FACTS for name in facts.get("slow_examples", ())}
 
 
-@pytest.mark.slow_cases("eomgen.fmu")
+@pytest.mark.slow_cases(
+    "eomgen.fmu", "Model.sensitivities", "Ensemble.deviation", "eomgen.Solution.to_pandas", "eomgen.Solution.to_xarray",
+    "eomgen.studies.check", "Solution.linearize", "with_controller", "eomgen.from_sympy",
+)  # fmt: skip  # a list of examples that import or compile much
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in EXAMPLES])
 def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     matplotlib.use("Agg")

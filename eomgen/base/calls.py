@@ -506,24 +506,36 @@ def _fault_of_call(
     parameters = [item for name, item in signature.parameters.items() if name not in owned]
     named = [item for item in parameters if item.kind not in (item.VAR_POSITIONAL, item.VAR_KEYWORD)]
     names = [item.name for item in named]
-    in_order = [item.name for item in named if item.kind is not item.KEYWORD_ONLY]
     takes_any = any(item.kind is item.VAR_KEYWORD for item in parameters)
-    given = args[len(owned) :]
     unknown = [] if takes_any else [name for name in kwargs if name not in names]
     if unknown:
         hints = [_present_name(name, meant, names) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
         return f"there is no argument {', '.join(map(shown, unknown))} [E0105]", hint
+    given = args[len(owned) :]
+    in_order = [item.name for item in named if item.kind is not item.KEYWORD_ONLY]
     if len(given) > len(in_order):
-        by_name = names[len(in_order) :]
-        few = f"{len(in_order)} can be: {', '.join(in_order)}" if in_order else "none can be"
-        fault = f"{counted(len(given), 'argument')} without a name, and {few} [E0112]"
-        if len(by_name) > 8 or (takes_any and not by_name):
-            return fault, "the others by name"
-        return fault, f"{by_name[0]}=..., and likewise for the others" if by_name else "fewer arguments"
-    if twice := [name for name in in_order[: len(given)] if name in kwargs]:
+        return _fault_of_places(len(given), in_order, names[len(in_order) :], takes_any)
+    return _fault_of_number(named, in_order[: len(given)], kwargs, what_to_try)
+
+
+def _fault_of_places(given: int, in_order: Sequence[str], by_name: Sequence[str], takes_any: bool) -> tuple[str, str]:
+    """Return the fault of more arguments without names than a function takes, and a remedy."""
+    few = f"{len(in_order)} can be: {', '.join(in_order)}" if in_order else "none can be"
+    fault = f"{counted(given, 'argument')} without a name, and {few} [E0112]"
+    if len(by_name) > 8 or (takes_any and not by_name):
+        return fault, "the others by name"
+    return fault, f"{by_name[0]}=..., and likewise for the others" if by_name else "fewer arguments"
+
+
+def _fault_of_number(
+    named: Sequence[inspect.Parameter], in_order: Sequence[str], kwargs: Mapping[str, Any], what_to_try: str
+) -> tuple[str, str]:
+    """Return the fault in arguments that are given twice or missing, and a remedy; ``in_order`` has the parameters that
+    are given by their places."""
+    if twice := [name for name in in_order if name in kwargs]:
         return f"the argument {twice[0]} is given twice, by its place and by its name [E0113]", "one of them"
-    specified = {*in_order[: len(given)], *kwargs}
+    specified = {*in_order, *kwargs}
     missing = [item.name for item in named if item.default is item.empty and item.name not in specified]
     verb = "is" if len(missing) == 1 else "are"
     fault = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {verb} missing [E0114]"

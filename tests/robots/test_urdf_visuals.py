@@ -88,10 +88,9 @@ def test_a_missing_mesh_is_a_note_until_it_is_there(tmp_path: Path) -> None:
         scene = eomgen.load(file)
         assert not scene.shapes
         assert any(
-            note.startswith(f"meshes that are left out of pictures (1: hand): '{tmp_path / 'hand.stl'}': cannot be read:"
-                            " No such file or directory")
+            note.startswith("meshes that are left out of pictures (1: hand): ") and "hand.stl': cannot be read" in note
             for note in scene.notes
-        )  # fmt: skip
+        )
     (tmp_path / "hand.stl").write_bytes(binary(CORNERS[FACES]))
     assert len(eomgen.load(file).shapes) == 1
 

@@ -120,6 +120,7 @@ def test_values_of_parameters_are_not_of_time() -> None:
     assert check(of_time) > 40
 
 
+@pytest.mark.slow_except("0", "3")
 @pytest.mark.parametrize("place", range(12))
 def test_values_of_another_type_are_refused(place: int) -> None:
     """At one key of each table."""

@@ -334,7 +334,7 @@ def test_a_linked_function_that_fails_says_in_which_way(fault: str, tmp_path: Pa
 
 
 WRONG_KEYS = {
-    "none.c' (controllers.servo.source): cannot be read: No such file or directory; try: ": 'source = "none.c"\nfunction = "f"',
+    "none.c' (controllers.servo.source): cannot be read: No such file": 'source = "none.c"\nfunction = "f"',
     "the name of the function in the C file is missing": 'source = "servo law.c"',
     "servo law.c has no function other; try: int other(double t": 'source = "servo law.c"\nfunction = "other"',
     "'while' cannot be the name of a C function here": 'source = "servo law.c"\nfunction = "while"',

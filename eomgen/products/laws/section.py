@@ -130,25 +130,20 @@ def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> Pyth
     """Return the code of a law in a Python file, which is parsed and not executed; None for a reported fault: an
     unreadable file, a missing function, or partials given twice."""
     report, path = reading.report, reading.folder / file
-    fault, hint = "", "the path of a Python file, from the scene file's folder"
-    body: list[ast.stmt] = []
     if path.suffix != ".py":
-        fault = f"{shown(file)} does not end in .py [E0903]"
-    else:
-        try:
-            text = text_of(path)
-            body = ast.parse(text, path.name).body
-        except FileError as error:
-            report.add_file_error(f"{where}.python", error)
-            return None
-        except (SyntaxError, ValueError) as error:
-            line = getattr(error, "lineno", None)
-            fault, hint = (
-                f"{path.name}{f':{line}' if line else ''}: {getattr(error, 'msg', error)} [E2226]",
-                "a file in Python",
-            )
-    if fault:
-        report.add(f"{where}.python", fault, hint)
+        hint = "the path of a Python file, from the scene file's folder"
+        report.add(f"{where}.python", f"{shown(file)} does not end in .py [E0903]", hint)
+        return None
+    try:
+        text = text_of(path)
+        body = ast.parse(text, path.name).body
+    except FileError as error:
+        report.add_file_error(f"{where}.python", error)
+        return None
+    except (SyntaxError, ValueError) as error:
+        line = f":{line}" if (line := getattr(error, "lineno", None)) else ""
+        fault = f"{path.name}{line}: {getattr(error, 'msg', error)} [E2226]"
+        report.add(f"{where}.python", fault, "a file in Python")
         return None
     functions = sorted(node.name for node in body if isinstance(node, ast.FunctionDef))
     assigned = {name.id for node in body for name in ast.walk(node) if isinstance(name, ast.Name)}

@@ -250,9 +250,8 @@ _DEFINITE = "a positive definite matrix"
 
 @dataclass(frozen=True)
 class MatrixRule:
-    """Rule for the 36 entries of a matrix (6, 6) of a section, row by row: numbers that are not finite pass, a matrix
-    that is not symmetric breaks the rule, and ``of`` decides on other faults: the model of a beam for a stiffness,
-    empty for an inertia."""
+    """Rule for a section's matrix (6, 6), given row by row. Numbers that are not finite pass; a matrix that is not
+    symmetric breaks the rule. Other faults depend on ``of``: the beam's model for a stiffness, empty for an inertia."""
 
     of: str = ""
     stage: int = 1

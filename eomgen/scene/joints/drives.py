@@ -101,8 +101,8 @@ def refuse_start(key: str, joint: written.JointEntry, owner: str, hint: str, rep
 
 
 def coordinate_keys(key: str, kind: str, entries: Sequence[object], report: Report) -> list[str]:
-    """Return the dotted key of the value of each coordinate of a joint of the type ``kind``; none, after a report, if
-    the type has no coordinates, or not as many as values are given."""
+    """Return the dotted key of each coordinate's value for a joint of the type ``kind``; none, after a report, if the
+    type has no coordinates, or not as many as values are given."""
     meanings = tuple(JOINTS[kind].coordinates)
     if has_coordinates(key, kind, report) and len(entries) != len(meanings):
         count = f"{len(meanings)} values ({', '.join(meanings)})" if len(meanings) > 1 else "one value"

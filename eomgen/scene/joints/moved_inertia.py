@@ -76,7 +76,7 @@ class MovableInertia:
     Attributes
     ----------
     kind : of the joint; free in absolute coordinates
-    subspaces : two arrays (6, n), the motion subspace at neutral coordinates without pitch, and what a pitch adds to it
+    subspaces : two arrays (6, n), the motion subspace at neutral coordinates without pitch, and the share of a pitch
     parts : of the assembly
     rotors, pitch : indices of the joint's rotor inertias and pitch
     followers : indices of the multipliers of joints that follow this joint: the rule applies to the joint alone, while
@@ -257,7 +257,7 @@ def check_motion(
             led = places.put_each(
                 [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
             )
-        subspaces = _subspaces(kind, joint.axis, joint.second_axis)
+        subspaces = _subspaces(kind.name, joint.axis, joint.second_axis)
         rule = MovableInertia(kind, subspaces, parts, rotors, pitch, led, words, hint)
         later = type(values.report)(values.report.file, values.report.lines) if constrained else None
         if values.require(key, rule, places.formulas, later) and not fixed:
@@ -289,9 +289,9 @@ def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]
 
 
 @lru_cache
-def _subspaces(kind: Connection, axis: tuple[float, ...], second_axis: tuple[float, ...]) -> tuple[Array, Array]:
-    """Return the motion subspace of a joint at neutral coordinates, and what a pitch of 1 adds to it."""
-    still, screwed = (motion_subspace(kind, axis, second_axis, pitch) for pitch in (0.0, 1.0))
+def _subspaces(joint_type: str, axis: tuple[float, ...], second_axis: tuple[float, ...]) -> tuple[Array, Array]:
+    """Return the motion subspace of a joint at neutral coordinates, and the share of a pitch of 1."""
+    still, screwed = (motion_subspace(JOINTS[joint_type], axis, second_axis, pitch) for pitch in (0.0, 1.0))
     return still, screwed - still
 
 

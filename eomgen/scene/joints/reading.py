@@ -37,8 +37,8 @@ Given = tuple[float | str | None, ...] | None
 
 
 def _formulas(key: str, kind: str, entries: Given, values: Values, missing: Sequence[Formula | None] = ()) -> list[Any]:
-    """Return a formula of parameters for each coordinate of a joint from the values of a key, else from ``missing``,
-    zeros by default; a wrong number of values is reported."""
+    """Return a joint's formula of parameters for each coordinate, from a key's values, else from ``missing``, zeros by
+    default; a wrong number of values is reported."""
     keys = [] if entries is None else coordinate_keys(key, kind, entries, values.report)
     missing = missing or [ZERO] * len(JOINTS[kind].coordinates)
     if entries is None or not keys:

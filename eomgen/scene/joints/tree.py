@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,11 @@ from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.lie.numeric import rotation_matrix, skew
 from eomgen.scene.joint_types import GROUPS, JOINTS, Connection, ElementaryMotion
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import about_axis
 from eomgen.system.description import BASE, WORLD
+
+if TYPE_CHECKING:
+    from eomgen.scene.reading.report import Report
 
 Vector = Sequence[float] | Array
 

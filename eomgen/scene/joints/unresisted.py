@@ -71,15 +71,11 @@ def unresisted_motions(
             whole = np.diag(S.T @ together[body] @ S + rotors)
             scale = np.sqrt(np.where(whole > 0.0, whole, 1.0))
             resisted, directions = np.linalg.eigh((S.T @ inertia @ S + rotors) / np.outer(scale, scale))
-            for motion in (directions[:, resisted <= _NOTHING] / scale[:, np.newaxis]).T:
-                moved = S @ motion
-                if _is_still(moved, together[body]):
-                    bare.append(joint.name)
-                    break
-                if _is_still(moved, spans[body]):
-                    carried = [outer.name for outer in joints if outer.parent == body]
-                    notes.append(_note(joint, carried, inertias))
-                    break
+            moved = S @ (directions[:, resisted <= _NOTHING] / scale[:, np.newaxis])
+            if any(_is_still(twist, together[body]) for twist in moved.T):
+                bare.append(joint.name)
+            elif any(_is_still(twist, spans[body]) for twist in moved.T):
+                notes.append(_note(joint, joints, inertias))
             free_directions = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]
             along = inertia @ S @ free_directions
             inertia = inertia - (along / resisted[resisted > _NOTHING]) @ along.T
@@ -87,13 +83,17 @@ def unresisted_motions(
             articulated[joint.parent] += X.T @ inertia @ X
             together[joint.parent] += X.T @ together[body] @ X
     if bare:
-        names = [joint.name for joint in joints if joint.name in bare]
-        notes.append(
-            f"no inertia resists {', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia"
-            " matrix is singular and forward dynamics has no answer; try:"
-            f" lock={names!r}, or terms=['poses', 'inverse_dynamics'] [W0269]"
-        )
+        notes.append(_note_of_bare(joints, bare))
     return notes[::-1]
+
+
+def _note_of_bare(joints: Sequence[Joint], bare: Sequence[str]) -> str:
+    names = [joint.name for joint in joints if joint.name in bare]
+    return (
+        f"no inertia resists {', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia"
+        " matrix is singular and forward dynamics has no answer; try:"
+        f" lock={names!r}, or terms=['poses', 'inverse_dynamics'] [W0269]"
+    )
 
 
 def _is_still(moved: Array, inertia: Array) -> bool:
@@ -112,9 +112,10 @@ def _own(inertias: Mapping[str, Inertia], sections: Mapping[str, str], size: flo
     }
 
 
-def _note(joint: Joint, carried: Sequence[str], inertias: Mapping[str, Inertia]) -> str:
-    """Return the note that a joint and joints on its body, ``carried``, move together without moving mass, with the
-    body whose mass would stop that."""
+def _note(joint: Joint, joints: Sequence[Joint], inertias: Mapping[str, Inertia]) -> str:
+    """Return the note that a joint and joints on its body move together without moving mass, with the body whose mass
+    would stop that."""
+    carried = [outer.name for outer in joints if outer.parent == joint.child]
     together = f" together with {'some of ' * (len(carried) > 1)}{listed(carried)}" if carried else ""
     light = inertias.get(joint.child)
     missing = "mass and inertia" if light is None or not light.mass else "inertia"
