@@ -190,10 +190,7 @@ def test_an_index_of_pandas_is_no_time(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("table", "hint"),
     [
-        ("n,time,force\n1,0,10\n2,0.1,20\n3,0.2,30\n", 'argument = "time", value = "force"'),
-        ("index,t,f\n0,0,10\n1,0.1,20\n", 'argument = "t", value = "f"'),
         ("index,x,f\n0,0,10\n1,0.1,20\n", 'argument = "x", value = "f"'),
-        ("k,f,t [s]\n5,10,0\n6,20,0.1\n", 'argument = "t [s]", value = "f"'),
         ("row,time_ms\n0,0\n1,5\n", "argument = 0 to take the count"),
     ],
 )
@@ -248,12 +245,8 @@ def test_empty_cells_and_comments_behind_a_row_are_none(surplus: str, tmp_path: 
 @pytest.mark.parametrize(
     ("table", "more", "answer"),
     [
-        ('t,f\n0,"1,000"\n1,"2,500"\n', "", "'1,000' is not a number; try: numbers without separators of thousands"),
-        ('t,f\n0,"1,000,000"\n1,2\n', "", "try: numbers without separators of thousands"),
-        ("t;f\n0;1 000\n1;2 500\n", "", "try: numbers without separators of thousands"),
         ("t;f\n0;1.000,5\n1;2\n", "", "try: numbers without separators of thousands"),
         ("t;f\n0;1.000\n1;2,5\n", ', decimal = ","', "'1.000' has a point, and the decimal mark is a comma"),
-        ("t;f\n0;1.000,5\n1;2,5\n", ', decimal = ","', "'1.000,5' has a point, and the decimal mark is a comma"),
         ("t;f\n0;0,25\n1;2\n", "", "'0,25' is not a number; try: decimal = \",\""),
     ],
 )

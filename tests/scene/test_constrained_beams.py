@@ -56,20 +56,13 @@ def test_tables_give_the_stiffness_of_the_strains_that_are_there() -> None:
 
 
 REFUSED: list[tuple[str, dict[str, Any], str]] = [
-    (
-        "kirchhoff",
-        {"stiffness": {**FREE["kirchhoff"], "shear_y": 1e4}},
-        '(beams.rope.stiffness.shear_y): a beam of the model kirchhoff does not shear; try: without it, or model = "cosserat"',
-    ),
     ("inextensible", {"damping": {"stretch": 1.0}}, "(beams.rope.damping.stretch): a beam of the model inextensible"),
     (
         "kirchhoff",
         {"stiffness": None, "stiffness_matrix": np.diag([5.0, 5.0, 5.0, 1e4, 1e4, 0.0]).tolist()},
         "(beams.rope.stiffness_matrix): a beam of the model kirchhoff has no shear_y, and row [4] of the matrix is not 0; try: 0 in rows and columns of strains that it does not have",
     ),
-    ("kirchhoff", {"stiffness": FREE["inextensible"]}, "(beams.rope.stiffness): the key stretch is missing"),
     ("inextensible", {"elements": None}, "(beams.rope): a beam of the model inextensible needs the number"),
-    ("kirchhoff", {"start": 1.0}, "(beams.rope.start): a beam of the model kirchhoff has no start"),
     ("inextensible", {"stiffness": None}, "(beams.rope): the sections have no stiffness; try: stiffness = { bending_y"),
 ]  # fmt: skip  # a table
 

@@ -295,37 +295,21 @@ LINE = "[curves.c]\npoints = [[0, 0], [1, 1]]\n"
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
-        ('[inputs.u]\ntable = { file = "." }', "'{folder}' (inputs.u.table): cannot be read: Is a directory"),
         ('[inputs.u]\ntable = { file = "a\\u0000b" }', "'{folder}/a\\x00b' (inputs.u.table): cannot be read: "),
         (TABLE.replace('"t"', "7"), "push.csv:1 (inputs.push.table): there is no column 7: the row has 2"),
         (TABLE.replace("value =", 'value_unit = "mmm", value ='), "table.value_unit): there is no unit 'mmm'; try: mm"),
-        ("[inputs.u]\npoints = []", "(inputs.u.points): a curve needs two points or more, not 0"),
-        ('[inputs.u]\npoints = [[0, 1], [0, 2], [1, 1]]\ninterpolation = "linear"', "(inputs.u.points[1]): 0 occurs"),
         (LINE + 'outside = "periodic"', "(curves.c.points[1]): the last value 1 is not the first one 0"),
-        (LINE + 'wave = { shape = "square", period = 1 }', "a curve needs one of table, points, wave, bump, road,"),
         ('[inputs.u]\nwave = { shape = "square", period = 0 }', "(inputs.u.wave.period): the period 0 is not positive"),
         (
             '[inputs.u]\nwave = { shape = "square", period = 1, duty = 1 }',
             "(inputs.u.wave.duty): the duty 1 is not between 0 and 1",
         ),
         ('[inputs.u]\noutside = "hold"', "(inputs.u.outside): outside is for points and tables"),
-        ("[curves.c]", "(curves.c): a curve needs one of table, points, wave, bump, road, not none"),
         ("[curves.c]\nbump = { length = 0, height = 1 }", "(curves.c.bump.length): the length 0 is not positive"),
-        (LINE.replace("curves.c", "curves.sin"), "(curves.sin): the name sin is a word of formulas"),
-        (LINE + "[inputs.c]", "(curves.c): the name c is both an input and a curve"),
         (LINE + '[inputs.u]\nformula = "c"', "'c' is a curve, which needs an argument (column 1); try: c(t)"),
-        (LINE + '[inputs.u]\nformula = "c(t, 1)"', "c() takes 1 argument, not 2 (column 1); try: c(t)"),
         (LINE + '[inputs.u]\nformula = "derivative.d(t)"', "there is no curve 'd' (column 1); try: "),
         (LINE + '[base]\nposition = ["c(q.rail)", 0, 0]', "q.rail cannot be used here"),
         (LINE + '[points.p]\nbody = "cart"\nposition = ["c(1)", 0, 0]', "the curve 'c' cannot be used here"),
-        (
-            LINE + 'interpolation = "linear"\n[base]\nposition = ["c(2 * t)", 0, 0]',
-            '(base.position): a motion cannot follow c, which bends at 0; try: interpolation = "quintic"',
-        ),
-        (
-            '[curves.c]\nbump = { length = 1, height = 1, position = 3 }\n[base]\nposition = ["derivative.c(t)", 0, 0]',
-            "(base.position): a motion cannot follow a derivative of c, which bends",
-        ),
     ],
 )
 def test_entries_that_are_wrong(entry: str, message: str, tmp_path: Path) -> None:

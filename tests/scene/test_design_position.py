@@ -187,10 +187,6 @@ def test_frames_of_constraints_and_bushings_turn_with_the_frame_they_are_given_i
 UNKNOWN = "the design position is not known: "
 AXIS_ALONE = {"body": "lower", "axis": [0, 0, 1], "in": "world"}
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
-    "no position": (
-        {"points": {"p": {"body": "lower", "in": "world"}}},
-        "points.p.in): in needs a position, in the axes of world; try: position = [0, 0, 0]",
-    ),
     "circle": (
         {"joints": {**ARMS, "lower": {**ARMS["lower"], "in": "lower"}}},
         f'joints.lower.in): {UNKNOWN}these bodies are placed in one another: lower, lower; try: in = "base"',

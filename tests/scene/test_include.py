@@ -422,10 +422,7 @@ FILE = '"wheel.toml"'
         (FILE, '"whel.toml"', "14 file", "'whel.toml' cannot be read: No such file or directory; try: a path from the"),
         (FILE, '"."', "14 file", "'.' is not a kind of file that can be included; try: a .toml scene, a .urdf file,"),
         (FILE, '"a\\u0000.toml"', "14 file", "'a\\x00.toml' is not a path"),
-        (FILE, '"car.toml"', "14 file", "files include one another in a circle: car.toml, car.toml; try: one of them"),
-        ('file = "wheel.toml"', "fil = 3", "13 file", "the key file is missing; try: file = ..."),
         ('"chassis"', '"chasis"', "15 parent", "there is no body 'chasis'; try: chassis"),
-        ('mass = "25 kg"', 'mas = "25 kg"', "18 parameters.mas", "'wheel.toml' has no parameter 'mas'"),
         (
             '"spring_rate"',
             '"25 kN"',
@@ -438,13 +435,6 @@ FILE = '"wheel.toml"'
             "18 parameters.stiffness",
             "unknown name 'spring_rat' (column 1); try: spring_",
         ),
-        (
-            '"spring_rate"',
-            '"2 * t"',
-            "18 parameters.stiffness",
-            "time t cannot be used here (column 5); try: parameters",
-        ),
-        ("parent", 'root = "free"\nparent', "15 root", "root is for URDF only; try: the joint in the included file"),
     ],
 )
 def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, place: str, message: str) -> None:
@@ -457,7 +447,6 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, place: 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[0, ", '["0.7 kg", ', "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m"),
         (
             "parent",
             'prefix = "9 x"\nparent',
@@ -473,17 +462,6 @@ def test_places_and_prefixes_that_cannot_be(folder: Path, old: str, new: str, me
 @pytest.mark.parametrize(
     ("old", "new", "place", "message"),
     [
-        ("v.travel", "v.heave", "32 efforts.left_push.effort", "v.heave: there is no joint 'heave'"),
-        ("sin(t)", "sin(t) * spring_rate", "11 inputs.left_push.formula", "unknown name 'spring_rate' (column 23)"),
-        ('body = "hub"', 'body = "chassis"', "24 points.left_center.body", "there is no body 'chassis in wheel.toml'"),
-        (
-            "axis = [0, 0, 1]",
-            'axis = ["stiffness", 0, 1]',
-            "18 joints.left_travel.axis[0]",
-            "the tunable parameter 'stiffness' cannot be used here (column 1)",
-        ),
-        ('mass = "mass"', 'mass = "3 m"', "13 bodies.hub.mass", "'3 m' is a length, a mass in kg is expected"),
-        ('rest = "300 mm"', 'rest = "300 mmm"', "7 parameters.rest.value", "there is no unit 'mmm'"),
         ("[points.top]", "[points.'a b']", "21 points.'a b'", "the name 'a b' is not legal; try: up to 64"),
     ],
 )

@@ -29,8 +29,6 @@ RADIANS = 'try: angles are in radians: 45 * pi / 180, or "45 deg" alone'
         ("-(45 deg)", "the number '45' runs into a name (column 3)"),
         ("t + 45deg", "the number '45' runs into a name (column 5)"),
         ("-(45\N{DEGREE SIGN})", "the character '\\xb0' (U+00B0 DEGREE SIGN) is not part of formulas (column 5)"),
-        ("radians(45)", "unknown function 'radians' (column 1)"),
-        ("degrees(t)", "unknown function 'degrees' (column 1)"),
     ],
 )
 def test_degrees_are_answered_with_radians(formula: str, what: str) -> None:
@@ -69,23 +67,8 @@ joints.root = { type = "free", parent = "base", child = "ball" }
     [
         ("", 'scene.toml: the scene is empty; try: format = 1, name = "...", and [bodies] and [joints]'),
         (
-            replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0.01, 0.01]\n"),
-            "scene.toml:9 (bodies.link.inertia): the principal moments",
-        ),
-        (
-            replaced("[0, 1, 0]", '"y"'),
-            "(joints.hinge.axis): a list of 3 entries is needed here, not 'y'; try: [0, 1, 0]",
-        ),
-        (
             replaced("[0, 1, 0]", '"-z"'),
             "(joints.hinge.axis): a list of 3 entries is needed here, not '-z'; try: [0, 0, -1]",
-        ),
-        (replaced('child = "link"\n', ""), '(joints.hinge.child): the key child is missing; try: child = "link"'),
-        (
-            FLOATING,
-            "scene.toml:5 (joints.root): the joint root cannot be moved by a force: the bodies that it carries lack"
-            " mass, or inertia about some axis, so the inertia matrix would be singular;"
-            " try: mass and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass",
         ),
     ],
 )

@@ -166,10 +166,7 @@ def test_free_joint_state() -> None:
 @pytest.mark.parametrize(
     ("quaternion", "message"),
     [
-        ("[1, 0, 0, 1e-2]", "the quaternion has norm 1.00005, not 1; try: [0.999950004, 0, 0, 0.00999950004]"),
-        ("[0, 0, 0, 0]", "the quaternion has norm 0, not 1; try: [1, 0, 0, 0]"),
         ("[0, 2, 0, 0]", "the quaternion has norm 2, not 1; try: [0, 1, 0, 0]"),
-        ("[1, 0, 0]", "a quaternion (w, x, y, z) needs 4 numbers, not 3"),
     ],
 )
 def test_quaternions_of_other_norms_are_refused(quaternion: str, message: str) -> None:
@@ -238,15 +235,10 @@ def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"format = 1\nname = \xff", "scene.toml:2: byte 18 is not UTF-8; try: the file saved as UTF-8"),
-        (b"format = 1\nname = ", "scene.toml: this is not TOML: Invalid value (at end of document)"),
-        (b"format = 1\nname 3", "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column"),
-        (b"a = [1, [2]\n\nb = 3\n", "scene.toml:1: this is not TOML: Unclosed array (line 3 does not continue"),
         (b"a = [\n [1]\n [2]]\n", "scene.toml:3: this is not TOML: Unclosed array (column 2)"),
         (b"b = 1\na = [1, 2\n", "scene.toml:2: this is not TOML: Unclosed array (at end of document); try: a ] at"),
         (b"a = 1\na = 2\n", "scene.toml:2: this is not TOML: the key a is given twice; try: one of them"),
         (b"a = " + b"[" * 5000, "scene.toml: lists or tables are nested too deep"),
-        (b"a = " + b"9" * 5000, "this is not TOML"),
     ],
 )
 def test_files_that_are_not_toml(tmp_path: Path, content: bytes, message: str) -> None:
@@ -284,37 +276,13 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("format = 1", "format = 2", "scene.toml:1 (format): this eomgen reads format 1, not 2"),
-        ('"2*length"', "nan", "scene.toml:7 (bodies.link.mass): a finite number is needed here, not nan"),
-        ('"2*length"', "-inf", "a finite number is needed here, not -inf"),
-        ('"2*length"', "1" + "0" * 400, "a finite number is needed here, not 1000"),
-        ('"2*length"', "1979-05-27", "a number or a formula is needed here, not datetime.date(1979, 5, 27)"),
-        ('"2*length"', '"-length"', "scene.toml:7 (bodies.link.mass): the mass -0.8 is negative"),
-        ('"2*length"', '"2*lenght"', "scene.toml:7 (bodies.link.mass): unknown name 'lenght' (column 3); try: length"),
-        ('"2*length"', '"t"', "scene.toml:7 (bodies.link.mass): time t cannot be used here (column 1)"),
         ('"2*length"', '"1/(length - 0.8)"', "at the default parameters, div(1, 0) has no finite value"),
-        ('mass = "2*length"\n', "", "scene.toml:6 (bodies.link.mass): the key mass is missing"),
-        ("mass =", "mas =", "scene.toml:7 (bodies.link.mas): the key 'mas' is unknown here; try: mass"),
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1]", "scene.toml:9 (bodies.link.inertia): an inertia is needed here"),
         ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
         ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric: entry [0][1]"),
-        ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.22]", "the principal moments 0.1, 0.1, 0.22 violate the triangle"),
-        (
-            "[0.1, 0.1, 0.01]",
-            "[0.1, 0.1, 0.1, 0.2, 0, 0]",
-            "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3",
-        ),
-        ("[0.1, 0.1, 0.01]", '[0.1, "sin(length", 0.01]', "(bodies.link.inertia[1]): the formula is not well formed"),
-        ('"revolute"', '"clamp"', "'clamp' is not known here; try: one of fixed, revolute, prismatic, helical,"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
-        ("axis = [0, 1, 0]\n", "", "scene.toml:10 (joints.hinge): a revolute joint needs an axis"),
-        ("[0, 1, 0]", "[0, 0, 0]", "scene.toml:14 (joints.hinge.axis): the axis has no direction"),
         ('parent = "base"', 'parent = "link"', "the joint connects the body link to itself"),
         ('child = "link"', 'child = "base"', "the base cannot be a child: it carries the tree"),
-        (
-            "length = 0.8",
-            "length = 0.8\nt = 1",
-            "scene.toml:5 (parameters.t): the name t is a word of formulas; try: t_value",
-        ),
     ],
 )
 def test_one_problem(old: str, new: str, message: str) -> None:
@@ -327,48 +295,31 @@ def test_one_problem(old: str, new: str, message: str) -> None:
     ("extra", "message"),
     [
         (
-            "orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]",
-            "(joints.hinge.orientation): the axes are left-handed, as of a mirror: the determinant is -1",
-        ),
-        (
             "orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]",
             "(joints.hinge.orientation): the matrix is not a rotation",
         ),
-        ('rotation = [{ axis = [0, 0, 1], angle = "2 * damping" }]', "the tunable parameter 'damping'"),
-        ("rotation = [{ axis = [0, 0, 1] }]", "(joints.hinge.rotation[0].angle): the key angle is missing"),
         (
             'rotor_inertia = "-length"',
             "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more",
         ),
-        ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
-        ("initial = { velocity = [] }", "the velocity of a revolute joint needs 1 number, not 0"),
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
-        ("[inputs]\nlength = {}", "(inputs.length): the name length is both a parameter and an input"),
-        ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters"),
         ('[outputs]\nend = { position = "link" }', "(outputs.end.position): link is a body, not a point"),
         (
             '[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
             "connects the point a to itself",
         ),
         ('[torsion_springs]\ns = { first = "hinge", second = "hinge" }', "the spring connects the joint hinge"),
-        ('[forces]\nf = { body = "base" }', "a force on the base has no effect: its motion is prescribed; try: a body"),
-        ('[efforts]\ne = { joint = "hinge", effort = 1, index = 1 }', "the revolute joint hinge has no component 1"),
         (
             "[outputs]\no = {}",
             "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, section_force,"
             " section_moment, section_strain, section_curvature, formula, energy, not none",
         ),
-        ('[outputs]\no = { position = "tip", energy = "total" }', "not position and energy"),
-        ('[outputs]\no = { energy = "totl" }', "(outputs.o.energy): there is no energy 'totl'; try: total"),
         ("[outputs]\no = { formula = [] }", "the list of formulas is empty"),
         ("[simulation]\nstep = 0", "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
         ("[simulation]\nduration = -0.1", "the duration -0.1 is negative"),
         ("[simulation]\nrho_inf = 1.01", "rho_inf 1.01 is not between 0 and 1"),
         ("[simulation]\nrecord_every = 0", "(simulation.record_every): 0 is out of range here: it should be greater"),
-        ('[simulation]\nmethod = "../x"', "there is no method '../x'"),
         ("[bodies.base]\nmass = 1", "the name base is reserved for the frame that carries the tree"),
-        ("[bodies.lost]\nmass = 1", "scene.toml:15 (bodies.lost): no joint carries the body lost; try: a joint with"),
-        ('[joints.second]\ntype = "fixed"\nparent = "base"\nchild = "link"', "the body link is already carried by"),
     ],
 )
 def test_one_problem_added(extra: str, message: str) -> None:

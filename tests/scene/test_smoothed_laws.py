@@ -145,7 +145,6 @@ def test_a_length_over_time_and_a_driven_constraint_take_smooth() -> None:
 @pytest.mark.parametrize(
     ("drive", "smooth", "curves", "text"),
     [
-        ("sign(sin(t))", T, {}, "the times are not known beforehand at which sign() of something else than a straight"),
         ("1 if t > late else 0", T, {}, "the times are not known beforehand at which a comparison of something else"),
         ("stairs(t**2)", T, {"stairs": STAIRS}, "the times are not known beforehand at which stairs jumps"),
         ("stairs(t)", 0.8, {"stairs": STAIRS}, "corners of stairs have a distance of 0.75, less than a transition,"),

@@ -94,7 +94,6 @@ def test_keys_and_defaults() -> None:
             '"guide", "end", "guide", "away"]',
             "passes the point guide twice",
         ),
-        (ELBOW + ', radius = 1, side = "nowhere" }', "", "", "nowhere"),
         (ELBOW + ', radius = 1, side = "away", inside = true }', "", "", "a path through a ring has no side"),
         (ELBOW.replace(", axis = [0.1, 1, 0]", "") + ", radius = 1 }", "", "", "a cylinder needs the axes of this"),
     ],

@@ -133,29 +133,20 @@ def test_every_name_has_one_meaning() -> None:
             "rad/s",
             "'50 Hz' is a frequency, an angular speed in rad/s is expected; try: \"3000 rpm\" where a cycle",
         ),
-        ("20 Hz", "s", "'20 Hz' is a frequency, a time in s is expected; try: a time in s: the period, \"0.05 s\", or"),
-        ("0 Hz", "s", "'0 Hz' is a frequency, a time in s is expected; try: a time in s: 1 / (2 pi f) where"),
         (
             "2 g",
             "m/s^2",
             "'2 g' is a mass, an acceleration in m/s^2 is expected; try: g is the gram: \"2 g0\", g0 being",
         ),
-        ("2 t", "kg", "'t' is not accepted as a unit: t is the time in formulas; try: tonne"),
-        ("3 qqq", "", "there is no unit 'qqq'; try: one of m, mm, kg, s, rad, deg, N, kN/m, N m, rpm, km/h"),
-        ("2 kg", "N", "'2 kg' is a mass, a force in N is expected; try: \"2 N\""),
-        ("20 degC", "K", "'degC' is not accepted as a unit: a temperature with its own zero cannot be multiplied"),
         ("5 %", "", "'%' is not accepted as a unit: a part of a hundred is a number; try: the number, 0.05 for five"),
         ("1,5 mm", "m", "'1,5 mm' has a comma in its number; try: \"1.5 mm\""),
         ("3 N/m s", "", "'3 N/m s' can be read in two ways; try: brackets, N/(m s), or the divisor last, N s/m"),
         ("3 m2", "", "there is no unit 'm2'; try: m^2"),
         ("3 kph", "", "there is no unit 'kph'; try: km/h"),
-        ("3 \N{DEGREE SIGN}", "rad", "'\\xb0' is not part of a unit; try: deg"),
         ("3 \N{MICRO SIGN}m", "m", "'\\xb5' is not part of a unit; try: u for micro"),
-        ("3 m^0.5", "", "an exponent in '3 m^0.5' is not a whole number from 1 to 9; try: m^2, or s^-1"),
         ("3 m^10", "", "an exponent in '3 m^10' is not a whole number from 1 to 9"),
         ("3 m m)", "", "'3 m m)' is not a number with a unit: it is not well formed at ')'"),
         ("3 kg/2", "kg", "more follows '3 kg', and units are not read within formulas; try: a parameter, name ="),
-        ("3 N/", "", "'3 N/' is not a number with a unit: it is not well formed at its end"),
         ("3 N/((m) s)", "", "'3 N/((m) s)' has more brackets than a unit needs"),
         ("1e400 m", "", "the number of '1e400 m' is out of the range of double precision; try: a number between"),
         ("1e300 Gm", "m", "'1e300 Gm' is out of the range of double precision in SI; try: a number below 1e300"),
@@ -247,15 +238,6 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            '"2*length"',
-            '"250 mm"',
-            "(bodies.link.mass): '250 mm' is a length, a mass in kg is expected; try: \"0.25 kg\"",
-        ),
-        ('"2*length"', '"length + 20 mm"', "(bodies.link.mass): '20 mm' is within a formula, where units"),
-        ('"2*length"', '"2 length"', "scene.toml:7 (bodies.link.mass): 'length' is not a unit; try: a * before length"),
-        ("[0, 1, 0]", '[0, "1 m", 0]', "(joints.hinge.axis[1]): '1 m' has a unit, and a number without one is needed"),
-        ("[0, 1, 0]", '[0, "2 kN m/rad", 0]', "without one is needed here; try: 2000, which it is in N m/rad"),
         ("length = 0.8", 'length = "250 nn"', "scene.toml:4 (parameters.length.value): there is no unit 'nn'"),
     ],
 )
@@ -424,7 +406,6 @@ def test_texts_count_in_the_unit_of_the_label() -> None:
 @pytest.mark.parametrize(
     ("text", "label", "message"),
     [
-        ("300 kg", "m", "--set x: '300 kg' is a mass, a length in m is expected; try: \"300 m\""),
         ("300 mm", "per turn", "--set x: its label 'per turn' in the scene is not a unit that numbers could"),
         ("300 foo", "m", "--set x: there is no unit 'foo'; try: foot"),
         ("long", "m", "--set x: 'long' is neither a number nor a number with a unit; try: 0.25 or \"250 mm\""),
