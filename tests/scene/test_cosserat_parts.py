@@ -86,6 +86,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"length": None, "elements": None, "parts": [{"length": 1.0, "elements": 10_000}, PART]},
         "(beams.rope.parts): the parts have 10002 elements, and 10000 are the most of a beam; try: fewer elements",
     ),
+    ({"mass_per_length": "1 - 2 * s"}, "(beams.rope.mass_per_length): at s = 0.625, the mass per length is -0.25"),
     (
         {"rotary_inertia": [3.0, 1.0, 1.0]},
         "(beams.rope.rotary_inertia): no section has the rotary inertia 3 about x with 1 about y and 1 about z: one exceeds the sum of the others; try: [polar, about y, about z], of which the first is the sum of the others",

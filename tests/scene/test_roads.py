@@ -175,7 +175,11 @@ def test_tracks_of_other_seeds_and_axles_share_their_sines() -> None:
 @pytest.mark.parametrize(
     ("road", "message"),
     [
+        ({"speed": 20}, "inputs.road.road): a road needs one of class, table, points, bump, not none"),
         ({"class": "C", "bump": {"length": 1, "height": 1}, "speed": 20}, "points, bump, not class and bump"),
+        ({"class": "C", "speed": 20, "harmonics": 0}, "0 is out of range here: it should be greater than or equal"),
+        ({"class": "C", "speed": 20, "harmonics": 2001}, "2001 is out of range here: it should be less than or equal"),
+        ({"class": "C", "speed": 20, "seed": -1}, "inputs.road.road.seed): -1 is out of range here"),
         ({"class": "C", "speed": 2e4}, "the speed 20000 m/s is not between 0 and 10000"),
         (
             {"class": "C", "speed": 20, "offset": 1.1e6},

@@ -147,9 +147,15 @@ BASE = 'second = { body = "base" }\n'
     [
         ("spherical", 'first = "tip"\nsecond = "base"', 'base is a body, not a point; try: { body = "base" }'),
         ("spherical", f"{TIP}, position = [0, 0, 0] }}\n{BASE}", "first.position): the point gives the position"),
+        ("spherical", f"{TIP}, axis = [0, 0, 1] }}\n{BASE}", "first.axis): a spherical constraint has no axis in this"),
         ("spherical", f"{TIP}, x_axis = [0, 0, 1] }}\n{BASE}", "first.x_axis): x_axis has no meaning without axis"),
         ("fixed", f"{TIP}, axis = [0, 1, 0], x_axis = [0, -2, 0] }}\n{BASE}", "first.x_axis): x_axis is parallel"),
         ("fixed", f"{TIP}, axis = [0, 0, 0], x_axis = [1, 0, 0] }}\n{BASE}", "first.axis): the axis has no direction"),
+        (
+            "distance",
+            'first = { body = "crank" }\n' + BASE,
+            "loop): a distance constraint needs a length, and the design position gives none: both places are the same",
+        ),
     ],
 )
 def test_one_problem(kind: str, keys: str, message: str) -> None:
@@ -288,6 +294,8 @@ _EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constrain
         ('velocity_equation = "q.z - q.x"', "the equation names no velocity; try: equation = ... for positions"),
         ('velocity_equation = "t"', "the equation names no velocity, so it holds no motion"),
         (f'{_FRAMES}velocity_equation = "v.z"', "an equation between two frames holds positions alone"),
+        ('equation = "q.z = q.x"', 'try: "q.z - (q.x)": the formula is 0 on the constraint'),
+        ('velocity_equation = "v.z == 0"', 'try: "v.z": the formula is 0 on the constraint'),
         ('equation = "q.z + t"', "the equation adds q.z in m and t in s; try: a factor that turns one unit into"),
         ('velocity_equation = "q.z * v.x"', f'{_NO_UNIT}"m/s", or "rad/s" of angles and numbers'),
         ('equation = "t + 0 * q.x"', "the equation is in s; try: an equation in m or rad"),

@@ -280,6 +280,11 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1]", "scene.toml:9 (bodies.link.inertia): an inertia is needed here"),
         ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
         ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric: entry [0][1]"),
+        (
+            "[0.1, 0.1, 0.01]",
+            "[0.1, 0.1, 0.1, 0.2, 0, 0]",
+            "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3",
+        ),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ('parent = "base"', 'parent = "link"', "the joint connects the body link to itself"),
         ('child = "link"', 'child = "base"', "the base cannot be a child: it carries the tree"),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from eomgen.errors import DescriptionError
+from eomgen.errors import DescriptionError, FileError
 from eomgen.formula.nodes import Number, Operation, Symbol
+from eomgen.scene.control.sampled import text_of
 from eomgen.scene.load import from_data, load_toml
 from eomgen.scene.scene import Scene
 
@@ -135,3 +138,10 @@ def test_states_can_be_given_as_data() -> None:
         "joints": {"j": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
     }  # fmt: skip  # a table
     assert from_data(data).states[0].name == "x"
+
+
+def test_a_file_of_code_is_utf_8(tmp_path: Path) -> None:
+    path = tmp_path / "law.c"
+    path.write_bytes(b"\xff")
+    with pytest.raises(FileError, match="the file is not UTF-8; try: the file saved in UTF-8"):
+        text_of(path)
