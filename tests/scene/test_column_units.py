@@ -179,8 +179,7 @@ TABLE = '[inputs.u]\ntable = { file = "t.csv" }\n'
 def test_an_index_of_pandas_is_no_time(tmp_path: Path) -> None:
     table = ",t,a\n0,0,1\n1,0.1,2\n2,0.2,3\n"
     message = refused(tmp_path, TABLE, table)
-    fault = "t.csv:1 (inputs.u.table): the first column has no title and counts the rows, as an index that pandas"
-    assert fault in message
+    assert "t.csv:1 (inputs.u.table): the first column counts the rows, as an index that pandas" in message
     assert 'try: argument = "t", value = "a"; or the file written with index=False' in message
     chosen = TABLE.replace('csv"', 'csv", argument = "t", value = "a"')
     curve = curve_of(loaded(tmp_path, chosen, table))
@@ -196,7 +195,7 @@ def test_an_index_of_pandas_is_no_time(tmp_path: Path) -> None:
 )
 def test_a_column_that_counts_rows_beside_times_is_no_time(table: str, hint: str, tmp_path: Path) -> None:
     message = refused(tmp_path, TABLE, table)
-    assert "t.csv:1 (inputs.u.table): the first column counts the rows, and" in message
+    assert "t.csv:1 (inputs.u.table): the first column counts the rows, as" in message
     assert hint in message
     loaded(tmp_path, TABLE.replace('csv"', 'csv", argument = 0, value = 1'), table)
 

@@ -129,8 +129,6 @@ TOLD: dict[tuple[Path, str, float], str] = {
         "X",
         -1.0,
     ): "(bodies.slider.mass): the mass -1 is negative at X = -1; try: a positive",
-    (("bodies", "arm", "inertia", 2), "X / 4", 4.0): "(bodies.arm.inertia): the principal moments 0.298595, 0.399312,"
-    " 1.00209 violate the triangle inequality: the largest exceeds the sum of the other two by 44 % at X = 4; try: the",
     (
         ("joints", "sleeve", "limits", "lower", 1),
         "-2 * X",
@@ -138,30 +136,11 @@ TOLD: dict[tuple[Path, str, float], str] = {
     ): "(joints.sleeve.limits[1]): the lower limit 3 m is not"
     " below the upper one, 2 m at X = -1.5; try: lower below upper",
     (
-        ("joints", "hinge", "friction", "static"),
-        "0.4 * X",
-        0.5,
-    ): "(joints.hinge.friction.static): the static friction 0.2"
-    " is below the Coulomb friction 0.3 at X = 0.5; try: static",
-    (
-        ("controllers", "limited", "minimum"),
-        "-X",
-        -2.0,
-    ): "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2; try: a smaller",
-    (("controllers", "ratio", "integral"), "X", 0.0): "(controllers.ratio): limits need a tracking time if"
-    " proportional/integral = 1/0 is none at X = 0; try: tracking",
-    (
         ("bodies", "slider", "mass"),
         "X",
         0.0,
     ): "(joints.rail): the joint rail cannot be moved by a force: it carries neither"
     " mass nor inertia, so the inertia matrix would be singular at X = 0; try: mass or inertia for the body slider",
-    (
-        ("beams", "rod", "polar_inertia"),
-        "0.01 * X",
-        0.0,
-    ): "(beams.rod.torsion): torsion needs the inertia of the sections"
-    " about the axis, without which it has no inertia at X",
     (
         ("points", "end", "position", 0),
         "sqrt(X)",

@@ -91,6 +91,7 @@ def test_states_that_cannot_be(text: str, message: str) -> None:
     [
         ('"sky_hook"', "'sky_hook' is not known here; try: skyhook"),
         ('"low_pass", time_constant = "lag - 0.02"', "the time constant 0 s is not positive"),
+        ('"pi", integral = 2, maximum = 1', "limits need a tracking time if proportional/integral = 0/2 is none"),
         ('"pi", integral = 2, maximum = 1, tracking = 0', "the tracking time 0 s is not positive; try: 0.1"),
     ],
 )

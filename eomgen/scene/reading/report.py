@@ -82,7 +82,7 @@ class Report:
 
     def add_at(self, line: int, key: str, fault: str, hint: str = "") -> None:
         """Note a problem at a line that is known otherwise."""
-        self._append(line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), fault, hint))
+        self.add_place(self.file, line, key, fault, hint)
 
     def add_place(self, file: str, line: int, key: str, fault: str, hint: str = "") -> None:
         """Note a problem at a line of a file that may be another one, such as an included file."""

@@ -26,7 +26,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+(?:\.\d+)?|(?:\.\d{3})+(?:,\d+)?|(?:[ '\u00a0]\d{3})+(?:[.,]\d+)?)")
 #: Titles of columns of times, with or without a unit after the word, and of columns that count rows.
 _TIME = re.compile(r"(?:t|time|zeit|timestamp)(?:[ _]*[\[(/].*|_(?:s|ms|us|min|h))?", re.IGNORECASE)
-_COUNTING = frozenset({"index", "idx", "n", "no", "no.", "nr", "row", "sample", "#", "unnamed: 0"})
+_COUNTING = frozenset({"", "index", "idx", "n", "no", "no.", "nr", "row", "sample", "#", "unnamed: 0"})
 _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
 #: First bytes of spreadsheets: of xlsx and ods, which are ZIP archives, and of xls.
 _SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
@@ -115,14 +115,9 @@ def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, q
         return
     times = [index for index, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
     first = titles[0].lower()
-    if not first and len(titles) > 2:
-        fault = "the first column has no title and counts the rows, as an index that pandas writes [E1887]"
-    elif len(titles) > 2 and first in _COUNTING:
-        fault = "the first column counts the rows, and its title says so [E1888]"
-    elif times and not _TIME.fullmatch(titles[0]):
-        fault = "the first column counts the rows, and another one has the title of a time [E1889]"
-    else:
+    if not (len(titles) > 2 and first in _COUNTING) and (not times or _TIME.fullmatch(titles[0])):
         return
+    fault = "the first column counts the rows, as an index that pandas writes [E1887]"
     time = times[0] if times else 1
     value = next((index for index in range(1, len(titles)) if index != time), None)
     if value is None:
