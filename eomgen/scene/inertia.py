@@ -58,7 +58,8 @@ NOTHING = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
 
 def tensor(entries: Sequence[Numbers]) -> Array:
     """Return the (3, 3) matrix of (xx, yy, zz, xy, xz, yz)."""
-    return np.array(entries)[PLACES]
+    matrix: Array = np.array(entries)[PLACES]
+    return matrix
 
 
 def entries_of(matrix: Array) -> list[Numbers]:

@@ -91,6 +91,7 @@ SKEW = [[1.0 if row == column else 0.5 if (row, column) == (0, 1) else 0.0 for c
 REFUSED: list[tuple[str, Any, str]] = [
     ("beams.rope.length", 0.0, "(beams.rope.length): the length of a beam is 0; try: a number above 0"),
     ("beams.rope.elements", None, "(beams.rope): a beam of the model cosserat needs the number of its elements"),
+    ("beams.rope.stiffness.shear_y", -1.0, "(beams.rope.stiffness.shear_y): the stiffness of shear along y is -1"),
     ("beams.rope.rotary_inertia", None, "(beams.rope): the sections have no rotary inertia, without which their"),
     ("beams.rope.rotary_inertia", [1.0, 0.0, 1.0], "(beams.rope.rotary_inertia[1]): the rotary inertia of a section"),
     ("forces.tip.point", [11.0, 0.0, 0.0], "(forces.tip.point[0]): x = 11 m is beyond the beam rope, which goes"),

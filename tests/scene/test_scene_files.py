@@ -298,6 +298,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
 
 @pytest.mark.parametrize(
     ("extra", "message"),
+    ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
     [
         (
             "orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]",

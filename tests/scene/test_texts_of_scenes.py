@@ -58,6 +58,10 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         changed(simulation={"method": "hht", "rho_inf": 0.5, "alpha": 0.1}),
         "(simulation.alpha): alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha); try: one of them",
     ),
+    "effort event": (
+        changed(events__stop={"when": "drive_effort.hinge - 3"}),
+        '(events.stop): drive_effort.hinge: hinge has no drive; try: drive = "0.5 * t"',
+    ),
     "drive of fixed": (
         changed(**WELD, joints__slide__drive="t"),
         "(joints.slide.drive): a fixed joint has no drive; try: a bushing, an effort or a force; or a revolute joint",
