@@ -298,7 +298,6 @@ def test_one_problem(old: str, new: str, message: str) -> None:
 
 @pytest.mark.parametrize(
     ("extra", "message"),
-    ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
     [
         (
             "orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]",
@@ -308,6 +307,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             'rotor_inertia = "-length"',
             "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more",
         ),
+        ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
         ('[outputs]\nend = { position = "link" }', "(outputs.end.position): link is a body, not a point"),
         (
