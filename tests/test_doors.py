@@ -291,6 +291,7 @@ LATE: dict[str, dict[str, str]] = {
         "products.ensembles": "few processes have a distribution, which SciPy's functions evaluate",
     },
     "__main__": {"cli": "Ctrl-C while it is imported leaves no traceback"},
+    "scene.joints.moved_inertia": {"scene.joints.tree": "a scene of a record is not read"},
     "scene.tree.sections": {
         "scene.bodies.beam_reading": "most scenes have no beams",
         "scene.bodies.cosserat_reading": "likewise",

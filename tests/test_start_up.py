@@ -120,7 +120,7 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     step = f"{work}; model.simulate(1e-3, 1e-3)"
     first = start(step, tmp_path / "cache")
     assert {"sympy", "scipy", "matplotlib", "pint", "setuptools"}.isdisjoint(first[2])
-    check(start(work, tmp_path / "cache"), 126, 3, [])
+    check(start(work, tmp_path / "cache"), 127, 3, [])
     check(start(step, tmp_path / "cache"), 171, 12, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
     check(start(loaded, tmp_path / "cache"), 179, 12, [])
@@ -150,7 +150,7 @@ with contextlib.redirect_stdout(io.StringIO()):
     main(["simulate", "scene.toml", "--out", "out", "--t-end", "0.01", "--profile", "quick"])
 """
     start(work, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 236, 18, ["click", "csv", "zipfile"])
+    check(start(work, tmp_path / "cache"), 237, 18, ["click", "csv", "zipfile"])
 
 
 @pytest.mark.slow

@@ -17,7 +17,6 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.inertia import NO_INERTIA, PLACES
 from eomgen.scene.joint_types import JOINTS, Connection
 from eomgen.scene.joints.model import Joint, LightJoint
-from eomgen.scene.joints.tree import motion_subspace
 
 if TYPE_CHECKING:
     from eomgen.scene.reading.values import Values
@@ -291,6 +290,8 @@ def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]
 @lru_cache
 def _subspaces(joint_type: str, axis: tuple[float, ...], second_axis: tuple[float, ...]) -> tuple[Array, Array]:
     """Return the motion subspace of a joint at neutral coordinates, and the share of a pitch of 1."""
+    from eomgen.scene.joints.tree import motion_subspace  # noqa: PLC0415  # a scene of a record is not read
+
     still, screwed = (motion_subspace(JOINTS[joint_type], axis, second_axis, pitch) for pitch in (0.0, 1.0))
     return still, screwed - still
 
