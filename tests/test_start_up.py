@@ -123,7 +123,7 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     check(start(work, tmp_path / "cache"), 127, 3, [])
     check(start(step, tmp_path / "cache"), 172, 12, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
-    check(start(loaded, tmp_path / "cache"), 179, 12, [])
+    check(start(loaded, tmp_path / "cache"), 180, 12, [])
 
 
 @pytest.mark.slow
