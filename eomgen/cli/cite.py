@@ -28,8 +28,7 @@ def cite(methods: tuple[str, ...], as_json: bool) -> None:
     """
     from eomgen.pipeline.citations import papers_of_methods  # noqa: PLC0415  # imported when the arguments are known
 
-    papers = papers_of_methods(methods)
-    entries = [_OWN, *(paper.bibtex() for paper in papers)]
+    entries = [_OWN, *papers_of_methods(methods)]
     if as_json:
         print_json([entry.partition("{")[2].partition(",")[0] for entry in entries])
     else:

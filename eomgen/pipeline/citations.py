@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.integrators.families.literature import Paper, papers_of
+from eomgen.integrators.families.literature import papers_of
 from eomgen.integrators.families.register import AUTO, STANDARD, method_compiled, method_names
 from eomgen.pipeline.documents import load
 from eomgen.scene.sources.register import own_endings
 
 
-def papers_of_methods(names: Sequence[str]) -> list[Paper]:
-    """Return the papers of methods, each once, in the order of the names.
+def papers_of_methods(names: Sequence[str]) -> list[str]:
+    """Return the papers of methods as BibTeX, each once, in the order of the names.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def papers_of_methods(names: Sequence[str]) -> list[Paper]:
         There is no such method, or no such scene.
     """
     papers = (paper for name in names for paper in papers_of(method_compiled(_method(name)).source))
-    return list({paper.key: paper for paper in papers}.values())
+    return list(dict.fromkeys(papers))
 
 
 def names_of_methods(start: str) -> list[str]:
