@@ -17,20 +17,10 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.compiled.arguments import check_name
 from eomgen.compiled.terms import ExtensibleModel, Parameters, States
 from eomgen.errors import NumericalError, Problem, UsageError
-
-#: Share of the largest singular value below which a direction counts as none.
-_SINGULAR = 1e-10
-#: Residual of the equations, relative to the required forces, up to which efforts are accepted.
-_LEFT_OVER = 1e-8
-#: Residual of the equations, relative to inertia and other forces, that counts as round-off.
-_ROUND_OFF = 1e-13
-#: Tolerated residual of the constraints at accelerations, as a share of its summands.
-_MISSED = 1e-6
-#: Share of the largest effort in an internal effort below which an actuator takes no part in the internal effort.
-_PART = 1e-6
 
 
 @dataclass(frozen=True, repr=False)
@@ -75,7 +65,7 @@ class ActuatorEfforts:
         for column in first.T:
             largest = np.abs(column).max()
             pairs = zip(self.names, column, strict=True)
-            result.append(", ".join(f"{name} {part:.3g}" for name, part in pairs if abs(part) > _PART * largest))
+            result.append(", ".join(f"{name} {part:.3g}" for name, part in pairs if abs(part) > WRITTEN * largest))
         return tuple(result)
 
 
@@ -146,11 +136,11 @@ def actuator_efforts(
         B = terms.call("constraint_jacobian", **arguments)[0]
         a = terms.velocity("a", a)
         missed = _missed_accelerations(terms, B, a, terms.call("constraint_bias", **arguments)[0], tolerance)
-        inverse = np.linalg.pinv(B, rcond=_SINGULAR)
-        if tolerance > _MISSED:
+        inverse = np.linalg.pinv(B, rcond=COMPUTED)
+        if tolerance > WRITTEN:
             M = model.having(("mass",)).evaluator.call("mass", **arguments)[0]
             along = np.linalg.solve(M, np.swapaxes(B, -1, -2))  # by forces of constraints alone
-            a = a - (along @ np.linalg.pinv(B @ along, rcond=_SINGULAR) @ missed[..., np.newaxis])[..., 0]
+            a = a - (along @ np.linalg.pinv(B @ along, rcond=COMPUTED) @ missed[..., np.newaxis])[..., 0]
     (r,) = terms.call("inverse_dynamics", **{**arguments, "u": still}, a=a)
     (at_rest,) = terms.call("inverse_dynamics", **{**arguments, "u": still}, a=np.zeros(terms.functions.sizes["v"]))
     batch = np.broadcast_shapes(r.shape[:-1], S.shape[:-2])
@@ -159,11 +149,11 @@ def actuator_efforts(
         B, inverse = np.zeros((*batch, rows, nv)), np.zeros((*batch, nv, 0))
     P = np.eye(nv) - inverse @ B
     A, target = P @ S, (P @ r[..., np.newaxis])[..., 0]
-    efforts = (np.linalg.pinv(A, rcond=_SINGULAR) @ target[..., np.newaxis])[..., 0]
+    efforts = (np.linalg.pinv(A, rcond=COMPUTED) @ target[..., np.newaxis])[..., 0]
     needed = (S @ efforts[..., np.newaxis])[..., 0] - r
     # In free motion inertia and the other forces, of this size, cancel down to round-off.
     summands = np.linalg.norm(r - at_rest, axis=-1) + np.linalg.norm(at_rest, axis=-1)
-    allowed = _LEFT_OVER * np.linalg.norm(target, axis=-1) + _ROUND_OFF * summands
+    allowed = COMPUTED * np.linalg.norm(target, axis=-1) + SUMMED * summands
     _check_left_over(terms.v_names, names, (P @ needed[..., np.newaxis])[..., 0], allowed)
     multipliers = (np.swapaxes(inverse, -1, -2) @ needed[..., np.newaxis])[..., 0]
     return ActuatorEfforts(names, efforts, multipliers, _null_space(A))
@@ -235,7 +225,7 @@ def _null_space(A: Array) -> Array:
     the rank differs between the states of a batch."""
     _, values, rows = np.linalg.svd(A)
     scale = values.max(axis=-1, keepdims=True) if values.shape[-1] else values
-    ranks = np.sum(values > _SINGULAR * scale, axis=-1)
+    ranks = np.sum(values > COMPUTED * scale, axis=-1)
     rank = int(np.max(ranks)) if ranks.size else 0
     if np.any(ranks != rank):
         fault = (

@@ -13,6 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array, count_of
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.solvers.redundancy import NoRankGap, independent_columns
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 #: Rows of the regressor for each column, and least number of motions.
 _ROWS, _MOTIONS = 4, 40
-#: Part of a column that combinations may miss at motions other than the motions of their identification.
-_MISSED = 1e-8
 
 
 @dataclass(frozen=True, repr=False)
@@ -144,7 +143,7 @@ def _check(Y: Array, kept: tuple[int, ...], matrix: Array) -> None:
     """Raise NumericalError if combinations do not hold at other motions."""
     sizes = np.linalg.norm(Y, axis=0)
     missed = np.linalg.norm(Y - Y[:, kept] @ matrix, axis=0)
-    if np.any(missed > _MISSED * np.max(sizes, initial=0.0)):
+    if np.any(missed > COMPUTED * np.max(sizes, initial=0.0)):
         fault = "combinations that hold at some random motions do not hold at others [E0038]"
         raise NumericalError(Problem("base_parameters", fault, "another seed"))
 

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import nearest, shown
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.compiled.arguments import check_name, check_place, components
 from eomgen.compiled.terms import EvaluatedModel, ExtensibleModel, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
@@ -405,10 +406,6 @@ _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("aligned", "world_aligned", "mixed"), "local_world_aligned"),
     **dict.fromkeys(("spatial", "inertial"), "world"),
 }
-#: Part of the largest eigenvalue of J M^-1 J^T below which a direction counts as one in which a frame cannot move.
-_SINGULAR = 1e-12
-#: Share of the largest singular value of B below which a row counts as dependent on other rows.
-_DEPENDENT = 1e-10
 
 
 def jacobian(
@@ -638,7 +635,7 @@ def operational_inertia(
     every = _held_mobility(model, frame, state) if constrained else _term_of(model, "frame_mobilities", frame, **state)
     mobility = every[..., row_numbers, :][..., row_numbers]
     values = np.linalg.eigvalsh(mobility)
-    if not np.all(values[..., 0] > _SINGULAR * values[..., -1]):
+    if not np.all(values[..., 0] > SUMMED * values[..., -1]):
         by = ", for joints and constraints together" if constrained else ""
         fault = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move{by} [E0252]"
         hint = "rows=[...] of the directions in which it can, or a configuration away from the singularity"
@@ -655,7 +652,7 @@ def _held_mobility(model: ExtensibleModel, frame: str, state: Mapping[str, Any])
     B = able.evaluator.call("constraint_jacobian", **state)[0]
     J = _term_of(able, "frame_jacobians_aligned", frame, **state)
     nv = M.shape[-1]
-    P = np.eye(nv) - np.linalg.pinv(B, rcond=_DEPENDENT) @ B
+    P = np.eye(nv) - np.linalg.pinv(B, rcond=COMPUTED) @ B
     s = np.trace(M, axis1=-2, axis2=-1)[..., np.newaxis, np.newaxis] / nv
     free = np.linalg.solve(P @ M @ P + s * (np.eye(nv) - P), P @ np.swapaxes(J, -1, -2))
     mobility: Array = J @ P @ free

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.compiled.terms import EvaluatedModel, Inputs, Parameters, States, check_derivatives
 from eomgen.errors import NumericalError
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error
@@ -22,8 +23,6 @@ from eomgen.system.terms import NONZEROS
 
 #: States of a batch that are looked at, and sets of parameters that are remembered.
 _STATES, _REMEMBERED = 4, 1000
-#: Singular values of B below this part of the largest belong to redundant rows.
-_RANK = 1e-10
 
 
 def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: Array) -> None:
@@ -80,9 +79,6 @@ def _hint(model: EvaluatedModel) -> str:
     return "these parameters as defaults of the scene, or links that differ less"
 
 
-#: Residual of constraints at accelerations, relative to the size of the cancelling summands, from which on the residual
-#: is reported.
-_BROKEN = 1e-6
 #: Velocity components up to which whole matrices are made of nonzeros.
 _MOST_WHOLE = 200
 #: Results of the function ``energy``, in order: J, J, W, W.
@@ -300,7 +296,7 @@ def _warn_of_broken_loop(
     acceleration = model.evaluator.velocity("a", a)
     off = np.abs(B @ acceleration + g)
     sizes = np.abs(B) @ np.abs(acceleration) + np.abs(g)
-    broken = off > _BROKEN * np.maximum(sizes, 1.0)
+    broken = off > WRITTEN * np.maximum(sizes, 1.0)
     if np.any(broken):
         worst = model.evaluator.multipliers[int(np.argmax(off * broken))]
         sentence = (
@@ -616,7 +612,7 @@ def free_directions(model: EvaluatedModel, q: ArrayLike, t: float, p: Array) -> 
         return np.eye(functions.sizes["v"])
     blocks = evaluate(model, "constraint_jacobian", q, t=t, parameters=p)
     _, sizes, directions = np.linalg.svd(np.atleast_2d(next(iter(blocks.values()))))
-    return np.asarray(directions[int(np.sum(sizes > _RANK * sizes.max(initial=0.0))) :].T)
+    return np.asarray(directions[int(np.sum(sizes > COMPUTED * sizes.max(initial=0.0))) :].T)
 
 
 def _sums(places: NDArray[np.int64], values: Array, size: int) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import distinct
+from eomgen.base.rounding import WRITTEN
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, numbers, read_quantities
 from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Message, Problem, UsageError
@@ -315,7 +316,7 @@ def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[
 
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
 #: are listed.
-_TOLD, _LISTED = 1e-6, 6
+_LISTED = 6
 #: Part by which a value may change that was asked for: digits of a scene.
 _KEPT = 0.01
 
@@ -355,7 +356,7 @@ def corrected_start(
         asked = 0 < min(nonzero_count, joints or nonzero_count) <= freedoms
         for k, (name, unit, size) in enumerate(zip(labels, units_of, sizes, strict=True)):
             share = abs(after[k] - before[k]) / size if size else 0.0
-            if share > _TOLD:
+            if share > WRITTEN:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
                 words = f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"
                 changed.append((bool(asked and before[k] and share > _KEPT), share, words, name))

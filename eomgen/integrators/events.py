@@ -15,6 +15,7 @@ from dataclasses import asdict
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import ModelError, Problem
 from eomgen.integrators.families.family import Field, Status
 from eomgen.system.events import LEAST_INTERVAL, EventRow, Mode
@@ -185,7 +186,7 @@ def sample_data(
 
 #: Largest denominator of the common tick of clocks, 1/s; relative error of a period in ticks; ticks of a period, which
 #: fit into 32 bits.
-_FINEST, _ROUNDING, _MOST_TICKS = 10**9, 1e-12, 2**32 - 1
+_FINEST, _MOST_TICKS = 10**9, 2**32 - 1
 
 
 def controller_data(system: System) -> dict[str, Any]:
@@ -206,7 +207,7 @@ def controller_data(system: System) -> dict[str, Any]:
     parts = [Fraction(time).limit_denominator(_FINEST) for time in times]
     shared = math.lcm(*(part.denominator for part in parts))
     tick = Fraction(math.gcd(*(int(part * shared) for part in parts)), shared)
-    exact = all(abs(float(part) - time) <= _ROUNDING * time for part, time in zip(parts, times, strict=True))
+    exact = all(abs(float(part) - time) <= SUMMED * time for part, time in zip(parts, times, strict=True))
     if not exact or max(parts) / tick > _MOST_TICKS:
         periods = " and ".join(f"{time:.9g} s" for time in dict.fromkeys(times))
         fault = f"the times of samples, {periods}, have no common divisor that a counter of 32 bits can count [E0331]"

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
+from eomgen.base.rounding import COMPUTED
 from eomgen.codegen.continuation import IrregularSamples, Known, Samples, continued_sums
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import ZERO, Number
@@ -42,8 +43,6 @@ _FEW_JOINED, _MORE_JOINED = 18, 1
 _FEW_HINGED, _MORE_HINGED, _FREEDOMS = 28, 4, 60
 #: Distance of rows from which on a row that names the other one is distant.
 _END = 3
-#: Largest deviation of numbers that grow evenly, as a part of the largest.
-_EVEN = 1e-9
 _INTEGER = re.compile(r"(\d+)")
 #: Parts of a scene that may have entries.
 _LISTS = ("bodies", "joints", "points", "elements")
@@ -244,7 +243,7 @@ class EqualRows(EqualParts):
         for number, numbers in rows.items():
             table[number - self.first] = 1.0, *numbers
         first, second, third = table[: -2 * period], table[period:-period], table[2 * period :]
-        slack = _EVEN * np.max(np.abs(table), axis=0)
+        slack = COMPUTED * np.max(np.abs(table), axis=0)
         slack[:2] = 0.0
         even = np.all((np.abs(first - 2.0 * second + third) <= slack), axis=1) & (first[:, 0] == second[:, 0])
         free = ~np.isin(np.arange(self.first, self.last + 1), self.named_from_afar)
@@ -266,7 +265,7 @@ class EqualRows(EqualParts):
                 grown |= np.any(part != part[:1], axis=0)
         x, progress = table[:, grown], (order - order[0]) / max(1, order[-1] - order[0])
         line = x[0] + (x[-1] - x[0]) * progress[:, np.newaxis]
-        return grown if np.all(np.abs(x - line) <= _EVEN * np.max(np.abs(x), axis=0)) else None
+        return grown if np.all(np.abs(x - line) <= COMPUTED * np.max(np.abs(x), axis=0)) else None
 
     @cached_property
     def growing(self) -> Array:
@@ -402,7 +401,7 @@ class EqualRows(EqualParts):
         low, high = self.growing[after - 1], self.growing[after]
         nearest = np.where(blocks - low < high - blocks, low, high)
         exact = np.where(step == 0.0, blocks, nearest)
-        if np.any(np.abs(exact - blocks) > _EVEN * np.max(np.abs(blocks), axis=0)):
+        if np.any(np.abs(exact - blocks) > COMPUTED * np.max(np.abs(blocks), axis=0)):
             return None
         return [*third.tolist(), *exact.ravel().tolist()]
 

@@ -16,6 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.figures import axes_of_caller, axis_label, new_figure, place_panels, pyplot_figure, save_figure
 from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
@@ -30,11 +31,9 @@ _CURVES, _PANELS, _POINTS = 6, 24, 4000
 _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
 #: Events that are marked by lines; more lines would be a surface.
 _EVENTS = 200
-#: Smaller changes are drawn as none: such changes are rounding errors.
-_FLAT = 1e-12
 #: Least height of a panel as a part of its values: rounding errors, and the drift of energies by the method, are drawn
 #: flat.
-_ROUNDED, _STEADY = 1e-9, 1e-4
+_STEADY = 1e-4
 #: Lines nearer than this part of the height of a panel cannot be distinguished.
 _EQUAL = 2e-3
 #: Words of the name of a curve: of an included file, of an output, of a component.
@@ -495,7 +494,7 @@ def _with_small_changes(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
         }
         large = max(changes.values(), default=0.0)
         small = [number for number, change in changes.items() if change < _SMALL * large]
-        if not any(changes[number] > _FLAT for number in small) or (unit == "rad" and large < _TURNED):
+        if not any(changes[number] > SUMMED for number in small) or (unit == "rad" and large < _TURNED):
             continue
         for number in small:
             curve = curves[number]
@@ -597,7 +596,7 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
     axis.grid(True, color="#dddddd", linewidth=0.6)
     axis.margins(x=0.0)
     low, high = axis.get_ylim()
-    least = max(_FLAT, (_STEADY if panel[0].unit == "J" else _ROUNDED) * max(abs(low), abs(high)))
+    least = max(SUMMED, (_STEADY if panel[0].unit == "J" else COMPUTED) * max(abs(low), abs(high)))
     if high - low < least:
         axis.set_ylim(0.5 * (low + high - least), 0.5 * (low + high + least))
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)

@@ -21,6 +21,7 @@ from scipy.sparse.linalg import splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import SUMMED
 from eomgen.lie.few_poses import update_one
 from eomgen.lie.product import Factor
 
@@ -31,8 +32,6 @@ _ROUNDING = 1e-5
 #: A correction below the first size is followed by one with the same factors. This is the last if the next one would be
 #: below the second size at the same ratio, and is not taken otherwise.
 _SMALL, _LEFT = 3e-4, 1e-13
-#: Diagonal added to a singular matrix, relative to the rows of the matrix.
-_SHIFT = 1e-12
 #: Unknowns up to which matrices are made as whole arrays: a sparse one of this size takes longer to make than to solve.
 WHOLE = 200
 
@@ -355,7 +354,7 @@ def _scaled_solution(matrix: Matrix) -> Solution:
     def solution(right: Array) -> Array | None:
         for number in range(2):
             if number == len(known):
-                known.append(solver(plus(scaled, csc_array(diags_array(np.full(len(rows), _SHIFT))))))
+                known.append(solver(plus(scaled, csc_array(diags_array(np.full(len(rows), SUMMED))))))
             if (solve := known[number]) is not None:
                 result: Array = columns * solve(rows * right)
                 if np.isfinite(result).all():

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import SUMMED
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams, StrainedStart
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
 MAX_ITERATIONS = 50
 #: Corrections without progress after which a loop counts as one that rigid beams do not close.
 _PATIENCE = 4
-#: Part of the strain energy below which changes are rounding.
-_SAME = 1e-12
 #: Rounding errors of a row, in units of the last place of the sum of the magnitudes of the row's summands.
 ROUNDING = 4.0
 #: Suffix of the names of equations by which beams do not stretch, after the beam's name.
@@ -275,7 +274,7 @@ def _least_strained(
         met = bool(np.all(np.abs(violation) <= RowsInMetric(system, q, t).limits))
         if met and (best is None or energy < best[0]):
             best = energy, q, multipliers, iteration
-        if met and abs(before - energy) <= _SAME * energy:
+        if met and abs(before - energy) <= SUMMED * energy:
             break
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
         q = system.displace(q, step / max(1.0, largest))

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED
 from eomgen.solvers.bordered_newton import (
     CorrectedPoint,
     Direction,
@@ -28,8 +29,6 @@ _FEW = 5
 _SHARE, _COSINE = 0.5, 0.7
 #: The shortest step, as a part of the limits, and the most that steps may grow.
 _SHORTEST, _GROWTH = 1e-7, 2.0
-#: Tolerance of the load factor at the target, as a part of the reach.
-_THERE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -127,7 +126,7 @@ def follow(
                 break
             last, part = reached, 0.4 * part
         yield reached
-        if abs(reached.rest.s - target) <= _THERE * statics.reach:
+        if abs(reached.rest.s - target) <= SUMMED * statics.reach:
             return
         point = reached
         part = min(1.0, part * min(_GROWTH, max(0.5, (_FEW / max(reached.corrections, 1)) ** 0.5)))
@@ -176,7 +175,7 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     onwards = direction(statics, rest, along)
     if onwards is None:
         return "the tangent stiffness is singular there [E2086]"
-    against = along.s * onwards.s > 0.0 > change * along.s and abs(change) > _THERE * statics.reach
+    against = along.s * onwards.s > 0.0 > change * along.s and abs(change) > SUMMED * statics.reach
     if against or _cosine(statics, along, onwards) < _COSINE:
         return "the path turns too sharply [E2089]"
     return PathPoint(rest, onwards, point.way + length, result.corrections, stride)
@@ -196,7 +195,7 @@ def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, wa
     """
     start, along = first.rest, first.direction
     at_factor = start.s + second.stride * along.s
-    ends = along.s != 0.0 and abs(second.rest.s - at_factor) <= _THERE * statics.reach
+    ends = along.s != 0.0 and abs(second.rest.s - at_factor) <= SUMMED * statics.reach
     return step_to(statics, first, way, start.s + way * along.s if ends else np.inf)
 
 

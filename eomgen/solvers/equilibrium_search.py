@@ -20,6 +20,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.lie.product import difference
 from eomgen.solvers.blocks import SOFT, Blocks
 from eomgen.solvers.phi_functions import SymmetricPhi, phi_of_matrix
@@ -49,11 +50,7 @@ _FIRST, _LAST = 0.1, 1e8
 _FREE = 1e-6
 #: Length of a motion, in lengths of the scene, above which the scene is not held.
 _FAR = 1e6
-#: A step below this part of the way that is not accurate crosses a jump of the forces.
-_TINY = 1e-9
 _TRIALS = 40
-#: Largest difference between J and J^T, as a part of the largest entry, at which J counts as symmetric.
-_ASYMMETRY = 1e-13
 
 
 def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0, *, patient: bool = True) -> Search:
@@ -131,7 +128,7 @@ class _LinearMotion:
     @cached_property
     def _symmetric_phi(self) -> SymmetricPhi | None:
         """The functions of J; None if J is not symmetric (internal states, follower forces)."""
-        return None if self.J.skew > _ASYMMETRY * self.J.largest else SymmetricPhi(self.J)
+        return None if self.J.skew > SUMMED * self.J.largest else SymmetricPhi(self.J)
 
     def _phi(self, f: Array, time: float, order: int) -> Array:
         """Return time phi_k(time J) f, phi_k being the k-th function of exponential integrators."""
@@ -200,7 +197,7 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
             pace.time = (_LAST / fastest if np.isinf(time) else time) * growth
             pace.way, pace.kinetic = pace.way + gone, pace.kinetic + kinetic
             return reached
-        if kinetic <= _TINY * pace.kinetic:  # forces jump here; is their direction unchanged?
+        if kinetic <= COMPUTED * pace.kinetic:  # forces jump here; is their direction unchanged?
             pace.time = time
             free = len(point.imbalance)
             return reached if float(there[:free] @ change[:free]) > 0.0 else None

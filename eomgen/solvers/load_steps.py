@@ -21,6 +21,7 @@ from scipy.sparse import csc_array, diags_array
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import WRITTEN
 from eomgen.lie.product import Factor
 from eomgen.solvers.bordered_newton import (
     Balance,
@@ -120,8 +121,6 @@ _STEPS, _LIMITS = 200, StepLimits(0.2)
 _TIMES = 4
 #: Cosine from which a mode counts as one along the path.
 _ALONG = 1e-2
-#: Relative difference from the largest negative stiffness within which negative stiffnesses count as equal.
-_ALIKE = 1e-6
 #: Diagonal regularization of Newton's matrix, relative to the negative stiffness, for families of equilibria.
 _BESIDE = 1e-6
 
@@ -185,7 +184,7 @@ def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
     """Return the most negative stiffness and the displacement along it, (nv,), reproducible if several are equal."""
     values, directions = stiffness.next_to_zero(stiffness.negative + stiffness.neutral)
     lowest = float(np.min(values))
-    alike = values <= (1.0 - _ALIKE) * lowest
+    alike = values <= (1.0 - WRITTEN) * lowest
     return lowest, canonical_direction(directions[:, alike], stiffness.sizes)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import WRITTEN
 
 #: Least new part of a row next to earlier rows for corrections by normal equations, above the parts that corrections
 #: by whole matrices leave out.
@@ -18,8 +19,6 @@ _NEW = 1e-4
 _BLOCK = 12
 #: Number of rows up to which singular values are of whole matrices.
 _FEW = 40
-#: Relative error of eigenvalues.
-_TOLERANCE = 1e-6
 
 
 class SparseRows:
@@ -150,7 +149,7 @@ def smallest_singular_value(rows: Any) -> float:
     try:
         factors = splu(normal, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         inverse = LinearOperator(normal.shape, factors.solve, dtype=float)
-        (largest,) = eigsh(inverse, k=1, which="LM", v0=np.ones(count), return_eigenvectors=False, tol=_TOLERANCE)
+        (largest,) = eigsh(inverse, k=1, which="LM", v0=np.ones(count), return_eigenvectors=False, tol=WRITTEN)
     except RuntimeError:  # singular
         return 0.0
     return float(1.0 / np.sqrt(largest)) if largest > 0.0 else 0.0  # negative by rounding
@@ -163,5 +162,5 @@ def largest_singular_value(rows: Any) -> float:
     if min(rows.shape) <= _FEW:
         return float(np.linalg.norm(rows.toarray(), 2))
     start = np.ones(rows.shape[0])
-    (largest,) = eigsh(rows @ rows.T, k=1, which="LA", v0=start, return_eigenvectors=False, tol=_TOLERANCE)
+    (largest,) = eigsh(rows @ rows.T, k=1, which="LA", v0=start, return_eigenvectors=False, tol=WRITTEN)
     return float(np.sqrt(largest))

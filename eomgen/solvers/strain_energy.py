@@ -14,6 +14,7 @@ from scipy.sparse import block_array, csc_array, csr_array, diags_array, eye_arr
 from scipy.sparse.linalg import splu
 
 from eomgen.base.arrays import Array
+from eomgen.base.rounding import SUMMED
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
@@ -22,10 +23,6 @@ from eomgen.solvers.constraint_rows import ConstrainedSystem
 
 #: Step of derivatives by complex arguments.
 _TINY = 1e-30
-#: Relative weight of the kinetic metric against the stiffest strain; this metric determines motions without strain.
-_KINETIC = 1e-12
-#: Relative regularization of the multipliers of redundant rows.
-_HELD = 1e-12
 
 
 class Strains:
@@ -76,14 +73,14 @@ class Strains:
             H = H + csc_array(0.5 * (of_forces + of_forces.T))
         masses = np.diag(self.system.mass(q))
         masses = np.where(masses > 0.0, masses, np.min(masses[masses > 0.0], initial=1.0))
-        kinetic = _KINETIC * np.max(diagonal / masses) * masses
+        kinetic = SUMMED * np.max(diagonal / masses) * masses
         scale = 1.0 / np.sqrt(diagonal + kinetic)
         B = self.system.jacobian(q, t)[: len(violation)] * scale
         lengths = np.linalg.norm(B, axis=1)
         weights = 1.0 / np.where(lengths > 0.0, lengths, 1.0)
         rows = csc_array(B * weights[:, np.newaxis])
         scaled = csc_array(diags_array(scale) @ (H + diags_array(kinetic)) @ diags_array(scale))
-        held = csc_array(-_HELD * eye_array(len(violation)))
+        held = csc_array(-SUMMED * eye_array(len(violation)))
         whole = csc_array(block_array([[scaled, csc_array(rows.T)], [rows, held]]))
         result = splu(whole).solve(np.concatenate([-scale * (D.T @ forces.ravel()), -weights * violation]))
         return result[: len(scale)] * scale, result[len(scale) :] * weights

@@ -21,24 +21,19 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, columns_of, plus, solver, sparse, whole
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
 #: Skew part of a stiffness, as parts of its diagonal and of its largest entry, from which forces have no potential.
-_SKEW, _LARGEST = 1e-7, 1e-12
-#: Absolute entries of the scaled matrix below this value count as uncoupled.
-_COUPLED = 1e-12
+_SKEW = 1e-7
 #: Sweeps of row and column scaling, of inverse iteration, and the change of an eigenvalue that ends the latter.
-_SWEEPS, _ITERATIONS, _SETTLED = 4, 60, 1e-12
+_SWEEPS, _ITERATIONS = 4, 60
 #: Additional directions in inverse iteration, beyond the requested number.
 _BESIDE = 4
-#: Relative residual that a solution by sparse pivots without exchanges may have.
-_EXACT = 1e-8
 #: Rounding error of a stiffness relative to the sum of its absolute terms, and number of stiffnesses checked for zero.
 ROUNDING, _NEUTRAL = 1e3 * float(np.finfo(float).eps), 2
-#: Relative QR pivot below which a constraint row depends on other rows.
-_DEPENDENT = 1e-10
 #: Shift of an exactly singular stiffness, relative to the diagonal.
 _SHIFT = 1e-14
 
@@ -71,7 +66,7 @@ class TangentStiffness:
         if isinstance(self.K, np.ndarray):
             scaled = self.sizes[:, np.newaxis] * self.K * self.sizes
             roots = np.sqrt(np.abs(np.diagonal(scaled)))
-            bound = _SKEW * roots[:, np.newaxis] * roots + _LARGEST * np.max(np.abs(scaled), initial=0.0)
+            bound = _SKEW * roots[:, np.newaxis] * roots + SUMMED * np.max(np.abs(scaled), initial=0.0)
             return bool(np.all(np.abs(scaled - scaled.T) <= bound))
         size = diags_array(self.sizes)
         K = csc_array(size @ self.K @ size)
@@ -80,7 +75,7 @@ class TangentStiffness:
             return True
         diagonal = np.sqrt(np.abs(K.diagonal()))
         row, column = skew.coords
-        allowed = _SKEW * diagonal[row] * diagonal[column] + _LARGEST * float(abs(K).max())
+        allowed = _SKEW * diagonal[row] * diagonal[column] + SUMMED * float(abs(K).max())
         return bool(np.all(skew.data <= allowed))
 
     @cached_property
@@ -150,7 +145,7 @@ class TangentStiffness:
     def _coupling(self) -> Any:
         """Whether components and rows are coupled, whole or sparse as the matrix."""
         size: Any = abs(self.bordered_matrix)
-        return size > _COUPLED
+        return size > SUMMED
 
     def determinants(self, groups: Components) -> list[tuple[int, float]]:
         """Return for each group the sign of det K on the null space of B, and a logarithm of a magnitude. ``groups``
@@ -200,7 +195,7 @@ class TangentStiffness:
             X, answers = X @ turn, answers @ turn
             led = slice(0, min(count, len(values)))
             settled = len(values) == len(before) and np.all(
-                np.abs(values - before)[led] <= _SETTLED * np.abs(values)[led]
+                np.abs(values - before)[led] <= SUMMED * np.abs(values)[led]
             )
             if whole_space or settled:
                 break
@@ -234,7 +229,7 @@ class TangentStiffness:
             return None
         right = np.random.default_rng(5).normal(size=nv + rows)
         solution = factors.solve(right)
-        if not np.max(np.abs(matrix @ solution - right)) <= _EXACT * (1.0 + float(np.max(np.abs(solution)))):
+        if not np.max(np.abs(matrix @ solution - right)) <= COMPUTED * (1.0 + float(np.max(np.abs(solution)))):
             return None
         return int(np.sum(factors.U.diagonal() < 0.0)) - rows
 
@@ -275,7 +270,7 @@ def _independent(B: Matrix, sizes: Array) -> Matrix:
         return B
     _, R, order = scipy.linalg.qr((whole(B) * sizes).T, mode="economic", pivoting=True)
     left = np.abs(np.diagonal(R))
-    rank = int(np.sum(left > _DEPENDENT * np.max(left, initial=0.0)))
+    rank = int(np.sum(left > COMPUTED * np.max(left, initial=0.0)))
     return B if rank == B.shape[0] else B[np.sort(order[:rank])]
 
 

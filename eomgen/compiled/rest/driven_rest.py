@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import distinct
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.compiled.rest.state_warnings import SceneMeasures, off_axis_hint
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
@@ -26,14 +27,8 @@ if TYPE_CHECKING:
 
 #: Fractions of a turn of the fastest drive at which rates and forces are looked at again.
 _LATER = (0.11, 0.37, 1.0, 2.6)
-#: Limit of the changes of rates, rows and accelerations along the motion, relative to the measure of each.
-_STEADY = 1e-7
 #: Newton's corrections onto the rows at another time than the start.
 _CORRECTIONS = 12
-#: Components of v below this part of the largest are none: rounding of a least-squares solution.
-_NOTHING = 1e-12
-#: Ways, as parts of a rad or of the scene's length, over which a law's acceleration makes up a rate that is none.
-_AT_REST = 1e-12
 _AS_IT_MOVES = 'at="initial", or solution.linearize(t) about the motion itself'
 
 
@@ -48,7 +43,7 @@ def law_rates(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     length = measures.length(q)
     reach = np.array([1.0 if unit in ("1", "1/s") else length for unit in model.library.layout["row_units"]])
     # a rate that the law's acceleration reaches at once is rounding
-    result: Array = np.where(rates**2 > _AT_REST * reach * np.abs(changes), rates, 0.0)
+    result: Array = np.where(rates**2 > SUMMED * reach * np.abs(changes), rates, 0.0)
     return result
 
 
@@ -71,7 +66,7 @@ def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> 
     (B,) = model.evaluate("constraint_jacobian", q, **_arguments(measures)).values()
     extents = _extents(model, measures, q)
     v = extents * np.linalg.lstsq(B * extents, -rates, rcond=None)[0]
-    result: Array = np.where(np.abs(v) > _NOTHING * np.max(np.abs(v) / extents) * extents, v, 0.0)
+    result: Array = np.where(np.abs(v) > SUMMED * np.max(np.abs(v) / extents) * extents, v, 0.0)
     return result
 
 
@@ -121,7 +116,7 @@ def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Arra
         later = SceneMeasures(model, measures.p, measures.t + seconds, measures.base)
         then = driven_velocity(model, later, _move(model, later, q, v, seconds))
         k = int(np.argmax(np.abs(then - v) / extents))
-        if not abs(then[k] - v[k]) <= _STEADY * size * extents[k]:
+        if not abs(then[k] - v[k]) <= WRITTEN * size * extents[k]:
             before, after = distinct(float(v[k]), float(then[k]))
             unit = model.v_units[k]
             fault = (
@@ -143,7 +138,7 @@ def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: A
         there = _move(model, later, q, v, seconds)
         excess = np.abs(_imbalance(model, later, u, there, v, z)) - left
         k = int(np.argmax(excess / extents))
-        if excess[k] <= _STEADY * pace**2 * extents[k]:
+        if excess[k] <= WRITTEN * pace**2 * extents[k]:
             continue
         unit = model.v_units[k].replace("/s", "/s^2")
         fault = (

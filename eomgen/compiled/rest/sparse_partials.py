@@ -22,6 +22,7 @@ from scipy.sparse.linalg import splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem
 from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, sparse, whole
@@ -222,7 +223,7 @@ def _by_columns(text: str, shape: tuple[int, int], entries: Array) -> csc_array:
 
 
 #: Inverse iterations, and the part of the largest squared frequency below which strains have no stiffness.
-_ITERATIONS, _NOTHING = 4, 1e-24
+_ITERATIONS = 4
 
 
 def soft_modes(
@@ -266,4 +267,4 @@ def soft_modes(
     energy = np.einsum("eik,eij,ejk->k", change, strains.stiffness, change)
     every = np.abs(shapes)
     rounding = ROUNDING * np.einsum("ij,ij->j", every, abs(K) @ every)
-    return np.where((energy > _NOTHING * largest) & (np.abs(values) > rounding), values, 0.0), shapes
+    return np.where((energy > SUMMED**2 * largest) & (np.abs(values) > rounding), values, 0.0), shapes

@@ -19,6 +19,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.limits import Limit, doubt_settings
 from eomgen.base.products import rows_of
+from eomgen.base.rounding import SUMMED
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import Message, NumericalError
 from eomgen.formula.evaluate import evaluate
@@ -147,8 +148,6 @@ def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs)
     return sentences
 
 
-#: Distance of a centre of mass from its axis, relative to the scene's length, below which the centre lies on the axis.
-_ON_AXIS = 1e-12
 #: Moment of all parts about the axis, as a part of the largest of one, below which a rotor is in balance: blades sag.
 _BALANCED = 0.05
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
@@ -173,7 +172,7 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
             center = origin + rotated(turn, measures.vector(solid.center_of_mass))
             off, mass = 0.5 * float(np.linalg.norm(center[1] - center[0])), measures.number(solid.mass)
             moment += 0.5 * mass * (center[0] - center[1])
-            if off > _ON_AXIS * measures.length(q) and mass * off > worst:
+            if off > SUMMED * measures.length(q) and mass * off > worst:
                 worst = mass * off
                 result = (
                     f"centres of mass on the axis of {factor.name} (the centre of {solid.name} is {off:.6g} m off,"
@@ -183,7 +182,7 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
                 # half a turn reverses the part of gravity across the axis alone
                 across = gravity - rotated(turn[1], rotated(turn[0] * _CONJUGATE, gravity))
         is_balanced = worst > before and float(np.linalg.norm(moment)) <= _BALANCED * worst
-        if is_balanced and float(np.linalg.norm(across)) > _ON_AXIS * measures.gravity():
+        if is_balanced and float(np.linalg.norm(across)) > SUMMED * measures.gravity():
             result = (
                 f"gravity along the axis of {factor.name} or none, for the centres of mass balance about this axis, and"
                 " gravity across it turns relative to each part; floquet (of a model, in Python) takes such a motion,"

@@ -21,6 +21,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import Problem, UsageError
 
 #: Words up to this length are looked at.
@@ -71,8 +72,6 @@ def order_of(alternating: Sequence[float], most: int = MOST_LETTERS) -> int:
 
 Part = Literal["drift", "kick"]
 
-#: |trace|/2 of a step of the oscillator beyond 1 that counts as rounding of tabulated coefficients.
-_ROUNDED_TRACE = 1e-9
 #: Points by which the stability limit is looked for, for each unit of omega h.
 _POINTS = 500
 
@@ -219,7 +218,7 @@ class Composition:
             )
             finer = [np.linspace(grid[peak - 1], grid[peak + 1], 513) for peak in peaks]
             points = np.unique(np.concatenate([grid, *finer]))
-            outside = np.flatnonzero(beyond(points) > _ROUNDED_TRACE)
+            outside = np.flatnonzero(beyond(points) > COMPUTED)
             if len(outside) and outside[0]:
                 return _bisect(beyond, points[outside[0] - 1], points[outside[0]])
         raise AssertionError("unreachable: the trace is a polynomial of even degree in the step")

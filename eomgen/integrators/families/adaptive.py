@@ -8,37 +8,53 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import Field, Setting, Sizes, Status
 
 #: Least and largest tolerance of adaptive steps.
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-14, 0.1
-#: The part of the step that an error estimate allows which is taken: rejections cost a whole step. All families with
-#: adaptive steps share this and the following constants; a family may replace a constant in its ``data``.
-SAFETY = 0.9
-#: Changes of a step at most, from one to the next and after a rejection.
-MOST_GROWTH, MOST_REDUCTION = 4.0, 0.1
-#: Part of its size with which a failed step is repeated.
-AFTER_FAILURE = 0.25
-#: The longest step, in steps of the time grid: laws shorter than a step may be missed.
-LONGEST = 64.0
-#: Steps within one row, and attempts at one step, before a run stops: a call of compiled code hears no Ctrl-C.
-MOST_STEPS, MOST_ATTEMPTS = 1_000_000, 60
-#: Decay of the sizes of the motion: a size fades while the velocity changes by this multiple of the size.
-MEMORY = 4.0
-#: The part of the largest size so far that counts as the size of a smaller motion.
-COARSE = 1e-3
-#: A step that is shorter than this part of a usual one is allowed the usual one's error: if forces have a corner,
-#: errors do not shrink as fast as steps do.
-SHORT = 0.05
 
-#: Growth of a step at most if rounding may be a tenth of the error that is allowed: smaller errors cannot be seen.
-NOISY_GROWTH = 1.125
-#: Error of an explicit step, as a part of the motion, up to which the end of the step is used to measure the size of
-#: the motion.
-ACCURATE = 0.01
+
+class StepControl(NamedTuple):
+    """Numbers by which adaptive steps are chosen, by the names of the templates; a family may replace some.
+
+    Attributes
+    ----------
+    safety : part of the step that an error estimate allows which is taken: rejections cost a whole step
+    least_growth : growth of a step below which the step stays as it is; 1: no data is kept for one step size
+    most_growth, most_reduction : change of a step at most, to the next one and after a rejection
+    after_failure : part of its size with which a failed step is repeated
+    longest : the longest step, in steps of the time grid: laws shorter than a step may be missed
+    most_steps, most_attempts : steps within one row, and attempts at one step, before a run stops: a call of compiled
+        code hears no Ctrl-C
+    memory : decay of the sizes of the motion: a size fades while the velocity changes by this multiple of the size
+    coarse : part of the largest size so far that counts as the size of a smaller motion
+    short : a step that is shorter than this part of a usual one is allowed the usual one's error: if forces have a
+        corner, errors do not shrink as fast as steps do
+    accurate : error of an explicit step, as a part of the motion, up to which the end of the step is used to measure
+        the size of the motion
+    noisy_growth : growth of a step at most if rounding may be a tenth of the error that is allowed: smaller errors
+        cannot be seen
+    """
+
+    safety: float = 0.9
+    least_growth: float = 1.0
+    most_growth: float = 4.0
+    most_reduction: float = 0.1
+    after_failure: float = 0.25
+    longest: float = 64.0
+    most_steps: int = 1_000_000
+    most_attempts: int = 60
+    memory: float = 4.0
+    coarse: float = 1e-3
+    short: float = 0.05
+    accurate: float = 0.01
+    noisy_growth: float = 1.125
+
+
+CONTROL = StepControl()
 
 
 def check_tolerance(tolerance: float) -> None:
@@ -107,29 +123,14 @@ def step_statuses() -> tuple[Status, ...]:
     """Return the failures of adaptive steps: a step that is too small, and too many steps within one row."""
     small = "the step became too small for the time to move on: the motion has a singularity near, or forces jump"
     stiff = "the tolerance is too small for this order, or the motion is stiff"
-    many = f"{MOST_STEPS} steps were not enough for one row: {stiff}"
+    many = f"{CONTROL.most_steps} steps were not enough for one row: {stiff}"
     return (
         Status(8, "STEP_TOO_SMALL", small, "a tolerance larger than {tolerance:.3g}, or the forces near that time"),
         Status(9, "TOO_MANY_STEPS", many, "a tolerance larger than {tolerance:.3g}, another method, or shorter rows"),
     )
 
 
-def step_data(order: int) -> Mapping[str, Any]:
+def step_data(order: int, control: StepControl = CONTROL) -> Mapping[str, Any]:
     """Return the data of the templates for the choice of adaptive steps; ``order``: power of the step in the local
     error."""
-    return {
-        "own_steps": True,
-        "own_order": order,
-        "safety": SAFETY,
-        "most_growth": MOST_GROWTH,
-        "most_reduction": MOST_REDUCTION,
-        "after_failure": AFTER_FAILURE,
-        "longest": LONGEST,
-        "most_steps": MOST_STEPS,
-        "most_attempts": MOST_ATTEMPTS,
-        "memory": MEMORY,
-        "coarse": COARSE,
-        "short": SHORT,
-        "accurate": ACCURATE,
-        "noisy_growth": NOISY_GROWTH,
-    }
+    return {"own_steps": True, "own_order": order, **control._asdict()}

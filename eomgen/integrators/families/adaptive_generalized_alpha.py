@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.adaptive import (
+    CONTROL,
     LARGEST_TOLERANCE,
-    LONGEST,
     STEP_GROUPS,
     check_tolerance,
     longest_setting,
@@ -33,14 +33,12 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-5
-#: Least growth of a step: a step of another size needs new factors.
-LEAST_GROWTH = 1.25
-#: The growth of a step at most. Alternating steps 1 : 2 leave stiff modes damped at any spectral radius, 1 : 4 do not.
-MOST_GROWTH = 2.0
-#: Newton's tolerance on the mean velocity, by the tolerance of the local error and the change of velocity in a step.
-ITERATIONS = 1e-2
-#: The part of the error of velocities that counts.
-VELOCITY_PART = 0.2
+#: A step of another size needs new factors; alternating steps 1 : 2 leave stiff modes damped at any spectral radius,
+#: 1 : 4 do not.
+_CONTROL = CONTROL._replace(least_growth=1.25, most_growth=2.0, noisy_growth=1.25)
+#: Newton's tolerance on the mean velocity, by the tolerance of the local error and the change of velocity in a step,
+#: and the part of the error of velocities that counts.
+_OF_VELOCITIES = {"iterations": 1e-2, "velocity_part": 0.2}
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         base_settings = (item for item in super().settings(sizes) if item.name != "max_halvings")
-        return (*base_settings, tolerance_setting(self.tolerance), longest_setting(LONGEST))
+        return (*base_settings, tolerance_setting(self.tolerance), longest_setting(CONTROL.longest))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         base_bounds = (bound for bound in super().bounds(sizes) if bound.left != "max_halvings")
@@ -114,14 +112,10 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         base_data = super().data(system, step, samples)
         return {
             **{key: value for key, value in base_data.items() if key not in on_a_grid},
-            **step_data(2),
+            **step_data(2, _CONTROL),
+            **_OF_VELOCITIES,
             "parameters": list(self.coefficients),
             "turning": [],
-            "least_growth": LEAST_GROWTH,
-            "most_growth": MOST_GROWTH,
-            "noisy_growth": LEAST_GROWTH,
-            "iterations": ITERATIONS,
-            "velocity_part": VELOCITY_PART,
         }
 
 

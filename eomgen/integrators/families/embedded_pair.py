@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.adaptive import (
-    LONGEST,
+    CONTROL,
     STEP_GROUPS,
     check_tolerance,
     longest_setting,
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-8
-#: Least growth of a step that is taken: no data is kept for one step size.
-LEAST_GROWTH = 1.0
 DORMAND_PRINCE = EmbeddedPair(
     name="rk45",
     aliases=("dormand_prince", "dopri5"),
@@ -146,7 +144,7 @@ class EmbeddedRungeKutta(Family):
         return step_state(sizes)
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        return (tolerance_setting(self.tolerance), longest_setting(LONGEST))
+        return (tolerance_setting(self.tolerance), longest_setting(CONTROL.longest))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         return step_statistics()
@@ -160,7 +158,6 @@ class EmbeddedRungeKutta(Family):
         pair = self.pair
         return {
             **step_data(pair.embedded_order),
-            "least_growth": LEAST_GROWTH,
             "matrices": "forward_dynamics" not in system.functions,
             "stages": len(pair.b),
             "embedded_order": pair.embedded_order,

@@ -57,15 +57,9 @@ VARIANTS = ("F0", "F1", "F2", SPATIAL)
 #: Largest spectral radius at which index 3 is known to damp transients of the start, and spectral radius above which
 #: index 3 is known to fail.
 INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
-#: Newton's stopping test on the increment of the mean velocity. Tight enough that errors of the iteration stay below
-#: errors of the method at steps of 1e-5; the stepper keeps the demand above round-off.
-RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
-#: The same in single precision.
-SINGLE_RELATIVE_TOLERANCE, SINGLE_ABSOLUTE_TOLERANCE = 1e-5, 1e-6
-MAX_ITERATIONS, MAX_HALVINGS = 16, 6
 #: If forces damp, so that errors do not add up, a step may end with its first iteration: the part of the tolerance that
 #: may remain by a contraction known from earlier steps, and the number of steps for which this contraction is used.
-KNOWN_PART, UNOBSERVED_STEPS = 0.1, 15
+_OF_DAMPED_FORCES = {"known_part": 0.1, "unobserved_steps": 15}
 #: Named cases: constructor, parameters, and name of the C file.
 NAMED_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[str, ...], str]] = {
     "hht": (hht, ("alpha", "rho_inf"), (), "HHT-alpha"),
@@ -349,8 +343,8 @@ class GeneralizedAlpha(Family):
         whole_motion = "tolerance of the same increments, relative to the size of the whole motion in such components"
         perturb = "1: start with velocities that avoid a first-order error of the multipliers; 0: with the given ones"
         whole = (
-            Setting("max_iterations", MAX_ITERATIONS, "Newton iterations per attempt at most", (1, 2**31 - 1)),
-            Setting("max_halvings", MAX_HALVINGS, "halvings at most of a step that fails with a fresh matrix", (0, 30)),
+            Setting("max_iterations", 16, "Newton iterations per attempt at most", (1, 2**31 - 1)),
+            Setting("max_halvings", 6, "halvings at most of a step that fails with a fresh matrix", (0, 30)),
             Setting(
                 "reuse", 1, "1: reuse a factorization as long as iterations converge well; 0: one per step", (0, 1)
             ),
@@ -358,8 +352,10 @@ class GeneralizedAlpha(Family):
         )
         return (
             *(Setting(name, float(value), meaning[name]) for name, value in self.coefficients.items()),
-            Setting("rtol", RELATIVE_TOLERANCE, increment, single=SINGLE_RELATIVE_TOLERANCE),
-            Setting("atol", ABSOLUTE_TOLERANCE, whole_motion, single=SINGLE_ABSOLUTE_TOLERANCE),
+            # errors of the iteration stay below errors of the method at steps of 1e-5; the stepper keeps the demand
+            # above round-off
+            Setting("rtol", 1e-10, increment, single=1e-5),
+            Setting("atol", 1e-12, whole_motion, single=1e-6),
             *whole,
         )
 
@@ -449,9 +445,7 @@ class GeneralizedAlpha(Family):
         harmonics = harmonics_data(system)
         return {
             **({"harmonics": harmonics} if harmonics else {}),
-            **(
-                {"known_part": KNOWN_PART, "unobserved_steps": UNOBSERVED_STEPS} if system.facts.velocity_forces else {}
-            ),
+            **(_OF_DAMPED_FORCES if system.facts.velocity_forces else {}),
             "hooks": {**hooks, **({"recorded": "observe", "end": "finish"} if nl else {})},
             "row_notes": _ROW_NOTES if perturbed else [],
             "matrices": True,

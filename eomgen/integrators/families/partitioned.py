@@ -39,19 +39,23 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 
-#: Corrections of positions by Newton's method at most.
-MOST_CORRECTIONS = 16
-#: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, up to which a partition is kept,
-#: and below which the search for a partition ends. Errors of the independent components come back multiplied: on the
-#: spatial slider-crank in absolute coordinates (90 rad/s, steps of 2e-4 s) the error after 0.2 s is 1.1e-5 with a bound
-#: of 1.02, 5.5e-4 with 1.5, 2e-2 with 3, and of order one with 10.
-LARGEST_GAIN, GOOD_GAIN = 1.02, 1.01
-#: Pivots of B_D that are this much smaller than the largest, rows and columns weighed, count as zero.
-SMALLEST_PIVOT = 1e-9
-#: Ratios of the smallest pivot of B_D to its largest value so far: below the first ratio a singular position is near,
-#: so that corrections have new factors; below the second ratio accelerations are extrapolated from earlier
-#: accelerations, because the loss of digits grows with the third power of the ratio.
-NEAR_PART, SINGULAR_PART = 0.03, 3e-4
+#: Limits of the templates. ``max_iterations``: corrections of positions by Newton's method at most. ``largest_gain``
+#: and ``good_gain``: largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, up to which a
+#: partition is kept, and below which the search for a partition ends. Errors of the independent components come back
+#: multiplied: on the spatial slider-crank in absolute coordinates (90 rad/s, steps of 2e-4 s) the error after 0.2 s is
+#: 1.1e-5 with a bound of 1.02, 5.5e-4 with 1.5, 2e-2 with 3, and of order one with 10. ``smallest_pivot``: pivots of
+#: B_D that are this much smaller than the largest, rows and columns weighed, count as zero. ``near_part`` and
+#: ``singular_part``: ratios of the smallest pivot of B_D to its largest value so far: below the first ratio a singular
+#: position is near, so that corrections have new factors; below the second ratio accelerations are extrapolated from
+#: earlier accelerations, because the loss of digits grows with the third power of the ratio.
+_LIMITS: Mapping[str, float] = {
+    "max_iterations": 16,
+    "largest_gain": 1.02,
+    "good_gain": 1.01,
+    "smallest_pivot": 1e-9,
+    "near_part": 0.03,
+    "singular_part": 3e-4,
+}
 
 
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
@@ -117,12 +121,7 @@ def partition_data(system: System) -> Mapping[str, Any]:
         "unknowns": {"v": nv, "lam": nl, "holonomic": system.holonomic, "eta": 0},
         "angular": [int(turns) for turns in system.angular],
         "lengths": [int(unit not in ("1", "1/s")) for unit in system.row_units],
-        "largest_gain": LARGEST_GAIN,
-        "good_gain": GOOD_GAIN,
-        "smallest_pivot": SMALLEST_PIVOT,
-        "near_part": NEAR_PART,
-        "singular_part": SINGULAR_PART,
-        "max_iterations": MOST_CORRECTIONS,
+        **_LIMITS,
     }
 
 

@@ -43,11 +43,6 @@ if TYPE_CHECKING:
     from eomgen.integrators.newton.sample_matrices import SampledPartials
     from eomgen.system.system import System
 
-#: Newton's stopping test on the increment of the mean velocity, by kinetic energy; the error after the step is smaller
-#: by the contraction, about h^2 omega^2/12, because momentum maps are conserved to the accuracy of the solution of the
-#: steps.
-RELATIVE_TOLERANCE, SINGLE_RELATIVE_TOLERANCE = 1e-12, 1e-5
-MAX_ITERATIONS = 50
 _SIDES = (
     "in rows of the record: 0: by accelerations; 1: before the row; 2: after it; 3: mean; 2 and 3 solve a step ahead"
 )
@@ -120,8 +115,10 @@ class Rattlie(Family):
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         increment = "tolerance of the Newton increment of the mean velocity over a step, in the norm of kinetic energy"
         return (
-            Setting("rtol", RELATIVE_TOLERANCE, increment, single=SINGLE_RELATIVE_TOLERANCE),
-            Setting("max_iterations", MAX_ITERATIONS, "iterations of a step at most", (1, 2**31 - 1)),
+            # the error after the step is smaller by the contraction, about h^2 omega^2/12, because momentum maps are
+            # conserved to the accuracy of the solution of the steps
+            Setting("rtol", 1e-12, increment, single=1e-5),
+            Setting("max_iterations", 50, "iterations of a step at most", (1, 2**31 - 1)),
             *((Setting("multipliers", 0, _SIDES, (0, 3)),) if sizes.lam else ()),
         )
 

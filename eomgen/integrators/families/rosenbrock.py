@@ -67,11 +67,6 @@ if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
-#: Corrections of positions, and of velocities, in each step.
-CORRECTIONS = 2
-#: Tolerated violation of constraints, as a share of the sum of the rows' summands: far below the error of such a step.
-DRIFT, SINGLE_DRIFT = 1e-6, 1e-3
-
 
 @dataclass(frozen=True)
 class Rosenbrock(OneFactorization):
@@ -151,7 +146,8 @@ class Rosenbrock(OneFactorization):
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         drift = "largest |Phi|, and step |w|, after a step, relative to the terms or the extent of each row"
-        left = (STOP_AT_GROWTH, *((Setting("drift", DRIFT, drift, single=SINGLE_DRIFT),) if sizes.lam else ()))
+        # far below the error of such a step
+        left = (STOP_AT_GROWTH, *((Setting("drift", 1e-6, drift, single=1e-3),) if sizes.lam else ()))
         if self.stages == 2:
             return left
         meaning = "1: the first step, and each after a jump, is two steps of implicit Euler, which damp fast motions"
@@ -181,7 +177,7 @@ class Rosenbrock(OneFactorization):
             "stages": self.stages,
             "gamma": self.gamma,
             **linear_system(system, self.gamma * step, samples, guarded=True),
-            "corrections": CORRECTIONS,
+            "corrections": 2,  # of positions, and of velocities, in each step
             "positions_held": system.holonomic,
             "rows_of_numbers": [int(unit in ("1", "1/s")) for unit in system.row_units]
             or [0] * len(system.multipliers),

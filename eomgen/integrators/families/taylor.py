@@ -33,36 +33,29 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 MAX_ORDER = 40
-DEFAULT_TOLERANCE = 1e-12
-#: Orders per e-fold of the tolerance. A step is rho tolerance^(1/order), rho the radius of convergence: the best value
-#: is 1 for costs in proportion to the order, and 1/2 for costs in proportion to the square of the order (Jorba and
-#: Zou).
-ORDERS_PER_FOLD = 0.65
-#: The last two terms of a series are kept below this part of the tolerance, for local errors of many steps add up.
-SAFETY = 0.1
-#: Steps of the time grid that one series may be used for, even if the last coefficients are small: coefficients may
-#: vanish by symmetry.
-LONGEST = 256.0
-#: Largest ratio of the lengths of successive series.
-GROWTH = 8.0
-#: Series within one row before the run stops: a call of compiled code hears no Ctrl-C.
-MOST_EXPANSIONS = 100_000
-#: The smallest tolerance that is taken; below 1e-16 steps only become shorter.
-SMALLEST_TOLERANCE = 1e-20
-#: Tolerated multiple of tolerance times order of step * (acceleration of the equations - of the series) at the end
-#: of a step.
-DEFECT = 10.0
-#: The tolerance below which the test of accelerations is lost in their round-off, in units of rounding.
-ROUND_OFF = 450.0
-#: Rounding of accelerations due to rounding of positions, through the effect of positions within a series, in the same
-#: units.
-ROUNDING = 8.0
-#: The part of 1 rad, or of the size of the machine, that tolerances are relative to if the motion is smaller.
-COARSE = 0.01
-#: Deviation of the squared length of a quaternion from 1 at the end of a step above which the quaternion is normalised.
-STRETCH = 0.1
-#: Steps are halved so often before the run stops.
-ATTEMPTS = 40
+#: Numbers of the templates. ``safety``: the last two terms of a series are kept below this part of the tolerance, for
+#: local errors of many steps add up. ``longest``: steps of the time grid that one series may be used for, even if the
+#: last coefficients are small, for coefficients may vanish by symmetry. ``growth``: largest ratio of the lengths of
+#: successive series. ``most_expansions``: series within one row before the run stops, since a call of compiled code
+#: hears no Ctrl-C. ``defect``: tolerated multiple of tolerance times order of step * (acceleration of the equations -
+#: of the series) at the end of a step. ``round_off``: the tolerance below which this test is lost in the round-off of
+#: accelerations; ``rounding``: rounding of accelerations due to rounding of positions, through the effect of positions
+#: within a series; both in units of rounding. ``coarse``: part of 1 rad, or of the size of the machine, that tolerances
+#: are relative to if the motion is smaller. ``stretch``: deviation of the squared length of a quaternion from 1 at the
+#: end of a step above which the quaternion is normalised. ``attempts``: steps are halved so often before the run stops.
+_CONTROL: Mapping[str, float] = {
+    "max_order": MAX_ORDER,
+    "safety": 0.1,
+    "longest": 256.0,
+    "growth": 8.0,
+    "most_expansions": 100_000,
+    "defect": 10.0,
+    "round_off": 450.0,
+    "rounding": 8.0,
+    "coarse": 0.01,
+    "stretch": 0.1,
+    "attempts": 40,
+}
 
 
 @dataclass(frozen=True)
@@ -84,7 +77,7 @@ class Taylor(Family):
         Values beyond these bounds; neither a tolerance nor an order.
     """
 
-    tolerance: float = DEFAULT_TOLERANCE
+    tolerance: float = 1e-12
     order: int = 0
     source = "Jorba and Zou 2005; Griewank and Walther 2008, table 13.2"
     needs = (UNCONSTRAINED_SERIES,)
@@ -98,7 +91,7 @@ class Taylor(Family):
         if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
             fault = f"the tolerance must lie in 0..0.1, not {self.tolerance:g} [E0353]"
             raise UsageError(Problem("tolerance", fault, "1e-10, or 0 for steps of the time grid"))
-        if 0.0 < self.tolerance < SMALLEST_TOLERANCE:
+        if 0.0 < self.tolerance < 1e-20:  # below 1e-16 steps only become shorter
             fault = f"the tolerance {self.tolerance:g} is far below the resolution of double precision [E0354]"
             raise UsageError(Problem("tolerance", fault, "1e-16 or more, or 0 for steps of the time grid"))
         if self.order == 0:
@@ -153,7 +146,7 @@ class Taylor(Family):
         return (
             Setting("tolerance", self.tolerance, tolerance),
             Setting("order", self.order, f"order of the series, 2 to {MAX_ORDER}", (2, MAX_ORDER)),
-            longest_setting(LONGEST),
+            longest_setting(_CONTROL["longest"]),
         )
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
@@ -166,7 +159,7 @@ class Taylor(Family):
         disagrees = "the Taylor series disagrees with the equations where it ends, however short the step"
         small = "the step became too small for the time to move on: the motion has a singularity near, or a corner"
         stiff = "the motion is stiff, or the tolerance cannot be met at this order"
-        many = f"{MOST_EXPANSIONS} series were not enough for one row: {stiff}"
+        many = f"{_CONTROL['most_expansions']} series were not enough for one row: {stiff}"
         diverges = Status(1, "NOT_CONVERGED", disagrees, SMALLER_STEP)
         common: tuple[Status, ...] = (diverges, SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT)
         if self.chooses_steps:  # no smaller step of the grid helps
@@ -179,22 +172,13 @@ class Taylor(Family):
         )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        return {
-            "max_order": MAX_ORDER,
-            "safety": SAFETY,
-            "longest": LONGEST,
-            "defect": DEFECT,
-            "round_off": ROUND_OFF,
-            "rounding": ROUNDING,
-            "coarse": COARSE,
-            "stretch": STRETCH,
-            "attempts": ATTEMPTS,
-            "growth": GROWTH,
-            "most_expansions": MOST_EXPANSIONS,
-            "input_times": [0.0, 1.0],
-        }
+        return {**_CONTROL, "input_times": [0.0, 1.0]}
 
 
 def order_for(tolerance: float) -> int:
-    """Return the order with the least work for a tolerance."""
-    return max(4, min(MAX_ORDER, math.ceil(-ORDERS_PER_FOLD * math.log(max(tolerance, 1e-17)) + 3.0)))
+    """Return the order with the least work for a tolerance: 0.65 orders per e-fold of the tolerance, and three.
+
+    A step is rho tolerance^(1/order), rho the radius of convergence: the best value is 1 for costs in proportion to the
+    order, and 1/2 for costs in proportion to the square of the order (Jorba and Zou).
+    """
+    return max(4, min(MAX_ORDER, math.ceil(-0.65 * math.log(max(tolerance, 1e-17)) + 3.0)))

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.data import replace
+from eomgen.base.rounding import SUMMED
 from eomgen.integrators.newton.matrix import MatrixIndex
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.newton.solver import GROUPS_UNROLLED
@@ -36,8 +37,6 @@ from eomgen.system.system import INPUT_BLOCKS, Block, Function, System
 
 #: The functions that give row sums, and the residual with the forces of links separately.
 ROW_SUMS, APART = "row_sums", "relative_forces"
-#: Part of the largest entry that is rounding: the remainder of forces along a line that does not turn.
-_ROUNDING = 1e-13
 #: Blocks of the function ``row_sums``, and the variables of differentiation of each block.
 _ALONG = {"K_sum": "q", "C_sum": "v"}
 
@@ -209,9 +208,7 @@ def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int
                 worst[member[row]] = max(worst[member[row]], values.max())
                 least[member[row]] = min(least[member[row]], values.min())
     return [
-        list(group)
-        for group, large, small in zip(groups, worst, least, strict=True)
-        if large <= -_ROUNDING * small > 0.0
+        list(group) for group, large, small in zip(groups, worst, least, strict=True) if large <= -SUMMED * small > 0.0
     ]
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.progress import Progress
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import UsageError
 from eomgen.integrators.events import STOPPED
 from eomgen.results.events import Events
@@ -157,8 +158,6 @@ def progress_after(progress: Progress | None, before: int, total: int) -> Progre
 INTERRUPTED = "the runs that it is made from were interrupted"
 #: Differences below this count as rounding, in units of the last place.
 _ROUNDING = 1e3
-#: Part of a step within which a row is at an event.
-_AT_EVENT = 1e-9
 
 
 #: From ``outputs`` or ``energy`` to their values at all rows of a run.
@@ -340,7 +339,7 @@ class ComparisonRuns:
         result = np.flatnonzero(after < len(times[1]))
         result = result[times[1][after[result]] <= times[0][result] + self._same]
         for changes in (first.changes, second.changes):
-            result = result[~_near(times[0][result], changes, _AT_EVENT * self.step)]
+            result = result[~_near(times[0][result], changes, COMPUTED * self.step)]
         ours, theirs = first.at(result), second.at(after[result])
         with np.errstate(all="ignore"):
             kinds = differences(self.run.model, ours.rows, theirs.rows, (ours.outputs, theirs.outputs))

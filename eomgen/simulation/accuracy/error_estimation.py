@@ -20,6 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
 from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import UsageError
 from eomgen.results.error_estimate import NO_ORDER, NOTICED, ErrorEstimate
 from eomgen.results.events import Events
@@ -64,8 +65,6 @@ _FEW_STEPS = 16
 _PRIME_PARTS, _OF_JUMPS = (3, 5), 1.0
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
-#: Part of the motion below which an error of another order than the method's does not matter.
-_NEGLIGIBLE = 1e-10
 #: Part of the motion that no error reaches but one of a run that explodes.
 _EXPLODED = 10.0
 #: Factor by which the time of an event near the end may differ between two runs more than the times of other events.
@@ -508,5 +507,5 @@ def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifferenc
         return True
     if runs.run.method.order > _OF_CORNERS and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):
         return True  # the order that longer steps show is chance
-    other_order = abs(result.order - result.declared_order) > OTHER_ORDER and result.relative > _NEGLIGIBLE
+    other_order = abs(result.order - result.declared_order) > OTHER_ORDER and result.relative > COMPUTED
     return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 TURN = 2.0 * np.pi
 #: Number of rows at which equations are evaluated, and the shift of the second evaluation, rad.
 _ROWS, _OTHER = 8, 1.0
-#: Changes below this fraction of the largest value count as rounding.
-_ROUNDING = 1e-7
 
 
 def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
@@ -95,8 +94,7 @@ def _equations(run: Run, rows: Array, parameters: Array, index: int, shift: floa
 def _same(first: list[Array], second: list[Array]) -> bool:
     """Return whether values are equal up to rounding; non-finite values are unequal."""
     return all(
-        bool(np.all(np.abs(a - b) <= _ROUNDING * np.abs(a).max(initial=0.0)))
-        for a, b in zip(first, second, strict=True)
+        bool(np.all(np.abs(a - b) <= WRITTEN * np.abs(a).max(initial=0.0))) for a, b in zip(first, second, strict=True)
     )
 
 
@@ -104,8 +102,6 @@ def _same(first: list[Array], second: list[Array]) -> bool:
 _SMALL = 1e-3
 #: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
 REST = 1e-9
-#: The same of motions of which forces have no digits, either.
-_TREMBLING = 1e-12
 #: Rounding of weights that are in balance.
 _BALANCED = 16.0 * float(np.finfo(float).eps)
 #: Part of the energies at work below which the range of an energy counts as kept energy.
@@ -317,7 +313,7 @@ def size_of(
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     is_own_size = moved >= np.concatenate([sizes["increment"], sizes["z"]])
     fallen = 0.0 if work is None else _BALANCED * work.fall
-    least = np.where(np.array(units, dtype=str) == "m", np.maximum(_TREMBLING * reach, fallen), _TREMBLING * reach)
+    least = np.where(np.array(units, dtype=str) == "m", np.maximum(SUMMED * reach, fallen), SUMMED * reach)
     least = np.concatenate([least, np.zeros(len(model.z_names))])
     still = bool(np.all(moved <= least))
     of_turns = (*turns.tolist(), *[False] * len(model.z_names))

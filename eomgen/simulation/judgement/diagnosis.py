@@ -18,7 +18,7 @@ from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.features import rough_operations
 from eomgen.integrators.events import CONTROLLER_ADVICE, CONTROLLER_FAILED
-from eomgen.integrators.families.adaptive import MOST_STEPS
+from eomgen.integrators.families.adaptive import CONTROL
 from eomgen.integrators.families.family import NOT_FINITE
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
@@ -168,7 +168,7 @@ def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, ste
 def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
     """Return the remedy for a status of the stepper."""
     known = {item.number: item for item in method.statuses(constrained=True, angles=True)}
-    least = settings["step"] / MOST_STEPS
+    least = settings["step"] / CONTROL.most_steps
     if known[status].name == "TOO_MANY_STEPS" and 0.0 < settings.get("largest_step", 0.0) < least:
         return f"a largest_step of more than {least:.2g} s, or shorter rows"
     return known[status].advice.format(**settings)

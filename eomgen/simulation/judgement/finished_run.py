@@ -15,6 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import EvaluatesOnce, dataclass, replace
 from eomgen.base.products import objects_of
 from eomgen.base.progress import Progress
+from eomgen.base.rounding import SUMMED
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Message
 from eomgen.formula.nodes import Formula
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 _UNTOLD = 0.5
 #: Numbers of rows of which no second copy is made.
 _LARGE = 2**20
-#: Ways that are rounding, in parts of the largest coordinate.
-_ROUNDING = 1e-12
 
 
 def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
@@ -56,7 +55,7 @@ def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
         q, v = states.q[:, factor.q_start], states.v[:, factor.v_start]
         way = np.diff(q)
         untold = np.median(np.abs(way - 0.5 * duration * (v[1:] + v[:-1])))
-        if untold > max(_UNTOLD * float(np.median(np.abs(way))), _ROUNDING * float(np.max(np.abs(q)))):
+        if untold > max(_UNTOLD * float(np.median(np.abs(way))), SUMMED * float(np.max(np.abs(q)))):
             return True
     return False
 

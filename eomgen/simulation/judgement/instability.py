@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import UsageError
 from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.chunks import WINDOW, Trajectory
@@ -38,12 +39,6 @@ _SUDDEN, _SLOW = 10.0, 1e3
 _FINER, _FINER_OF_SLOW = (2, 4, 16, 64, 512), (2, 4)
 #: Most steps that slow growth, or the growth before a run stops, is followed over again.
 _LONGEST = 4096
-#: Velocities below this part of the largest velocity of the same unit, and travels below this part of the coordinates,
-#: are rounding.
-_ROUNDING = 1e-6
-_REST = 1e-12
-#: The same of changes of coordinates between the rows of a motion at rest.
-_SETTLED = 1e-9
 #: Ratios of the last size to earlier sizes that are examined after a run has stopped.
 _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 #: Differences of logarithms, as parts of the logarithm of the growth, up to which two sizes are equal, and above which
@@ -220,10 +215,10 @@ def at_rest(run: Run, rows: Array) -> bool:
     longest = _longest(run, rows)
     sizes = np.array([longest if unit == "m" else 1.0 for unit in run.model.q_units])
     between = float(np.max(np.ptp(q, axis=0) / np.where(sizes > 0.0, sizes, 1.0), initial=0.0))
-    if np.any(_travelling(run, rows, _REST)[: run.model.nv]):
-        hardly = not np.any(_travelling(run, rows, _SETTLED * (len(rows) - 1))[: run.model.nv])  # from row to row
-        return hardly and between <= _REST
-    return between <= _SETTLED
+    if np.any(_travelling(run, rows, SUMMED)[: run.model.nv]):
+        hardly = not np.any(_travelling(run, rows, COMPUTED * (len(rows) - 1))[: run.model.nv])  # from row to row
+        return hardly and between <= SUMMED
+    return between <= COMPUTED
 
 
 def _by_method(
@@ -247,7 +242,7 @@ def _by_method(
     small, large = (_sizes(run, rows)[0][components] for rows in (before, window[-tail:]))
     sizes = np.full(len(components), math.inf)
     agreeing = np.zeros(len(components), dtype=int)
-    moved = _travelling(run, window, _ROUNDING)[components]
+    moved = _travelling(run, window, WRITTEN)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         growth = np.log(np.minimum(large / small, _LARGEST))
         moved &= growth > _RISEN
@@ -306,7 +301,7 @@ def _growing_components(run: Run, growth: Array, size: Array, least: float) -> C
     names = zip(run.model.z_names, run.model.z_units, strict=True)
     units = np.array([*run.model.v_units, *(f"{unit} of {name}" for name, unit in names)])
     largest = {unit: size[units == unit].max() for unit in set(units[grown].tolist())}
-    return grown[size[grown] > _ROUNDING * np.array([largest[unit] for unit in units[grown]])]
+    return grown[size[grown] > WRITTEN * np.array([largest[unit] for unit in units[grown]])]
 
 
 def _growth(before: Array, after: Array) -> Array:

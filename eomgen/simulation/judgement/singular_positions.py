@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.limits import Limit
+from eomgen.base.rounding import WRITTEN
 from eomgen.compiled.equations import nonzeros
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import evaluate_batch
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
 #: Of the weighed rows. Generalized-alpha stopped falling parallelograms and rhombi with values of 0.04 and less within
 #: the examined steps.
 NEARLY = Limit(0.05, "1", "smallest singular value in parts of the largest in the run", "parallelograms that fall")
-#: Threshold at a start, as a part of the largest singular value at this position, since there are no other positions to
-#: compare with.
-_SINGULAR_START = 1e-6
 #: Number of rows above which this threshold falls with its square, as the singular values of chains do.
 _LONG = 300
 #: Examined rows of a run: at most ``_SPREAD`` rows over the whole run, as long as the sum of their products of nv and
@@ -182,7 +180,7 @@ def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> S
     if measured is None:
         return None
     values, largest = measured
-    at_start = _SINGULAR_START * min(1.0, (_LONG / len(model.multipliers)) ** 2)
+    at_start = WRITTEN * min(1.0, (_LONG / len(model.multipliers)) ** 2)
     measure, least = (largest, at_start) if len(t) == 1 else (values.max(), NEARLY)
     row = first + int(np.argmin(values[first:]))
     part = float(values[row] / measure) if measure > 0.0 else 1.0

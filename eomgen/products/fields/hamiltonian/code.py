@@ -16,7 +16,7 @@ from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.target import compile_command, generate_interface, render_files
 from eomgen.formula.evaluate import symbols
-from eomgen.integrators.families.adaptive import AFTER_FAILURE, MOST_GROWTH, MOST_REDUCTION, MOST_STEPS, SAFETY
+from eomgen.integrators.families.adaptive import CONTROL
 from eomgen.lie.product import Factor
 from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian
 from eomgen.products.fields.documents.recording import record_at
@@ -157,8 +157,8 @@ NUMBERS = {
     # the part of the largest size that counts as the size of a smaller component, and the smallest of a pair's own
     # steps, in steps of the grid
     **{"coarse": 1e-6, "smallest": 1e-13},
-    **{"safety": SAFETY, "after_failure": AFTER_FAILURE, "most_attempts": MOST_STEPS},
-    **{"most_growth": MOST_GROWTH, "most_reduction": MOST_REDUCTION},
+    **{"safety": CONTROL.safety, "after_failure": CONTROL.after_failure, "most_attempts": CONTROL.most_steps},
+    **{"most_growth": CONTROL.most_growth, "most_reduction": CONTROL.most_reduction},
 }
 
 
