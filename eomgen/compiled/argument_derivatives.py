@@ -223,8 +223,6 @@ def hessian(
 #: Blocks with as many numbers as terms.
 _ROWS = {"constraint": "holonomic", "internal_rate": "z"}
 _ROWS |= {"constraint_velocity": "lam", "constraint_acceleration": "lam"}
-#: Numbers of a pose: quaternion and position.
-_POSE = 7
 
 
 def _rows(functions: Functions, term: str) -> int:
@@ -232,7 +230,7 @@ def _rows(functions: Functions, term: str) -> int:
     if term == "outputs":
         return sum(int(item["size"]) for item in functions.library.layout["outputs"])
     if term == "frame_poses":
-        return _POSE * len(functions.library.layout["frames"])
+        return 7 * len(functions.library.layout["frames"])  # of each a quaternion and a position
     if term == "momenta":
         return 2 * functions.sizes["v"]
     return functions.sizes[_ROWS.get(term, "v")]

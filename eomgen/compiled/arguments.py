@@ -22,8 +22,6 @@ from eomgen.system.description import Description, Requirement
 
 #: How far from one the length of a quaternion may be.
 UNIT_TOLERANCE = 1e-6
-#: Number of quaternions from which NumPy checks the quaternions of one configuration faster than a loop.
-_MANY_QUATERNIONS = 32
 
 _SECONDS = "number of seconds"
 
@@ -92,7 +90,8 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
     starts = [factor.q_start for factor in factors if factor.group != "R"]
     if not starts:
         return
-    if q.ndim == 1 and len(starts) < _MANY_QUATERNIONS:
+    # from some number on NumPy is faster than a loop
+    if q.ndim == 1 and len(starts) < 32:
         values = q.tolist()
         lengths = [math.hypot(*values[start : start + 4]) for start in starts]
         if max(lengths) - 1.0 <= tolerance and 1.0 - min(lengths) <= tolerance:

@@ -21,9 +21,6 @@ from eomgen.solvers.redundancy import NoRankGap, independent_columns
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Rows of the regressor for each column, and least number of motions.
-_ROWS, _MOTIONS = 4, 40
-
 
 @dataclass(frozen=True, repr=False)
 class BaseParameters:
@@ -112,7 +109,8 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     pi = model.regressor_parameters(parameters=p)
     names = tuple(pi)
     rng = np.random.default_rng(count_of("seed", seed, 0))
-    motions = max(_MOTIONS, -(-_ROWS * len(names) // model.nv))
+    # four rows for each column
+    motions = max(40, -(-4 * len(names) // model.nv))
     try:
         result = independent_columns(_rows(model, motions, rng, p))
     except NoRankGap as error:

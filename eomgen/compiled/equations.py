@@ -21,8 +21,8 @@ from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative
 from eomgen.system.sparsity import unpacked_places
 from eomgen.system.terms import NONZEROS
 
-#: States of a batch that are looked at, and sets of parameters that are remembered.
-_STATES, _REMEMBERED = 4, 1000
+#: States of a batch that are looked at.
+_STATES = 4
 
 
 def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: Array) -> None:
@@ -45,7 +45,7 @@ def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: A
     p = p.reshape(-1, p.shape[-1])[:_STATES]
     known, key = evaluator.digits_lost, p.tobytes()
     if key not in known:
-        if len(known) >= _REMEMBERED:
+        if len(known) >= 1000:
             known.clear()
         known[key] = 0.0 if np.array_equal(p, evaluator.parameters(None)[np.newaxis]) else _loss(model, q, p)
         if known[key] > LOST:
@@ -79,8 +79,6 @@ def _hint(model: EvaluatedModel) -> str:
     return "these parameters as defaults of the scene, or links that differ less"
 
 
-#: Velocity components up to which whole matrices are made of nonzeros.
-_MOST_WHOLE = 200
 #: Results of the function ``energy``, in order: J, J, W, W.
 ENERGIES = ("kinetic", "potential", "power", "base_power")
 
@@ -536,7 +534,7 @@ def has_residual_partials(model: EvaluatedModel) -> bool:
         return True
     patterns = functions.library.layout["patterns"]
     known = {"M", "K"} <= patterns.keys() and not ("X" in patterns and unpacked_places(patterns["X"]).size)
-    return "iteration" in functions and known and functions.sizes["v"] <= _MOST_WHOLE
+    return "iteration" in functions and known and functions.sizes["v"] <= 200
 
 
 def residual_partials(

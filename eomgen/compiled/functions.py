@@ -45,8 +45,6 @@ LEAST = 16
 #: operation (gcc 12 on a core that others use as well: 0.64 s for the 608 of Panda's inverse dynamics, 5.9 s for the
 #: 3664 of Talos', of which 0.32 and 2.4 s are the compiler's own).
 _OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
-#: Seconds of a function's batches from which on a look into the cache pays.
-_LOOK = 2e-3
 #: Samples that are evaluated by both libraries before the companion is taken.
 _COMPARED = 64
 
@@ -124,7 +122,7 @@ class LaneCompanions:
             with self._lock:
                 if companion.library is None:
                     self._make(name, companion, RunningCompilers())
-        elif companion.seconds > _LOOK and not companion.sought:
+        elif companion.seconds > 2e-3 and not companion.sought:
             companion.sought = True
             self._look(name, companion)
         compiled = PROFILES[self._library.profile].split
@@ -219,8 +217,6 @@ _LARGE = 2**16
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
-#: Axes of arrays from which a batch has several.
-_SEVERAL_AXES = 3
 #: Operations of a piece at least: some milliseconds, of which the start of a thread takes a tenth; lanes take a quarter
 #: of the time, and 30 us between two pieces are a tenth of a large batch.
 _SHARE, _SHARE_OF_LANES = 10_000_000, 40_000_000
@@ -302,7 +298,7 @@ class Functions:
         ]
         if self._complex:
             arrays = [array.astype(self.library.dtype) for array in arrays]
-        elif all(array.ndim < _SEVERAL_AXES and array.flags.c_contiguous for array in arrays):
+        elif all(array.ndim < 3 and array.flags.c_contiguous for array in arrays):
             few = self._few(name, arrays)
             if few is not None:
                 return self._at_once(name, arrays, few)

@@ -317,8 +317,6 @@ def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
 #: are listed.
 _LISTED = 6
-#: Part by which a value may change that was asked for: digits of a scene.
-_KEPT = 0.01
 
 
 def corrected_start(
@@ -359,7 +357,8 @@ def corrected_start(
             if share > WRITTEN:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
                 words = f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"
-                changed.append((bool(asked and before[k] and share > _KEPT), share, words, name))
+                # digits of a scene may change
+                changed.append((bool(asked and before[k] and share > 0.01), share, words, name))
     if not changed:
         return []
     changed.sort(key=lambda change: (not change[0], -change[1]))

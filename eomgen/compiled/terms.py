@@ -32,10 +32,6 @@ Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
 Inputs = Mapping[str, ArrayLike] | ArrayLike | None
 States = Mapping[str, ArrayLike] | ArrayLike | None
 
-#: Calls of inverse dynamics whose accelerations are held against the constraints: the first calls, which a person
-#: makes.
-_CHECKED = 16
-
 
 class Terms:
     """Evaluator of a compiled model's terms on NumPy arrays.
@@ -75,7 +71,8 @@ class Terms:
         self.digits_lost: dict[bytes, float] = {}  # relative errors of accelerations, by the bytes of parameters
         self._requirements = Requirements(description, self.parameter_names)
         self._fixed_values = description.fixed
-        self.motions_to_check = _CHECKED if "constraint_bias" in self.functions else 0
+        # the first calls are those that a person makes
+        self.motions_to_check = 16 if "constraint_bias" in self.functions else 0
 
     @property
     def library(self) -> Library:

@@ -184,9 +184,8 @@ def sample_data(
     }
 
 
-#: Largest denominator of the common tick of clocks, 1/s; relative error of a period in ticks; ticks of a period, which
-#: fit into 32 bits.
-_FINEST, _MOST_TICKS = 10**9, 2**32 - 1
+#: Largest denominator of the common tick of clocks, 1/s.
+_FINEST = 10**9
 
 
 def controller_data(system: System) -> dict[str, Any]:
@@ -208,7 +207,8 @@ def controller_data(system: System) -> dict[str, Any]:
     shared = math.lcm(*(part.denominator for part in parts))
     tick = Fraction(math.gcd(*(int(part * shared) for part in parts)), shared)
     exact = all(abs(float(part) - time) <= SUMMED * time for part, time in zip(parts, times, strict=True))
-    if not exact or max(parts) / tick > _MOST_TICKS:
+    # which are counted in 32 bits
+    if not exact or max(parts) / tick > 2**32 - 1:
         periods = " and ".join(f"{time:.9g} s" for time in dict.fromkeys(times))
         fault = f"the times of samples, {periods}, have no common divisor that a counter of 32 bits can count [E0331]"
         raise ModelError(Problem(system.name, fault, "periods and delays that are whole multiples of one time"))

@@ -28,8 +28,6 @@ _SIDE_BY_SIDE = 4
 #: The number of harmonics is rounded up to a multiple of this number by harmonics of amplitude 0, so that loops need no
 #: remainder.
 _MULTIPLE = 8
-#: Most harmonics between which the sums of a block wait in memory.
-_LONGEST_STRETCH = 64
 
 
 def harmonics_data(system: System) -> dict[str, Any] | None:
@@ -72,8 +70,9 @@ def harmonics_data(system: System) -> dict[str, Any] | None:
 def _stretch(count: int) -> int:
     """Return the number of harmonics that are summed before the sums are stored: the largest allowed divisor of
     `count`."""
+    # more sums would not wait in memory that is near
     return max(
-        size for size in range(_MULTIPLE, _LONGEST_STRETCH + 1, _MULTIPLE) if count % size == 0 or size == _MULTIPLE
+        size for size in range(_MULTIPLE, 8 * _MULTIPLE + 1, _MULTIPLE) if count % size == 0 or size == _MULTIPLE
     )
 
 

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 NEEDED = PURPOSES["initial_assembly"]
 #: The same with the nonzeros of M and B.
 SPARSE = tuple(NONZEROS.get(name, name) for name in NEEDED)
-#: Number and distance of other sets of parameters that are examined for dependences at the defaults alone.
-_NEIGHBOURS, _NEARBY = 2, 1e-3
 
 
 def with_initial_assembly(
@@ -215,9 +213,9 @@ def _sensitive(
     defaults = np.array([parameter.value for parameter in system.parameters])
     extent = float(np.max(equations.sizes(q, 0.0)[1], initial=0.0)) or 1.0
     generator = np.random.default_rng(3)
-    for _ in range(_NEIGHBOURS):
+    for _ in range(2):
         nearby = defaults.copy()
-        nearby[entering] += _NEARBY * (np.abs(defaults[entering]) + extent) * generator.uniform(0.5, 1.0, len(entering))
+        nearby[entering] += 1e-3 * (np.abs(defaults[entering]) + extent) * generator.uniform(0.5, 1.0, len(entering))
         nearby_equations = constraint_equations(system, nearby)
         try:
             assembly = assemble(nearby_equations.without(left_out), q, v)

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 
-#: Largest number of absolute bodies for which the initial assembly has whole matrices.
-_WHOLE = 30
 #: Bodies, with the nodes of exact beams, below which no scene is continued from shorter ones.
 _LONG = 30
 
@@ -63,7 +61,7 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
         return mechanics.derive(scene, terms)
     from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
-    whole = scene.coordinates != "absolute" or len(scene.bodies) <= _WHOLE
+    whole = scene.coordinates != "absolute" or len(scene.bodies) <= 30
     derive = partial(mechanics.derive, scene) if whole else mechanics.SharedTape(scene).derive
     try:
         return with_initial_assembly(derive, terms, _describe(scene), whole=whole, light=scene.light)

@@ -29,11 +29,6 @@ if TYPE_CHECKING:
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
 #: Kinds of curves that a run draws into files.
 _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
-#: Events that are marked by lines; more lines would be a surface.
-_EVENTS = 200
-#: Least height of a panel as a part of its values: rounding errors, and the drift of energies by the method, are drawn
-#: flat.
-_STEADY = 1e-4
 #: Lines nearer than this part of the height of a panel cannot be distinguished.
 _EQUAL = 2e-3
 #: Words of the name of a curve: of an included file, of an output, of a component.
@@ -51,24 +46,15 @@ _NODE = re.compile(r"[qv]\.(\w+)\.(\d+)\[[0-6]\]")
 _COPY = re.compile(r"(.+)_sampled(?:_\d+)?")
 #: Kinds of curves by the letters of their columns; curves of these names come first.
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
-#: Turning points from which a curve is drawn thin and below the others, which it would hide as a block.
-_DENSE = 150
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
 _DASHED = 3
-#: Energies are drawn as changes if the largest change is less than this part of the values or of the gaps between
-#: them.
-_OFFSET = 0.2
 #: Positions that change by less than this part of the largest change of a position, as heights of a car that drives
 #: away, are drawn as changes in panels of their own.
 _SMALL = 1.0 / 30.0
 #: Rotation, rad, below which rotation vectors are drawn in place of quaternions, and above which an angle is one of a
 #: wheel or a rotor.
 _TURNED = 3.0
-#: Height of a panel in a file, inches.
-_HEIGHT = 2.3
-#: Letters in one line of a legend, and in the name of a file.
-_LEGEND, _FILE_NAME = 34, 80
 #: Powers in legends.
 _POWERS = {"power": "power of forces", "base_power": "power that moves base and drives"}
 
@@ -162,7 +148,7 @@ def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | No
     panels, left_out = _chosen_panels(solution, names, abscissa)
     figure = _figure(solution, panels, abscissa, _heading(solution, abscissa, left_out))
     words = [*(names or ["outputs"]), *([] if over is None else ["over", over])]
-    file = re.sub(r"[^A-Za-z0-9.-]+", "_", "_".join(words))[:_FILE_NAME].strip("_.")
+    file = re.sub(r"[^A-Za-z0-9.-]+", "_", "_".join(words))[:80].strip("_.")
     return save_figure(figure, folder / f"{file}.png")
 
 
@@ -173,7 +159,7 @@ def _figure(
     figure = new_figure(_size(len(panels)), placed=True)
     axes = _subplots(figure, len(panels))
     _fill(axes, solution, panels, abscissa)
-    place_panels(figure, axes, _columns(len(panels)), _HEIGHT, heading)
+    place_panels(figure, axes, _columns(len(panels)), 2.3, heading)
     return figure
 
 
@@ -412,7 +398,7 @@ def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
         return powers
     table = np.stack(list(energies.values()))
     change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
-    if 1e-9 * size < change < _OFFSET * size:
+    if 1e-9 * size < change < 0.2 * size:
         drawn = [
             PlottedCurve(name, "J", values - values[0], "change of energy from the start")
             for name, values in energies.items()
@@ -566,7 +552,8 @@ def _marks(events: Events) -> str:
 
 def _marked_times(events: Events) -> Array:
     """Return the times of events that are drawn; none if the events are too many to be distinguished."""
-    return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
+    # more lines would be a surface
+    return np.empty(0) if len(events) > 200 else np.unique(events.t)
 
 
 def _turns(values: Array) -> int:
@@ -586,9 +573,10 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
         meant = "" if alone or (curve.name.endswith("]") and not curve.name.endswith("[0]")) else curve.description
         hidden = _equal(curve, panel[:number], size)
         words = (f"{curve.name}: {meant}" if meant else curve.name) + (f" (equal to {hidden})" if hidden else "")
-        label = textwrap.fill(words, _LEGEND)
+        label = textwrap.fill(words, 34)
         style = "--" if number >= _DASHED else "-"
-        look = {"linewidth": 0.5, "zorder": 1.9} if _turns(curve.values) > _DENSE else {"linewidth": 1.3}
+        # a curve of many turns would hide others as a block
+        look = {"linewidth": 0.5, "zorder": 1.9} if _turns(curve.values) > 150 else {"linewidth": 1.3}
         axis.plot(*_thin(t, curve.values), label=label, color=colour, linestyle=style, **look)
     axis.set_ylabel(_label(panel, alone))
     if alone and panel[0].description:
@@ -596,7 +584,8 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
     axis.grid(True, color="#dddddd", linewidth=0.6)
     axis.margins(x=0.0)
     low, high = axis.get_ylim()
-    least = max(SUMMED, (_STEADY if panel[0].unit == "J" else COMPUTED) * max(abs(low), abs(high)))
+    # the drift of energies by the method is drawn flat, too
+    least = max(SUMMED, (1e-4 if panel[0].unit == "J" else COMPUTED) * max(abs(low), abs(high)))
     if high - low < least:
         axis.set_ylim(0.5 * (low + high - least), 0.5 * (low + high + least))
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)

@@ -14,13 +14,6 @@ _LOG = Log(__name__)
 #: users wait for that without asking, or ``_STEPS`` divided by the number of velocities and internal states, about a
 #: second. Steps are counted, not seconds, so that the same run is bounded on every machine.
 _TIMES, _STEPS = 30.0, 1e5
-#: Maximum number of runs with a bound: the first bound is of the width along a path that the law has not changed.
-_ROUNDS = 3
-#: Least factor by which a bound is reduced if the bound is too large.
-_SMALLER = 0.5
-#: Ratio of the steps of a run with a bound to the steps that the bound explains, above which the run is given up: steps
-#: become tiny at a jump that holds the motion.
-_GIVEN_UP = 4.0
 
 
 def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -> JudgedRun:
@@ -42,12 +35,13 @@ def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -
         return outcome
     left = max(_TIMES * taken, short)
     try:
-        for _ in range(_ROUNDS):
+        # the first bound is of the width along a path that the law has not changed
+        for _ in range(3):
             law = outcome.passed_over if outcome.has(("complete", "two rows")) else None
             if law is None or not law.step:
                 break
             known = outcome.run.settings["largest_step"]
-            bound = min(law.step, _SMALLER * known) if known else law.step
+            bound = min(law.step, 0.5 * known) if known else law.step
             steps = (run.grid.reached - run.grid.start) / bound
             left -= steps
             if left <= 0.0:
@@ -56,7 +50,8 @@ def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -
             settings = {**run.settings, "largest_step": bound}
             bounded_run = replace(run, settings=settings, bounded_for=law.law)
             try:
-                bounded = execution.outcome(bounded_run, beginning, _GIVEN_UP * (steps + taken))
+                # steps become tiny at a jump that holds the motion
+                bounded = execution.outcome(bounded_run, beginning, 4.0 * (steps + taken))
             except CostlyRunError:
                 outcome = _with_checkpoints(outcome, execution, beginning)
                 break

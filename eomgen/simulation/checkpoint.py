@@ -30,8 +30,6 @@ from eomgen.toolchain.library import Library
 
 FORMAT = 1
 _KIND = "checkpoint"
-#: Seconds of computing between two checkpoints if the caller gives no number of steps.
-SECONDS_BETWEEN = 60.0
 _NEEDED = {
     "scene": str,
     "method": str,
@@ -177,7 +175,7 @@ class CheckpointWriter:
     def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None:
         """Write a checkpoint of the stepper if one is due after `done` steps, or if `final`. A file that cannot be
         written does not end the run: the reason is kept as ``problem``. No state is written twice."""
-        due = time.monotonic() - self._when >= SECONDS_BETWEEN if self.every is None else done % self.every == 0
+        due = time.monotonic() - self._when >= 60.0 if self.every is None else done % self.every == 0
         if done != self._last and (due or final):
             try:
                 self.write(stepper, done)

@@ -25,10 +25,8 @@ from eomgen.base.rounding import SUMMED
 from eomgen.lie.few_poses import update_one
 from eomgen.lie.product import Factor
 
-#: Corrections at most, and the size in rad or lengths of the scene below which one is the last.
-ITERATIONS, _LAST = 12, 1e-8
-#: Corrections below this size that no longer shrink are rounding.
-_ROUNDING = 1e-5
+#: Corrections at most.
+ITERATIONS = 12
 #: A correction below the first size is followed by one with the same factors. This is the last if the next one would be
 #: below the second size at the same ratio, and is not taken otherwise.
 _SMALL, _LEFT = 3e-4, 1e-13
@@ -251,7 +249,8 @@ def correct(
         if size > 10.0:
             return CorrectedPoint(rest, displacement, count, "corrections grow [E2087]")
         rest, displacement = _move(statics, rest, solved[:-1], float(solved[-1])), displacement + step
-        if moved <= _LAST or (moved <= _ROUNDING and count > 2 and moved > 0.3 * last):
+        # rad or lengths of the scene; corrections that no longer shrink are rounding
+        if moved <= 1e-8 or (moved <= 1e-5 and count > 2 and moved > 0.3 * last):
             return CorrectedPoint(rest, displacement, count)
         if moved <= _SMALL:
             solved = solution(np.append(-statics.balance(rest).vector, 0.0))

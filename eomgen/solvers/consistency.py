@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 
 MAX_ITERATIONS = 50
-#: Corrections without progress after which a loop counts as one that rigid beams do not close.
-_PATIENCE = 4
 #: Rounding errors of a row, in units of the last place of the sum of the magnitudes of the row's summands.
 ROUNDING = 4.0
 #: Suffix of the names of equations by which beams do not stretch, after the beam's name.
@@ -240,7 +238,7 @@ def _close_rigid_beams(system: ConstrainedSystem, q: Array, t: float) -> tuple[A
         if np.all(np.abs(violation) / summands <= ROUNDING * EPSILON):
             return q, iteration, True
         waited += 1
-        if waited > _PATIENCE or not len(system.angular):
+        if waited > 4 or not len(system.angular):
             break
         step = -rows.correction(violation)
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))

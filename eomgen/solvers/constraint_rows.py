@@ -47,8 +47,6 @@ SINGULAR = 3e-5
 _RESISTANCE = 1e-14
 #: End of the name of a row that is a formula of the user.
 FORMULA = ": formula"
-#: Extents below this length are rounding around zero, m.
-_NO_EXTENT = 1e-100
 #: Largest number of rows listed in a message.
 LISTED = 5
 
@@ -409,7 +407,7 @@ class RowsInMetric:
 
 def _positive(extent: float) -> float:
     """Return an extent, m; 0 for rounding around zero."""
-    return extent if extent > _NO_EXTENT else 0.0
+    return extent if extent > 1e-100 else 0.0
 
 
 def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:

@@ -23,13 +23,6 @@ from eomgen.solvers.bordered_newton import (
     held_factor,
 )
 
-#: Corrections that a step is meant to need.
-_FEW = 5
-#: Bound of the corrections of a step, as a part of the step, and least cosine of the directions of neighbouring points.
-_SHARE, _COSINE = 0.5, 0.7
-#: The shortest step, as a part of the limits, and the most that steps may grow.
-_SHORTEST, _GROWTH = 1e-7, 2.0
-
 
 @dataclass(frozen=True)
 class PathPoint:
@@ -118,7 +111,7 @@ def follow(
         longest = _longest(statics, point, limits)
         last = ""
         while True:
-            if part < _SHORTEST:
+            if part < 1e-7:
                 raise PathEndError(last, point)
             way = part * longest
             reached = step_to(statics, point, way, target)
@@ -129,7 +122,8 @@ def follow(
         if abs(reached.rest.s - target) <= SUMMED * statics.reach:
             return
         point = reached
-        part = min(1.0, part * min(_GROWTH, max(0.5, (_FEW / max(reached.corrections, 1)) ** 0.5)))
+        # steps are meant to need five corrections
+        part = min(1.0, part * min(2.0, max(0.5, (5 / max(reached.corrections, 1)) ** 0.5)))
 
 
 def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> float:
@@ -170,13 +164,13 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     stride, change = left if ends else way, rest.s - start.s
     length = statics.length(result.displacement, change)
     corrected = statics.length(result.displacement - stride * along.unknowns[: len(statics.sizes)])
-    if corrected > _SHARE * length:
+    if corrected > 0.5 * length:
         return "the path turns too sharply [E2089]"
     onwards = direction(statics, rest, along)
     if onwards is None:
         return "the tangent stiffness is singular there [E2086]"
     against = along.s * onwards.s > 0.0 > change * along.s and abs(change) > SUMMED * statics.reach
-    if against or _cosine(statics, along, onwards) < _COSINE:
+    if against or _cosine(statics, along, onwards) < 0.7:
         return "the path turns too sharply [E2089]"
     return PathPoint(rest, onwards, point.way + length, result.corrections, stride)
 

@@ -38,19 +38,12 @@ from eomgen.solvers.statics import (
 )
 from eomgen.solvers.tangent_stiffness import canonical_direction
 
-#: Steps at most, and after which a motion may be left.
-MAX_MOTION_STEPS, SLOW_STEPS = 300, 100
-#: Largest error of a step, as a part of the step; an error below the second number needs no correction.
-_ERROR, _CORRECTED = 0.1, 0.01
-#: By how much the largest component is moved off an unstable equilibrium: rad, or parts of the scene's length.
-_NUDGE = 1e-3
-#: Time of a step times the largest stiffness: of the first, and of the change to Newton's.
-_FIRST, _LAST = 0.1, 1e8
-#: The same time if there is neither stiffness nor rate, s^2.
-_FREE = 1e-6
-#: Length of a motion, in lengths of the scene, above which the scene is not held.
-_FAR = 1e6
-_TRIALS = 40
+#: Steps after which a motion may be left.
+SLOW_STEPS = 100
+#: Largest error of a step, as a part of the step; an error ten times smaller needs no correction.
+_ERROR = 0.1
+#: Time of a step times the largest stiffness at the change to Newton's.
+_LAST = 1e8
 
 
 def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0, *, patient: bool = True) -> Search:
@@ -79,8 +72,9 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
                     return trail.end(balanced=True)
                 pace.time = 0.0
                 trail.move(nudged)
-            left = trail.steps == MAX_MOTION_STEPS or (not patient and trail.steps >= SLOW_STEPS and trail.lags)
-            if not trail.point.finite or left or pace.way > _FAR:
+            left = trail.steps == 3 * SLOW_STEPS or (not patient and trail.steps >= SLOW_STEPS and trail.lags)
+            # so many lengths of the scene: nothing holds it
+            if not trail.point.finite or left or pace.way > 1e6:
                 return trail.end(balanced=False)
             reached = _step(statics, trail.point, pace, slower)
             if reached is None:
@@ -171,11 +165,11 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
     motion. ``pace`` is updated in place; ``slower`` is the factor by which rates of internal states are reduced."""
     linear = _linear(point, slower)
     fastest = linear.fastest
-    time = pace.time or (_FIRST / fastest if fastest > 0.0 else _FREE)
+    time = pace.time or (0.1 / fastest if fastest > 0.0 else 1e-6)
     if time * fastest > _LAST:
         time = np.inf if linear.convex else _LAST / fastest
     longest = max(1.0, 0.5 * pace.way)
-    for _ in range(_TRIALS):
+    for _ in range(40):
         change = linear.step(time)
         gone = _length_of_change(statics, point, change)
         part = (
@@ -191,7 +185,7 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
         kinetic = point.weighted_size(change)
         size = point.weighted_size(error) / kinetic if kinetic > 0.0 else 0.0
         if size <= _ERROR:
-            if size > _CORRECTED and (better := move(statics, point, change + error)) is not None:
+            if size > 0.1 * _ERROR and (better := move(statics, point, change + error)) is not None:
                 reached = better
             growth = min(8.0, max(0.5, 0.8 * (_ERROR / size) ** 0.5)) if size > 0.0 else 8.0
             pace.time = (_LAST / fastest if np.isinf(time) else time) * growth
@@ -231,13 +225,11 @@ def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
         return None
     lowest = values <= values[0] + 1e-9 * abs(values[0])
     away = canonical_direction(point.basis @ vectors[:, lowest], statics.sizes)  # rounding decides no side
-    return move(statics, point, _NUDGE * (point.dual @ away))
+    return move(statics, point, 1e-3 * (point.dual @ away))
 
 
-#: Steps of a descent at most.
-MAX_DESCENT_STEPS = 1000
-#: Largest displacement of a step, rad or lengths of the scene, and least work of a step as a part of the linear one.
-_WIDEST, _WORKS = 1.0, 0.1
+#: Largest displacement of a step, rad or lengths of the scene.
+_WIDEST = 1.0
 
 
 def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
@@ -260,7 +252,7 @@ def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
                     return trail.end(balanced=True)
                 trail.move(nudged)
                 continue
-            if not point.finite or trail.steps == MAX_DESCENT_STEPS:
+            if not point.finite or trail.steps == 10 * SLOW_STEPS:
                 return trail.end(balanced=False)
             reached, widest = _descend(statics, point, widest)
             if reached is None:
@@ -281,7 +273,8 @@ def _descend(statics: Statics, point: SearchPoint, widest: float) -> tuple[Searc
         reached = move(statics, point, change)
         if reached is not None:
             work = 0.5 * float((point.dual @ reached.acceleration - point.imbalance) @ change)
-            if work >= -_WORKS * float(point.imbalance @ change):
+            # a tenth of the work of the linear forces
+            if work >= -0.1 * float(point.imbalance @ change):
                 return reached, widest
         widest *= 0.5
     return None, widest
@@ -354,11 +347,6 @@ def _part(statics: Statics, point: SearchPoint, change: Array, share: float) -> 
 #: Factors by which the rates of internal states are reduced, if a damped motion does not settle with immediate internal
 #: states.
 _SLOWER = (1.0, 100.0)
-#: Slow points of a damped motion from which Newton's path is followed, too.
-_LINGERING = 4
-#: Length of a damped motion, in rad or lengths of the scene, from which on the motion may have left an equilibrium at
-#: the start, and ratio of the distances of this equilibrium and of the settled point.
-_LONG, _NEARER = 0.5, 0.05
 
 
 def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tuple[Search, Search | None]:
@@ -393,13 +381,13 @@ def left_at_start(statics: Statics, z: Array, damped: Search) -> bool:
     damped motion. False for short motions."""
     start = damped.path[0]
     off = difference(statics.factors, start, damped.point.q)
-    if not np.any(np.abs(off) > _LONG * statics.sizes):
+    if not np.any(np.abs(off) > 0.5 * statics.sizes):
         return False
     try:
         near = follow_newton(statics, start, z)
     except np.linalg.LinAlgError:
         return False
-    return near.balanced and _distance(statics, near) < _NEARER * _distance(statics, damped)
+    return near.balanced and _distance(statics, near) < 0.05 * _distance(statics, damped)
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array, *, patient: bool) -> Search:
@@ -423,7 +411,7 @@ def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
     forces = [examine(statics, q, z).force for q in path] if not len(z) else []
     slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]
     searches = []
-    for k in (0, *slow[:_LINGERING]):
+    for k in (0, *slow[:4]):
         try:
             search = follow_newton(statics, path[k], z)
         except np.linalg.LinAlgError:

@@ -115,12 +115,8 @@ def with_turned(K: Matrix, blocks: RotatingTriples, forces: Array, factor: float
     return csc_array(K + csc_array((entries.ravel(), (rows.ravel(), columns.ravel())), shape=(nv, nv)))
 
 
-#: Steps of a path at most, and the largest in rad or lengths of the scene.
-_STEPS, _LIMITS = 200, StepLimits(0.2)
-#: Maximum number of unstable rests to leave in succession.
-_TIMES = 4
-#: Cosine from which a mode counts as one along the path.
-_ALONG = 1e-2
+#: Largest step of a path, in rad or lengths of the scene.
+_LIMITS = StepLimits(0.2)
 #: Diagonal regularization of Newton's matrix, relative to the negative stiffness, for families of equilibria.
 _BESIDE = 1e-6
 
@@ -148,7 +144,7 @@ def stable_branch(statics: LoadedStatics, rest: LoadedState, onwards: Direction)
         return None
     first: Array | None = None
     path = [rest.q]
-    for _ in range(_TIMES):
+    for _ in range(4):  # unstable rests in succession
         stiffness = TangentStiffness.at(statics, rest)
         if not stiffness.symmetric:
             return None
@@ -173,7 +169,7 @@ def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:
     """Return the sign of the component of a mode along a direction; 1 if orthogonal."""
     scaled, along = mode / statics.sizes, onwards.unknowns[: len(mode)] / statics.sizes
     share = float(scaled @ along) / (float(np.linalg.norm(scaled) * np.linalg.norm(along)) or 1.0)
-    return -1.0 if share < -_ALONG else 1.0
+    return -1.0 if share < -1e-2 else 1.0  # a smaller share is rounding
 
 
 def _unstable(statics: LoadedStatics, rest: LoadedState) -> bool:
@@ -208,7 +204,7 @@ def _led_off(
             path.append(point.rest.q)
             if point.rest.s == 0.0:
                 return replace(point.rest, s=rest.s), path
-            if len(path) > _STEPS:
+            if len(path) > 200:
                 return None
     except PathEndError:
         return None
@@ -249,10 +245,6 @@ def _held_back(statics: LoadedStatics, rest: LoadedState, force: Array, reach: f
 
 #: Steps at most.
 MAX_STEPS = 2000
-#: First step after a jump from an unstable rest, as a fraction of the limits.
-_CLOSE = 0.2
-#: Length of a diverging path; displacements as root mean squares, in rad or lengths of the scene.
-_FAR = 100.0
 
 
 class LoadSteps(NamedTuple):
@@ -289,7 +281,7 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
             for reached in follow(held, point, 1.0, limits, part):
                 before, point = point, reached
                 path.append(point.rest.q)
-                if point.way > _FAR:
+                if point.way > 100.0:  # rad, or lengths of the scene
                     raise PathEndError("displacements grow without more load: nothing opposes them [E2090]", point)
                 if len(path) > MAX_STEPS:
                     raise PathEndError(f"{MAX_STEPS} steps are not enough [E2091]", point)
@@ -297,7 +289,7 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
                 if branch is not None:
                     left_along = branch.left_along if left_along is None else left_along
                     path += branch.path
-                    point, part = replace(first_point(held, branch.rest, 1.0), way=point.way), _CLOSE
+                    point, part = replace(first_point(held, branch.rest, 1.0), way=point.way), 0.2
                     break
     except KeyboardInterrupt as stop:
         stop.add_note(f"load steps had come to {100.0 * point.rest.s:.3g} % of the loads, in {len(path) - 1} steps")

@@ -19,13 +19,10 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.solvers.blocks import Blocks
 
-#: Size of a block from which on Lanczos' method takes less time than all eigenvalues, if its bandwidth is at most the
-#: part below.
-_LARGE, _NARROW = 120, 0.25
 #: Part of the time of a step in shifted matrices.
 _GAMMA = 0.1
-#: Iterations at most and from one check of convergence to the next, and the last change, as a part of the result.
-_ITERATIONS, _CHECKED, _SETTLED = 60, 4, 1e-10
+#: Iterations at most, and the last change, as a part of the result.
+_ITERATIONS, _SETTLED = 60, 1e-10
 
 
 def phi(x: Array, order: int) -> Array:
@@ -120,13 +117,14 @@ class _Stack:
         """The lower band of a single large block, (width, size), diagonal first. None for several or small blocks, and
         if the band is not narrow."""
         count, size = self.entries.shape[:2]
-        if count > 1 or size < _LARGE:
+        # for these all eigenvalues take less time than Lanczos' method
+        if count > 1 or size < 120:
             return None
         matrix = self.entries[0]
         places = np.arange(size)
         first = np.where(matrix.any(axis=1), (matrix != 0.0).argmax(axis=1), places)
         width = int(np.max(places - first)) + 1
-        if width > _NARROW * size:
+        if width > 0.25 * size:
             return None
         band = np.zeros((width, size))
         for k in range(width):
@@ -162,7 +160,7 @@ def _by_lanczos(band: Array, f: Array, time: float, order: int) -> Array | None:
             H[:k, k - 1] += along
         H[k, k - 1] = left = float(np.linalg.norm(w))
         ends = left <= _SETTLED * H[0, 0]
-        if ends or k % _CHECKED == 0:
+        if ends or k % 4 == 0:
             values, turn = np.linalg.eigh(H[:k, :k])
             with np.errstate(all="ignore"):  # unstable directions may overflow: such steps are shortened
                 now = length * time * (turn @ (phi((1.0 - 1.0 / values) / _GAMMA, order) * turn[0]))

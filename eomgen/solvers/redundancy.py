@@ -29,11 +29,8 @@ from eomgen.solvers.constraint_rows import (
     long_lever,
 )
 
-#: Relative new part of a row below which the row is nearly redundant; below the second number, other rows are taken
-#: first.
-ALMOST_REDUNDANT, LITTLE = 1e-4, 1e-3
-#: Part of a row's possible length below which derivatives vanish next to a zero that is met to a tolerance.
-_NEARLY_FLAT = 1e-2
+#: Relative new part of a row below which other rows are taken first; a tenth of it is nearly redundant.
+LITTLE = 1e-3
 #: How far nearby configurations are: rad, and part of the extent.
 NEARBY = 0.05
 _LEFT_OUT = "parameters with which the constraints can be met together, or a scene with these values of its own"
@@ -123,7 +120,7 @@ def redundancy(
             break
         waiting.remove(best)
         take(lefts[best], parts_of[best])
-        if max(parts_of[best]) < ALMOST_REDUNDANT:
+        if max(parts_of[best]) < 0.1 * LITTLE:
             hardly[best] = max(parts_of[best])
     far = [row for row in looked_at if here.has_long_lever(row)] if waiting else []
     if far:
@@ -154,7 +151,8 @@ def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
     lengths = [float(np.linalg.norm(at.scaled_rows[row])) for at in at_configurations]
     possible = [float(np.sqrt(at.possible[row] ** 2 @ at.speeds)) for at in at_configurations]
     zero = lengths[0] <= max(REDUNDANT * possible[0], float(at_configurations[0].vanishing[row]))
-    return zero and all(length <= _NEARLY_FLAT * size for length, size in zip(lengths[1:], possible[1:], strict=True))
+    # next to a zero that is met to a tolerance
+    return zero and all(length <= 1e-2 * size for length, size in zip(lengths[1:], possible[1:], strict=True))
 
 
 def _lever_too_long(system: ConstrainedSystem, here: RowsInMetric, row: int, dependent: Sequence[int]) -> ModelError:
@@ -289,11 +287,10 @@ def check_left_out(
     ]
 
 
-#: Part of a column that counts as rounding, and least ratio of the new part of a kept column to the new part of any
-#: column left out.
-ROUNDING, GAP = 1e-10, 1e3
+#: Part of a column that counts as rounding.
+ROUNDING = 1e-10
 #: Coefficients are decimal numbers of ``_DIGITS`` digits, or fractions, if the difference is rounding.
-_DIGITS, _DENOMINATOR = 10, 360
+_DIGITS = 10
 _SAME = 1e-11
 
 
@@ -346,7 +343,7 @@ def independent_columns(A: Array) -> IndependentColumns:
         else:
             others.append(index)
     low, left = min((parts[k] for k in kept), default=1.0), max((parts[k] for k in others), default=0.0)
-    if low < GAP * left:
+    if low < 1e3 * left:  # no clear gap between kept columns and columns left out
         raise NoRankGap(f"a column differs from those before it by {low:.1e} of its norm, and rounding is {left:.1e}")
     solved = np.linalg.lstsq(unit[:, kept], unit[:, others], rcond=None)[0]
     solved[np.abs(solved) < 1e2 * ROUNDING] = 0.0
@@ -360,7 +357,7 @@ def independent_columns(A: Array) -> IndependentColumns:
 
 def short(number: float) -> float:
     """Return the ten-digit decimal or the fraction that equals a number up to rounding, else the number."""
-    for candidate in (float(f"{number:.{_DIGITS}g}"), float(Fraction(number).limit_denominator(_DENOMINATOR))):
+    for candidate in (float(f"{number:.{_DIGITS}g}"), float(Fraction(number).limit_denominator(360))):
         if abs(candidate - number) <= _SAME * abs(number):
             return candidate
     return number

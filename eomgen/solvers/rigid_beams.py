@@ -21,9 +21,6 @@ from eomgen.lie.product import Factor, difference, update
 from eomgen.solvers.beams import Beams
 from eomgen.solvers.constraint_rows import ConstrainedSystem
 
-#: Passes that place nodes of beams carried by beams.
-_PASSES = 100
-
 
 class RigidBeams:
     """Configurations in which geometrically exact beams have the shapes of a given configuration.
@@ -73,7 +70,7 @@ class RigidBeams:
     def place(self, q: Array) -> Array:
         """Return configurations (..., nq) with the nodes of each beam placed rigidly relative to its first node."""
         result = np.array(q, dtype=float).reshape(-1, q.shape[-1])
-        for _ in range(_PASSES):  # a beam may be carried by another one
+        for _ in range(100):  # a beam may be carried by another one
             before = result.copy()
             for pose, relative, (_, _, factors) in zip(
                 self._first(result), self._from_first, self.beams.followers, strict=True

@@ -12,11 +12,6 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.rounding import WRITTEN
 
-#: Least new part of a row next to earlier rows for corrections by normal equations, above the parts that corrections
-#: by whole matrices leave out.
-_NEW = 1e-4
-#: Largest block of M.
-_BLOCK = 12
 #: Number of rows up to which singular values are of whole matrices.
 _FEW = 40
 
@@ -45,7 +40,7 @@ class SparseRows:
         count, labels = connected_components(self.M, directed=False)
         order = np.argsort(labels, kind="stable")
         sizes = np.bincount(labels, minlength=count)
-        if sizes.max(initial=0) > _BLOCK:
+        if sizes.max(initial=0) > 12:
             return None
         starts = np.concatenate([[0], np.cumsum(sizes)])
         rows: list[NDArray[np.intp]] = []
@@ -113,7 +108,8 @@ class SparseRows:
         if np.any(factors.perm_r != places) or np.any(factors.perm_c != places):
             return None
         squares = factors.U.diagonal()
-        if not np.all(squares >= _NEW**2):
+        # above the parts that corrections by whole matrices leave out
+        if not np.all(squares >= 1e-4**2):
             return None
         return IndependentRows(weighed, self.inverse, factors, np.sqrt(squares))
 

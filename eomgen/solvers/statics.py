@@ -32,9 +32,6 @@ LARGEST_TURN = 0.5
 BALANCED = 1e-11
 #: Violations of constraints below this part of the change by moving the scene's length are none.
 MET = 1e-10
-#: Number of corrections after which Newton's steps no longer improve, and bound of their displacement as a part of the
-#: scene's length.
-_POLISHES, _POLISH = 5, 1e-3
 _EPSILON = float(np.finfo(float).eps)
 
 
@@ -389,10 +386,10 @@ def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
 def polish(statics: Statics, point: SearchPoint) -> SearchPoint:
     """Return the point after at most five Newton steps, while these are small and each at most half the last."""
     left = newton_step(point, newton_right_side(point))
-    for _ in range(_POLISHES):
+    for _ in range(5):
         if (
             not np.any(left)
-            or np.max(np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes, initial=0.0) > _POLISH
+            or np.max(np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes, initial=0.0) > 1e-3
         ):
             break
         nearer = move(statics, point, left)

@@ -73,6 +73,7 @@ class Strains:
             H = H + csc_array(0.5 * (of_forces + of_forces.T))
         masses = np.diag(self.system.mass(q))
         masses = np.where(masses > 0.0, masses, np.min(masses[masses > 0.0], initial=1.0))
+        # a weight below rounding determines motions without strain
         kinetic = SUMMED * np.max(diagonal / masses) * masses
         scale = 1.0 / np.sqrt(diagonal + kinetic)
         B = self.system.jacobian(q, t)[: len(violation)] * scale
@@ -80,6 +81,7 @@ class Strains:
         weights = 1.0 / np.where(lengths > 0.0, lengths, 1.0)
         rows = csc_array(B * weights[:, np.newaxis])
         scaled = csc_array(diags_array(scale) @ (H + diags_array(kinetic)) @ diags_array(scale))
+        # likewise the multipliers of redundant rows
         held = csc_array(-SUMMED * eye_array(len(violation)))
         whole = csc_array(block_array([[scaled, csc_array(rows.T)], [rows, held]]))
         result = splu(whole).solve(np.concatenate([-scale * (D.T @ forces.ravel()), -weights * violation]))

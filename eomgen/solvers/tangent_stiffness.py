@@ -26,16 +26,12 @@ from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, c
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
-#: Skew part of a stiffness, as parts of its diagonal and of its largest entry, from which forces have no potential.
+#: Skew part of a stiffness, as a part of its diagonal, from which forces have no potential.
 _SKEW = 1e-7
-#: Sweeps of row and column scaling, of inverse iteration, and the change of an eigenvalue that ends the latter.
-_SWEEPS, _ITERATIONS = 4, 60
-#: Additional directions in inverse iteration, beyond the requested number.
-_BESIDE = 4
-#: Rounding error of a stiffness relative to the sum of its absolute terms, and number of stiffnesses checked for zero.
-ROUNDING, _NEUTRAL = 1e3 * float(np.finfo(float).eps), 2
-#: Shift of an exactly singular stiffness, relative to the diagonal.
-_SHIFT = 1e-14
+#: Sweeps of row and column scaling.
+_SWEEPS = 4
+#: Rounding error of a stiffness relative to the sum of its absolute terms.
+ROUNDING = 1e3 * float(np.finfo(float).eps)
 
 Components = NDArray[np.intp]
 
@@ -115,7 +111,7 @@ class TangentStiffness:
     def _neutral_stiffnesses(self) -> tuple[int, float]:
         """The number of stiffnesses that are zero up to rounding, at most two, and the largest rounding error of
         these."""
-        values, X = self.next_to_zero(_NEUTRAL)
+        values, X = self.next_to_zero(2)
         every = np.abs(X)
         measured = np.einsum("ij,ij->j", every, abs(self.K) @ every)
         rounding = ROUNDING * measured / np.einsum("ij,ij->j", every, every / self.sizes[:, np.newaxis] ** 2)
@@ -176,14 +172,15 @@ class TangentStiffness:
         W: Matrix = csc_array(diags_array(1.0 / self.sizes**2)) if mass is None else mass
         W = whole(W) if isinstance(self.K, np.ndarray) else W
         free = nv - min(self.B.shape[0], nv)
-        wide = min(free, count + _BESIDE)
+        # more directions than are asked for, so that these settle
+        wide = min(free, count + 4)
         solve = self._compliance() if wide > 0 else None
         if solve is None:
             return np.zeros(0), np.zeros((nv, 0))
         generator = np.random.default_rng(4)
         X = answers = np.zeros((nv, 0))
         values, before = np.zeros(wide), np.full(wide, np.inf)
-        for _ in range(_ITERATIONS):
+        for _ in range(60):
             if X.shape[1] < wide:
                 others = generator.normal(size=(nv, wide - X.shape[1])) * self.sizes[:, np.newaxis]
                 others = others - X @ (X.T @ (W @ others))  # else the smallest eigenvalues dominate all columns
@@ -208,7 +205,7 @@ class TangentStiffness:
         result = compliance(self.K, self.B)
         if result is None:
             diagonal = np.abs(self.K.diagonal())
-            shift = _SHIFT * np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=0.0))
+            shift = 1e-14 * np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=0.0))
             result = compliance(plus(self.K, csc_array(diags_array(shift))), self.B)
         return result
 

@@ -114,8 +114,6 @@ _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", 
 _LANES, _ROUTINE, SHARED = "lanes.so", "routine.so", "shared.so"
 #: Files by which another process loads a library; libraries with their numbers in the text have no tables.
 _FILES = (_LIBRARY, _LAYOUT, _CDEF, TABLES)
-#: Seconds in which a process starts at most.
-_STARTING = 1.0
 #: Start of a loop in C.
 _LOOP = "for ("
 #: The source of the tape engine is the same for all models, so that the object of the source is in the cache.
@@ -507,7 +505,7 @@ class Builder:
             (folder / _COMMANDS).write_text(command, encoding="utf-8")
 
         # without the wait the thread would wait for Python at each file, in turns with the caller
-        self._begin(key, Begun(lambda: None), fill).started.wait(_STARTING)
+        self._begin(key, Begun(lambda: None), fill).started.wait(1.0)
         _LOG.debug("began the library on the tape engine, by %s", self.compiler.version)  # asked for meanwhile
 
     @property
@@ -574,8 +572,6 @@ class Builder:
                 return
             passes = passes_for("".join(lane_files.values()), flags, compiler.version)
             compile_library(compiler, sources, folder / _LANES, passes, timeout=self.timeout)
-            for source in sources:
-                source.with_suffix(".o").unlink(missing_ok=True)
 
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)
@@ -603,7 +599,6 @@ class Builder:
             file = folder / "routine.c"
             file.write_text(source, encoding="utf-8")
             compile_library(self.compiler, [file], folder / _ROUTINE, self.flags, timeout=self.timeout)
-            file.with_suffix(".o").unlink(missing_ok=True)
 
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)
@@ -629,10 +624,9 @@ class Builder:
 
         def fill(folder: Path) -> None:
             write(folder)
-            sources = sorted(folder.glob("*.c"))
-            compile_library(self.compiler, sources, folder / SHARED, self.flags, timeout=self.timeout)
-            for source in sources:
-                source.with_suffix(".o").unlink(missing_ok=True)
+            compile_library(
+                self.compiler, sorted(folder.glob("*.c")), folder / SHARED, self.flags, timeout=self.timeout
+            )
 
         with self.cache.claim(key):
             try:

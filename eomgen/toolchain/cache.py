@@ -35,9 +35,6 @@ from eomgen.errors import FileError, Problem, ToolchainError
 
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000
-#: Part of the limit in bytes down to which entries are removed once the cache exceeds the limit, so that not every
-#: build after a removal measures all entries.
-KEPT_PART = 7 / 8
 #: Damaged entries, and failed builds, of which the newest are kept for diagnosis.
 KEPT = 8
 #: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
@@ -330,7 +327,8 @@ class Cache:
         entries = self._entries()
         sizes = {folder: _size(folder) for folder in entries}
         total = sum(sizes.values())
-        most = self.limit if total <= self.limit else KEPT_PART * self.limit
+        # not every build after a removal measures all entries
+        most = self.limit if total <= self.limit else 7 / 8 * self.limit
         for folder in entries:
             if total <= most:
                 break

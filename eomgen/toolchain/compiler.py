@@ -17,11 +17,9 @@ import signal
 import sys
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from eomgen.base.data import dataclass
@@ -47,18 +45,10 @@ DEFAULT_TIMEOUT = 900.0
 _FULL = ("No space left on device", "Disk quota exceeded", "File size limit exceeded", "File too large")
 _COLOURS = r"\x1b\[[0-9;?]*[ -/]*[@-~]"
 _WIDEST = 400
-#: Compilers that run at once; each may take some 200 MB.
-_MOST_COMPILERS = 8
 _FAULT = r"(?m)^((?:[A-Za-z]:)?[^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$"
 #: Of GNU linkers: a function in two files.
 _TWICE = r"([^\s/:]+):\([^)]*\): multiple definition of [`'‘](\w+)"
 _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
-#: Priority of compilers in the background, as of ``nice``.
-_NICE = 5
-#: Seconds that a process waits at its end for the folder of an ended compiler to be removed.
-_REMOVING = 2.0
-#: Seconds between two looks at whether a library is still wanted.
-_WAIT = 0.1
 #: Variable by which zig takes another folder for its libraries.
 _ZIG_FOLDER = "ZIG_GLOBAL_CACHE_DIR"
 _COMMON = ("-std=c99", *(() if sys.platform == "win32" else ("-fPIC",)), "-fvisibility=hidden", "-Wno-psabi")
@@ -232,7 +222,8 @@ def processor_digest() -> str:
 def compilers_at_once() -> int:
     """Return the number of compilers to run: one for each processor of this process, two at least."""
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(max(2, processors), _MOST_COMPILERS)
+    # each may take some 200 MB
+    return min(max(2, processors), 8)
 
 
 def compile_library(
@@ -241,26 +232,23 @@ def compile_library(
     output: Path,
     flags: Sequence[str],
     *,
-    objects: Sequence[Path] = (),
-    jobs: int | None = None,
     timeout: float = DEFAULT_TIMEOUT,
-    running: RunningCompilers | None = None,
 ) -> list[str]:
-    """Compile sources side by side, link the objects, with ready ``objects``, to a shared library ``output``; return
-    the commands.
-
-    ``jobs`` compilers run at once, by default as many as there are processors, for ``timeout`` seconds at most. The
-    objects stay in the folders of the sources.
+    """Compile sources side by side, for ``timeout`` seconds at most, link the objects to a shared library ``output``,
+    remove the objects, and return the commands.
 
     Raises
     ------
     ToolchainError
         With the compiler's command, its exit status, its last lines, and the folder of the sources.
     """
-    with Compilation(compiler, flags, jobs=jobs, timeout=timeout) as compilation:
+    with Compilation(compiler, flags, timeout=timeout) as compilation:
         for source in sorted(sources, key=_longest_first):
             compilation.add(source)
-        return compilation.link(sources, output, lambda: objects)
+        commands = compilation.link(sources, output, list)
+    for source in sources:
+        source.with_suffix(".o").unlink(missing_ok=True)
+    return commands
 
 
 def _longest_first(source: Path) -> int:
@@ -283,7 +271,7 @@ class Begun:
     def copy_object(self, target: Path, running: RunningCompilers) -> bool:
         """Wait for the end of the compilation, copy the object to ``target``, and return whether there is one. False
         also if the compilers of the library, ``running``, are stopped meanwhile."""
-        while not self.ended.wait(_WAIT):
+        while not self.ended.wait(0.1):
             if running.is_stopped:
                 return False
         object_file = self._made()
@@ -295,11 +283,12 @@ class Begun:
 class Compilation:
     """Sources that are compiled side by side while further ones are written; the longest waiting source first.
 
-    A context: an exception that leaves the context ends the running compilers.
+    A context: an exception that leaves the context ends the running compilers. Its threads do not keep the process from
+    its end, as threads of an executor do.
 
     Parameters
     ----------
-    jobs : compilers at once, as many as there are processors by default; 0: one, in the thread of the caller
+    jobs : compilers at once, as many as there are processors by default
     timeout : for all files together, seconds
     running : collection of the processes, for a caller who may stop the processes
     progress : called with the numbers of compiled and of all files so far, by the threads that compile
@@ -323,25 +312,21 @@ class Compilation:
         self._compiler = compiler
         self._flags = flags
         self._deadline = time.monotonic() + timeout
-        self._waiting: PriorityQueue[tuple[int, Path, tuple[str, ...]]] = PriorityQueue()
+        self._waiting: PriorityQueue[tuple[int, Path | None, tuple[str, ...]]] = PriorityQueue()
         self._begun: dict[Path, Begun] = {}
         self._made: dict[Path, tuple[Path, str]] = {}
-        self._tasks: list[_Task] = []
         self._keep: dict[Path, Callable[[], object]] = {}
         self._running = RunningCompilers() if running is None else running
-        self._pool = None if jobs == 0 else _Workers(compilers_at_once() if jobs is None else jobs)
-        self._ended = contextlib.ExitStack()
+        self._most, self._threads = compilers_at_once() if jobs is None else jobs, list[threading.Thread]()
+        self._failures: list[BaseException] = []
 
     def __enter__(self) -> Self:
-        if self._pool is not None:
-            self._ended.enter_context(self._pool)
-        self._ended.enter_context(self._running.stopped_on_failure())
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._ended.__exit__(kind, error, trace)
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
+            self._running.stop()
+        self._wait()
 
     def add(
         self,
@@ -366,17 +351,31 @@ class Compilation:
             self._begun[source] = begun
             length = -sys.maxsize  # the process takes a processor, so that one worker waits for its end
         self._waiting.put((length, source, tuple(self._flags if flags is None else flags)))
-        if self._pool is None:
-            self._compile_next()
-        else:
-            self._tasks.append(self._pool.submit(self._compile_next))
+        if len(self._threads) < self._most:
+            self._threads.append(threading.Thread(target=self._work, name="eomgen-compiler", daemon=True))
+            self._threads[-1].start()
 
     def take(self, source: Path, flags: Sequence[str]) -> None:
         """Link the object that exists for a source already, compiled with these flags."""
         self._made[source] = source.with_suffix(".o"), shlex.join(_object_command(self._compiler, source, flags))
 
-    def _compile_next(self) -> None:
-        _, source, flags = self._waiting.get()
+    def _work(self) -> None:
+        """Compile waiting sources, up to the mark of the end or the first failure."""
+        try:
+            while (item := self._waiting.get())[1] is not None and not self._failures:
+                self._compile(item[1], item[2])
+        except BaseException as error:
+            self._failures.append(error)
+            self._running.stop()
+
+    def _wait(self) -> None:
+        """Wait until all sources are compiled, or one cannot be."""
+        for number, _ in enumerate(self._threads):
+            self._waiting.put((sys.maxsize - number, None, ()))
+        for thread in self._threads:
+            thread.join()
+
+    def _compile(self, source: Path, flags: Sequence[str]) -> None:
         begun = self._begun.get(source)
         if begun is not None and begun.copy_object(source.with_suffix(".o"), self._running):
             self.take(source, flags)
@@ -393,81 +392,14 @@ class Compilation:
         source that could not be compiled."""
         write_postponed()
         ready = objects()
-        for task in self._tasks:
-            task.result()
+        self._wait()
+        if self._failures:
+            raise self._failures[0]
         done = [self._made[source] for source in sources]
         items = [*(str(item) for item, _ in done), *map(str, ready)]
         link = [*self._compiler.command, *_link_flags(), *items, "-o", str(output), "-lm"]
         _run(link, output, self._deadline, self._running)
         return [*(command for _, command in done), shlex.join(link)]
-
-
-class _Task:
-    """Work of a thread; a future of Python imports modules for a hundredth of a build."""
-
-    def __init__(self, work: Callable[[], None]) -> None:
-        self._work, self._ended = work, threading.Event()
-        self._error: BaseException | None = None
-
-    def work(self) -> None:
-        """Do the work; an error is raised when the result is asked for."""
-        try:
-            self._work()
-        except BaseException as error:
-            self._error = error
-        self._ended.set()
-
-    def result(self) -> None:
-        """Wait for the end of the work."""
-        self._ended.wait()
-        if self._error is not None:
-            raise self._error
-
-
-class _Workers:
-    """Threads that work side by side and do not keep the process from its end, as threads of an executor do.
-
-    A context: its end waits for the threads.
-
-    Parameters
-    ----------
-    most : threads at once
-    """
-
-    def __init__(self, most: int) -> None:
-        self._most = most
-        self._tasks: deque[_Task] = deque()
-        self._threads: list[threading.Thread] = []
-        self._working = 0
-        self._lock = threading.Lock()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for thread in self._threads:
-            thread.join()
-
-    def submit(self, work: Callable[[], None]) -> _Task:
-        """Do work on a thread as soon as one is free, and return its task, whose ``result`` waits for the end."""
-        task = _Task(work)
-        with self._lock:
-            self._tasks.append(task)
-            if self._working == self._most:
-                return task
-            self._working += 1
-        self._threads.append(threading.Thread(target=self._work, name="eomgen-compiler", daemon=True))
-        self._threads[-1].start()
-        return task
-
-    def _work(self) -> None:
-        while True:
-            with self._lock:
-                if not self._tasks:
-                    self._working -= 1
-                    return
-                task = self._tasks.popleft()
-            task.work()
 
 
 class RunningCompilers:
@@ -484,14 +416,6 @@ class RunningCompilers:
         self._lock = threading.Lock()
         self._stopped = False
         self.started = threading.Event()
-
-    @contextlib.contextmanager
-    def stopped_on_failure(self) -> Iterator[None]:
-        try:
-            yield
-        except BaseException:
-            self.stop()
-            raise
 
     def stop(self) -> bool:
         """Kill running processes, and processes started from now on; return whether there were any."""
@@ -535,12 +459,13 @@ def in_background(name: str, work: Callable[[RunningCompilers], None], *, lower:
 
     def end() -> None:
         if running.stop():
-            thread.join(_REMOVING)
+            # for the folder of an ended compiler
+            thread.join(2.0)
 
     def whole() -> None:
         if lower and sys.platform == "linux":
             with contextlib.suppress(OSError):
-                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 5)
         try:
             work(running)
         finally:

@@ -35,8 +35,6 @@ PACKAGES = (
 )
 #: Bytes that should be free for compiled models.
 ROOM = 50_000_000
-#: Seconds by which the first build with zig is longer if zig makes its C library.
-_PREPARING = 2.0
 _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n"
 
 
@@ -113,7 +111,7 @@ def _compiles() -> ToolchainCheck:
     except EomgenError as error:
         return ToolchainCheck("compiles", False, error.problems[0].what, _other_compiler())
     result = f"a small library builds and links in {later:.2g} s"
-    if first > later + _PREPARING:
+    if first > later + 2.0:
         result += f"; zig took {first:.2g} s to make its C library for this machine, once"
     return ToolchainCheck("compiles", True, result)
 

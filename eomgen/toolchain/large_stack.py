@@ -17,8 +17,6 @@ from typing import Any
 ENOUGH = 4_000_000
 #: Functions of a library that need no more than that.
 _FLAT = ("eomgen_size", "eomgen_stepper_size", "eomgen_number_type", "eomgen_fingerprint", "eomgen_status_text")
-#: Reserve, and size given in any case; untouched pages take no memory.
-_RESERVE, _LEAST = 4, 1 << 25
 _STARTING = threading.Lock()
 #: Of each thread, the processor's time of the threads that it called functions on, ns.
 _CALLED = threading.local()
@@ -32,7 +30,8 @@ def thread_time_ns() -> int:
 
 def stack_size(needed: int) -> int:
     """Return the size of a thread's stack for functions that need a number of bytes; 0 if any thread has enough."""
-    return 0 if needed <= ENOUGH else max(_LEAST, _RESERVE * needed)
+    # untouched pages take no memory
+    return 0 if needed <= ENOUGH else max(1 << 25, 4 * needed)
 
 
 def with_stack(lib: Any, needed: int) -> Any:

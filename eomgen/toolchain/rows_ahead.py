@@ -12,10 +12,6 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-#: Numbers of the rows of a sample at least: rows of fewer are fetched early enough by the processor itself.
-_LEAST = 64
-#: Fetches for each statement at most.
-_MOST = 2
 #: Pointers before the first block, see ``templates/c/interface/rows.c.jinja``.
 _POINTERS = 16
 #: The pointers are volatile, since compilers move fetches without reads to one place.
@@ -55,7 +51,8 @@ def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], 
     bodies = [match for text in texts for match in body.finditer(text)]
     places = [k for match in bodies for k in _places(match[3].split("\n"))]
     fetches = _fetches(interface, function)
-    if not _LEAST <= len(fetches) <= _MOST * len(places):
+    # fewer rows are fetched early enough by the processor itself
+    if not 64 <= len(fetches) <= 2 * len(places):
         return texts
     blocks = _blocks(interface, function)
     begun = 0

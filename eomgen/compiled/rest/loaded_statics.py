@@ -44,8 +44,6 @@ if TYPE_CHECKING:
 
 #: Step of differences of poses, rad or m.
 _SMALL = 1e-6
-#: Turn of an element that is too near to half a turn, rad.
-_HALF_TURN = 3.1
 #: Name of the last elements in the results that are kept with a library.
 _KEPT = "element strains"
 
@@ -116,7 +114,7 @@ class ElementStrains:
         """Return a sentence on the element that turns most if this is nearly half a turn, else empty text. d are the
         strains (elements, 6); beyond half a turn they are ambiguous."""
         turns = np.linalg.norm(d[:, :3], axis=1)
-        if not np.any(turns > _HALF_TURN):
+        if not np.any(turns > 3.1):
             return ""
         worst = int(np.argmax(turns))
         first, second = (self.model.bodies[nodes[worst]] for nodes in (self._first, self._second))
@@ -222,8 +220,6 @@ def _fixed_to_base(model: CompiledModel) -> set[str]:
 _STEP = 1e-5
 #: A factor and both ends of the differences, in steps, which are evaluated in one batch.
 _ENDS = np.array([0.0, 1.0, -1.0])
-#: Load factors whose parameters, inputs and base are kept: a path asks again for the factors of its points at its end.
-_FACTORS = 512
 
 
 @dataclass(frozen=True)
@@ -312,7 +308,7 @@ def loaded_statics(
         p, t, inputs = varied.at(s)
         return {"t": t, "parameters": p, "base": held_base(model, p, t), "u": inputs}
 
-    @lru_cache(maxsize=_FACTORS)
+    @lru_cache(maxsize=512)  # a path asks again for the factors of its points at its end
     def terms(s: float) -> tuple[TermsAt, TermsAt]:
         if varied is None:
             at = model.evaluator.at(**arguments(s))

@@ -222,10 +222,6 @@ def _by_columns(text: str, shape: tuple[int, int], entries: Array) -> csc_array:
     return csc_array((np.bincount(places, entries, len(indices)), indices, ends), shape=shape)
 
 
-#: Inverse iterations, and the part of the largest squared frequency below which strains have no stiffness.
-_ITERATIONS = 4
-
-
 def soft_modes(
     statics: LoadedStatics, rest: LoadedState, inertia: Matrix, shapes: Array, largest: float
 ) -> tuple[Array, Array]:
@@ -253,7 +249,7 @@ def soft_modes(
     except RuntimeError:
         return np.zeros(shapes.shape[1]), shapes
     values = np.zeros(shapes.shape[1])
-    for _ in range(_ITERATIONS):
+    for _ in range(4):
         right = np.concatenate([mass @ shapes, np.zeros((rows, shapes.shape[1]))])
         solution = factors.solve(right)[: len(mass)]
         if not np.all(np.isfinite(solution)):

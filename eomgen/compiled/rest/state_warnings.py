@@ -148,8 +148,6 @@ def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs)
     return sentences
 
 
-#: Moment of all parts about the axis, as a part of the largest of one, below which a rotor is in balance: blades sag.
-_BALANCED = 0.05
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -181,7 +179,8 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
                 )
                 # half a turn reverses the part of gravity across the axis alone
                 across = gravity - rotated(turn[1], rotated(turn[0] * _CONJUGATE, gravity))
-        is_balanced = worst > before and float(np.linalg.norm(moment)) <= _BALANCED * worst
+        # a twentieth of the largest moment remains of balanced blades, which sag
+        is_balanced = worst > before and float(np.linalg.norm(moment)) <= 0.05 * worst
         if is_balanced and float(np.linalg.norm(across)) > SUMMED * measures.gravity():
             result = (
                 f"gravity along the axis of {factor.name} or none, for the centres of mass balance about this axis, and"

@@ -72,9 +72,6 @@ def order_of(alternating: Sequence[float], most: int = MOST_LETTERS) -> int:
 
 Part = Literal["drift", "kick"]
 
-#: Points by which the stability limit is looked for, for each unit of omega h.
-_POINTS = 500
-
 
 @dataclass(frozen=True)
 class Composition:
@@ -210,7 +207,7 @@ class Composition:
             return np.asarray(np.abs(matrices[..., 0, 0] + matrices[..., 1, 1]) / 2 - 1)
 
         for start in range(2 * self.gradients + 1):  # no composition is stable beyond twice its kicks
-            grid = np.linspace(start, start + 1, _POINTS + 1)
+            grid = np.linspace(start, start + 1, 500 + 1)
             excess = beyond(grid)
             # a maximum between two points may lie beyond the bound though both points do not
             peaks = 1 + np.flatnonzero(

@@ -42,7 +42,6 @@ from eomgen.integrators.families.runge_kutta import EmbeddedPair, real_stability
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-DEFAULT_TOLERANCE = 1e-8
 DORMAND_PRINCE = EmbeddedPair(
     name="rk45",
     aliases=("dormand_prince", "dopri5"),
@@ -89,7 +88,7 @@ class EmbeddedRungeKutta(Family):
         Coefficients.
     """
 
-    tolerance: float = DEFAULT_TOLERANCE
+    tolerance: float = 1e-8
     pair: EmbeddedPair = DORMAND_PRINCE
     needs = (UNCONSTRAINED,)
     family = "embedded_pair"

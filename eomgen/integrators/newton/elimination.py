@@ -31,9 +31,6 @@ _REPEATED = 0.002
 #: Number of stages above which the limit decreases with the cube of the number, so that fewer of many stages have
 #: separate code.
 _MANY = 16
-#: For more than ``_MANY`` stages, pivots of at least this part count as equal, so that the choice depends little on the
-#: number of stages.
-_ALIKE = 0.1
 #: Number of stages above which stages to which earlier ones leave columns serve as an example as well: pivots of the
 #: first stages may be too small in a long chain, and each stage leaves a column to the next one then.
 _LONG = 200
@@ -130,7 +127,8 @@ def eliminate(
     """
     plan = list(stages) if stages is not None else [(range(size), range(size))]
     meant = sample.growth * len(plan)
-    state = _ActiveSubmatrix(size, samples, groups, diagonal_first, _ALIKE if meant > _MANY else 1.0)
+    # of many stages, pivots of a tenth count as equal, so that the choice depends little on their number
+    state = _ActiveSubmatrix(size, samples, groups, diagonal_first, 0.1 if meant > _MANY else 1.0)
     pivots, starts = _PivotOrder(state), list[int]()
     orders: dict[object, list[tuple[int, int]]] = sample.orders_of(diagonal_first)
     repeated, long = _REPEATED * (_MANY / max(meant, _MANY)) ** 3, _is_long(meant, sample)

@@ -27,10 +27,9 @@ from eomgen.symbolic.evaluate import Evaluation, evaluate
 
 #: States besides the initial one.
 _OTHERS = 3
-#: For constrained systems: number of increments to a random state, each corrected onto the constraints; maximum number
-#: of further corrections; and tolerance of each row, relative to the scales of velocity (1 rad, size of the machine).
+#: For constrained systems: number of increments to a random state, each corrected onto the constraints, and tolerance of
+#: each row after as many further corrections, relative to the scales of velocity (1 rad, size of the machine).
 _MOVES = 6
-_CORRECTIONS = 6
 _NEAR = 1e-3
 #: Systems of more unknowns are sampled without multipliers: a dense solve costs more than multipliers improve samples.
 _SOLVED = 1000
@@ -156,7 +155,7 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
         return [_ScaledRows(_rows_of(system, values)[:rows], scale) for values in B_of.on_arrays(known | {"q": q})]
 
     size = np.full(len(q), np.inf)
-    for move in range(_MOVES + _CORRECTIONS):
+    for move in range(2 * _MOVES):
         Phi = Phi_of.on_arrays(known | {"q": q})
         holonomic = jacobians(system.holonomic)
         size = np.array([np.abs(B.rows * value).max(initial=0.0) for B, value in zip(holonomic, Phi, strict=True)])

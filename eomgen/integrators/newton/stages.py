@@ -26,8 +26,6 @@ from eomgen.lie.product import Factor
 
 Stage = tuple[list[int], list[int]]
 
-#: Internal states that touch no more bodies (of long trees: links) than these are eliminated first.
-_TWO, _ONE = 2, 1
 #: Free bodies from which on elimination takes them in the order of the scene, if that takes at most _DEARER times
 #: the multiply-subtracts: of rows of equal bodies every front is then like the one a row earlier.
 _ROWS, _DEARER = 800, 2.5
@@ -55,7 +53,7 @@ def stages_of_tree(
     inner: dict[int, list[int]] = {}
     for number, owner in enumerate(owners):
         inner.setdefault(link_of[owner], []).append(unknowns.size + number)
-    early, late, _ = _internal_states(unknowns, packing, [*link_of, *(link_of[owner] for owner in owners)], _ONE)
+    early, late, _ = _internal_states(unknowns, packing, [*link_of, *(link_of[owner] for owner in owners)], 1)
     result: list[Stage] = []
     for factor in reversed(factors):
         block = [*range(factor.v_start, factor.v_start + factor.v_size), *inner.get(factor.v_start, ())]
@@ -76,7 +74,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
     for constraint, column in packing.nonzeros["B"]:
         rows_of[body_of[column]].add(constraint)
         touched[constraint].add(body_of[column])
-    early, late, pairs = _internal_states(unknowns, packing, body_of, _TWO)
+    early, late, pairs = _internal_states(unknowns, packing, body_of, 2)
     groups = [*touched.values(), *pairs]
     groups += [{body_of[row], body_of[column]} for name in ("K", "C", "M") for row, column in packing.nonzeros[name]]
     neighbours: dict[int, set[int]] = {body: set() for body in bodies}

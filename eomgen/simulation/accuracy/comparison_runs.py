@@ -38,8 +38,6 @@ from eomgen.toolchain.library import Library
 
 #: Rows that are compared at most, the last one aside.
 MOST_ROWS = 1000
-#: Part of a bound on own steps that bounds these in shorter steps of the grid, at least.
-_LEAST_BOUND = 0.125
 #: Times of rows agree within this part of a step.
 SAME_TIME = 1e-4
 
@@ -125,7 +123,8 @@ def comparison_run(
     begin, start, end = span.rows[0], float(span.rows[0, 0]), float(span.rows[-1, 0])
     settings = {**run.settings, "step": min(run.settings["step"], end - start) * multiple, **changed}
     if "largest_step" in settings:
-        bound = settings["largest_step"] * min(max(multiple, _LEAST_BOUND), 1.0)  # 0: none
+        # in shorter steps of the grid, an eighth of the bound at least; 0: none
+        bound = settings["largest_step"] * min(max(multiple, 0.125), 1.0)
         settings["largest_step"] = min(bound or math.inf, largest) if math.isfinite(largest) else bound
     p = span.parameters if span.parameters.ndim == 1 else span.parameters[0]
     q, v, z = begin[1 : 1 + model.nq], begin[1 + model.nq : 1 + model.nq + model.nv], begin[len(begin) - model.nz :]
@@ -156,8 +155,6 @@ def progress_after(progress: Progress | None, before: int, total: int) -> Progre
 
 
 INTERRUPTED = "the runs that it is made from were interrupted"
-#: Differences below this count as rounding, in units of the last place.
-_ROUNDING = 1e3
 
 
 #: From ``outputs`` or ``energy`` to their values at all rows of a run.
@@ -257,7 +254,7 @@ class ComparisonRuns:
         self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
         self.single = run.model.library.real == "float"
         self.last_place = float(np.finfo(np.float32 if self.single else np.float64).eps)
-        self.rounding = _ROUNDING * self.last_place
+        self.rounding = 1e3 * self.last_place  # smaller differences count as none
         self._steps = run.grid.steps
         self._all = self._steps + planned_steps(run, self.span.steps)
 

@@ -49,15 +49,6 @@ from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
-#: Order of errors made at corners of forces; errors of higher order are neglected.
-_OF_CORNERS = 2.0
-#: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
-_DOUBTFUL = 0.1
-#: Step times a rate of decay, above which steps four times as long leave out the decay: explicit methods of order 2 are
-#: stable up to 2.
-_RESOLVED = 0.5
-#: Number of rows at the start that are compared one by one if decays are not resolved.
-_FIRST_ROWS = 8
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
 #: Fractions of the step, and the order of their errors, for runs that cross jumps of forces: a run at half the step
@@ -65,14 +56,6 @@ _FEW_STEPS = 16
 _PRIME_PARTS, _OF_JUMPS = (3, 5), 1.0
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
-#: Part of the motion that no error reaches but one of a run that explodes.
-_EXPLODED = 10.0
-#: Factor by which the time of an event near the end may differ between two runs more than the times of other events.
-_LATER = 2.0
-#: Ratio of a motion to its size at sparse rows above which these rows do not measure the motion.
-_LARGER = 2.0
-#: Factor by which the tolerance of a comparison run is smaller; for methods of low order, 2 to the power of the order.
-_TOLERANCES = 10.0
 #: Ratio of the parts of steps that a run at shorter steps may take to the parts of the run itself.
 _MOST_PARTS = 16.0
 #: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps, and the least
@@ -159,7 +142,7 @@ def _moves_between_rows(runs: ComparisonRuns, library: Library, rows: Array, par
     finer = motion_size(runs.run.model, np.concatenate([rows, taken.rows]), {})
     known = runs.size.sizes
     larger = {kind: np.fmax(known[kind], size) for kind, size in finer.sizes.items() if np.all(np.isfinite(size))}
-    if not any(np.any(size > _LARGER * known[kind]) for kind, size in larger.items()):
+    if not any(np.any(size > 2.0 * known[kind]) for kind, size in larger.items()):
         return False
     runs.size = replace(finer, sizes=known | larger)
     return True
@@ -211,7 +194,8 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
 
 def _tolerance_tries(runs: ComparisonRuns, *, bound: bool) -> list[tuple[float, float]]:
     """Return the comparison runs to try in turn: power of 2 of the tolerance, and multiple of the step."""
-    order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
+    # a tenth of the tolerance; for methods of low order, 2 to the power of the order
+    order = min(float(runs.run.method.order), math.log2(10.0))
     multiple = 1.0 if len(runs.parts.ends) and not runs.events and runs.run.driven is None else 0.5
     first, *smaller = (-order * times for times in _SMALLER[: None if bound else 1])
     tolerance = runs.run.settings["tolerance"]
@@ -268,7 +252,8 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
     del twice  # large scenes have large motions
     half = _comparison(runs, 0.5)
     if not half.complete:
-        if result is None or not result.relative < _EXPLODED:
+        # only a run that explodes has such an error
+        if result is None or not result.relative < 10.0:
             reason = f"runs neither at twice nor at half the step hold: {stopped or half.stopped}"
             raise NoEstimateError(reason, _smaller(runs))
         return result
@@ -348,7 +333,8 @@ def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] |
     if rates is None:
         return jumps, True
     decay, _, passed, states = rates()
-    return jumps or passed.rate * runs.step > 1.0, max(decay.rate, states.rate) * runs.step < _RESOLVED
+    # above, steps four times as long leave out the decay: explicit methods of order 2 are stable up to 2
+    return jumps or passed.rate * runs.step > 1.0, max(decay.rate, states.rate) * runs.step < 0.5
 
 
 def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) -> ErrorEstimate:
@@ -356,7 +342,7 @@ def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) 
     Errors that decay soon after the start are missing in `result`, whose compared rows are sparse. The largest
     errors are taken over both. `order` is the method's order. `result` is returned if the run at half the step
     stops."""
-    first = runs.beginning(_FIRST_ROWS)
+    first = runs.beginning(8)
     shorter = first.at(multiple=0.5)
     difference = first.apart(first.own, shorter)
     if shorter.stopped or not len(difference.t):
@@ -488,7 +474,8 @@ def _passed_over(runs: ComparisonRuns, motion: ComparedMotion) -> str:
         return ""
     times = {name: (ours[name].t, theirs[name].t) for name in ours.counts}
     shifts = [np.abs(a[: len(b)] - b[: len(a)]).max(initial=0.0) for a, b in times.values()]
-    end = runs.end - max(runs.step, _LATER * max(shifts, default=0.0))
+    # an event near the end may differ by more than others
+    end = runs.end - max(runs.step, 2.0 * max(shifts, default=0.0))
     for name, count in ours.counts.items():
         a, b = times[name]
         listed = len(a) == count
@@ -505,7 +492,7 @@ def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifferenc
     step is sampled in the same way by longer steps."""
     if runs.span.steps < _FEW_STEPS or result.t[-1] < runs.end or runs.turn > math.pi:
         return True
-    if runs.run.method.order > _OF_CORNERS and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):
-        return True  # the order that longer steps show is chance
+    if runs.run.method.order > 2.0 and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):
+        return True  # errors made at corners are of order 2, so the order that longer steps show is chance
     other_order = abs(result.order - result.declared_order) > OTHER_ORDER and result.relative > COMPUTED
-    return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL
+    return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > 0.1

@@ -40,8 +40,6 @@ from eomgen.simulation.stepping.states import States, states_of
 
 #: Places along a run, of each kind, at which rates are looked for at most.
 _PLACES = 8
-#: Part of the evaluations of a run, one for each step, that its judgement may take.
-_BUDGET = 0.5
 STEEP_PART = Limit(
     0.1,
     "1",
@@ -101,7 +99,8 @@ class _RateSearch:
         self._run, self._model = run, run.model
         self._states: States = states_of(rows, run.model, views=True)
         self._p = parameters
-        self._left = max(int(_BUDGET * (rows[-1, 0] - rows[0, 0]) / run.settings["step"]), 2 * (_HALVINGS + 2))
+        # half as many evaluations as the run has steps
+        self._left = max(int(0.5 * (rows[-1, 0] - rows[0, 0]) / run.settings["step"]), 2 * (_HALVINGS + 2))
 
     def fastest(self) -> FastestRates:
         model, count = self._model, len(self._states.t)

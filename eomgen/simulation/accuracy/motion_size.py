@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 
 TURN = 2.0 * np.pi
-#: Number of rows at which equations are evaluated, and the shift of the second evaluation, rad.
-_ROWS, _OTHER = 8, 1.0
+#: Number of rows at which equations are evaluated.
+_ROWS = 8
 
 
 def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
@@ -59,7 +59,7 @@ def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
     try:
         known = _equations(run, rows[places], held, 0, 0.0)
         for factor in angles:
-            turned, moved = (_equations(run, rows[places], held, factor.q_start, shift) for shift in (TURN, _OTHER))
+            turned, moved = (_equations(run, rows[places], held, factor.q_start, shift) for shift in (TURN, 1.0))
             result[factor.v_start] = _same(known, turned) and not _same(known, moved)
     except EomgenError:  # a function of the caller, or a state at which the equations have no value
         return np.zeros(model.nv, dtype=bool)
@@ -101,11 +101,9 @@ def _same(first: list[Array], second: list[Array]) -> bool:
 #: Size of a motion, as a part of the largest of the same unit, below which a size is not used as a measure.
 _SMALL = 1e-3
 #: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
-REST = 1e-9
+REST = COMPUTED
 #: Rounding of weights that are in balance.
 _BALANCED = 16.0 * float(np.finfo(float).eps)
-#: Part of the energies at work below which the range of an energy counts as kept energy.
-_KEPT = 0.02
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
 _DUAL = {"m/s": "N", "rad/s": "N m"}
@@ -308,7 +306,8 @@ def size_of(
         least = np.maximum(np.abs(table).max(axis=0), largest.get(units_of[name], 0.0))
         extent = np.ptp(table, axis=0)
         if units_of[name] == "J":
-            extent = np.where(extent < _KEPT * energies, energies, extent)
+            # an energy that hardly changes is kept
+            extent = np.where(extent < 0.02 * energies, energies, extent)
         sizes[f"output.{name}"] = _measure(extent, floor=REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     is_own_size = moved >= np.concatenate([sizes["increment"], sizes["z"]])

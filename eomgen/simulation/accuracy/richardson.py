@@ -25,8 +25,6 @@ from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, ComparisonRuns
 from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, columns_of, shares
 from eomgen.simulation.stepping.states import states_of
 
-#: Differences above this part of the motion are too large to follow powers of the step.
-_SATURATED = 0.1
 #: How far the observed order may be from the method's.
 OTHER_ORDER = 0.75
 #: Scales of relative errors: of components that hardly move, and of outputs.
@@ -284,7 +282,8 @@ def observed_orders(
         orders = np.log2(theirs / ours) / math.log2(ratio)
     for index, floor in enumerate(floors):
         valid = (ours > floor) & (theirs > floor) & np.isfinite(theirs)
-        calm = valid & (theirs < _SATURATED)
+        # larger differences do not follow powers of the step
+        calm = valid & (theirs < 0.1)
         rows = np.where(calm.any(axis=0), len(calm) - 1 - np.argmax(calm[::-1], axis=0), np.argmax(valid, axis=0))
         result[index] = np.where(valid.any(axis=0), np.take_along_axis(orders, rows[np.newaxis], axis=0)[0], math.nan)
     return result

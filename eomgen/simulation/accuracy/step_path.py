@@ -257,8 +257,8 @@ def _quintic(rows: tuple[Array, Array, Array], steps: NDArray[np.intp], h: Array
     return q[steps] + way, speed / h
 
 
-#: Maximum number of repeated steps, and number of pieces of a longer run.
-_MOST, _PIECES = 20_000, 8
+#: Maximum number of repeated steps; of a longer run eight pieces are repeated.
+_MOST = 20_000
 
 
 class StepRows(NamedTuple):
@@ -300,7 +300,7 @@ def pieces(run: Run, rows: Array, statistics: Mapping[str, int | float], finer: 
         own_steps = float(statistics.get("own_steps") or statistics.get("expansions") or 0.0)
     parts = max(1, math.ceil(finer * own_steps * step / duration - 1e-9))
     steps = duration / step * parts
-    count = 1 if steps <= _MOST else _PIECES
+    count = 1 if steps <= _MOST else 8
     width = max(1, int((len(rows) - 1) * min(1.0, _MOST / steps) / count))
     most, interval = _MOST // count, duration / (len(rows) - 1)
     return _Pieces(parts, count, width, most * step / parts if width * interval * parts > most * step else math.inf)
@@ -351,9 +351,9 @@ def step_rows(
     return StepRows(np.concatenate(result), joined, np.cumsum(breaks)[:-1] - 1)
 
 
-#: Number of steps that are examined, parts of each at a level and levels, the least effect of a jump in parts of the
-#: motion, and how much steeper than the average of its step a rate is at a jump.
-_EXAMINED, _PARTS, _LEVELS, _NOTICED, _STEEPER = 16, 16, 2, 1e-6, 8.0
+#: Number of steps that are examined, parts of each at a level, and how much steeper than the average of its step a rate
+#: is at a jump.
+_EXAMINED, _PARTS, _STEEPER = 16, 16, 8.0
 
 
 def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
@@ -388,7 +388,8 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         path = StepPath(run, rows, parameters)
         rates = np.hstack([path.states.a, path.slopes]) if run.model.nz else path.states.a
         span = np.append(np.full(run.model.nv, np.ptp(path.states.t)), np.ones(run.model.nz))[: rates.shape[1]]
-        least = _NOTICED * sizes / (run.settings["step"] * span)
+        # a jump has an effect on the motion
+        least = 1e-6 * sizes / (run.settings["step"] * span)
         bends = np.zeros(len(rows))
         change = rates[1:] - rates[:-1]
         bends[1:-1] = (np.abs(change[1:] - change[:-1]) / np.where(least > 0.0, least, np.inf)).max(axis=1, initial=0.0)
@@ -428,7 +429,7 @@ def _jumps(path: StepPath, expression: Formula | None, steps: NDArray[np.intp], 
     the average over the step."""
     step, (low, high) = path.run.settings["step"], (path.states.t[steps + k] for k in (0, 1))
     rows, share, slopes = np.arange(len(steps)), np.linspace(0.0, 1.0, _PARTS + 1), np.zeros(0)
-    for _ in range(_LEVELS + math.ceil(math.log(max(1.0, float(np.max(high - low)) / step), _PARTS))):
+    for _ in range(2 + math.ceil(math.log(max(1.0, float(np.max(high - low)) / step), _PARTS))):
         times = low[:, np.newaxis] + (high - low)[:, np.newaxis] * share
         there = path.at(times.ravel(), np.repeat(steps, _PARTS + 1))
         rates = path.rates(there).reshape(*times.shape, -1)

@@ -14,9 +14,6 @@ from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, Finishe
 
 #: Rows that are looked at together.
 _BATCH = 2048
-#: Half a turn is passed if the scalar part of the relative quaternion, which is 0 there, changes its sign within
-#: this distance; other changes of sign are due to the sign of a pose's quaternion and mean no rotation.
-_NEAR = 0.7
 
 
 def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
@@ -49,7 +46,8 @@ def _passage(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | No
         of_nodes = quaternion[:, [index[name] for name in nodes]]
         cosine = np.sum(of_nodes[:, :-1] * of_nodes[:, 1:], axis=-1)
         before, after = cosine[:-1], cosine[1:]
-        passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)
+        # other changes of sign are due to the sign of a pose's quaternion and mean no rotation
+        passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < 0.7)
         if passed.any():
             number = int(np.argmax(passed.any(axis=0)))
             when = t[1:][passed[:, number]][0]

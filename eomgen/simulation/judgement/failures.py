@@ -38,8 +38,6 @@ from eomgen.system.description import LARGEST_ANGLE, STRAINED
 OTHER_FORCES = (
     "other signs or sizes of gains, damping and stiffnesses, an initial position with smaller forces, or a smaller step"
 )
-#: Initial angles above this fraction of the largest angle for sines are the cause of larger angles.
-_FAR = 0.1
 
 
 class _LastState(NamedTuple):
@@ -169,7 +167,7 @@ def _starts_far(run: Run, trajectory: Trajectory) -> bool:
     span = float(trajectory.rows[-1, 0] - start[0]) + run.settings["step"]
     reach = np.abs(start[1 : 1 + model.nq]).max(initial=0.0)
     reach += span * np.abs(start[1 + model.nq : 1 + model.nq + model.nv]).max(initial=0.0)
-    return bool(reach > _FAR * LARGEST_ANGLE)
+    return bool(reach > 0.1 * LARGEST_ANGLE)
 
 
 def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | None = None) -> str:

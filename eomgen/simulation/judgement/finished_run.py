@@ -38,11 +38,6 @@ if TYPE_CHECKING:
     from eomgen.simulation.judgement.instability import Growth
     from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
 
-#: Share of the way between rows that velocities at the rows do not determine, in the middle of all intervals.
-_UNTOLD = 0.5
-#: Numbers of rows of which no second copy is made.
-_LARGE = 2**20
-
 
 def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
     """Return whether some joint coordinate moves, between most rows, differently from the integral of the row
@@ -55,13 +50,9 @@ def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
         q, v = states.q[:, factor.q_start], states.v[:, factor.v_start]
         way = np.diff(q)
         untold = np.median(np.abs(way - 0.5 * duration * (v[1:] + v[:-1])))
-        if untold > max(_UNTOLD * float(np.median(np.abs(way))), SUMMED * float(np.max(np.abs(q)))):
+        if untold > max(0.5 * float(np.median(np.abs(way))), SUMMED * float(np.max(np.abs(q)))):
             return True
     return False
-
-
-#: Estimated errors, relative to the motion, above which discretisation may cause an imbalance of energy.
-_SMALL = 0.01
 
 
 class RunStart(NamedTuple):
@@ -184,7 +175,7 @@ class FinishedRun(EvaluatesOnce):
     def states(self) -> States:
         """Views of long rows, copies of others, which do not change if a caller writes to the solution's own copies."""
         rows = self.trajectory.rows
-        return states_of(rows, self.run.model, views=rows.size > _LARGE)
+        return states_of(rows, self.run.model, views=rows.size > 2**20)
 
     @cached_property
     def checkpoint(self) -> str:
@@ -319,7 +310,7 @@ class FinishedRun(EvaluatesOnce):
     @property
     def _small_error(self) -> bool:
         """Whether the estimated error is small, or the run has no estimate and forces that work between its rows."""
-        return self.error.relative < _SMALL or (not self.error.available and self._works_between_rows)
+        return self.error.relative < 0.01 or (not self.error.available and self._works_between_rows)
 
     @property
     def _works_between_rows(self) -> bool:

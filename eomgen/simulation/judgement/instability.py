@@ -33,8 +33,8 @@ from eomgen.toolchain.library import Library
 
 Components = NDArray[np.intp]
 
-#: Growth from window to window, and from the middle to the last window, above which growth is examined.
-_SUDDEN, _SLOW = 10.0, 1e3
+#: Growth from window to window above which growth is examined.
+_SUDDEN = 10.0
 #: Numbers of smaller steps into which each step is cut, tried in order, to repeat sudden and slow growth.
 _FINER, _FINER_OF_SLOW = (2, 4, 16, 64, 512), (2, 4)
 #: Most steps that slow growth, or the growth before a run stops, is followed over again.
@@ -44,11 +44,6 @@ _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 #: Differences of logarithms, as parts of the logarithm of the growth, up to which two sizes are equal, and above which
 #: two sizes are unequal.
 _EQUAL, _UNEQUAL = 0.1, 0.5
-#: Logarithm of the least growth within the repeated window: growth before or after the window cannot be compared.
-_RISEN = 1.0
-#: Part of the logarithm of the growth in the second half of the time from which growth counts as exponential: an
-#: exponential has 0.5, the fifth power of time 0.44 over a factor of 10, and lower powers less.
-_SECOND_HALF = 0.45
 _LARGEST = 1e300
 
 
@@ -117,7 +112,7 @@ def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Grow
     if middle is None:
         return None
     growth = _growth(_sizes(run, middle), late)
-    slow = _growing_components(run, growth, late[0], _SLOW)
+    slow = _growing_components(run, growth, late[0], 1e3)
     if not len(slow):
         return None
     steps = round((after[-1, 0] - middle[0, 0]) / run.settings["step"])
@@ -194,7 +189,8 @@ def _diverges(times: Array, sizes: Array) -> bool:
     """Return whether a size (n,) grows over times (n,) like an exponential or faster. The logarithm then rises in the
     second half of the time by about half of its total; a power of time, as after a start from rest, rises less."""
     middle = np.interp(0.5 * (times[0] + times[-1]), times, np.log(sizes))
-    return bool(np.log(sizes[-1]) - middle > _SECOND_HALF * np.log(sizes[-1] / sizes[0]))
+    # an exponential has 0.5, the fifth power of time 0.44 over a factor of 10, and lower powers less
+    return bool(np.log(sizes[-1]) - middle > 0.45 * np.log(sizes[-1] / sizes[0]))
 
 
 def _rounding_of_rest(run: Run, rows: Array) -> Array:
@@ -245,7 +241,8 @@ def _by_method(
     moved = _travelling(run, window, WRITTEN)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         growth = np.log(np.minimum(large / small, _LARGEST))
-        moved &= growth > _RISEN
+        # growth before or after the window cannot be compared
+        moved &= growth > 1.0
         for parts in finer:
             coarser, again = sizes, _again(run, library, window[0], steps, parts)
             sizes = np.full(len(components), math.inf) if again is None else _sizes(run, again[-tail:])[0][components]
@@ -373,15 +370,13 @@ EACH = Limit(10.0, "1", "growth of a velocity from quarter to quarter of a run",
 OVERALL = Limit(1e6, "1", "the same from the first to the last quarter", "a choice")
 #: Relative to the largest coordinate in m, or to a radian.
 FAR_TRAVEL = Limit(1e3, "1", "travel in the last quarter in parts of the first", "swings and falls travel less")
-#: Rows of a quarter that determine its largest velocity.
-_ROWS = 8
 
 
 def unbounded_growth(run: Run, states: States) -> Finding | None:
     """Return a finding on the velocity that grows most from quarter to quarter of a run; None if none grows
     exponentially and far, or if a quarter has too few rows. Other checks find growth by the method's instability."""
     quarters = np.array_split(np.arange(len(states.t)), 4)
-    if not run.model.nv or len(quarters[-1]) < _ROWS:
+    if not run.model.nv or len(quarters[-1]) < 8:
         return None
     sizes = np.array([np.abs(states.v[rows]).max(axis=0) for rows in quarters])
     lengths = [index for index, unit in enumerate(run.model.q_units) if unit == "m"]

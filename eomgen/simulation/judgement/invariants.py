@@ -31,16 +31,6 @@ FAILED_ENERGY = Limit(
 )
 #: Reason for an unknown balance if rows do not resolve the power between them.
 APART = "the rows are too widely spaced for the work in between"
-#: Rows that the integral of a power needs.
-_ROWS = 5
-#: Error of an integral over rows, in multiples of its change when every second row is left out.
-_MARGIN = 4.0
-#: An imbalance in fewer than one of this many intervals is due to single events between rows, not to every step.
-_FEW = 20
-#: Implausible ratio of gained energy to the initial energy plus the work of the largest recorded power.
-_EXPLODED = 1e3
-#: Part of the time in which the work has to be known.
-_KNOWN = 0.5
 
 
 class EnergyBalance(NamedTuple):
@@ -101,7 +91,7 @@ def energy_balance(
         return EnergyBalance(None, "the energy is beyond the finite numbers", float(t[finite.argmin()]))
     highest, lowest, fastest = potential.max(), potential.min(), kinetic.max()
     moving = float(highest - lowest + fastest)
-    if len(t) < (2 if conservative else _ROWS):
+    if len(t) < (2 if conservative else 5):
         if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
             return EnergyBalance(gained, gain=gained)
         return EnergyBalance(None, f"{len(t)} row{' is' if len(t) == 1 else 's are'} too few for the work in between")
@@ -111,7 +101,7 @@ def energy_balance(
     rate = energy["power"] + energy["base_power"]
     known = _smooth_intervals(t, jumps)
     spans = t[1:] - t[:-1]
-    if spans[known].sum() < _KNOWN * (t[-1] - t[0]):
+    if spans[known].sum() < 0.5 * (t[-1] - t[0]):
         return EnergyBalance(None, "forces jump, or states are sampled, next to most rows")
     pieces = 0.5 * spans * (rate[1:] + rate[:-1])
     work = _sums(pieces, known)
@@ -120,7 +110,8 @@ def energy_balance(
         return EnergyBalance(0.0)
     off = _sums(total[1:] - total[:-1], known) - work
     error, noticed = np.abs(off).max(), REPORTED_ENERGY * swing
-    uncertain = _MARGIN * _off_by_every_second_row(t, rate, pieces, known)
+    # an integral is off by a few of its changes when every second row is left out
+    uncertain = 4.0 * _off_by_every_second_row(t, rate, pieces, known)
     if (error <= uncertain and uncertain > noticed) or (error > noticed and sparse and _is_pulse(off)):
         return EnergyBalance(None, APART)
     return _shares(off, swing)
@@ -133,7 +124,7 @@ def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> flo
     known = energy["kinetic"][0] + np.ptp(energy["potential"])
     known += (t[-1] - t[0]) * np.max(np.maximum(energy["power"] + energy["base_power"], 0.0))
     gain = float(np.max(energy["total"] - energy["total"][0]))
-    return float(gain / moving) if gain > _EXPLODED * known else 0.0
+    return float(gain / moving) if gain > 1e3 * known else 0.0
 
 
 def _shares(off: Array, swing: float) -> EnergyBalance:
@@ -175,7 +166,8 @@ def _off_by_every_second_row(t: Array, rate: Array, pieces: Array, known: NDArra
 def _is_pulse(off: Array) -> bool:
     """Return whether an imbalance, given at each row as off (n,), arises in few of the intervals between rows."""
     jumps = np.abs(off[1:] - off[:-1])
-    return bool(_FEW * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())
+    # single events between rows, not every step
+    return bool(20 * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())
 
 
 REPORTED_VIOLATION = Limit(
@@ -184,10 +176,6 @@ REPORTED_VIOLATION = Limit(
 FAILED_VIOLATION = Limit(
     1e-3, "1", "violation of a constraint in parts of the machine, or in rad", "a choice: 1 mm in 1 m"
 )
-#: Rounding of a constraint row, in last places of the sum of its terms' magnitudes.
-_LAST_PLACES = 1e3
-#: Number of examined rows of a run, spread over the run.
-_MOST_ROWS = 1000
 
 
 class Violation(NamedTuple):
@@ -218,7 +206,7 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     count = model.functions.sizes.get("holonomic", 0)
     if not count or not all(name in model.functions for name in ("constraint", "constraint_size")):
         return None
-    chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOST_ROWS)).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), 1000)).round().astype(int))
     t, q = t[chosen], q[chosen]
     violation = np.abs(next(iter(model.evaluate("constraint", q, t=t, parameters=p).values())))[:, :count]
     blocks = list(model.evaluate("constraint_size", q, t=t, parameters=p).values())
@@ -231,7 +219,7 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
         machine[~(machine > 0.0)] = float(summands[:, lengths].max(initial=0.0)) or 1.0
     scale = np.where(lengths, machine[:, None], 1.0)
     epsilon = np.finfo(np.float32 if model.library.real == "float" else np.float64).eps
-    rounding = _LAST_PLACES * epsilon * summands
+    rounding = 1e3 * epsilon * summands
     shares = np.where(violation > rounding, violation / scale, 0.0)
     row, k = np.unravel_index(int(np.argmax(np.nan_to_num(shares, nan=np.inf))), shares.shape)
     share, by = float(shares[row, k]), float(violation[row, k])

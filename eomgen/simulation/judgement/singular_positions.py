@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 #: Of the weighed rows. Generalized-alpha stopped falling parallelograms and rhombi with values of 0.04 and less within
 #: the examined steps.
 NEARLY = Limit(0.05, "1", "smallest singular value in parts of the largest in the run", "parallelograms that fall")
-#: Number of rows above which this threshold falls with its square, as the singular values of chains do.
-_LONG = 300
 #: Examined rows of a run: at most ``_SPREAD`` rows over the whole run, as long as the sum of their products of nv and
 #: the square of the number of rows of B is at most ``_WORK``, but at least ``_LEAST`` rows; and the last ``_LAST``
 #: rows.
@@ -180,7 +178,8 @@ def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> S
     if measured is None:
         return None
     values, largest = measured
-    at_start = WRITTEN * min(1.0, (_LONG / len(model.multipliers)) ** 2)
+    # singular values of chains fall with the square of their length
+    at_start = WRITTEN * min(1.0, (300 / len(model.multipliers)) ** 2)
     measure, least = (largest, at_start) if len(t) == 1 else (values.max(), NEARLY)
     row = first + int(np.argmin(values[first:]))
     part = float(values[row] / measure) if measure > 0.0 else 1.0

@@ -27,8 +27,6 @@ CHUNK_SECONDS = 0.1
 #: Steps of the windows of which every row is kept to examine growth, independent of the recorded rows: see
 #: ``instability``.
 WINDOW = 16
-#: Part of ``CHUNK_SECONDS`` that a first chunk may take by the pace of an earlier run, whose steps may have cost less.
-_CAUTION = 0.25
 _LARGEST_CHUNK = 1_000_000
 #: Numbers of a block of rows, and numbers of rows that are joined from pieces.
 _NUMBERS, _FEW_NUMBERS = 2**25, 2**18
@@ -170,7 +168,8 @@ class _ChunkSize:
         pace = self.plan.pace if self.plan.paced_by == self.settings else math.inf
         if self.step > self.plan.paced_step:  # a row of an adaptive method may cost so much more
             pace *= self.step / self.plan.paced_step
-        self.chunk = max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
+        # the steps of an earlier run may have cost less
+        self.chunk = max(1, min(_LARGEST_CHUNK, int(0.25 * CHUNK_SECONDS / pace)))
 
     def adapt(self, seconds: float, size: int, steps: int) -> None:
         """Adapt the chunk size to a measured duration, s, of ``steps`` steps in a chunk of ``size`` steps."""

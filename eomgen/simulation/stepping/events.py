@@ -20,9 +20,6 @@ from eomgen.system.events import mode_parameter
 if TYPE_CHECKING:
     from eomgen.simulation.stepping.run import Run
 
-#: Places within a step at which formulas are looked at.
-_LOOKS = 65
-
 
 def table_of(trajectory: Trajectory, stepper: Stepper, p: Array) -> Events | None:
     """Return the events of a finished run, with states before and after each, from the logs of its trajectory. None if
@@ -99,7 +96,7 @@ def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
     names = [row["name"] for row in model.library.layout["method"]["events"]["rows"]]
     missing = np.zeros(len(names), dtype=bool)
     with np.errstate(all="ignore"):
-        for share in np.linspace(0.0, 1.0, _LOOKS):
+        for share in np.linspace(0.0, 1.0, 65):
             time = share * step
             u = run.signals.rows(np.array([t + time]))[0] if model.nu else None
             ahead = product.update(model.factors, q, time * v + 0.5 * time**2 * a), v + time * a, a, t + time, u

@@ -101,9 +101,6 @@ def check_angles(
 T = TypeVar("T")
 K = TypeVar("K", bound=Hashable)
 
-#: Choices of a stepper, and checked grids and starts of each, that are kept at most.
-_KEPT = 64
-
 
 def positive(name: str, value: object) -> float:
     """Return a positive finite number of seconds. Raises UsageError."""
@@ -233,7 +230,7 @@ class ChosenStepper:
 
 def _keep(kept: dict[K, T], key: K, value: T) -> None:
     """Store a value under a key; all stored values are dropped first if there are too many."""
-    if len(kept) >= _KEPT:
+    if len(kept) >= 64:
         kept.clear()
     kept[key] = value
 

@@ -127,10 +127,6 @@ def check_jumps(method: Mapping[str, Any], step: float) -> None:
 
 #: Parts that sums are made of at most; of longer runs the beginning stands for all.
 _MOST = 1_000_000
-#: Ratio of errors above which two runs count as different: 2 for a method of first order at half the step.
-_TOLD = 1.5
-#: Number of windows of a run. In each window the ratio has to hold, except in windows before any considerable error.
-_WINDOWS, _HARDLY = 32, 0.01
 
 
 @dataclass(frozen=True)
@@ -166,10 +162,11 @@ class StepParts:
         if not len(self.ends):
             return True
         last = min(self.end, self.start + _MOST * min(step, larger))
-        windows = np.linspace(self.start, last, _WINDOWS + 1)[1:]
+        windows = np.linspace(self.start, last, 32 + 1)[1:]
         errors = np.interp(windows, *self._errors(step, last))
-        there = errors > _HARDLY * errors[-1]
-        return bool(np.all(self.ratio(step, larger, windows)[there] ** self.order >= _TOLD))
+        # before there is a considerable error, windows need not differ
+        there = errors > 0.01 * errors[-1]
+        return bool(np.all(self.ratio(step, larger, windows)[there] ** self.order >= 1.5))
 
     def longest(self, step: float) -> float:
         """Return the longest part of steps of a length, s."""
