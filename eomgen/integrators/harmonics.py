@@ -70,10 +70,9 @@ def harmonics_data(system: System) -> dict[str, Any] | None:
 def _stretch(count: int) -> int:
     """Return the number of harmonics that are summed before the sums are stored: the largest allowed divisor of
     `count`."""
-    # more sums would not wait in memory that is near
-    return max(
-        size for size in range(_MULTIPLE, 8 * _MULTIPLE + 1, _MULTIPLE) if count % size == 0 or size == _MULTIPLE
-    )
+    # sums of more harmonics would wait in memory that is farther away
+    sizes = range(_MULTIPLE, 8 * _MULTIPLE + 1, _MULTIPLE)
+    return max(size for size in sizes if count % size == 0 or size == _MULTIPLE)
 
 
 def _pad(column: Sequence[float], count: int) -> list[float]:

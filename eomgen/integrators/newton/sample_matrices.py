@@ -27,8 +27,8 @@ from eomgen.symbolic.evaluate import Evaluation, evaluate
 
 #: States besides the initial one.
 _OTHERS = 3
-#: For constrained systems: number of increments to a random state, each corrected onto the constraints, and tolerance of
-#: each row after as many further corrections, relative to the scales of velocity (1 rad, size of the machine).
+#: For constrained systems: number of increments to a random state, each corrected onto the constraints, and tolerance
+#: of each row after as many further corrections, relative to the scales of velocity (1 rad, size of the machine).
 _MOVES = 6
 _NEAR = 1e-3
 #: Systems of more unknowns are sampled without multipliers: a dense solve costs more than multipliers improve samples.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.rounding import SUMMED, WRITTEN
+from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate
