@@ -259,12 +259,16 @@ class Functions:
     def inputs(self, name: str) -> list[str]:
         """Return the input blocks of a function. Raises UsageError when the model was built without the function."""
         if name not in self._layouts:
-            there = ", ".join(name for name in self._layouts if name not in DRIVERS)
-            fault = f"the term {name} is not in this model, which was built with {there} [E0260]"
-            known = f'eomgen.build(scene, terms=[..., "{name}"])' if name in TERMS else nearest_term(str(name))
-            raise UsageError(Problem("", fault, known))
+            raise self.missing(name)
         inputs: list[str] = self._layouts[name]["inputs"]
         return inputs
+
+    def missing(self, name: str, other_scene: str = "") -> UsageError:
+        """Return the error for a term that the model was built without, which only an ``other_scene`` has, if given."""
+        there = ", ".join(name for name in self._layouts if name not in DRIVERS)
+        fault = f"the term {name} is not in this model, which was built with {there} [E0260]"
+        known = f'eomgen.build(scene, terms=[..., "{name}"])' if name in TERMS else nearest_term(str(name))
+        return UsageError(Problem("", fault, other_scene or known))
 
     def output_names(self, name: str) -> list[str]:
         """Return the names of a function's outputs."""

@@ -33,7 +33,7 @@ from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import Message, ModelError, Problem, UsageError
 from eomgen.system import notebook
 from eomgen.system.description import Description
-from eomgen.system.terms import PURPOSES, TERMS, Selection
+from eomgen.system.terms import PURPOSES, Selection
 from eomgen.toolchain.builder import LaneFiles
 from eomgen.toolchain.library import LaneLibrary, Library
 
@@ -314,26 +314,6 @@ class CompiledModel(NamedAttributes):
         """Terms that the model was built with."""
         return tuple(name for name in self.functions.names if name not in DRIVERS)
 
-    @property
-    def _facts(self) -> frozenset[str]:
-        """Facts of the scene that hold, among the words by which the register of terms says when a term exists."""
-        facts = {
-            "constraints": bool(self.multipliers),
-            "unconstrained": not self.multipliers,
-            "states": bool(self.nz),
-            "large": "iteration" in self.functions,
-            "absolute": bool(self.description.joints),
-            "outputs": bool(self.library.layout["outputs"]),
-            "rigid_tree": bool(self.description.linear_parameters),
-            "tunable": bool(self.parameters),
-            "tunable_outputs": bool(self.parameters) and bool(self.library.layout["outputs"]),
-            "samples": bool(self.library.layout["sampled"]),
-            "moving_base": self.evaluator.carried,
-            "given_inputs": "inputs" in self.functions,
-            "exact_beams": bool(self.description.exact_beams),
-        }
-        return frozenset(name for name, holds in facts.items() if holds)
-
     def having(self, terms: Sequence[str]) -> Self:
         """Return a model of this scene that has all given terms, if the scene has such terms.
 
@@ -347,7 +327,7 @@ class CompiledModel(NamedAttributes):
         CompiledModel
             This model, or another, compiled at first use. A model that was made by hand is returned as it is.
         """
-        names = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
+        names = self.evaluator.existing(terms)
         if all(name in self.functions for name in names) or self._source.with_terms is None:
             return self
         for model in self._others:
@@ -375,7 +355,7 @@ class CompiledModel(NamedAttributes):
         UsageError
             A model that was made by hand.
         """
-        wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
+        wanted = self.evaluator.existing(terms)
         if wanted not in self._complex:
             if self._source.in_complex is None:
                 fault = "this model was made by hand and has no functions in complex numbers [E0266]"

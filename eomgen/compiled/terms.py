@@ -26,6 +26,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.lie.product import Factor
 from eomgen.system.description import Description, FixedFrame
+from eomgen.system.terms import TERMS
 from eomgen.toolchain.library import Library
 
 Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
@@ -79,6 +80,38 @@ class Terms:
         """The library that evaluates the terms: on the tape engine until the compiler is done, then the compiled
         one."""
         return self.functions.library
+
+    @property
+    def facts(self) -> Mapping[str, bool]:
+        """Whether facts of the scene hold, by the words by which the register of terms says when a term exists."""
+        layout = self.library.layout
+        return {
+            "constraints": bool(self.multipliers),
+            "unconstrained": not self.multipliers,
+            "states": bool(self.state_names),
+            "large": "iteration" in self.functions,
+            "absolute": bool(self.description.joints),
+            "outputs": bool(layout["outputs"]),
+            "rigid_tree": bool(self.description.linear_parameters),
+            "tunable": bool(self.parameter_names),
+            "tunable_outputs": bool(self.parameter_names) and bool(layout["outputs"]),
+            "samples": bool(layout["sampled"]),
+            "moving_base": self.carried,
+            "given_inputs": "inputs" in self.functions,
+            "exact_beams": bool(self.description.exact_beams),
+        }
+
+    def existing(self, terms: Iterable[str]) -> tuple[str, ...]:
+        """Return the terms that the scene has, of several terms."""
+        facts = [name for name, holds in self.facts.items() if holds]
+        return tuple(name for name in terms if TERMS[name].exists_with(facts))
+
+    def _other_scene(self, term: str) -> str:
+        """Return words on the scenes that have a term; empty if this scene has the term, or may have it."""
+        needed, facts = TERMS[term].exists if term in TERMS else (), self.facts
+        if not needed or any(facts.get(fact, True) for fact in needed):
+            return ""
+        return f"a scene with {' or '.join(needed)}".replace("unconstrained", "no constraints").replace("_", " ")
 
     def parameters(self, parameters: Parameters) -> Array:
         """Return tunable parameters as (..., np).
@@ -203,6 +236,8 @@ class Terms:
         UsageError
             Missing velocities, accelerations that cannot be computed, and arguments of wrong shapes.
         """
+        if term not in self.functions:
+            raise self.functions.missing(term, self._other_scene(term))
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and arguments.get("v") is None:
             raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))

@@ -4,7 +4,7 @@ The texts of a library follow from the operations of the functions, the data of 
 is the *structure* of a model; the loader of the library hands the numbers of the functions over. The cache has by
 structure the library that was made first, and the constant of the tape for each number of that library.
 
-Numbers that may stay in the text (``stays_in_text``) are in the digest, and two numbers that become equal are one
+Numbers that stay in the text (``stays_in_text``) are in the digest, and two numbers that become equal are one
 constant of the tape. Models with such changes miss the structure; they may still find all of their objects.
 """
 
@@ -73,7 +73,9 @@ def structure_of(system: System, functions: Sequence[str], program: Program, fam
     live = np.array(tape.live(np.concatenate(results).tolist()))
     op, places = np.array(tape.op)[live], np.zeros(len(tape.op), int)
     places[live] = np.arange(1, len(live) + 1)
-    constants = [tape.constants[tape.a[node]] for node in live[op == Op.CONST].tolist()]
+    nodes = live[op == Op.CONST].tolist()
+    constants = [tape.constants[tape.a[node]] for node in nodes]
+    divisors = {*np.abs(np.array(tape.b)[live[op == Op.DIV]]).tolist()}
     if len({*constants}) < len(constants):
         return None
 
@@ -84,7 +86,10 @@ def structure_of(system: System, functions: Sequence[str], program: Program, fam
     operands = [np.where(leaves, 0, new_refs(np.array(column)[live])) for column in (tape.a, tape.b, tape.c)]
     initial = {name: getattr(program, name) for name in ("initial_q", "initial_v", "initial_z")}
     recorded = {
-        "constants": [value if stays_in_text(value) else None for value in constants],
+        "constants": [
+            value if stays_in_text(value, divides=node in divisors) else None
+            for node, value in zip(nodes, constants, strict=True)
+        ],
         "inputs": [tape.inputs[tape.a[node]] for node in live[op == Op.INPUT].tolist()],
         "functions": [functions, *(new_refs(refs).tolist() for refs in results)],
         "blocks": [[int(np.searchsorted(live, node)), label] for node, label in tape.blocks],

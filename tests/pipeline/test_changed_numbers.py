@@ -61,6 +61,10 @@ def _other_mass(scene: dict[str, Any]) -> None:
     scene["bodies"]["rod"]["mass"] = 0.7310
 
 
+def _mass_of_a_power_of_two(scene: dict[str, Any]) -> None:
+    scene["bodies"]["rod"]["mass"] = 16.0  # stays in the text of divisions alone
+
+
 def _other_start(scene: dict[str, Any]) -> None:
     scene["joints"]["swing"]["initial"]["position"] = 0.4321
 
@@ -98,7 +102,7 @@ def _texts(model: Model) -> dict[str, str]:
 
 @pytest.mark.slow
 @pytest.mark.slow_cases("_other_start")
-@pytest.mark.parametrize("change", [_other_mass, _other_start])
+@pytest.mark.parametrize("change", [_other_mass, _mass_of_a_power_of_two, _other_start])
 def test_a_changed_number_compiles_and_schedules_nothing(
     change: Change, compiled: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -42,3 +43,13 @@ def test_coordinates_can_be_chosen(tmp_path: Path) -> None:
     assert eomgen.load(path, coordinates="absolute").coordinates == "absolute"
     with pytest.raises(eomgen.UsageError, match="coordinates are 'polar'; try: joint or absolute"):
         eomgen.load(path, coordinates="polar")  # type: ignore[arg-type]
+
+
+def test_a_term_that_a_scene_cannot_have_is_not_advised() -> None:
+    """Of a term that a build can add the advice is this build, else the scenes that have the term."""
+    model = pendulum()
+    for term, remedy in (("constraint", "a scene with constraints"), ("momenta", 'terms=[..., "momenta"]')):
+        with pytest.raises(
+            eomgen.UsageError, match=rf"the term {term} is not in this model, .*; try: .*{re.escape(remedy)}"
+        ):
+            model.evaluate(term, [0.3], [0.5])

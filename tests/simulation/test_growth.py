@@ -202,6 +202,12 @@ def test_energies_beyond_the_finite_numbers_are_a_failure() -> None:
     assert solution.message == f"reached t = 0.01 s in 10 steps, {what}"
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_run_that_leaves_the_finite_numbers_warns_by_its_message_alone() -> None:
+    growing = built(on_rail("1e4*q.x - (1 if q.x > 1e20*limit else 0)", position=0.5).parameter("limit", 1.0))
+    assert "became infinite" in growing.simulate(7.06, 0.01, method="rk4").message
+
+
 def test_two_rows_tell_the_balance_of_what_has_no_power() -> None:
     swing = eomgen.build(scene("pendulum", joints__hinge__initial={"position": 2.5, "velocity": 1.0}), profile="quick")
     solution = swing.simulate(20.0, 0.2, method="rk4", record_every=1000)

@@ -356,6 +356,7 @@ def step_rows(
 _EXAMINED, _PARTS, _STEEPER = 16, 16, 8.0
 
 
+@np.errstate(all="ignore")  # of a run that leaves the finite numbers
 def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
     """Return whether the motion crosses a step or a corner of a formula between rows (n, width).
 
@@ -371,6 +372,7 @@ def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
         return False
 
 
+@np.errstate(all="ignore")  # likewise
 def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> bool:
     """Return whether accelerations or rates of internal states jump, for the step, on the path between rows (n, width):
     a large part of their change in a step belongs to a small part of the step.
@@ -434,8 +436,7 @@ def _jumps(path: StepPath, expression: Formula | None, steps: NDArray[np.intp], 
         there = path.at(times.ravel(), np.repeat(steps, _PARTS + 1))
         rates = path.rates(there).reshape(*times.shape, -1)
         changes = np.abs(np.diff(rates, axis=1))
-        with np.errstate(all="ignore"):
-            marks = np.nan_to_num(changes / least, nan=0.0).max(axis=2)
+        marks = np.nan_to_num(changes / least, nan=0.0).max(axis=2)
         if expression is not None:
             signs = np.sign(path.values(expression, there)).reshape(times.shape)
             marks = signs[:, 1:] != signs[:, :1]

@@ -250,9 +250,10 @@ class NumberTable:
         return len(self.values) - len(values)
 
 
-def stays_in_text(value: float) -> bool:
-    """Return whether a number may stand in the text of a function whose other numbers stand in tables."""
-    return abs(value) in _COMMON or _is_power_of_two(("K", value))
+def stays_in_text(value: float, *, divides: bool) -> bool:
+    """Return whether a number, or a number that ``divides``, stands in the text of a function with other numbers in
+    tables."""
+    return abs(value) in _COMMON or (divides and _is_power_of_two(("K", value)))
 
 
 def _is_power_of_two(expression: Expression) -> bool:
