@@ -12,7 +12,7 @@ from eomgen.codegen.continuation import Known, Samples
 from eomgen.codegen.program import Program
 from eomgen.mechanics.initial_coordinates import joint_start
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.pipeline.equal_parts import EqualParts, Plan, Run, Start, find_runs, least_work, rename
+from eomgen.pipeline.equal_parts import EqualGroups, EqualParts, Plan, Start, find_runs, least_work, rename
 from eomgen.scene.bodies.cosserat import BeamElement, Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
@@ -31,7 +31,7 @@ _BY_ELEMENT = frozenset({"section_load", "place", "local"})
 class EqualElements(EqualParts):
     """The runs of equal groups of elements in a scene, each with its beam; only nodes of the beam are between them."""
 
-    runs: tuple[tuple[Cosserat, Run], ...]
+    runs: tuple[tuple[Cosserat, EqualGroups], ...]
 
     @property
     def sizes(self) -> Sequence[tuple[int, int]]:
@@ -145,7 +145,7 @@ def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | Non
     return None if _BY_ELEMENT & texts.keys() else {*texts}
 
 
-def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:
+def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[EqualGroups]:
     """Yield the runs of equal groups of elements of a beam; nodes with names in ``mentioned`` are between two runs."""
     kinds = _kinds(beam.parts)
     ends = [number for number, node in enumerate(beam.nodes) if node in mentioned and 0 < number < beam.elements]

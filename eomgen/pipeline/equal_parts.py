@@ -54,7 +54,7 @@ LONGEST = 4
 _WORK = 4.75
 
 
-class Run(NamedTuple):
+class EqualGroups(NamedTuple):
     """A run of equal groups of ``period`` parts from part ``first`` on."""
 
     first: int
@@ -67,7 +67,7 @@ class Run(NamedTuple):
         return range(start, start + groups * self.period)
 
 
-def find_runs(first: int, end: int, groups: Callable[[int, int], int]) -> Iterator[Run]:
+def find_runs(first: int, end: int, groups: Callable[[int, int], int]) -> Iterator[EqualGroups]:
     """Yield runs of the parts from ``first`` to before ``end``, in order. At each part the group by which most parts
     repeat is taken, the shortest of several.
 
@@ -78,7 +78,7 @@ def find_runs(first: int, end: int, groups: Callable[[int, int], int]) -> Iterat
     while first < end:
         counts = {period: groups(first, period) for period in range(1, LONGEST + 1)}
         period = max(counts, key=lambda period: (counts[period] * period * (counts[period] > 1), -period))
-        yield Run(first, period, counts[period])
+        yield EqualGroups(first, period, counts[period])
         first += period * counts[period]
 
 

@@ -25,7 +25,17 @@ from eomgen.codegen.program import Program
 from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start, joint_start
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.pipeline.equal_parts import LONGEST, Derived, EqualParts, Plan, Run, Start, find_runs, least_work, rename
+from eomgen.pipeline.equal_parts import (
+    LONGEST,
+    Derived,
+    EqualGroups,
+    EqualParts,
+    Plan,
+    Start,
+    find_runs,
+    least_work,
+    rename,
+)
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
@@ -153,7 +163,7 @@ class EqualRows(EqualParts):
         return self.last - self.first + 1
 
     @cached_property
-    def runs(self) -> tuple[Run, ...]:
+    def runs(self) -> tuple[EqualGroups, ...]:
         """The runs of equal groups of rows: entries are equal, and numbers grow evenly from group to group. No row of a
         run is named by a distant row, or by an entry outside of rows."""
         kinds = [rows for entries in self.entries.values() for rows in entries.values()]

@@ -38,7 +38,7 @@ _LOG = Log(__name__)
 _OF_RUNS = b"\0of runs"
 
 
-def compile_library(request: LibraryRequest, write: WriteProgram, steps: float | None = None) -> Library:
+def new_library(request: LibraryRequest, write: WriteProgram, steps: float | None = None) -> Library:
     """Return a library that the cache does not have, made as the row of the profile says; a slower one may come first.
 
     It is compiled, or a copy of a library of equal structure with the numbers of this model (``structures``).

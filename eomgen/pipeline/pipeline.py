@@ -185,9 +185,9 @@ def make_library(request: LibraryRequest, steps: float | None = None) -> Library
     ``steps``: as of ``build_for_run``."""
     library = request.find()
     if library is None:
-        from eomgen.pipeline.libraries import compile_library  # noqa: PLC0415  # a library of the cache is not compiled
+        from eomgen.pipeline.libraries import new_library  # noqa: PLC0415  # a library of the cache is not compiled
 
-        library = compile_library(request, partial(write_c, request), steps)
+        library = new_library(request, partial(write_c, request), steps)
     return library
 
 
