@@ -76,9 +76,9 @@ class Execution:
         writer = checkpoint_writer(run, self.library, self.checkpoint, self.checkpoint_every)
         report = self.progress
         if self.estimated and report is not None:
-            from eomgen.simulation.accuracy.error_estimation import ErrorEstimation  # noqa: PLC0415  # on request
+            from eomgen.simulation.accuracy.comparison_runs import planned_steps, progress_after  # noqa: PLC0415  # on request
 
-            report = ErrorEstimation(report).run_progress(run, steps)
+            report = progress_after(report, 0, run.grid.steps + planned_steps(run, steps))
 
         def watch(done: int, total: int) -> None:
             if own_steps(stepper.statistics) > most_steps:

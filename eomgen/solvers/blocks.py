@@ -45,10 +45,9 @@ class Blocks:
         ordered for narrow bands. Small or dense matrices are one block."""
         n = matrix.shape[0]
         if isinstance(matrix, np.ndarray):
-            places = uncoupled_blocks(matrix)
-            if not places:
+            if n <= _FEW or np.count_nonzero(matrix) > _SPARSE * n * n:
                 return cls([(np.arange(n)[np.newaxis], matrix[np.newaxis])])
-            return cls([(members, matrix[members[:, :, np.newaxis], members[:, np.newaxis, :]]) for members in places])
+            return cls.of(csc_array(matrix))
         if n <= _FEW or matrix.nnz > _SPARSE * n * n:
             return cls.of(whole(matrix))
         matrix = csc_array(matrix)  # by rows if a product
@@ -175,23 +174,6 @@ def _above(entries: Array, value: float) -> bool:
     except np.linalg.LinAlgError:
         return False
     return True
-
-
-def uncoupled_blocks(M: Array) -> list[Places]:
-    """Return the indices of all diagonal blocks of a matrix (n, n) that are not coupled, (blocks, size) for each size.
-    Empty if the matrix is small, dense, or one block."""
-    n = len(M)
-    if n <= _FEW or np.count_nonzero(M) > _SPARSE * n * n:
-        return []
-    return _blocks_of(n, np.packbits(M != 0.0).tobytes())
-
-
-@lru_cache(maxsize=8)
-def _blocks_of(n: int, packed: bytes) -> list[Places]:
-    """Return the uncoupled blocks of a matrix (n, n) by the bits of its nonzeros, which a search meets again."""
-    nonzero = np.unpackbits(np.frombuffer(packed, np.uint8), count=n * n).reshape(n, n)
-    places = _by_size(csr_array(nonzero))
-    return [] if len(places) == 1 == len(places[0]) else places
 
 
 def _by_size(pattern: csr_array | csc_array, *, narrow: bool = False) -> list[Places]:

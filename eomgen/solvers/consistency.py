@@ -557,14 +557,9 @@ def consistent_states(
     kept : KeptComponents, optional
         Components that stay as given.
     """
-    if kept is None:
-        return _nearest(system, system, q, v)
-    return _nearest(system.holding(kept.positions), system.holding(kept.velocities), q, v)
-
-
-def _nearest(system: ConstrainedSamples, for_rates: ConstrainedSamples, q: Array, v: Array) -> ConsistentStates:
-    """Return the consistent states nearest to the guesses q (n, nq), v (n, nv). Positions are corrected by ``system``,
-    velocities by ``for_rates``, which may hold other components."""
+    for_rates = system
+    if kept is not None:
+        system, for_rates = system.holding(kept.positions), system.holding(kept.velocities)
     with np.errstate(all="ignore"):
         q, met = _positions(system, q)
         chosen = np.flatnonzero(met)

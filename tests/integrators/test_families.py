@@ -29,7 +29,7 @@ def test_families_and_names_are_found_by_the_register() -> None:
         family_named("magic")
 
 
-@pytest.mark.parametrize("family", BUILT_IN, ids=lambda family: family.family)
+@pytest.mark.parametrize("family", [*BUILT_IN], ids=lambda family: family.family)
 def test_a_family_has_its_templates(family) -> None:
     assert (template_folder() / "c" / "integrators" / family.family / "stepper.c.jinja").is_file()
 

@@ -225,7 +225,8 @@ def test_a_compiler_in_a_thread_of_the_background_can_be_stopped_and_does_not_ke
     def work() -> None:
         try:
             with Compilation(Compiler((str(file),), file), (), jobs=1, running=running) as compilation:
-                compilation.add(source(tmp_path))
+                compilation.add(file_of_c := source(tmp_path))
+                compilation.link([file_of_c], tmp_path / "x.so", list)
         except ToolchainError as error:
             failures.append(str(error))
 

@@ -271,32 +271,13 @@ def _square_root(x: Fraction) -> Fraction:
     return root(lambda y: y * y - x, Fraction(0), max(x, Fraction(1)))
 
 
-def _tdg1() -> DiscontinuousGalerkin:
-    return DiscontinuousGalerkin(1, 1 - _square_root(Fraction(1, 2)), 2, 3)
-
-
-def _tdg1_star() -> DiscontinuousGalerkin:
-    return DiscontinuousGalerkin(1, _square_root(Fraction(1, 6)), 3, 3)
-
-
-def _tdg2() -> DiscontinuousGalerkin:
-    return DiscontinuousGalerkin(2, Fraction(1, 4), 4, 5)
-
-
-def _tdg2s() -> DiscontinuousGalerkin:
-    gamma = root(lambda x: laguerre(3, 1 / x)[3], Fraction(2, 5), Fraction(1, 2))
-    return DiscontinuousGalerkin(2, gamma, 2, 4)
-
-
-def _tdg3() -> DiscontinuousGalerkin:
-    return DiscontinuousGalerkin(3, Fraction(33, 200), 6, 7)
-
-
 METHODS: Mapping[str, Callable[[], DiscontinuousGalerkin]] = {
-    "tdg1": _tdg1,
-    "tdg1_star": _tdg1_star,
-    "tdg2": _tdg2,
-    "tdg2s": _tdg2s,
-    "tdg3": _tdg3,
+    "tdg1": lambda: DiscontinuousGalerkin(1, 1 - _square_root(Fraction(1, 2)), 2, 3),
+    "tdg1_star": lambda: DiscontinuousGalerkin(1, _square_root(Fraction(1, 6)), 3, 3),
+    "tdg2": lambda: DiscontinuousGalerkin(2, Fraction(1, 4), 4, 5),
+    "tdg2s": lambda: DiscontinuousGalerkin(
+        2, root(lambda x: laguerre(3, 1 / x)[3], Fraction(2, 5), Fraction(1, 2)), 2, 4
+    ),
+    "tdg3": lambda: DiscontinuousGalerkin(3, Fraction(33, 200), 6, 7),
 }
 _FIXED = ("its steps are all of one size", "generalized_alpha, or rk45 for motions that are not stiff")

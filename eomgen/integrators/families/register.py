@@ -6,11 +6,11 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.extensions import broken, extensions, load_row
 from eomgen.base.messages import nearest, shown
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 GROUP = "eomgen.integrator_families"
 
 
-class _Families(Sequence[type[Family]]):
+class _Families:
     """Families in the order in which their methods are looked for, each imported when it is reached: a run needs one of
     them, and most runs the first."""
 
@@ -48,19 +48,9 @@ class _Families(Sequence[type[Family]]):
         ("taylor", "Taylor"),
     )
 
-    def __len__(self) -> int:
-        return len(self._TARGETS)
-
-    @overload
-    def __getitem__(self, index: int) -> type[Family]: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[type[Family]]: ...
-    def __getitem__(self, index: int | slice) -> type[Family] | Sequence[type[Family]]:
-        if isinstance(index, slice):
-            return tuple(self)[index]
-        module, name = self._TARGETS[index]
-        family: type[Family] = getattr(import_module(f"eomgen.integrators.families.{module}"), name)
-        return family
+    def __iter__(self) -> Iterator[type[Family]]:
+        for module, name in self._TARGETS:
+            yield getattr(import_module(f"eomgen.integrators.families.{module}"), name)
 
 
 BUILT_IN = _Families()
@@ -145,7 +135,7 @@ def _own_row(key: str) -> Row | None:
     return next((rows[key] for rows in each if key in rows), None)
 
 
-def _rows(families: Sequence[type[Family]]) -> dict[str, Row]:
+def _rows(families: Iterable[type[Family]]) -> dict[str, Row]:
     return {name: (family, row) for family in families for row in family.names() for name in (row.name, *row.aliases)}
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import replace
 from eomgen.base.progress import Progress
 from eomgen.base.rounding import COMPUTED
 from eomgen.errors import UsageError
@@ -31,8 +31,6 @@ from eomgen.simulation.accuracy.comparison_runs import (
     ComparisonRuns,
     MotionDifference,
     NoEstimateError,
-    planned_steps,
-    progress_after,
 )
 from eomgen.simulation.accuracy.fastest_rates import FastestRates
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
@@ -65,72 +63,56 @@ _SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
 _OWN_STEPS, _MOST_STEPS = 512.0, 1_000_000
 
 
-@dataclass(frozen=True)
-class ErrorEstimation:
-    """Estimation of the discretisation error of runs.
+def estimate_errors(
+    run: Run,
+    library: Library,
+    trajectory: Trajectory,
+    parameters: Array,
+    seconds: float,
+    events: Events | None,
+    statistics: Mapping[str, int | float],
+    at_rows: AtRows,
+    rates: Callable[[], FastestRates],
+    progress: Progress | None = None,
+) -> ErrorEstimate:
+    """Return the estimated discretisation error of a finished run, by runs of the same motion at other steps or
+    tolerances.
+
+    No error is raised: an estimate that cannot be made has ``available`` False and the reason.
 
     Parameters
     ----------
+    library : with the stepper
+    parameters : (np,), or (rows, np), at the rows
+    seconds : s, duration of the run
+    statistics : counts of the stepper
+    at_rows : outputs and energy of the run at all rows
+    rates : returns the fastest rates along the run
     progress : called with (steps done, all steps), the steps of the comparison runs included
     """
-
-    progress: Progress | None = None
-
-    def run_progress(self, run: Run, steps: int) -> Progress | None:
-        """Return the callback that reports the progress of the run, whose total includes the planned comparison runs.
-        `steps` is the number of steps of the run that are left. None without a callback."""
-        more = planned_steps(run, steps)
-        return progress_after(self.progress, 0, run.grid.steps + more)
-
-    def of(
-        self,
-        run: Run,
-        library: Library,
-        trajectory: Trajectory,
-        parameters: Array,
-        seconds: float,
-        events: Events | None = None,
-        statistics: Mapping[str, int | float] | None = None,
-        at_rows: AtRows | None = None,
-        rates: Callable[[], FastestRates] | None = None,
-    ) -> ErrorEstimate:
-        """Return the estimated discretisation error of a finished run, by runs of the same motion at other steps or
-        tolerances.
-
-        No error is raised: an estimate that cannot be made has ``available`` False and the reason.
-
-        Parameters
-        ----------
-        library : with the stepper
-        parameters : (np,), or (rows, np), at the rows
-        seconds : s, duration of the run
-        statistics : counts of the stepper
-        at_rows : outputs and energy of the run at all rows; None: both are evaluated at the compared rows.
-        rates : returns the fastest rates along the run; None: none is known
-        """
-        began = time.perf_counter()
-        try:
-            if trajectory.interrupted:
-                raise NoEstimateError("the run was interrupted")
-            if len(trajectory.rows) < 2:
-                raise NoEstimateError("the run made no step")
-            if run.controllers is not None and (names := run.controllers.single):
-                refused = f"the function of {names} may keep something, so no second run calls it"
-                raise NoEstimateError(f"{refused}; a class, or memory in the scene, can be had anew")
-            rows, counts = trajectory.rows, statistics or {}
-            runs = ComparisonRuns(run, library, rows, parameters, self.progress, events, counts, at_rows)
-            estimated = _by_tolerance if run.method.chooses_steps else partial(_by_steps, rates=rates)
+    began = time.perf_counter()
+    try:
+        if trajectory.interrupted:
+            raise NoEstimateError("the run was interrupted")
+        if len(trajectory.rows) < 2:
+            raise NoEstimateError("the run made no step")
+        if run.controllers is not None and (names := run.controllers.single):
+            refused = f"the function of {names} may keep something, so no second run calls it"
+            raise NoEstimateError(f"{refused}; a class, or memory in the scene, can be had anew")
+        rows = trajectory.rows
+        runs = ComparisonRuns(run, library, rows, parameters, progress, events, statistics, at_rows)
+        estimated = _by_tolerance if run.method.chooses_steps else partial(_by_steps, rates=rates)
+        result = estimated(runs)
+        if result.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
             result = estimated(runs)
-            if result.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
-                result = estimated(runs)
-        except NoEstimateError as reason:
-            return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
-        except UsageError as error:  # a function of the caller that fails in a comparison run
-            return no_estimate(run, str(error.problems[0]))
-        except KeyboardInterrupt:  # the rows of the run itself are kept
-            return no_estimate(run, INTERRUPTED)
-        spent = time.perf_counter() - began
-        return replace(result, seconds=spent, cost=spent / max(seconds, 1e-9))
+    except NoEstimateError as reason:
+        return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
+    except UsageError as error:  # a function of the caller that fails in a comparison run
+        return no_estimate(run, str(error.problems[0]))
+    except KeyboardInterrupt:  # the rows of the run itself are kept
+        return no_estimate(run, INTERRUPTED)
+    spent = time.perf_counter() - began
+    return replace(result, seconds=spent, cost=spent / max(seconds, 1e-9))
 
 
 def _moves_between_rows(runs: ComparisonRuns, library: Library, rows: Array, parameters: Array) -> bool:
@@ -232,7 +214,7 @@ def _fixed_gain(gain: float, order: float) -> Array:
     return np.full((1, 1), gain)
 
 
-def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = None) -> ErrorEstimate:
+def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> ErrorEstimate:
     """Return the estimate from runs at 2 and 4 times the step, and from shorter steps if these do not suffice. `rates`
     returns the fastest rates along the run; None if none are known. Raises NoEstimateError if the runs give no
     estimate."""
@@ -325,13 +307,11 @@ def _comparison(runs: ComparisonRuns, multiple: float) -> _Comparison:
     return _Comparison(apart, _is_complete(motion), motion.stopped, equal, _passed_over(runs, motion))
 
 
-def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None) -> tuple[bool, bool]:
+def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> tuple[bool, bool]:
     """Return whether the motion crosses jumps of forces, and whether steps four times as long resolve the fastest
     decay. Without `rates` the second answer is True."""
     sizes = np.concatenate([runs.size.sizes["increment"], runs.size.sizes["z"]])
     jumps = not runs.size.still and crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
-    if rates is None:
-        return jumps, True
     decay, _, passed, states = rates()
     # above, steps four times as long leave out the decay: explicit methods of order 2 are stable up to 2
     return jumps or passed.rate * runs.step > 1.0, max(decay.rate, states.rate) * runs.step < 0.5

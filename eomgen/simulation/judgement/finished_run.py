@@ -204,31 +204,28 @@ class FinishedRun(EvaluatesOnce):
     def energy(self) -> dict[str, Array]:
         return row_values("energy", self.run.model, self.states, self.prescribed, self.present)
 
-    def _at_rows(self, name: str) -> Mapping[str, Array]:
-        return self.outputs if name == "outputs" else self.energy
-
     @cached_property
     def error(self) -> ErrorEstimate:
         """The estimated errors of the run; a reason without values if the estimate is switched off or cannot be
         made. Evaluation makes the comparison runs. Fast motions that the steps do not resolve are named in
         ``unresolved``."""
-        from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate  # noqa: PLC0415  # on request
+        from eomgen.simulation.accuracy.error_estimation import estimate_errors, no_estimate  # noqa: PLC0415  # on request
 
-        run, trajectory = self.run, self.trajectory
+        run = self.run
         if not self.estimated:
             left_out = "".join(searches(self) for searches in objects_of(LEFT_OUT))
             return no_estimate(run, f"it was switched off{left_out}")
-        statistics = self.statistics
-        estimate = ErrorEstimation(self._progress).of(
+        estimate = estimate_errors(
             run,
             self.stepper.library,
-            trajectory,
+            self.trajectory,
             self.present,
             self.wall,
             self.events,
-            statistics,
-            self._at_rows,
+            self.statistics,
+            lambda name: self.outputs if name == "outputs" else self.energy,
             lambda: self.fastest,
+            self._progress,
         )
         if not estimate.available:
             return estimate
