@@ -309,12 +309,14 @@ def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callabl
     names : iterable of str
         Options that are handed on.
     """
-    source_parameters = inspect.signature(source).parameters
+    source_parameters, handed_on = inspect.signature(source).parameters, set(names)
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         signature = inspect.signature(function)
         arguments = [item for item in signature.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
-        others = [source_parameters[name] for name in names if name not in signature.parameters]
+        others = [
+            source_parameters[name] for name in source_parameters if name in handed_on - signature.parameters.keys()
+        ]
         function.__signature__ = signature.replace(parameters=[*arguments, *others])  # type: ignore[attr-defined]
         return function
 

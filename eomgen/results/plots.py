@@ -218,15 +218,22 @@ def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve
     for node in nodes:
         poses = np.stack([curve.values for curve in node], axis=1)
         moved = (poses - poses[0])[:, 4:]
-        turned = numeric.compose(SO3, poses[:, :4], numeric.inverse(SO3, poses[:1, :4]))
-        turned[turned[:, 0] < 0.0] *= -1.0
         name = node[0].name.removeprefix("q.").partition("[")[0]
-        for quantity, unit, values in (("displacement", "m", moved), ("rotation", "rad", numeric.log(SO3, turned))):
-            kept += [
-                PlottedCurve(f"{name} {axis}", unit, values[:, k], f"{quantity} since the start")
-                for k, axis in enumerate("xyz")
-            ]
+        kept += [*_vector(name, "m", moved, "displacement"), *_vector(name, "rad", _turned(poses[:, :4]), "rotation")]
     return kept
+
+
+def _turned(quaternions: Array) -> Array:
+    """Return the rotation vectors since the first of quaternions (nt, 4), (nt, 3)."""
+    turned = numeric.compose(SO3, quaternions, numeric.inverse(SO3, quaternions[:1]))
+    turned[turned[:, 0] < 0.0] *= -1.0
+    return numeric.log(SO3, turned)
+
+
+def _vector(name: str, unit: str, values: Array, quantity: str) -> list[PlottedCurve]:
+    """Return curves of the components of a vector since the start, (nt, 3)."""
+    columns = zip("xyz", values.T, strict=True)
+    return [PlottedCurve(f"{name} {axis}", unit, column, f"{quantity} since the start") for axis, column in columns]
 
 
 def _rotations(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
@@ -240,17 +247,11 @@ def _rotations(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
     for name, parts in quaternions.items():
         if len(parts) != len("wxyz"):
             continue
-        turned = np.stack([part.values for part in parts], axis=1)
-        turned = numeric.compose(SO3, turned, numeric.inverse(SO3, turned[:1]))
-        turned[turned[:, 0] < 0.0] *= -1.0
-        vectors = numeric.log(SO3, turned)
+        vectors = _turned(np.stack([part.values for part in parts], axis=1))
         steps = np.diff(vectors, axis=0)
         if max(np.linalg.norm(part, axis=1).max(initial=0.0) for part in (vectors, steps)) < _TURNED:
             replaced |= {id(part): [] for part in parts}
-            replaced[id(parts[0])] = [
-                PlottedCurve(f"{name} {axis}", "rad", vectors[:, k], "rotation since the start")
-                for k, axis in enumerate("xyz")
-            ]
+            replaced[id(parts[0])] = _vector(name, "rad", vectors, "rotation")
     return [drawn for curve in curves for drawn in replaced.get(id(curve), [curve])]
 
 

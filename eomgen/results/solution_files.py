@@ -20,7 +20,7 @@ from eomgen.base.products import optional_package
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import FileError, Problem
 from eomgen.results.error_estimate import ErrorEstimate
-from eomgen.results.events import BLOCKS, NO_EVENTS, Events, events_from
+from eomgen.results.events import BLOCKS, NO_EVENTS, events_from
 from eomgen.results.finding import Finding
 from eomgen.results.poses import PosesAndScenery
 from eomgen.results.recorded import RecordedSolution
@@ -37,14 +37,9 @@ STATES = ("q", "v", "a", "z", "multipliers")
 
 def columns_of(solution: RecordedSolution) -> dict[str, Array]:
     """Return all columns; see ``Solution.columns``."""
-    names: Mapping[str, list[str]] = solution.metadata.get("names", {})
     columns = {"t": solution.t}
-    for letter in STATES:
-        array = getattr(solution, letter)
-        labels = names.get(letter) or component_names("", letter, array.shape[1])
-        if len(labels) != array.shape[1]:
-            labels = [f"{letter}[{index}]" for index in range(array.shape[1])]
-        columns |= {label: array[:, index] for index, label in enumerate(labels)}
+    for letter, labels in _names(solution).items():
+        columns |= dict(zip(labels, getattr(solution, letter).T, strict=True))
     columns |= {f"input.{name}": array for name, array in solution.inputs.items()}
     for name, array in solution.outputs.items():
         table = array[:, np.newaxis] if array.ndim == 1 else array
@@ -79,17 +74,10 @@ def column_named(solution: RecordedSolution, name: str) -> Array:
 def units_of(solution: RecordedSolution) -> dict[str, str]:
     """Return the units of the columns; see ``Solution.units``."""
     known = solution.metadata.get("units", {})
-    of_v = list(known.get("v", []))
-    blocks = {
-        "q": known.get("q", []),
-        "v": of_v,
-        "a": [_per_second(unit) for unit in of_v],
-        "z": known.get("z", []),
-    }
-    names = solution.metadata.get("names", {})
+    blocks = {**known, "a": [_per_second(unit) for unit in known.get("v", ())]}
     units = {"t": "s"}
-    for letter, of_block in blocks.items():
-        units |= dict(zip(names.get(letter, []), of_block, strict=False))
+    for letter, labels in _names(solution).items():
+        units |= dict(zip(labels, blocks.get(letter, ()), strict=False))
     units |= {f"input.{name}": known.get("inputs", {}).get(name, "") for name in solution.inputs}
     for name, array in solution.outputs.items():
         size = 1 if array.ndim == 1 else array.shape[1]
@@ -268,28 +256,25 @@ def write_matlab(solution: RecordedSolution, path: Path) -> None:
     from scipy.io import savemat  # noqa: PLC0415  # slow to import
 
     stream = io.BytesIO()
-    arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
-    described = {
-        "names": {letter: np.array(list_, dtype=object) for letter, list_ in _names(solution).items()},
+    names, units = _names(solution), solution.units()
+    of_components = {letter: [units.get(label, "") for label in labels] for letter, labels in names.items()}
+    groups = {"inputs": solution.inputs, "outputs": solution.outputs, "energy": solution.energy}
+    content: dict[str, Any] = {
+        **{name: getattr(solution, name) for name in ("t", *STATES)},
+        **{group: _struct(arrays) for group, arrays in groups.items()},
+        "names": {letter: np.array(labels, dtype=object) for letter, labels in names.items()},
         "units": {
-            **{letter: np.array(list_, dtype=object) for letter, list_ in _units(solution).items()},
+            **{letter: np.array(labels, dtype=object) for letter, labels in of_components.items()},
             **{name: _struct(labels) for name, labels in _labels(solution).items()},
         },
         "message": solution.message,
         "scene": _scene(solution),
     }
-    savemat(
-        stream,  # type: ignore[arg-type]  # the stubs do not know that it takes streams
-        {
-            **arrays,
-            "inputs": _struct(solution.inputs),
-            "outputs": _struct(solution.outputs),
-            "energy": _struct(solution.energy),
-            **({"events": _events(solution.events)} if solution.events.counts else {}),
-            **described,
-        },
-        oned_as="column",
-    )
+    if (events := solution.events).counts:
+        blocks = {name: getattr(events, name) for name in ("t", *BLOCKS)}
+        named = {"names": np.array(events.names, dtype=object), "counts": _struct(events.counts)}
+        content["events"] = {**blocks, **named}
+    savemat(stream, content, oned_as="column")  # type: ignore[arg-type]  # the stubs do not know that it takes streams
     write_bytes(path, stream.getvalue())
 
 
@@ -327,12 +312,6 @@ def _labels(solution: RecordedSolution) -> dict[str, dict[str, str]]:
     }
 
 
-def _events(events: Events) -> dict[str, Any]:
-    """Return events as one struct of blocks, with a row for each; ``counts`` includes events that are only counted."""
-    blocks = {name: getattr(events, name) for name in ("t", *BLOCKS)}
-    return {"names": np.array(events.names, dtype=object), **blocks, "counts": _struct(events.counts)}
-
-
 def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
     """Return a mapping with its names changed to valid names of MATLAB's fields: letters, digits, underscores, 31 at
     most."""
@@ -344,20 +323,14 @@ def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
 
 
 def _names(solution: RecordedSolution) -> dict[str, list[str]]:
-    """Return the names of the components of q, v, a, multipliers and z by letter or word, as in ``columns``."""
-    every = [name for name in solution.columns() if name != "t"]
-    names: dict[str, list[str]] = {}
-    start = 0
+    """Return the names of the components of q, v, a, multipliers and z by letter or word."""
+    known: Mapping[str, list[str]] = solution.metadata.get("names", {})
+    names = {}
     for letter in STATES:
         size = getattr(solution, letter).shape[1]
-        names[letter] = every[start : start + size]
-        start += size
+        labels = known.get(letter) or component_names("", letter, size)
+        names[letter] = labels if len(labels) == size else [f"{letter}[{index}]" for index in range(size)]
     return names
-
-
-def _units(solution: RecordedSolution) -> dict[str, list[str]]:
-    units = solution.units()
-    return {letter: [units.get(name, "") for name in names] for letter, names in _names(solution).items()}
 
 
 def _scene(solution: RecordedSolution) -> str:

@@ -30,20 +30,10 @@ from eomgen.toolchain.library import Library
 
 FORMAT = 1
 _KIND = "checkpoint"
-_NEEDED = {
-    "scene": str,
-    "method": str,
-    "method_parameters": dict,
-    "settings": dict,
-    "parameters": dict,
-    "record_every": int,
-    "t_start": float,
-    "t_end": float,
-    "inputs": dict,
-    "fingerprint": str,
-    "selection": dict,
-    "build": str,
-}
+_NEEDED = (
+    *("scene", "method", "method_parameters", "settings", "parameters", "record_every"),
+    *("t_start", "t_end", "inputs", "fingerprint", "selection", "build"),
+)
 
 
 @dataclass(frozen=True)
@@ -90,7 +80,7 @@ class Checkpoint:
                 f" {FORMAT} [E1993]"
             )
             raise FileError(Problem(str(path), fault, "the eomgen that wrote it"))
-        wrong = [name for name, kind in _NEEDED.items() if not isinstance(run.get(name), kind)]
+        wrong = [name for name in _NEEDED if name not in run]
         if wrong or not {"state", "workspace"} <= set(arrays):
             fault = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing [E1994]"
             raise FileError(Problem(str(path), fault, "another checkpoint"))

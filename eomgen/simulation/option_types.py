@@ -24,38 +24,31 @@ KNOWN_ELSEWHERE: Mapping[str, str] = {
 }
 
 
-class EnsembleOptions(TypedDict, total=False):
-    """Keyword options of ``Model.simulate_many`` that are passed on unchanged to ``simulate``, for type checkers."""
-
+class _RunOptions(TypedDict, total=False):
     method: str | None
     rho_inf: float | None
     alpha: float | None
     beta: float | None
     gamma: float | None
-    order: int | None
-    tolerance: float | None
     initial: Mapping[str, Any] | None
     parameters: Parameters
     inputs: Mapping[str, Signal] | None
-    controllers: Mapping[str, Controller] | None
     record_every: int | None
-    t_start: float | str
     settings: Mapping[str, float] | None
+
+
+class EnsembleOptions(_RunOptions, total=False):
+    """Keyword options of ``Model.simulate_many`` that are passed on unchanged to ``simulate``, for type checkers."""
+
+    order: int | None
+    tolerance: float | None
+    controllers: Mapping[str, Controller] | None
+    t_start: float | str
     start: str | None
 
 
-class SensitivityOptions(TypedDict, total=False):
+class SensitivityOptions(_RunOptions, total=False):
     """Keyword options of ``random_vibration`` that are passed on unchanged to ``Model.sensitivities``, for type
     checkers."""
 
-    method: str | None
-    rho_inf: float | None
-    alpha: float | None
-    beta: float | None
-    gamma: float | None
-    initial: Mapping[str, Any] | None
-    parameters: Parameters
-    inputs: Mapping[str, Signal] | None
-    record_every: int | None
     t_start: float
-    settings: Mapping[str, float] | None

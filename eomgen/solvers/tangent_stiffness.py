@@ -59,13 +59,8 @@ class TangentStiffness:
     @cached_property
     def symmetric(self) -> bool:
         """Whether the stiffness is symmetric up to tolerances, so that forces have a potential."""
-        if isinstance(self.K, np.ndarray):
-            scaled = self.sizes[:, np.newaxis] * self.K * self.sizes
-            roots = np.sqrt(np.abs(np.diagonal(scaled)))
-            bound = _SKEW * roots[:, np.newaxis] * roots + SUMMED * np.max(np.abs(scaled), initial=0.0)
-            return bool(np.all(np.abs(scaled - scaled.T) <= bound))
         size = diags_array(self.sizes)
-        K = csc_array(size @ self.K @ size)
+        K = csc_array(size @ sparse(self.K) @ size)
         skew = abs(K - K.T).tocoo()
         if not skew.nnz:
             return True
@@ -75,16 +70,9 @@ class TangentStiffness:
         return bool(np.all(skew.data <= allowed))
 
     @cached_property
-    def bordered_matrix(self) -> Matrix:
+    def bordered_matrix(self) -> csc_array:
         """[[K, B^T], [B, 0]] after a symmetric positive scaling, which keeps the signs of the eigenvalues."""
-        if isinstance(self.K, np.ndarray):
-            full = _bordered_matrix(self.K, whole(self.B))
-            for _ in range(_SWEEPS):
-                largest = np.max(np.abs(full), axis=1, initial=0.0)
-                by = 1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0))
-                full = by[:, np.newaxis] * full * by
-            return full
-        matrix = _sparse_bordered(self.K, self.B)
+        matrix = _bordered_matrix(self.K, self.B)
         scale, rows, columns = np.ones(matrix.shape[0]), matrix.indices, columns_of(matrix)
         size = np.abs(matrix.data)
         for _ in range(_SWEEPS):
@@ -139,9 +127,8 @@ class TangentStiffness:
 
     @cached_property
     def _coupling(self) -> Any:
-        """Whether components and rows are coupled, whole or sparse as the matrix."""
-        size: Any = abs(self.bordered_matrix)
-        return size > SUMMED
+        """Whether components and rows are coupled, sparse."""
+        return abs(self.bordered_matrix) > SUMMED
 
     def determinants(self, groups: Components) -> list[tuple[int, float]]:
         """Return for each group the sign of det K on the null space of B, and a logarithm of a magnitude. ``groups``
@@ -235,7 +222,8 @@ def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
     """Return the map from forces (nv, ...) to displacements (nv, ...) under constraints B (rows, nv), by the bordered
     matrix. None if the bordered matrix is singular."""
     nv = K.shape[0]
-    solve_bordered = solver(_bordered_matrix(K, whole(B)) if isinstance(K, np.ndarray) else _sparse_bordered(K, B))
+    bordered = _bordered_matrix(K, B)
+    solve_bordered = solver(whole(bordered) if isinstance(K, np.ndarray) else bordered)
     if solve_bordered is None:
         return None
 
@@ -247,15 +235,7 @@ def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
     return solve if np.all(np.isfinite(solve(np.ones(nv)))) else None
 
 
-def _bordered_matrix(K: Array, B: Array) -> Array:
-    """Return [[K, B^T], [B, 0]]."""
-    nv = len(K)
-    result = np.zeros((nv + len(B), nv + len(B)))
-    result[:nv, :nv], result[nv:, :nv], result[:nv, nv:] = K, B, B.T
-    return result
-
-
-def _sparse_bordered(K: Matrix, B: Matrix) -> csc_array:
+def _bordered_matrix(K: Matrix, B: Matrix) -> csc_array:
     """Return [[K, B^T], [B, 0]]."""
     rows = sparse(B)
     return csc_array(block_array([[sparse(K), rows.T], [rows, None]], format="csc"))
@@ -303,11 +283,8 @@ def _negative_pivots(matrix: Array) -> int:
     return int(np.sum(np.diagonal(factors)[single] < 0.0)) + int(np.sum(~single)) // 2
 
 
-def _determinant(matrix: Matrix) -> tuple[int, float]:
+def _determinant(matrix: csc_array) -> tuple[int, float]:
     """Return the sign of the determinant and the logarithm of its magnitude; (0, -inf) for a singular matrix."""
-    if isinstance(matrix, np.ndarray):
-        sign, logarithm = np.linalg.slogdet(matrix)
-        return int(sign), float(logarithm)
     factors = _factors(matrix)
     if factors is None:
         return 0, -np.inf

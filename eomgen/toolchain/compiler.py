@@ -398,7 +398,7 @@ class Compilation:
         done = [self._made[source] for source in sources]
         items = [*(str(item) for item, _ in done), *map(str, ready)]
         link = [*self._compiler.command, *_link_flags(), *items, "-o", str(output), "-lm"]
-        _run(link, output, self._deadline, self._running)
+        run_compiler(link, output, deadline=self._deadline, running=self._running)
         return [*(command for _, command in done), shlex.join(link)]
 
 
@@ -409,32 +409,28 @@ class RunningCompilers:
     Attributes
     ----------
     started : set when the first process runs, and at the end of work in the background
+    is_stopped : whether ``stop`` was called
     """
 
     def __init__(self) -> None:
         self._processes: set[subprocess.Popen[str]] = set()
         self._lock = threading.Lock()
-        self._stopped = False
+        self.is_stopped = False
         self.started = threading.Event()
 
     def stop(self) -> bool:
         """Kill running processes, and processes started from now on; return whether there were any."""
         with self._lock:
-            self._stopped = True
+            self.is_stopped = True
             for process in self._processes:
                 _end(process)
             return bool(self._processes)
-
-    @property
-    def is_stopped(self) -> bool:
-        """Whether ``stop`` was called."""
-        return self._stopped
 
     @contextlib.contextmanager
     def watch(self, process: subprocess.Popen[str]) -> Iterator[None]:
         with self._lock:
             self._processes.add(process)
-            if self._stopped:
+            if self.is_stopped:
                 _end(process)
         self.started.set()
         try:
@@ -489,7 +485,7 @@ def compile_object(
     is a time of ``time.monotonic``. Raises ToolchainError or FileError."""
     made = source.with_suffix(".o")
     command = _object_command(compiler, source, flags)
-    _run(command, made, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline, running)
+    run_compiler(command, made, deadline=deadline, running=running)
     return made, shlex.join(command)
 
 
@@ -504,7 +500,7 @@ def compile_and_link(
     """Compile one file and link it with ready objects to a shared library by one command, which is returned."""
     words = [*compiler.command, *_COMMON, *flags, *_link_flags()]
     command = [*words, str(source), *map(str, objects), "-o", str(output), "-lm"]
-    _run(command, output, time.monotonic() + DEFAULT_TIMEOUT, running)
+    run_compiler(command, output, running=running)
     return shlex.join(command)
 
 
@@ -528,7 +524,7 @@ def preprocess(compiler: Compiler, files: Mapping[str, str], name: str) -> str:
         output = Path(folder) / "preprocessed.i"
         flags = ["-E", "-P", "-undef", "-nostdinc", "-Dsize_t=long", f"-I{folder}"]
         command = [*compiler.command, *flags, str(Path(folder) / name), "-o", str(output)]
-        _run(command, output, time.monotonic() + DEFAULT_TIMEOUT)
+        run_compiler(command, output)
         return output.read_text(encoding="utf-8")
 
 
@@ -594,7 +590,7 @@ kill "$guard"; exit "$code\""""
 def _guard(command: Sequence[str]) -> Iterator[tuple[list[str], dict[str, Any]]]:
     """Yield a command, and options of Popen, by which a compiler ends with this process; unchanged on Windows."""
     if os.name != "posix":
-        import subprocess  # noqa: PLC0415  # as in _run
+        import subprocess  # noqa: PLC0415  # as in run_compiler
 
         yield list(command), {"stdin": subprocess.DEVNULL}
         return
@@ -615,26 +611,28 @@ def _end(process: subprocess.Popen[str]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
-def run_compiler(command: Sequence[str], target: Path, location: str = "") -> str:
+def run_compiler(
+    command: Sequence[str],
+    target: Path,
+    location: str = "",
+    deadline: float | None = None,
+    running: RunningCompilers | None = None,
+) -> str:
     """Run a compiler in the folder of the file ``target`` that the command makes, and return the warnings as text.
 
     Parameters
     ----------
     location : place of faults in messages; the folder by default, which has to be kept then
+    deadline : a time of ``time.monotonic``; after ``DEFAULT_TIMEOUT`` seconds by default
+    running : collection of processes, in which the compiler is entered
 
     Raises
     ------
     ToolchainError, FileError
+        The compiler fails; a disk is full.
+    StoppedError
+        ``running`` was stopped.
     """
-    return _run(command, target, time.monotonic() + DEFAULT_TIMEOUT, location=location)
-
-
-def _run(
-    command: Sequence[str], target: Path, deadline: float, running: RunningCompilers | None = None, location: str = ""
-) -> str:
-    """Run a compiler in the folder of the file ``target`` that the command makes, and return its messages. ``deadline``
-    is a time of ``time.monotonic``; the process is entered in ``running``; ``location`` names faults. Raises
-    ToolchainError, FileError if a disk is full, and StoppedError if ``running`` was stopped."""
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
     where = location or f"C compiler, sources kept in {target.parent}"
@@ -654,7 +652,8 @@ def _run(
             (running or RunningCompilers()).watch(process),
         ):
             try:
-                output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))
+                left = DEFAULT_TIMEOUT if deadline is None else max(0.1, deadline - time.monotonic())
+                output, complaints = process.communicate(timeout=left)
             except BaseException:
                 _end(process)
                 raise

@@ -37,21 +37,6 @@ def test_a_spectral_radius_outside_its_range_is_refused(rho):
         GeneralizedAlpha(rho)
 
 
-class Wrong(GeneralizedAlpha):
-    @property
-    def gamma(self):
-        return super().gamma + F(1, 100)
-
-    @property
-    def beta(self):
-        return F(1, 5)
-
-
-def test_wrong_coefficients_of_generalized_alpha_are_found():
-    with pytest.raises(UsageError, match=r"break a condition of the method: order 2: gamma"):
-        Wrong(0.9)
-
-
 @pytest.mark.parametrize(
     ("changes", "text"),
     [

@@ -14,6 +14,7 @@ import pytest
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.simulation.accuracy import error_estimation as ways
 from eomgen.simulation.accuracy.comparison_runs import MotionDifference, NoEstimateError
+from eomgen.simulation.accuracy.fastest_rates import FastestRates
 from eomgen.simulation.accuracy.motion_size import motion_size
 from tests.simulation.test_sizes_of_motions import model, record
 
@@ -88,7 +89,7 @@ def smooth(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def by_steps(runs: Runs) -> ErrorEstimate:
-    return ways._by_steps(cast(Any, runs))
+    return ways._by_steps(cast(Any, runs), FastestRates)
 
 
 def check(found: ErrorEstimate, runs: Runs, words: str, multiples: Sequence[float]) -> None:

@@ -33,7 +33,6 @@ h^3, and each later one takes off one power of h. Six give order 7 to all, and a
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
@@ -49,7 +48,6 @@ from eomgen.integrators.families.family import (
     Setting,
     Sizes,
     Status,
-    hold,
     rotation_too_large,
 )
 from eomgen.integrators.families.galerkin_operators import (
@@ -58,7 +56,6 @@ from eomgen.integrators.families.galerkin_operators import (
     operators,
     product,
     root,
-    stability_series,
 )
 from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
 from eomgen.integrators.families.one_factorization import (
@@ -72,10 +69,6 @@ from eomgen.integrators.families.one_factorization import (
 if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
-
-
-#: Rounding of stored coefficients.
-_EXACT = Fraction(1, 10**60)
 
 
 @dataclass(frozen=True)
@@ -101,24 +94,6 @@ class DiscontinuousGalerkin(OneFactorization):
     dense_output: ClassVar[DenseOutput] = "hermite_5"
     state_is_all = True
     renewal = "needs no restart, because it evaluates the forces at its start"
-
-    def __post_init__(self) -> None:
-        """Check that nodes, integration operators and passes meet the conditions of the order."""
-        operators, unit = self.operators, Fraction(1)
-        nodes, weights = operators.nodes, operators.integration[-1]
-        for k in range(2 * len(nodes) - 1):
-            moment = sum((weight * node**k for weight, node in zip(weights, nodes, strict=True)), Fraction(0))
-            hold(f"quadrature: sum b c^{k} = 1/{k + 1}", abs(moment - unit / (k + 1)) < _EXACT)
-        shifted = product(product(operators.modes, operators.first), operators.values)
-        radau = product(product(operators.modes, operators.integration), operators.values)
-        for i in range(len(nodes)):
-            for j in range(len(nodes)):
-                value = self.gamma * ((i == j) - (i == j + 1))
-                hold("one eigenvalue: P = gamma (1 - N)", abs(shifted[i][j] - value) < _EXACT)
-                hold("P is Radau's operator below degree p", j == self.degree or abs(radau[i][j] - value) < _EXACT)
-        series = stability_series(operators, self.gamma, self.passes, self.order)
-        for k, coefficient in enumerate(series):
-            hold(f"order {k}: 1/{k}! of the exponential", abs(coefficient - unit / math.factorial(k)) < _EXACT)
 
     @cached_property
     def operators(self) -> Operators:

@@ -97,34 +97,6 @@ def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction
     return Fraction(below, 2**_PLACES)
 
 
-def stability_series(operators: Operators, gamma: Fraction, passes: int, order: int) -> list[Fraction]:
-    """Return the coefficients of z^0 to z^order of the value after one step of length 1 for y' = z y from y = 1. The
-    step takes a number of `passes`, with the operators of nodes and eigenvalue `gamma`."""
-    size = len(operators.nodes)
-    values = [[Fraction(1)] + [Fraction(0)] * order for _ in range(size)]
-    for number in range(passes):
-        matrix = operators.first if number == 0 else operators.integration
-        defect = [
-            [
-                (Fraction(1) if k == 0 else sum((matrix[i][j] * values[j][k - 1] for j in range(size)), Fraction(0)))
-                - values[i][k]
-                for k in range(order + 1)
-            ]
-            for i in range(size)
-        ]
-        right = product(operators.modes, defect)
-        change: Matrix = []
-        for j in range(size):
-            row: list[Fraction] = []
-            for k in range(order + 1):  # (1 - gamma z) d_j = g_j - gamma z d_{j-1}
-                inner = (row[k - 1] if k else Fraction(0)) - (change[j - 1][k - 1] if k and j else Fraction(0))
-                row.append(right[j][k] + gamma * inner)
-            change.append(row)
-        moved = product(operators.values, change)
-        values = [[values[i][k] + moved[i][k] for k in range(order + 1)] for i in range(size)]
-    return values[-1]
-
-
 def product(left: Sequence[Sequence[Fraction]], right: Sequence[Sequence[Fraction]]) -> Matrix:
     """Return the product of two matrices."""
     columns = list(zip(*right, strict=True))

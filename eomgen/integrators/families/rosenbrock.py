@@ -50,7 +50,6 @@ from eomgen.integrators.families.family import (
     Setting,
     Sizes,
     Status,
-    hold,
     rotation_too_large,
 )
 from eomgen.integrators.families.one_factorization import (
@@ -90,13 +89,6 @@ class Rosenbrock(OneFactorization):
     state_is_all = True
     projection = "the smallest change in the metric of M"
     renewal = "needs no restart, because it evaluates the forces at its start"
-
-    def __post_init__(self) -> None:
-        hold("one stage or two", self.stages in (1, 2))
-        if self.stages == 1:
-            hold("order 2: gamma = 1/2", self.gamma == 0.5)
-        else:
-            hold("order 2: gamma^2 - 2 gamma + 1/2 = 0", abs(self.gamma * self.gamma - 2 * self.gamma + 0.5) < 1e-15)
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:

@@ -39,8 +39,7 @@ from eomgen.simulation.accuracy.richardson import (
     Pair,
     estimate,
     gain_by,
-    gain_of_longer,
-    gain_of_shorter,
+    gain_of,
 )
 from eomgen.simulation.accuracy.step_path import crosses_corners, crosses_jumps, step_rows
 from eomgen.simulation.stepping.chunks import Trajectory
@@ -161,8 +160,7 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
         if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(result)):
             continue
         shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
-        gain = gain_of_shorter(-power) if power < 0.0 else gain_of_longer(power)
-        pair = Pair(apart, partial(_fixed_gain, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
+        pair = Pair(apart, partial(_fixed_gain, gain_of(power)), f"a run at a tolerance of {tolerance:.2g}{shorter}")
         return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, result))
     if result.stopped:
         raise NoEstimateError(f"runs at other tolerances do not come to the end: {result.stopped}")
@@ -216,7 +214,7 @@ def _fixed_gain(gain: float, order: float) -> Array:
 
 def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> ErrorEstimate:
     """Return the estimate from runs at 2 and 4 times the step, and from shorter steps if these do not suffice. `rates`
-    returns the fastest rates along the run; None if none are known. Raises NoEstimateError if the runs give no
+    returns the fastest rates along the run. Raises NoEstimateError if the runs give no
     estimate."""
     order = float(runs.run.method.order)
     if runs.span.steps == 1 or (runs.own.statistics.get("halvings", 0) and runs.span.steps < _FEW_STEPS):
@@ -309,7 +307,7 @@ def _comparison(runs: ComparisonRuns, multiple: float) -> _Comparison:
 
 def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates]) -> tuple[bool, bool]:
     """Return whether the motion crosses jumps of forces, and whether steps four times as long resolve the fastest
-    decay. Without `rates` the second answer is True."""
+    decay."""
     sizes = np.concatenate([runs.size.sizes["increment"], runs.size.sizes["z"]])
     jumps = not runs.size.still and crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
     decay, _, passed, states = rates()
@@ -353,13 +351,13 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
     order = float(runs.run.method.order)
     differing, shorter, passed_over = [], [], ""
     if _is_complete(twice):
-        differing.append((runs.apart(runs.own, twice), gain_of_longer(order)))
+        differing.append((runs.apart(runs.own, twice), gain_of(order)))
     for parts in _PRIME_PARTS:
         shorter.append(runs.at(multiple=1.0 / parts))
         if not _is_complete(shorter[-1]):
             return None
         apart = runs.apart(runs.own, shorter[-1])
-        differing.append((apart, gain_of_shorter(_OF_JUMPS * math.log2(parts))))
+        differing.append((apart, gain_of(-_OF_JUMPS * math.log2(parts))))
         passed_over = _passed_over(runs, shorter[-1])
     words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
     far, near = differing[-2][0], runs.apart(*shorter)

@@ -67,12 +67,9 @@ def gain_by(ratio: Array) -> Callable[[float], Array]:
     return gain
 
 
-def gain_of_shorter(order: float) -> float:
-    return 1.0 / (1.0 - math.pow(2.0, -order))
-
-
-def gain_of_longer(order: float) -> float:
-    return 1.0 / (math.pow(2.0, order) - 1.0)
+def gain_of(order: float) -> float:
+    """Return the factor of ``gain_by`` for a run in steps twice as long; of negative orders for half the steps."""
+    return 1.0 / abs(math.pow(2.0, order) - 1.0)
 
 
 def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate:

@@ -353,29 +353,31 @@ class CompiledSteps:
         """Take up to n steps with inputs (nu,) that go linearly from `first` to `last`, or are held at `first` if last
         is None. Returns the status of the stepper, 0 if all is well; ``u`` then has the inputs at the end, ``events``
         the events."""
-        done, status = 0, 0
-        self.events = []
-        while done < n and not status:
-            size = min(n - done, _MOST)
+
+        def part(done: int, size: int) -> int:
             self.u[:], self._end[:] = between(first, last, done / n), between(first, last, (done + size) / n)
-            before = self._count
-            status = int(self._call(size, self._first, self._none if last is None else self._last))
-            done += self._count - before
-            self.events += self._events
-            self.u[:] = between(first, last, done / n)
+            return int(self._call(size, self._first, self._none if last is None else self._last))
+
+        done, status = self._parts(n, part)
+        self.u[:] = between(first, last, done / n)
         return status
 
     def follow(self, n: int, driven: Callable[[Array], Array] | None) -> int:
         """Take up to n steps with the inputs (n, nu) that a function gives for times (n,); None: by the scene's
         formulas. Returns the status of the stepper, 0 if all is well; ``events`` has the events of these steps."""
+        return self._parts(n, lambda _, size: self._some(size, driven))[1]
+
+    def _parts(self, n: int, part: Callable[[int, int], int]) -> tuple[int, int]:
+        """Take up to n steps in parts of ``_MOST`` steps; return the number of steps and the status of the last part.
+        ``part`` takes the number of steps done and the size of the next part, and returns its status."""
         done, status = 0, 0
         self.events = []
         while done < n and not status:
             before = self._count
-            status = self._some(min(n - done, _MOST), driven)
+            status = part(done, min(n - done, _MOST))
             done += self._count - before
             self.events += self._events
-        return status
+        return done, status
 
     def _some(self, n: int, driven: Callable[[Array], Array] | None) -> int:
         if driven is None:
