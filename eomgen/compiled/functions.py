@@ -45,6 +45,8 @@ LEAST = 16
 #: operation (gcc 12 on a core that others use as well: 0.64 s for the 608 of Panda's inverse dynamics, 5.9 s for the
 #: 3664 of Talos', of which 0.32 and 2.4 s are the compiler's own).
 _OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
+#: Seconds of batches after which a companion is looked for in the cache.
+_LOOK = 2e-3
 #: Samples that are evaluated by both libraries before the companion is taken.
 _COMPARED = 64
 
@@ -122,7 +124,7 @@ class LaneCompanions:
             with self._lock:
                 if companion.library is None:
                     self._make(name, companion, RunningCompilers())
-        elif companion.seconds > 2e-3 and not companion.sought:
+        elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
             self._look(name, companion)
         compiled = PROFILES[self._library.profile].split

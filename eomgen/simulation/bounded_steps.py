@@ -14,6 +14,8 @@ _LOG = Log(__name__)
 #: users wait for that without asking, or ``_STEPS`` divided by the number of velocities and internal states, about a
 #: second. Steps are counted, not seconds, so that the same run is bounded on every machine.
 _TIMES, _STEPS = 30.0, 1e5
+#: Steps of a run with a bound, as a multiple of the expected ones, at which the run is given up.
+_GIVEN_UP = 4.0
 
 
 def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -> JudgedRun:
@@ -51,7 +53,7 @@ def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -
             bounded_run = replace(run, settings=settings, bounded_for=law.law)
             try:
                 # steps become tiny at a jump that holds the motion
-                bounded = execution.outcome(bounded_run, beginning, 4.0 * (steps + taken))
+                bounded = execution.outcome(bounded_run, beginning, _GIVEN_UP * (steps + taken))
             except CostlyRunError:
                 outcome = _with_checkpoints(outcome, execution, beginning)
                 break

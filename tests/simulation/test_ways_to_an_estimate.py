@@ -283,7 +283,7 @@ def test_the_largest_of_differences_is_taken_row_by_row() -> None:
 def test_large_differences_in_parts_of_the_motion_are_doubtful(share: float, doubtful: bool) -> None:
     runs = Runs()
     runs.motion = lambda multiple, *_, **__: SimpleNamespace(  # type: ignore[method-assign]
-        rows=np.zeros((3, 7)), stopped="", error=share * ways._DOUBTFUL / 3.0 * multiple**2, multiple=multiple,
+        rows=np.zeros((3, 7)), stopped="", error=share * 0.1 / 3.0 * multiple**2, multiple=multiple,
         events=None, statistics={}, outputs={},
     )  # fmt: skip  # two lines
     runs.own = runs.motion(1.0)
