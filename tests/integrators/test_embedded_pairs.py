@@ -1,9 +1,8 @@
-"""Embedded pairs are data: conditions hold at construction, and a new row is a method on every group."""
+"""Embedded pairs are data of their orders, and a new row is a method on every group."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from fractions import Fraction as F
 from pathlib import Path
 
@@ -17,13 +16,12 @@ from eomgen.integrators.families.register import method_named
 from eomgen.integrators.families.runge_kutta import (
     RUNGE_KUTTA_MUNTHE_KAAS_4,
     EmbeddedPair,
-    density,
     real_stability,
-    rooted_trees,
     strictly_lower,
 )
 from tests.integrators.similar_scenes import rods
 from tests.models.cache import shared_cache
+from tests.oracles.orders import density, order_of_tableau, rooted_trees, weight_conditions
 
 __all__ = ["shared_cache"]
 
@@ -84,32 +82,17 @@ def test_a_new_row_has_names_a_title_and_a_source() -> None:
     assert alternatives == ["rk23"]
 
 
-@pytest.mark.parametrize(
-    ("pair", "changes", "text"),
-    [
-        (BOGACKI_SHAMPINE, {"order": 4}, r"order 4: sum b c\^3 = 1/4"),
-        (BOGACKI_SHAMPINE, {"embedded_order": 3}, "lower order"),
-        (BOGACKI_SHAMPINE, {"b_hat": (F(1), F(0), F(0), F(0))}, r"order 2: sum b\^ c = 1/2"),
-        (BOGACKI_SHAMPINE, {"extension": BOGACKI_SHAMPINE.extension[:3]}, "an extension of every stage"),
-        (BOGACKI_SHAMPINE, {"A": DORMAND_PRINCE.A}, "square"),
-        (DORMAND_PRINCE, {"order": 6}, r"order 6: sum b c\^5 = 1/6"),
-        (DORMAND_PRINCE, {"b_hat": (*DORMAND_PRINCE.b[:-2], F(11, 84) - 1, F(1))}, r"order 5|b\^"),
-    ],
-)
-def test_wrong_pairs_are_refused_by_the_condition_they_break(pair, changes, text) -> None:
-    with pytest.raises(eomgen.UsageError, match=text):
-        replace(pair, **changes)
-
-
-@pytest.mark.parametrize("pair", [DORMAND_PRINCE, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)
-@pytest.mark.parametrize("power", [0, 1, 2])
-def test_every_coefficient_of_an_extension_is_held_by_a_condition(pair, power: int) -> None:
-    """A change that keeps the end of the step breaks a condition inside it."""
-    rows = [list(row) for row in pair.extension]
-    rows[-1][power] += F(1, 7)
-    rows[-1][power - 1] -= F(1, 7)
-    with pytest.raises(eomgen.UsageError, match="extension of order"):
-        replace(pair, extension=tuple(map(tuple, rows)))
+@pytest.mark.parametrize("pair", [*embedded_pair.PAIRS, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)
+def test_pairs_and_their_extensions_have_their_orders(pair: EmbeddedPair) -> None:
+    """Weights at the fraction s of a step are those of s^order, to the order of the extension; at 1 they are b."""
+    assert order_of_tableau(pair.A, pair.b, pair.c) == pair.order
+    assert order_of_tableau(pair.A, pair.b_hat, pair.c) == pair.embedded_order < pair.order
+    assert pair.A[-1] == pair.b and pair.c[-1] == 1
+    assert tuple(map(sum, pair.extension)) == pair.b
+    for power, weights in enumerate(zip(*pair.extension, strict=True), 1):
+        for order in range(1, len(pair.extension[0]) + 1):
+            for found, target in weight_conditions(pair.A, pair.c, weights, order):
+                assert found == (target if order == power else 0)
 
 
 def test_trees_are_as_many_and_as_dense_as_published() -> None:

@@ -10,8 +10,9 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
-from eomgen.integrators.compositions import Composition, composition_named, order_of
+from eomgen.integrators.compositions import composition_named
 from tests.models.cache import shared_cache
+from tests.oracles.orders import order_of
 
 __all__ = ["shared_cache"]
 
@@ -52,17 +53,6 @@ def test_order_12_against_the_oscillator(name: str) -> None:
 def test_orders_by_levels_are_orders_of_words(name: str) -> None:
     made = composition_named(name)
     assert order_of(made.fractions, 9) == made.order
-
-
-def test_wrong_levels_are_refused() -> None:
-    made = composition_named("suzuki4")
-    sizes = made.levels[0]
-    wrong = ((0.25, *sizes[1:4], 0.25),)
-    with pytest.raises(UsageError, match="is said to have order 4, and its coefficients have order 2"):
-        Composition("mine", 4, "drift", made.fractions, levels=wrong)
-    off = (made.fractions[0] + 1e-13, *made.fractions[1:-1], made.fractions[-1] + 1e-13)
-    with pytest.raises(UsageError, match=r"has drifts that sum up to 1\.000000000000\d+ instead of 1"):
-        Composition("mine", 4, "drift", off)
 
 
 OSCILLATOR = {

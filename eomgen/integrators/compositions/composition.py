@@ -1,12 +1,7 @@
-"""``Composition``: one step of a symplectic method as drifts and kicks in turn, its properties, and its order from
-the coefficients alone.
+"""``Composition``: one step of a symplectic method as drifts and kicks in turn, its properties.
 
 A drift moves coordinates with momenta held, a kick changes momenta with coordinates held. Time is a coordinate, so it
 moves in drifts: a force that depends on time is evaluated at the time that drifts have come to.
-
-A step is a product of exponentials exp(c h A) and exp(c h B) of two operators that do not commute. It has order p if
-its series agrees with the series of exp(h (A + B)) in all words of up to p letters A and B; in the latter a word of n
-letters has the coefficient 1/n!.
 """
 
 from __future__ import annotations
@@ -14,7 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
 import numpy as np
@@ -22,60 +17,13 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.rounding import COMPUTED
-from eomgen.errors import Problem, UsageError
-
-#: Words up to this length are looked at.
-MOST_LETTERS = 12
-#: Defects of words that are rounding, relative to the word's value by absolute coefficients.
-ROUNDING = 1e-13
-
-
-def word_defects(alternating: Sequence[float], letters: int) -> list[Array]:
-    """Return the differences between the series of a step in words of A and B and the series of exp(h (A + B)).
-
-    Element n of the list has the 2^n words of n letters, numbered as binary numbers with B as 1, up to ``letters``
-    letters.
-
-    Parameters
-    ----------
-    alternating : fractions of a step, of A, B, A, ... in turn
-    """
-    words = [np.ones(1), *(np.zeros(2**length) for length in range(1, letters + 1))]
-    for index, fraction in enumerate(alternating):
-        second = index % 2
-        after = [array.copy() for array in words]
-        for length in range(1, letters + 1):
-            for appended in range(1, length + 1):
-                heads = np.arange(2 ** (length - appended)) << appended
-                tails = heads | (2**appended - 1 if second else 0)
-                after[length][tails] += fraction**appended / math.factorial(appended) * words[length - appended]
-        words = after
-    return [array - 1 / math.factorial(length) for length, array in enumerate(words)]
-
-
-def order_of(alternating: Sequence[float], most: int = MOST_LETTERS) -> int:
-    """Return the order of a step of any two flows by its coefficients; 0 if the fractions do not sum up to 1.
-
-    Parameters
-    ----------
-    alternating : fractions of a step, of A, B, A, ... in turn
-    most : orders beyond this are not looked for
-    """
-    total = max(1.0, math.fsum(abs(fraction) for fraction in alternating))
-    defects = word_defects(alternating, most)
-    for length in range(1, most + 1):
-        allowed = ROUNDING * total**length / math.factorial(length)
-        if np.abs(defects[length]).max() > max(allowed, ROUNDING):
-            return length - 1
-    return most
-
 
 Part = Literal["drift", "kick"]
 
 
 @dataclass(frozen=True)
 class Composition:
-    """A symmetric composition of drifts and kicks, with an order that is checked on construction.
+    """A symmetric composition of drifts and kicks.
 
     Attributes
     ----------
@@ -86,11 +34,6 @@ class Composition:
     source : publication
     levels : of a recursion of leapfrogs: for m = 2, 4, ..., the sizes of the steps of order m in a step of order m + 2;
         the order and the matrix of the recursion for the oscillator follow level by level
-
-    Raises
-    ------
-    UsageError
-        Fractions that are not symmetric, do not sum up to 1 or do not have the order.
     """
 
     name: str
@@ -99,32 +42,6 @@ class Composition:
     fractions: tuple[float, ...]
     source: str = ""
     levels: tuple[tuple[float, ...], ...] = ()
-
-    def __post_init__(self) -> None:
-        if len(self.fractions) % 2 == 0 or self.fractions != self.fractions[::-1]:
-            raise _wrong(
-                self.name, "is not symmetric: a step backwards would not undo it [E0324]", "the order of its list"
-            )
-        for part, values in (("drifts", self.drifts), ("kicks", self.kicks)):
-            if abs((total := math.fsum(values)) - 1) > _rounding(values):
-                raise _wrong(
-                    self.name, f"has {part} that sum up to {total:.15g} instead of 1 [E0325]", "its coefficients"
-                )
-        order = self._order_of_levels() if self.levels else order_of(self.fractions, self.order)
-        if order != self.order:
-            fault = f"is said to have order {self.order}, and its coefficients have order {order} [E0326]"
-            raise _wrong(self.name, fault, "its coefficients, and whether its list begins with a drift or a kick")
-
-    def _order_of_levels(self) -> int:
-        """Return the order of a recursion: sizes that sum up to 1 while their powers m + 1 cancel raise an even order m
-        of symmetric steps by 2 (Yoshida, Phys. Lett. A 150 (1990) 262)."""
-        order = 2
-        for sizes in self.levels:
-            powers = [size ** (order + 1) for size in sizes]
-            if abs(math.fsum(sizes) - 1) > _rounding(sizes) or abs(math.fsum(powers)) > (order + 1) * _rounding(powers):
-                break
-            order += 2
-        return order
 
     @property
     def drifts(self) -> tuple[float, ...]:
@@ -169,11 +86,6 @@ class Composition:
         halves = (0.0, *inner, 0.0)
         sums = ((before + after) / 2 for before, after in itertools.pairwise(halves))
         return inner if all(abs(fraction - mean) < 1e-14 for fraction, mean in zip(outer, sums, strict=True)) else ()
-
-    def swap_parts(self) -> Composition:
-        """Return the same fractions with kicks for drifts and drifts for kicks, which has the same order."""
-        opposite: Part = "kick" if self.first == "drift" else "drift"
-        return Composition(self.name, self.order, opposite, self.fractions, self.source, self.levels)
 
     def oscillator(self, steps: Array) -> Array:
         """Return the matrices by which steps change (q, p) of the oscillator q'' = -q, shape (..., 2, 2).
@@ -250,11 +162,6 @@ def _matrices(parts: Iterable[tuple[Part, float]], steps: Array) -> Array:
     return matrices
 
 
-def _rounding(values: Sequence[float]) -> float:
-    """Return a bound on the error of a sum of numbers that are each rounded to a double."""
-    return 4e-15 + 2.0**-52 * math.fsum(map(abs, values))
-
-
 def _bisect(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:
     """Return a step between `inside`, at which a function is 0 or less, and `outside`, at which it is positive, at a
     zero."""
@@ -265,7 +172,3 @@ def _bisect(beyond: Callable[[Array], Array], inside: float, outside: float) -> 
         else:
             inside = middle
     return float(inside)
-
-
-def _wrong(name: str, fault: str, hint: str) -> UsageError:
-    return UsageError(Problem("composition", f"{name} {fault}", hint))

@@ -1,3 +1,3 @@
-"""Families of integration methods and their register; order conditions are checked at construction."""
+"""Families of integration methods and their register."""
 
 __all__ = ["adaptive", "embedded_pair", "family", "literature", "register", "runge_kutta"]

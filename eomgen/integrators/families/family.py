@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from eomgen.base.data import dataclass, field
-from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.integrators.families.needs import SystemRequirement
@@ -169,7 +168,7 @@ class LinearTransitions(NamedTuple):
 
 
 class Family(ABC):
-    """Family of integration methods; instances are methods, checked on construction."""
+    """Family of integration methods; instances are methods."""
 
     #: Name of the family and of the folder of its templates.
     family: ClassVar[str]
@@ -448,11 +447,6 @@ class Family(ABC):
             Calls of each function, factorizations and solutions of a step.
         """
         return ()
-
-
-def hold(text: str, true: bool) -> None:
-    if not true:
-        raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text} [E0334]"))
 
 
 def velocities(factors: Sequence[Any]) -> int:

@@ -1,5 +1,4 @@
-"""Runge-Kutta methods on Lie groups as data, and explicit tableaus in exact fractions: order conditions, pairs, real
-stability intervals.
+"""Runge-Kutta methods on Lie groups as data, and explicit tableaus in exact fractions: pairs, real stability intervals.
 
 Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115; Butcher, Numerical Methods for Ordinary Differential Equations (2016),
 sections 301 and 315; Hairer and Wanner, Solving Ordinary Differential Equations II (1996), section IV.2.
@@ -7,8 +6,7 @@ sections 301 and 315; Hairer and Wanner, Solving Ordinary Differential Equations
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -22,7 +20,6 @@ from eomgen.integrators.families.family import (
     LinearTransitions,
     MethodName,
     Status,
-    hold,
 )
 from eomgen.integrators.families.needs import UNCONSTRAINED
 
@@ -30,8 +27,6 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 Coefficients = tuple[Fraction, ...]
-#: A rooted tree as the sorted tuple of the subtrees at its root; a leaf is ``()``.
-Tree = tuple["Tree", ...]
 
 
 @dataclass(frozen=True)
@@ -54,11 +49,6 @@ class EmbeddedPair:
         Citations of the pair and of the extension.
     aliases : tuple of str
         Other public names.
-
-    Raises
-    ------
-    UsageError
-        An order condition is not met, by name.
     """
 
     name: str
@@ -73,112 +63,14 @@ class EmbeddedPair:
     extension_source: str
     aliases: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Check the order conditions of the pair and of its extension."""
-        check_shape(self.A, self.b, self.c)
-        stage_weights = stage_weights_of(self.A, self.c, self.order)
-        check_order(stage_weights, self.b, self.order)
-        hold("the last stage is the end of the step", self.A[-1] == self.b and self.c[-1] == 1)
-        hold("an embedded solution of lower order", 1 <= self.embedded_order < self.order)
-        hold("one embedded weight for each stage", len(self.b_hat) == len(self.b))
-        check_order(stage_weights, self.b_hat, self.embedded_order, "b^")
-        stages, degree = len(self.b), len(self.extension[0])
-        full = len(self.extension) == stages and all(len(row) == degree for row in self.extension)
-        hold("an extension of every stage, of one degree", full)
-        hold("an extension of at most the order of the step", degree <= self.order)
-        ends = all(sum(row) == weight for row, weight in zip(self.extension, self.b, strict=True))
-        hold("the extension ends with the step", ends)
-        for power, weights in enumerate(zip(*self.extension, strict=True), 1):
-            for order in range(1, degree + 1):
-                for tree in rooted_trees(order):
-                    target = Fraction(1, density(tree)) if order == power else Fraction(0)
-                    if _dot(weights, stage_weights[tree]) != target:
-                        hold(f"extension of order {order}: s^{power} of sum b(s) {text_of(tree)} = {target}", False)
-
 
 def strictly_lower(*rows: Coefficients) -> tuple[Coefficients, ...]:
     """Return a square matrix from the entries of its rows before the diagonal."""
     return tuple((*row, *(Fraction(0),) * (len(rows) - len(row))) for row in rows)
 
 
-def check_tableau(A: Sequence[Coefficients], b: Coefficients, c: Coefficients, order: int) -> None:
-    """Check the shape, row sums and order conditions of an explicit tableau. Raises UsageError."""
-    check_shape(A, b, c)
-    hold("an order of at least 1", order >= 1)
-    check_order(stage_weights_of(A, c, order), b, order)
-
-
-def check_shape(A: Sequence[Coefficients], b: Coefficients, c: Coefficients) -> None:
-    """Check that a tableau is square, explicit and has the row sums c. Raises UsageError."""
-    stages = range(len(b))
-    hold("a square tableau", len(A) == len(c) == len(b) and all(len(row) == len(b) for row in A))
-    hold("an explicit method", all(A[i][j] == 0 for i in stages for j in stages if j >= i))
-    hold("row sums: c_i = sum_j A_ij", all(sum(A[i]) == c[i] for i in stages))
-
-
-def check_order(stage_weights: Mapping[Tree, Coefficients], b: Coefficients, order: int, name: str = "b") -> None:
-    """Check that weights have an order: sum_i b_i Phi_i = 1/density for each rooted tree. Raises UsageError.
-
-    Parameters
-    ----------
-    stage_weights : Phi_i by tree
-    name : of the weights in messages
-    """
-    for vertices in range(1, order + 1):
-        for tree in rooted_trees(vertices):
-            target = Fraction(1, density(tree))
-            if _dot(b, stage_weights[tree]) != target:
-                condition = f"sum {name} {text_of(tree)}".rstrip()
-                hold(f"order {vertices}: {condition} = {target}", False)
-
-
-def stage_weights_of(A: Sequence[Coefficients], c: Coefficients, order: int) -> dict[Tree, Coefficients]:
-    """Return the stage weights (Phi_i for each stage i) of every rooted tree up to an order, by tree. Phi_i is the
-    product, over the branches at the root, of sum_j A_ij Phi_j of the branch; c_i for a leaf as a branch."""
-    weights: dict[Tree, Coefficients] = {(): (Fraction(1),) * len(c)}
-    moved: dict[Tree, Coefficients] = {(): c}
-    for tree in (tree for vertices in range(2, order + 1) for tree in rooted_trees(vertices)):
-        for branch in tree:
-            if branch not in moved:
-                moved[branch] = tuple(_dot(row, weights[branch]) for row in A)
-        weights[tree] = tuple(math.prod(parts) for parts in zip(*(moved[branch] for branch in tree), strict=True))
-    return weights
-
-
 def _dot(x: Sequence[Fraction], y: Sequence[Fraction]) -> Fraction:
     return sum((left * right for left, right in zip(x, y, strict=True) if left and right), Fraction(0))
-
-
-@cache
-def rooted_trees(vertices: int) -> tuple[Tree, ...]:
-    """Return all rooted trees with a number of vertices, bushy ones first."""
-    if vertices == 1:
-        return ((),)
-    return tuple(sorted({grown for tree in rooted_trees(vertices - 1) for grown in _with_another_leaf(tree)}))
-
-
-def _with_another_leaf(tree: Tree) -> Iterator[Tree]:
-    yield tuple(sorted((*tree, ())))
-    for index, branch in enumerate(tree):
-        for grown in _with_another_leaf(branch):
-            yield tuple(sorted((*tree[:index], grown, *tree[index + 1 :])))
-
-
-def density(tree: Tree) -> int:
-    """Return the density of a rooted tree: the product over all vertices of the size of the subtree at the vertex."""
-    return _size(tree) * math.prod(map(density, tree))
-
-
-def _size(tree: Tree) -> int:
-    return 1 + sum(map(_size, tree))
-
-
-def text_of(tree: Tree) -> str:
-    """Return the elementary weight of a tree without the factor b, for instance ``c A c^2``."""
-    leaves, branches = tree.count(()), [branch for branch in tree if branch]
-    powers = [f"c^{leaves}" if leaves > 1 else "c"] * bool(leaves)
-    moved = [f"A {text_of(branch)}" for branch in branches]
-    return " ".join([*powers, *(moved if len(moved) == 1 else [f"({text})" for text in moved])])
 
 
 @cache
@@ -232,10 +124,6 @@ class RungeKuttaMuntheKaas(Family):
     def linear_step(self) -> LinearTransitions:
         A = [list(map(float, row)) for row in self.A]
         return LinearTransitions(A, list(map(float, self.b)), list(map(float, self.c)))
-
-    def __post_init__(self) -> None:
-        hold("commutators >= order - 2, at most 2", self.order - 2 <= self.commutators <= 2)
-        check_tableau(self.A, self.b, self.c, self.order)
 
     @property
     def real_stability(self) -> float:
