@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal, localcontext
 
 from eomgen.base.messages import nearest, shown
@@ -70,42 +70,30 @@ def _recursion(order: int, forward: int) -> tuple[tuple[float, ...], tuple[tuple
             sizes = (*sides, -back * ahead, *sides)
             levels.append(tuple(map(float, sizes)))
             leapfrogs = [outer * inner for outer in sizes for inner in leapfrogs]
-        halves = [Decimal(0), *(leapfrog / 2 for leapfrog in leapfrogs), Decimal(0)]
-        between = [before + after for before, after in itertools.pairwise(halves)]
-        turns = [value for pair in zip(between, leapfrogs, strict=False) for value in pair] + [between[-1]]
-        return tuple(float(value) for value in turns), tuple(levels)
+        return _merge_leapfrogs(leapfrogs), tuple(levels)
 
 
-def _symmetric(*half: Decimal) -> tuple[float, ...]:
-    """Return a symmetric list of odd length from its first half and its middle."""
-    return tuple(float(value) for value in (*half, *half[-2::-1]))
-
-
-def _three_kicks(outer: Decimal, kick: Decimal) -> tuple[float, ...]:
-    return _symmetric(outer, kick, Decimal("0.5") - outer, 1 - 2 * kick)
-
-
-def _five_kicks(outer: Decimal, kick: Decimal, drift: Decimal, second: Decimal) -> tuple[float, ...]:
-    """Return five kicks between six drifts, or six drifts between five kicks, from the first two of each."""
-    return _symmetric(outer, kick, drift, second, Decimal("0.5") - outer - drift, 1 - 2 * (kick + second))
-
-
-def _merge_leapfrogs(*half: Decimal) -> tuple[float, ...]:
-    """Return the fractions of drifts and kicks of a symmetric product of leapfrogs, adjacent drifts merged. `half` has
-    the sizes of the first leapfrogs, up to the middle one."""
-    sizes = [*half, *half[-2::-1]]
+def _merge_leapfrogs(sizes: Sequence[Decimal]) -> tuple[float, ...]:
+    """Return the fractions of drifts and kicks of a product of leapfrogs, adjacent drifts merged."""
     halves = [Decimal(0), *(size / 2 for size in sizes), Decimal(0)]
     drifts = [before + after for before, after in itertools.pairwise(halves)]
     turns = [value for pair in zip(drifts, sizes, strict=False) for value in pair]
     return (*map(float, turns), float(drifts[-1]))
 
 
-def _even_kicks(drifts: tuple[Decimal, ...], kicks: tuple[Decimal, ...]) -> tuple[float, ...]:
-    """Return the symmetric fractions of a step with an even number of kicks between drifts. `drifts` and `kicks` are
-    the first independent ones; the remaining fractions follow from the sums, which are 1."""
-    all_kicks = [*kicks, Decimal("0.5") - sum(kicks, Decimal(0))]
-    pairs = [value for pair in zip(drifts, all_kicks, strict=True) for value in pair]
-    return _symmetric(*pairs, 1 - 2 * sum(drifts, Decimal(0)))
+def _symmetric(half: str) -> tuple[Decimal, ...]:
+    """Return a symmetric list of odd length from its first numbers, up to the middle one."""
+    numbers = tuple(map(Decimal, half.split()))
+    return *numbers, *numbers[-2::-1]
+
+
+def _completed(half: Sequence[Decimal | str]) -> tuple[float, ...]:
+    """Return the symmetric fractions of drifts and kicks in turn from the first, independent ones: the last two of the
+    first half follow from the sums, which are 1."""
+    numbers, last = list(map(Decimal, half)), len(half) % 2
+    beside, middle = (sum(numbers[first::2], Decimal(0)) for first in (last, 1 - last))
+    numbers += [Decimal("0.5") - beside, 1 - 2 * middle]
+    return tuple(float(value) for value in (*numbers, *numbers[-2::-1]))
 
 
 def _minimum_norm() -> tuple[float, ...]:
@@ -113,8 +101,7 @@ def _minimum_norm() -> tuple[float, ...]:
     with localcontext() as context:
         context.prec = _DIGITS
         root = (2 * Decimal(326).sqrt() + 36) ** (Decimal(1) / 3)
-        outer = Decimal("0.5") - root / 12 + 1 / (6 * root)
-        return _symmetric(outer, Decimal("0.5"), 1 - 2 * outer)
+        return _completed([Decimal("0.5") - root / 12 + 1 / (6 * root)])
 
 
 _OMELYAN = "Omelyan, Mryglod and Folk 2003"
@@ -128,22 +115,16 @@ _KAHAN_LI = "Kahan and Li 1997"
 _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
     "leapfrog": (2, "Verlet 1967", {"drift": (0.5, 1.0, 0.5)}),
     "minimum_norm2": (2, _OMELYAN, {"drift": _minimum_norm()}),
-    "bcss3": (2, _BLANES, {"drift": _three_kicks(Decimal("0.11888010966548"), Decimal("0.29619504261126"))}),
+    "bcss3": (2, _BLANES, {"drift": _completed(("0.11888010966548", "0.29619504261126"))}),
     "omf4": (
         4,
         _OMELYAN,
         {
-            "drift": _five_kicks(
-                Decimal("0.2750081212332419"),
-                Decimal("-0.08442961950707149"),
-                Decimal("-0.1347950099106792"),
-                Decimal("0.3549000571574260"),
+            "drift": _completed(
+                ("0.2750081212332419", "-0.08442961950707149", "-0.1347950099106792", "0.3549000571574260")
             ),
-            "kick": _five_kicks(
-                Decimal("0.08398315262876693"),
-                Decimal("0.2539785108410595"),
-                Decimal("0.6822365335719091"),
-                Decimal("-0.03230286765269967"),
+            "kick": _completed(
+                ("0.08398315262876693", "0.2539785108410595", "0.6822365335719091", "-0.03230286765269967")
             ),
         },
     ),
@@ -151,9 +132,9 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         4,
         _BLANES_MOAN,
         {
-            "drift": _even_kicks(
-                (Decimal("0.0792036964311957"), Decimal("0.353172906049774"), Decimal("-0.0420650803577195")),
-                (Decimal("0.209515106613362"), Decimal("-0.143851773179818")),
+            "drift": _completed(
+                ("0.0792036964311957", "0.209515106613362", "0.353172906049774", "-0.143851773179818",
+                 "-0.0420650803577195")
             )
         },
     ),
@@ -161,20 +142,10 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         6,
         _BLANES_MOAN,
         {
-            "drift": _even_kicks(
-                (
-                    Decimal("0.0502627644003922"),
-                    Decimal("0.413514300428344"),
-                    Decimal("0.0450798897943977"),
-                    Decimal("-0.188054853819569"),
-                    Decimal("0.541960678450780"),
-                ),
-                (
-                    Decimal("0.148816447901042"),
-                    Decimal("-0.132385865767784"),
-                    Decimal("0.067307604692185"),
-                    Decimal("0.432666402578175"),
-                ),
+            "drift": _completed(
+                ("0.0502627644003922", "0.148816447901042", "0.413514300428344", "-0.132385865767784",
+                 "0.0450798897943977", "0.067307604692185", "-0.188054853819569", "0.432666402578175",
+                 "0.541960678450780")
             )
         },
     ),
@@ -183,11 +154,8 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         _KAHAN_LI,
         {
             "drift": _merge_leapfrogs(
-                Decimal("0.39216144400731413928"),
-                Decimal("0.33259913678935943860"),
-                Decimal("-0.70624617255763935981"),
-                Decimal("0.08221359629355080023"),
-                Decimal("0.79854399093482996340"),
+                _symmetric("0.39216144400731413928 0.33259913678935943860 -0.70624617255763935981"
+                           " 0.08221359629355080023 0.79854399093482996340")
             )
         },
     ),
@@ -196,19 +164,13 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         _KAHAN_LI,
         {
             "drift": _merge_leapfrogs(
-                Decimal("0.13020248308889008088"),
-                Decimal("0.56116298177510838456"),
-                Decimal("-0.38947496264484728641"),
-                Decimal("0.15884190655515560090"),
-                Decimal("-0.39590389413323757734"),
-                Decimal("0.18453964097831570709"),
-                Decimal("0.25837438768632204729"),
-                Decimal("0.29501172360931029887"),
-                Decimal("-0.60550853383003451170"),
+                _symmetric("0.13020248308889008088 0.56116298177510838456 -0.38947496264484728641"
+                           " 0.15884190655515560090 -0.39590389413323757734 0.18453964097831570709"
+                           " 0.25837438768632204729 0.29501172360931029887 -0.60550853383003451170")
             )
         },
     ),
-}
+}  # fmt: skip  # a table
 #: Names that contain the order, and the numbers of leapfrogs on either side of the backward leapfrog.
 _BY_RULE = r"(yoshida|suzuki|creutz_gocksch)(\d+)(?:_(\d+))?"
 #: Names of compositions in other programs.
