@@ -18,11 +18,8 @@ from eomgen.simulation.stepping.settings import stepper_library, stepper_setting
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.integrators import similar_scenes
 from tests.integrators.test_taylor import SCENES as TREES
-from tests.models.cache import shared_cache
 from tests.simulation.test_angles_over_turns import model as wound_spring
 from tests.simulation.test_angles_over_turns import started
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 #: R with a moving base and an input; R3xSO3 and SO3; internal states and an input; loops on both groups; rolling.

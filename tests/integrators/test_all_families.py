@@ -15,9 +15,6 @@ import eomgen
 from eomgen.integrators.families.register import BUILT_IN, row_of
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.test_taylor import controlled_scene, pushed
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 STATES = ("t", "q", "v", "a", "z", "multipliers")
 SCENES: dict[str, Callable[[], Any]] = {

@@ -14,9 +14,6 @@ import pytest
 from tests.integrators.stepper_models import PROGRAMS
 from tests.integrators.test_rosenbrock import oscillator
 from tests.models.c_programs import printed, program
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 MAIN = (PROGRAMS / "compensated_sums.c").read_text(encoding="utf-8")
 #: The step, 2^-13, is exact in single precision.

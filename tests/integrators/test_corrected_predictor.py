@@ -14,10 +14,7 @@ from tests.integrators.stepper_models import PROGRAMS
 from tests.integrators.test_rosenbrock import error_of_strong, slopes
 from tests.integrators.test_rosenbrock import frame as frame_by_parameters
 from tests.models.c_programs import printed, program
-from tests.models.cache import shared_cache
 from tests.models.shear_frame import shear_frame
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 METHOD = "corrected_predictor"

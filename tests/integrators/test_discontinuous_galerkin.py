@@ -14,9 +14,6 @@ import eomgen
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import method_named
 from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 METHODS = tuple(ORDERS)

@@ -20,10 +20,7 @@ from eomgen.integrators.families.runge_kutta import (
     strictly_lower,
 )
 from tests.integrators.similar_scenes import rods
-from tests.models.cache import shared_cache
 from tests.oracles.orders import density, order_of_tableau, rooted_trees, weight_conditions
-
-__all__ = ["shared_cache"]
 
 SCENE = Path(__file__).parents[2] / "examples" / "spherical_pendulum" / "scene.toml"
 BOGACKI_SHAMPINE = EmbeddedPair(

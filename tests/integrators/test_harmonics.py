@@ -12,9 +12,6 @@ import eomgen
 from eomgen.base.random_inputs import road_harmonics
 from eomgen.integrators.harmonics import LEAST, PAIRS, harmonics_data
 from eomgen.pipeline.model import Model
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 #: Speed, seed and distance behind the first wheel: five inputs share frequencies, which is more than are summed side by
 #: side, and one has its own.

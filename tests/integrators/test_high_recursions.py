@@ -11,10 +11,7 @@ import pytest
 import eomgen
 from eomgen.errors import UsageError
 from eomgen.integrators.compositions import composition_named
-from tests.models.cache import shared_cache
 from tests.oracles.orders import order_of
-
-__all__ = ["shared_cache"]
 
 HIGHEST = ("yoshida12", "suzuki12", "creutz_gocksch12_1", "creutz_gocksch12_2")
 

@@ -15,14 +15,13 @@ from scipy.optimize import root
 
 import eomgen
 from tests.integrators.test_taylor import SCENES, error, model, reference
-from tests.models.cache import shared_cache
 from tests.models.distributions import distribution, register
 from tests.models.scenes import breaking_scene
 from tests.models.shear_frame import shear_frame
 
 pytestmark = pytest.mark.slow
 
-__all__ = ["register", "shared_cache"]
+__all__ = ["register"]
 
 METHOD = "implicit_midpoint"
 

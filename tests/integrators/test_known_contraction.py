@@ -11,11 +11,9 @@ import pytest
 import eomgen
 from eomgen import Solution
 from eomgen.pipeline.model import Model
-from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow
 
-__all__ = ["shared_cache"]
 
 STEPS = 4000
 

@@ -11,9 +11,6 @@ from tests.integrators.orders.checks import CHECKS
 from tests.integrators.orders.page import COMMAND, MEASURED, measured, names, page, refusals, worst_slopes, written
 from tests.integrators.orders.scenes import KINDS
 from tests.integrators.orders.slopes import declared, tolerance_of
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 TESTS = Path(__file__).parents[1]
 KNOWN = measured()

@@ -11,11 +11,9 @@ import pytest
 import eomgen
 from tests.integrators.similar_scenes import BOUND
 from tests.integrators.test_taylor import SCENES, pushed
-from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow
 
-__all__ = ["shared_cache"]
 
 ADAPTIVE, PAIR = "generalized_alpha_adaptive", "rk45_partitioned"
 EVERY: dict[str, Any] = {**SCENES, **BOUND, "four_bar": lambda: "examples/four_bar/scene.toml"}

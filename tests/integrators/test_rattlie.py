@@ -16,10 +16,7 @@ from eomgen.simulation.stepping.stepper import Stepper
 from tests.integrators import rattlie_oracle as oracle
 from tests.integrators.constrained_models import heavy_top, rolling_disc, top_solution
 from tests.integrators.stepper_models import rotation
-from tests.models.cache import shared_cache
 from tests.models.scenes import flyer
-
-__all__ = ["shared_cache"]
 
 Array = oracle.Array
 MASS, CENTER, GRAVITY = 15.0, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -9.81])

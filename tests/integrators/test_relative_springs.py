@@ -21,11 +21,9 @@ from eomgen.integrators.newton import solver
 from eomgen.integrators.newton.row_sums import with_row_sums
 from eomgen.pipeline.pipeline import build_in
 from eomgen.pipeline.step_operations import joined_coordinates
-from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow
 
-__all__ = ["shared_cache"]
 
 Links = Sequence[tuple[int, int, float | str]]
 #: Of a step of ``rosenbrock``, s.

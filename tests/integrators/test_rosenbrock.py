@@ -11,10 +11,7 @@ from numpy.typing import NDArray
 
 import eomgen
 from tests.integrators.test_taylor import error, model, reference
-from tests.models.cache import shared_cache
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 

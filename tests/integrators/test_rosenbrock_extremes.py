@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 import eomgen
 from tests.integrators.galerkin_in_numpy import SCHEMES, stepped
 from tests.integrators.test_rosenbrock import slopes
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 METHODS = ("rosenbrock", "lsrt2", "corrected_predictor", "tdg1", "tdg1_star", "tdg2", "tdg2s", "tdg3")

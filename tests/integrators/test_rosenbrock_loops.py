@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 
 import eomgen
 from tests.integrators.constrained_models import rolling_disc
-from tests.models.cache import shared_cache
 from tests.oracles.placed_loops import four_bar, parallelogram, windows
 from tests.simulation.test_singular_positions import error as error_of_windows
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 METHODS = ("rosenbrock", "lsrt2")

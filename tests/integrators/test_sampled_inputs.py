@@ -19,12 +19,10 @@ from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.stepper_models import PROGRAMS
-from tests.models.cache import shared_cache
 from tests.models.library import scene
 
 pytestmark = pytest.mark.slow
 
-__all__ = ["shared_cache"]
 
 TREE_METHODS = (
     "generalized_alpha",

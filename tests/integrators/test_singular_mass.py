@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 import eomgen
 from tests.integrators.stepper_models import PROGRAMS
 from tests.models.c_programs import printed, program
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 STIFFNESS = 100.0

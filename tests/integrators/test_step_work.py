@@ -18,10 +18,7 @@ from eomgen.pipeline import step_operations
 from eomgen.pipeline.documents import load
 from eomgen.pipeline.pipeline import derive
 from tests.integrators.executed import Executed
-from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML
-
-__all__ = ["shared_cache"]
 
 
 def operations(text: str, name: str) -> tuple[int, int, int]:

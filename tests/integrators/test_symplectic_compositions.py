@@ -15,10 +15,7 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.integrators.compositions import composition_named
 from eomgen.integrators.families.composition import NAMES
-from tests.models.cache import shared_cache
 from tests.models.lattice import LATTICES, Lattice
-
-__all__ = ["shared_cache"]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: Coarse steps at which errors of the lattice are above rounding, and fall by the order.

@@ -19,11 +19,8 @@ from scipy.special import ellipj, ellipk, erf
 import eomgen
 from eomgen.errors import EomgenError
 from eomgen.lie import product
-from tests.models.cache import shared_cache
 from tests.models.cosserat import beam_scene
 from tests.models.scenes import breaking_scene, flyer_scene, pendulum_scene
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 

@@ -10,11 +10,9 @@ import pytest
 
 import eomgen
 from eomgen.integrators.newton.signs import _parity, _pivots
-from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow
 
-__all__ = ["shared_cache"]
 
 #: gamma of each method: what grows with a rate above 1/(gamma h) is lost.
 GAMMA = {

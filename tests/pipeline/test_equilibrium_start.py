@@ -14,9 +14,6 @@ import eomgen
 from eomgen.cli import main
 from eomgen.lie.numeric import rotation_matrix
 from tests.codegen.test_stand_alone import compiled, run
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 SERVO = """
 format = 1

@@ -16,10 +16,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.errors import ModelError
 from eomgen.results.plots import draw
-from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice
-
-__all__ = ["shared_cache"]
 
 CELLS = 12
 #: Slopes of the potentials.

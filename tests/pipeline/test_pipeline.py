@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum
-
-__all__ = ["shared_cache"]
 
 
 def test_nested_data_go_the_road_of_a_scene_file() -> None:

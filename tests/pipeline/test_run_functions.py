@@ -15,9 +15,6 @@ from eomgen.pipeline.documents import load
 from eomgen.pipeline.pipeline import build_in, derive
 from eomgen.system.system import System
 from eomgen.system.terms import Selection
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 ARM, QUARTER, FOUR_BAR, SERVO, BALL, SHAKEN, SLIDER = (
     f"examples/{name}/scene.toml"

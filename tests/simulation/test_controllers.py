@@ -15,12 +15,8 @@ from scipy.linalg import expm
 
 import eomgen
 from eomgen.cli import main
-from tests.models.cache import shared_cache
 from tests.models.library import scene, scene_file
 from tests.simulation.rails import built, on_rail
-
-__all__ = ["shared_cache"]
-
 
 CONTROLLERS: dict[str, Any] = {
     "motor": {"type": "low_pass", "signal": "servo", "gain": 0.9, "time_constant": 0.02, "initial": 0.4},

@@ -11,10 +11,7 @@ import eomgen
 from eomgen.errors import UsageError
 from eomgen.pipeline.model import Model
 from eomgen.scene.builder import SceneBuilder
-from tests.models.cache import shared_cache
 from tests.simulation.rails import built, on_rail
-
-__all__ = ["shared_cache"]
 
 STEP = 0.01
 

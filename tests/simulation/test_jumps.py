@@ -15,9 +15,6 @@ import pytest
 import eomgen
 from eomgen.mechanics.derive import derive
 from tests.codegen.test_stand_alone import compiled, run
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 STIFFNESS, DAMPING, START = 25.0, 0.4, 0.1
 LATE = 0.503

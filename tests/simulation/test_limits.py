@@ -7,9 +7,6 @@ from functools import cache
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 @cache

@@ -12,10 +12,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from tests.codegen.test_stand_alone import compiled, run
-from tests.models.cache import shared_cache
 from tests.simulation.rails import on_rail
-
-__all__ = ["shared_cache"]
 
 #: Rows of outputs at the start and after each call of two steps.
 DRIVER = (Path(__file__).parent / "rows_of_outputs.c").read_text(encoding="utf-8")

@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.oracles.semi_active import clipped, skyhook
 from tests.simulation.rails import built
-
-__all__ = ["shared_cache"]
 
 LIMITS = {"softest": 300.0, "hardest": 3000.0}
 
