@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     WriteProgram = Callable[[BeginLibrary], tuple[Program, str]]
 
 _LOG = Log(__name__)
+#: Operations of all functions from which on compilers begin with the stepper before the functions are scheduled.
+_LONG = 4500
 #: Added to the content of a library with the functions that runs call.
 _OF_RUNS = b"\0of runs"
 
@@ -143,7 +145,7 @@ class LibraryJob:
                 return program
         if builder.profile.on_tape:
             self._begin_on_tape(program)
-        elif builder.profile.split and sum(counts[name].flops for name in functions) >= 4500:
+        elif builder.profile.split and sum(counts[name].flops for name in functions) >= _LONG:
             self._begin_stepper(program, {f"{program.prefix}.c"})
         return None
 

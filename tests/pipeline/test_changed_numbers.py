@@ -15,25 +15,14 @@ import pytest
 
 import eomgen
 from benchmarks.build_scenes import seven_bodies
-from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.scheduling import scheduler
 from eomgen.codegen.targets.c import target
-from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
-from eomgen.codegen.targets.c.target import generate_files, generate_interface
-from eomgen.codegen.targets.register import C
 from eomgen.errors import ToolchainError
 from eomgen.pipeline import structures
 from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import build_in, build_reproducible
-from eomgen.pipeline.programs import write_program
-from eomgen.pipeline.requests import ProgramRequest
-from eomgen.pipeline.scenes import SCENES
-from eomgen.system.terms import Selection
+from eomgen.pipeline.pipeline import build_in
 from eomgen.toolchain import compiler
-from eomgen.toolchain.builder import Builder
-from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
-from tests.codegen.hand_made import call
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Change = Callable[[dict[str, Any]], None]
@@ -101,7 +90,6 @@ def _texts(model: Model) -> dict[str, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.slow_cases("_other_start")
 @pytest.mark.parametrize("change", [_other_mass, _mass_of_a_power_of_two, _other_start])
 def test_a_changed_number_compiles_and_schedules_nothing(
     change: Change, compiled: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -152,29 +140,6 @@ def test_a_changed_mass_needs_no_compiler(profile: str, tmp_path: Path, monkeypa
     assert first.mass(np.array([0.3]))[0, 0] == pytest.approx(0.21 + 1.7 * (0.31**2 + 0.5**2), rel=1e-14)
     with pytest.raises(ToolchainError):
         build_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile=profile)
-
-
-@pytest.mark.slow
-def test_generated_c_has_its_numbers_in_the_text_and_the_same_bits(tmp_path: Path) -> None:
-    build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
-    scene = copy.deepcopy(PENDULUM)
-    _other_mass(scene)
-    model = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
-    request = ProgramRequest(eomgen.load(scene), SCENES, Selection(None, "scene"), "generalized_alpha")
-    program, _ = write_program(request, C, build_reproducible)
-    files = generate_files(program)
-    files |= generate_interface(program, files)
-    assert "pair_numbers.c" not in files
-    generated = Builder("quick", cache=Cache(tmp_path)).build(
-        b"generated", files, INTERFACE_CDEF, interface_layout(program)
-    )
-    random = np.random.default_rng(2)
-    for function in generated.layout["functions"]:
-        inputs = {
-            name: random.random(size) for name, size in zip(function["inputs"], function["input_sizes"], strict=True)
-        }
-        expected = [item.tobytes() for item in call(model.library, function["name"], inputs)]
-        assert [item.tobytes() for item in call(generated, function["name"], inputs)] == expected
 
 
 def _heavier_rod(scene: dict[str, Any]) -> None:

@@ -14,30 +14,28 @@ import eomgen
 from eomgen.cli import main
 from eomgen.lie.numeric import rotation_matrix
 from tests.codegen.test_stand_alone import compiled, run
+from tests.models.library import scene_text
 
-SERVO = """
-format = 1
-name = "servo"
-[parameters.load]
-value = 2.0
-unit = "kg"
-tunable = true
-[bodies.slide]
-mass = "load"
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "slide"
-axis = [0, 0, 1]
-initial = { position = 0.3 }
-[states.held]
-rate = "(500 * q.rail - held) / 0.1"
-[efforts.spring]
-joint = "rail"
-effort = "-held - 40 * v.rail"
-[simulation]
-start = "equilibrium"
-"""
+SERVO = scene_text(
+    "oscillator",
+    name="servo",
+    gravity=None,
+    parameters={"load": {"value": 2.0, "unit": "kg", "tunable": True}},
+    bodies__cart__mass="load",
+    joints={
+        "rail": {
+            "type": "prismatic",
+            "parent": "base",
+            "child": "cart",
+            "axis": [0, 0, 1],
+            "initial": {"position": 0.3},
+        }
+    },
+    states={"held": {"rate": "(500 * q.rail - held) / 0.1"}},
+    efforts={"spring": {"joint": "rail", "effort": "-held - 40 * v.rail"}},
+    outputs=None,
+    simulation={"start": "equilibrium"},
+)
 
 
 def four_bar(start: str) -> eomgen.Scene:

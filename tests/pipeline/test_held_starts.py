@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,44 +14,20 @@ from eomgen.compiled.consistent_states import consistent_samples
 from eomgen.compiled.initial_state import starts_of, values_by_joint
 from eomgen.system.description import LOST
 
-FOUR_BAR = """
-format = 1
-name = "four_bar"
-bodies.crank = {{ mass = 1, inertia = [0.1, 0.1, 0.1], center_of_mass = [0.5, 0, 0] }}
-bodies.coupler = {{ mass = 2, inertia = [0.1, 0.1, 0.1], center_of_mass = [1, 0, 0] }}
-bodies.rocker = {{ mass = 2, inertia = [0.1, 0.1, 0.1], center_of_mass = [1, 0, 0] }}
-parameters.width = {{ value = 3.0, unit = "m", tunable = true }}
-{coordinates}
-[joints.crank]
-type = "revolute"
-parent = "base"
-child = "crank"
-axis = [0, 1, 0]
-initial = {{ position = -1.2, velocity = 5.236{hold} }}
-[joints.coupler]
-type = "revolute"
-parent = "crank"
-child = "coupler"
-axis = [0, 1, 0]
-position = [1, 0, 0]
-{coupler}
-[joints.rocker]
-type = "revolute"
-parent = "base"
-child = "rocker"
-axis = [0, 1, 0]
-position = ["width", 0, 0]
-{rocker}
-[constraints.loop]
-type = "revolute"
-first = {{ body = "coupler", position = [2.5, 0, 0], axis = [0, 1, 0] }}
-second = {{ body = "rocker", position = [2, 0, 0], axis = [0, 1, 0] }}
-"""
 
-
-def built(*, hold: str = "", coupler: str = "", rocker: str = "", coordinates: str = "") -> Any:
-    text = FOUR_BAR.format(hold=hold, coupler=coupler, rocker=rocker, coordinates=coordinates)
-    return eomgen.build(tomllib.loads(text), profile="quick")
+def built(*, hold: bool | None = None, coupler: Any = None, rocker: Any = None, coordinates: str = "joint") -> Any:
+    """Return a linkage of four bars with starts of its joints."""
+    builder = eomgen.SceneBuilder("four_bar", coordinates=coordinates).parameter("width", 3.0, unit="m", tunable=True)
+    crank = {"position": -1.2, "velocity": 5.236} | ({} if hold is None else {"hold": hold})
+    for name, parent, place, start in (
+        ("crank", "base", 0, crank), ("coupler", "crank", 1, coupler), ("rocker", "base", "width", rocker)
+    ):  # fmt: skip  # a table
+        mass, center = (1, 0.5) if name == "crank" else (2, 1)
+        builder.body(name, mass, inertia=[0.1, 0.1, 0.1], center_of_mass=[center, 0, 0])
+        given = {} if start is None else {"initial": start}
+        builder.joint(name, "revolute", parent, name, axis=[0, 1, 0], position=[place, 0, 0], **given)
+    ends = ({"body": name, "position": [at, 0, 0], "axis": [0, 1, 0]} for name, at in (("coupler", 2.5), ("rocker", 2)))
+    return eomgen.build(builder.constraint("loop", "revolute", *ends).build(), profile="quick")
 
 
 def follows(q: Any, v: Any, width: float = 3.0) -> float:
@@ -76,7 +51,7 @@ def test_lost_values_that_could_be_held_are_in_the_message() -> None:
     assert run.message.endswith("; try: hold = true to keep v.crank, q.crank") or run.message.endswith(
         "; try: hold = true to keep q.crank, v.crank"
     )
-    held = built(hold=", hold = true").simulate(0.01, 1e-3)
+    held = built(hold=True).simulate(0.01, 1e-3)
     assert (held.q[0][0], held.v[0][0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
     assert "hold" not in held.message
 
@@ -93,20 +68,20 @@ def test_corrections_keep_their_codes_over_a_checkpoint(tmp_path: Path) -> None:
 
 def test_guesses_of_a_loop_are_no_lost_values() -> None:
     """Two positions choose one of the two ways to close the loop: the run says nothing."""
-    model = built(rocker="initial = { position = -1.6 }", coupler="initial = { position = 1.5 }")
+    model = built(rocker={"position": -1.6}, coupler={"position": 1.5})
     message = model.simulate(0.01, 1e-3, initial={"crank": {"position": -1.2, "velocity": 0.0}}).message
     assert "hold" not in message
 
 
 @pytest.mark.slow
 def test_lost_velocities_of_bodies_in_absolute_coordinates_are_in_the_message() -> None:
-    message = built(coordinates='coordinates = "absolute"').simulate(0.01, 1e-3).message
+    message = built(coordinates="absolute").simulate(0.01, 1e-3).message
     assert "; corrected onto the constraints: " in message and "hold = true to keep " in message
 
 
 @pytest.mark.slow
 def test_held_values_are_kept_where_others_are_written_as_well() -> None:
-    model = built(hold=", hold = true", rocker="initial = { position = -1.6 }")
+    model = built(hold=True, rocker={"position": -1.6})
     assert (model.initial_q[0], model.initial_v[0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
     assert follows(model.initial_q, model.initial_v) < 1e-9
 
@@ -114,13 +89,13 @@ def test_held_values_are_kept_where_others_are_written_as_well() -> None:
 @pytest.mark.slow
 def test_values_that_cannot_be_held_are_refused() -> None:
     with pytest.raises(eomgen.ModelError, match="no hold of the initial state of crank, rocker"):
-        built(hold=", hold = true", rocker="initial = { position = -1.6, hold = true }")
+        built(hold=True, rocker={"position": -1.6, "hold": True})
     with pytest.raises(
         eomgen.DescriptionError, match=r"joints.rocker.initial.hold\): no position or velocity is given"
     ):
-        built(rocker="initial = { hold = true }")
+        built(rocker={"hold": True})
     with pytest.raises(eomgen.DescriptionError, match="no coordinates of joints that could be held"):
-        built(hold=", hold = true", coordinates='coordinates = "absolute"')
+        built(hold=True, coordinates="absolute")
 
 
 def test_starts_of_joints_are_given_by_their_coordinates_too() -> None:
@@ -138,7 +113,7 @@ def test_starts_of_joints_are_given_by_their_coordinates_too() -> None:
 
 
 def test_starts_of_runs_are_kept_and_held() -> None:
-    model = built(rocker="initial = { position = -1.6 }")
+    model = built(rocker={"position": -1.6})
     run = model.simulate(0.01, 1e-3, initial={"crank": {"position": -1.0, "velocity": 3.0, "hold": True}})
     assert (run.q[0][0], run.v[0][0]) == pytest.approx((-1.0, 3.0), abs=1e-12)
     assert follows(run.q[0], run.v[0]) < 1e-9
@@ -153,7 +128,7 @@ def test_starts_of_runs_are_kept_and_held() -> None:
 
 
 def test_samples_start_as_single_runs_do() -> None:
-    model, widths = built(hold=", hold = true"), np.array([[2.9], [3.05], [9.0]])
+    model, widths = built(hold=True), np.array([[2.9], [3.05], [9.0]])
     starts = starts_of(model, None)
     q, v = (np.repeat(np.array(model.library.layout[name])[np.newaxis], 3, axis=0) for name in ("asked_q", "asked_v"))
     found = consistent_samples(model, q, v, 0.0, widths, starts)

@@ -127,20 +127,6 @@ def test_another_process_finds_the_library_of_runs_and_compiles_the_rest_when_it
 
 
 @pytest.mark.slow
-def test_a_checkpoint_of_the_library_of_runs_is_resumed_by_the_whole_one(
-    build: Build, release: threading.Event, tmp_path: Path
-) -> None:
-    model = build()
-    model.simulate(0.02, checkpoint=tmp_path / "run.ckpt")
-    release.set()
-    model.finish_compilation()
-    other = build()
-    assert not other.library.lacking
-    resumed = other.resume(tmp_path / "run.ckpt", 0.04)
-    assert resumed.q[-1].tobytes() == other.simulate(0.04).q[-1].tobytes()
-
-
-@pytest.mark.slow
 def test_faults_of_the_rest_are_raised_by_the_call_of_a_function_that_is_missing(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,25 +13,15 @@ from eomgen.cli import main
 from eomgen.compiled.equations import has_residual_partials, residual_partials
 from eomgen.pipeline.documents import load
 from eomgen.pipeline.pipeline import build_in, derive
-from eomgen.system.system import System
 from eomgen.system.terms import Selection
+from tests.models.library import scene
 
-ARM, QUARTER, FOUR_BAR, SERVO, BALL, SHAKEN, SLIDER = (
-    f"examples/{name}/scene.toml"
-    for name in (
-        "robot_arm",
-        "active_quarter_car",
-        "four_bar",
-        "pi_servo",
-        "bouncing_ball",
-        "pendulum_on_shaking_base",
-        "elastic_slider_crank",
-    )
-)
+NAMES = "robot_arm active_quarter_car four_bar pi_servo bouncing_ball pendulum_on_shaking_base elastic_slider_crank"
+ARM, QUARTER, FOUR_BAR, SERVO, BALL, SHAKEN, SLIDER = (f"examples/{name}/scene.toml" for name in NAMES.split())
 
 
-def of_run(scene: Any, method: str | None = None, start: str = "initial") -> eomgen.Model:
-    return build_in(None, scene, None, method, "quick", start=start)
+def of_run(data: Any, method: str | None = None, start: str = "initial") -> eomgen.Model:
+    return build_in(None, data, None, method, "quick", start=start)
 
 
 @pytest.mark.slow
@@ -41,10 +31,6 @@ def test_functions_that_runs_do_not_call_are_left_out() -> None:
     assert set(implicit.terms) == {*explicit.terms, "residual", "partials"}
     left_out = set(eomgen.build(ARM, profile="quick").terms) - set(implicit.terms)
     assert left_out == {"coupling", "inverse_dynamics", "twists"}
-
-
-def _flops(system: System, functions: list[str]) -> int:
-    return sum(system.counts[name].flops for name in functions)
 
 
 #: Additions and multiplications in all functions of a model, and in those that its runs call. They may only fall.
@@ -60,16 +46,17 @@ BUDGETS = {
 @pytest.mark.parametrize(("path", "method"), BUDGETS)
 def test_operations_in_the_functions_of_a_run(path: str, method: str) -> None:
     system, model = derive(load(path)), of_run(path, method)
-    assert (_flops(system, list(system.functions)), _flops(system, list(model.functions.names))) == BUDGETS[
-        path, method
-    ]
+    found = tuple(
+        sum(system.counts[name].flops for name in names) for names in (system.functions, model.functions.names)
+    )
+    assert found == BUDGETS[path, method]
 
 
 @pytest.mark.slow_cases("examples/pi_servo/scene.toml")
 @pytest.mark.parametrize("path", [SERVO, *(pytest.param(path, marks=pytest.mark.slow) for path in (FOUR_BAR, SLIDER))])
 def test_partials_of_runs_come_from_nonzeros_alone_if_steps_take_these(path: str) -> None:
-    scene = load(path)
-    whole, short = eomgen.build(scene, ["partials"], profile="quick"), of_run(scene, "generalized_alpha")
+    data = load(path)
+    whole, short = eomgen.build(data, ["partials"], profile="quick"), of_run(data, "generalized_alpha")
     assert "iteration" in short.functions
     assert "partials" not in short.functions
     assert has_residual_partials(short)
@@ -99,10 +86,10 @@ def test_partials_of_runs_come_from_nonzeros_alone_if_steps_take_these(path: str
     ],
 )
 def test_a_run_is_the_same_to_the_bit_and_says_the_same(path: str, method: str, steps: int) -> None:
-    scene = load(path)
-    whole, short = eomgen.build(scene, method=method, profile="quick"), of_run(scene, method)
+    data = load(path)
+    whole, short = eomgen.build(data, method=method, profile="quick"), of_run(data, method)
     assert set(short.terms) < set(whole.terms)
-    end = steps * scene.simulation.step
+    end = steps * data.simulation.step
     one, other = (model.simulate(end, method=method) for model in (whole, short))
     assert other.message == one.message
     assert other.metadata == one.metadata
@@ -125,25 +112,11 @@ def test_a_run_from_equilibrium_has_what_finds_it() -> None:
 
 @pytest.mark.slow
 def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> None:
-    data = {
-        "format": 1,
-        "name": "damped",
-        "bodies": {"one": {"mass": 2.0}, "two": {"mass": 0.5}},
-        "joints": {
-            "first": {"type": "prismatic", "parent": "base", "child": "one", "axis": [1, 0, 0], "damping": 100.0},
-            "second": {"type": "prismatic", "parent": "one", "child": "two", "axis": [1, 0, 0], "damping": 3000.0},
-        },
-    }
+    data = scene("oscillator", joints__slide__damping=3000.0)
     whole, short = eomgen.build(data, method="rk4", profile="quick"), of_run(data, "rk4")
     assert "partials" in whole.functions
     assert "partials" not in short.functions
-    # relative motion: 3000 N s/m on the reduced mass of 0.4 kg, and the softer damper adds a little
-    M, C = np.array([[2.5, 0.5], [0.5, 0.5]]), np.diag([100.0, 3000.0])
-    fastest = float(np.linalg.eigvals(np.linalg.solve(M, C)).real.max())
-    said = (
-        f"damping or friction of second decays at up to {fastest:.3g} 1/s at t = 0 s, too fast for an explicit method"
-    )
-    assert f"{fastest:.3g}" == "7.51e+03"
+    said = "damping or friction of slide decays at up to 3e+03 1/s at t = 0 s, too fast for an explicit method"
     for model in (whole, short):
         assert said in model.simulate(1e-3, 1e-3).message
         assert "too fast" not in model.simulate(1e-3, 1e-5).message
@@ -151,13 +124,7 @@ def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> No
 
 @pytest.mark.slow
 def test_a_failed_run_names_the_first_block_that_is_not_finite_all_the_same() -> None:
-    data = {
-        "format": 1,
-        "name": "pole",
-        "bodies": {"one": {"mass": 2.0}},
-        "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "one", "axis": [1, 0, 0]}},
-        "efforts": {"motor": {"joint": "rail", "effort": "log(0.001 - t)"}},
-    }
+    data = scene("oscillator", efforts__motor={"joint": "slide", "effort": "log(0.001 - t)"})
     whole, short = eomgen.build(data, method="rk4", profile="quick"), of_run(data, "rk4")
     one, other = (model.simulate(0.01, 1e-4) for model in (whole, short))
     assert not one.success

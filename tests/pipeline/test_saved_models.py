@@ -162,22 +162,18 @@ def test_files_that_are_damaged_or_none_say_so(saved: Path, elsewhere: Path) -> 
         eomgen.load_model(changed(saved, elsewhere, lambda metadata: metadata.update(format=2)))
 
 
-@pytest.mark.slow_cases("rule_with_data", "method_of_an_entry")
+@pytest.mark.slow_cases("rule_with_data", "method_of_an_entry", "law_in_c")
 @pytest.mark.parametrize(
     "path",
-    ["examples/bouncing_ball/scene.toml", "examples/duffing_random_excitation/system/oscillator.toml"],
-    ids=["rule_with_data", "method_of_an_entry"],
+    [
+        "bouncing_ball/scene.toml",
+        "duffing_random_excitation/system/oscillator.toml",
+        "car_in_side_wind/system/car.toml",
+    ],
+    ids=["rule_with_data", "method_of_an_entry", "law_in_c"],
 )
 def test_functions_of_rules_and_entries_are_kept(path: str, tmp_path: Path) -> None:
-    model = eomgen.build(path, profile="instant")
-    again = eomgen.load_model(model.save(tmp_path / "model.eomgen"))
-    runs = [item.simulate(0.02, 1e-3, error_estimate=False) for item in (model, again)]
-    assert np.array_equal(runs[0].q, runs[1].q)
-
-
-@pytest.mark.slow
-def test_laws_in_c_are_kept(tmp_path: Path) -> None:
-    model = eomgen.build("examples/car_in_side_wind/system/car.toml", profile="quick")
+    model = eomgen.build(f"examples/{path}.toml", profile="quick")
     again = eomgen.load_model(model.save(tmp_path / "model.eomgen"))
     runs = [item.simulate(0.02, 1e-3, error_estimate=False) for item in (model, again)]
     assert np.array_equal(runs[0].q, runs[1].q)

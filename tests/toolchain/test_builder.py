@@ -179,16 +179,6 @@ def test_a_cached_library_loads_without_cffi_sympy_and_jinja(tmp_path: Path) -> 
     )
 
 
-def test_a_library_with_a_broken_layout_is_built_again(tmp_path: Path) -> None:
-    file = build(tmp_path, "abi").folder / "layout.json"
-    file.unlink()
-    file.write_bytes(b"garbage")
-    y = np.zeros(1)
-    build(tmp_path, "abi").call("f", [np.ones(1), np.ones(2)], [y])
-    assert y[0] == 11.0
-    assert len(list((tmp_path / "quarantine").iterdir())) == 1
-
-
 def test_a_consistent_entry_that_is_no_library_is_built_again(tmp_path: Path) -> None:
     builder = Builder("quick", mode="abi", cache=Cache(tmp_path))
 
@@ -213,20 +203,6 @@ def test_without_python_headers_the_abi_mode_serves(tmp_path: Path, monkeypatch:
     assert build(tmp_path).mode == "abi"
     with pytest.raises(ToolchainError, match=r"Python\.h is missing.*try: apt install python3-dev, or mode abi"):
         Builder("quick", mode="api", cache=Cache(tmp_path))
-
-
-def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:
-    first = build(tmp_path)
-    second = build(
-        tmp_path,
-        content=b"other",
-        files={**FILES, "model.c": FILES["model.c"].replace("10 *", "20 *").replace("f00d", "beef")},
-    )
-    y = np.zeros(1)
-    first.call("f", [np.zeros(1), np.ones(2)], [y])
-    assert (y[0], first.fingerprint) == (10.0, "f00d")
-    second.call("f", [np.zeros(1), np.ones(2)], [y])
-    assert (y[0], second.fingerprint) == (20.0, "beef")
 
 
 @pytest.mark.slow

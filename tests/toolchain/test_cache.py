@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,7 +19,9 @@ import platformdirs
 import pytest
 
 from eomgen.base import locks
-from eomgen.toolchain.cache import Cache, default_folder
+from eomgen.errors import ToolchainError
+from eomgen.toolchain.cache import ABANDONED_AFTER, KEPT, Cache, default_folder
+from tests.toolchain.fire import left_in
 
 
 def fill(text: str = "content"):
@@ -38,40 +41,36 @@ def test_an_entry_comes_back_and_others_do_not(tmp_path: Path) -> None:
     assert cache.get("b" * 64) is None
 
 
-@pytest.mark.parametrize("damage", ["change", "remove", "meta", "empty_meta", "no_meta"])
+#: Part of an entry, and what is put in its place.
+DAMAGES: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "changed": ("data.txt", lambda place: place.write_text("c0ntent", encoding="utf-8")),
+    "emptied": ("data.txt", Path.touch),
+    "removed": ("data.txt", lambda place: None),
+    "a folder for a file": ("data.txt", Path.mkdir),
+    "a link to nowhere for a file": ("data.txt", lambda place: place.symlink_to(place.parent / "nowhere")),
+    "another manifest": ("entry.json", lambda place: place.write_text('{"files": 3}', encoding="utf-8")),
+    "an empty manifest": ("entry.json", Path.touch),
+    "a manifest of zeros": ("entry.json", lambda place: place.write_bytes(bytes(200))),
+    "no manifest": ("entry.json", lambda place: None),
+    "a folder for a manifest": ("entry.json", Path.mkdir),
+    "a link to nowhere": ("", lambda place: place.symlink_to(place.parent / "nowhere")),
+    "a link to itself": ("", lambda place: place.symlink_to(place)),
+    "a file": ("", Path.touch),
+    "an empty folder": ("", Path.mkdir),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_entry_is_put_aside_and_can_be_built_again(damage: str, tmp_path: Path) -> None:
-    cache = Cache(tmp_path)
-    entry = cache.put("key", fill())
-    if damage == "change":
-        entry.file("data.txt").write_text("c0ntent", encoding="utf-8")
-    elif damage == "remove":
-        entry.file("data.txt").unlink()
-    elif damage == "meta":
-        entry.file("entry.json").write_text('{"files": 3}', encoding="utf-8")
-    elif damage == "empty_meta":
-        entry.file("entry.json").write_text("", encoding="utf-8")
-    else:
-        entry.file("entry.json").unlink()
+    cache, (part, change) = Cache(tmp_path), DAMAGES[damage]
+    place = cache.put("key", fill()).folder / part
+    shutil.rmtree(place) if place.is_dir() else place.unlink()
+    change(place)
     assert cache.get("key") is None
     assert not (tmp_path / "key").exists()
     assert len(list((tmp_path / "quarantine").iterdir())) == 1
     assert cache.put("key", fill("again")).text("data.txt") == "again"
     assert cache.get("key") is not None
-
-
-def test_a_failed_build_leaves_no_entry_but_its_sources(tmp_path: Path) -> None:
-    cache = Cache(tmp_path)
-
-    def build(folder: Path) -> None:
-        (folder / "model.c").write_text("int x", encoding="utf-8")
-        raise RuntimeError("no luck")
-
-    for _ in range(2):
-        with pytest.raises(RuntimeError, match="no luck"):
-            cache.put("key", build)
-    assert cache.get("key") is None
-    assert (cache.failed_folder("key") / "model.c").read_text(encoding="utf-8") == "int x"
-    assert [path.name for path in tmp_path.iterdir()] == ["failed"]
 
 
 def test_the_least_recently_used_go_first(tmp_path: Path) -> None:
@@ -123,20 +122,37 @@ def test_a_record_of_sizes_that_is_damaged_or_wrong_is_made_anew(tmp_path: Path,
     assert cache.get("key11") is not None
 
 
-def test_leftovers_of_ended_processes_are_removed_and_of_living_ones_kept(tmp_path: Path) -> None:
+def test_only_builds_that_nobody_holds_are_cleared_away(tmp_path: Path) -> None:
     cache = Cache(tmp_path)
-    for name, age in (("old", 120.0), ("young", 0.0)):
-        folder = tmp_path / f"tmp-{name}"
-        folder.mkdir()
-        (folder / "model.c").write_text("int x", encoding="utf-8")
-        os.utime(folder, (time.time() - age,) * 2)
-    shelf = tmp_path / "quarantine"
-    for number in range(10):
-        (shelf / str(number)).mkdir(parents=True)
-        os.utime(shelf / str(number), (1e9 + number,) * 2)
-    cache.put("key", fill())
-    assert [path.name for path in tmp_path.glob("tmp-*")] == ["tmp-young"]
-    assert {path.name for path in shelf.iterdir()} == {str(number) for number in range(2, 10)}
+    ages = {"tmp-held": 2 * ABANDONED_AFTER, "tmp-young": 0.0, "tmp-left": 2 * ABANDONED_AFTER}
+    for name, age in ages.items():
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (time.time() - age,) * 2)
+    held = locks.hold(tmp_path / "tmp-held")
+    assert held is not None
+    try:
+        cache.put("key", lambda folder: None)
+    finally:
+        os.close(held)
+    assert left_in(tmp_path)["tmp"] == ["tmp-held", "tmp-young"]
+
+
+def test_damaged_and_failed_builds_are_kept_for_a_while_only(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+
+    def fail(folder: Path) -> None:
+        raise ToolchainError("no luck")
+
+    for number in range(KEPT + 3):
+        (cache.put(f"key{number}", lambda folder: None).folder / "entry.json").write_text("", encoding="utf-8")
+        assert cache.get(f"key{number}") is None
+        with pytest.raises(ToolchainError):
+            cache.put(f"bad{number}", fail)
+        os.utime(cache.failed_folder(f"bad{number}"), (number, number))
+    cache.put("last", lambda folder: None)
+    left = left_in(tmp_path)
+    assert len(left["quarantine"]) == KEPT
+    assert sorted(left["failed"]) == sorted(f"bad{number}" for number in range(3, KEPT + 3))
 
 
 def test_an_entry_larger_than_the_limit_still_serves_its_maker(tmp_path: Path) -> None:
@@ -238,28 +254,6 @@ def test_an_entry_of_another_user_stays_and_the_model_is_built_in_a_temporary_fo
         again = cache.get("key")
         assert again is not None and again.text("data.txt") == "of the second"
     assert entry.text("data.txt") == "of the first user" and not (tmp_path / "quarantine").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root takes the part of two users")
-def test_two_users_share_a_folder() -> None:
-    shared = Path(tempfile.mkdtemp())  # the folders of the tests are for root alone
-    shared.chmod(0o777)
-    script = (
-        "import os, sys\nfrom pathlib import Path\nfrom eomgen.toolchain.cache import Cache\n"
-        "import encodings.ascii, tempfile  # the user may not read Python's folder\n"
-        "os.setgid(int(sys.argv[2])); os.setuid(int(sys.argv[2]))\ncache = Cache(sys.argv[1])\n"
-        "def build(folder):\n    (folder / 'data.txt').write_text(sys.argv[2])\n"
-        "with cache.claim('key'):\n    entry = cache.get('key') or cache.put('key', build)\n"
-        "print(entry.text('data.txt'))\n"
-    )
-    for user in ("54321", "54322", "54321"):
-        done = subprocess.run(
-            [sys.executable, "-c", script, str(shared), user], capture_output=True, text=True, check=False
-        )
-        assert (done.returncode, done.stdout) == (0, f"{user}\n"), done.stderr
-        assert ("building in" in done.stderr) == (user == "54322")
-    shutil.rmtree(shared)
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root takes the part of two users")

@@ -8,18 +8,16 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from eomgen.base import locks
-from eomgen.base.locks import hold
 from eomgen.errors import ToolchainError
 from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain.builder import Builder
-from eomgen.toolchain.cache import ABANDONED_AFTER, KEPT, Cache
+from eomgen.toolchain.cache import ABANDONED_AFTER, Cache
 from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
 from tests.toolchain.fire import (
     NOTHING_LEFT,
@@ -123,39 +121,6 @@ def test_without_locks_everybody_builds_for_himself(tmp_path: Path, monkeypatch:
 # -- what killed and failed builds leave -------------------------------------------------------------------------------
 
 
-def test_only_builds_that_nobody_holds_are_cleared_away(tmp_path: Path) -> None:
-    cache = Cache(tmp_path)
-    ages = {"tmp-held": 2 * ABANDONED_AFTER, "tmp-young": 0.0, "tmp-left": 2 * ABANDONED_AFTER}
-    for name, age in ages.items():
-        (tmp_path / name).mkdir()
-        os.utime(tmp_path / name, (time.time() - age,) * 2)
-    held = hold(tmp_path / "tmp-held")
-    assert held is not None
-    try:
-        cache.put("key", lambda folder: None)
-    finally:
-        os.close(held)
-    assert left_in(tmp_path)["tmp"] == ["tmp-held", "tmp-young"]
-
-
-def test_damaged_and_failed_builds_are_kept_for_a_while_only(tmp_path: Path) -> None:
-    cache = Cache(tmp_path)
-
-    def fail(folder: Path) -> None:
-        raise ToolchainError("no luck")
-
-    for number in range(KEPT + 3):
-        (cache.put(f"key{number}", lambda folder: None).folder / "entry.json").write_text("", encoding="utf-8")
-        assert cache.get(f"key{number}") is None
-        with pytest.raises(ToolchainError):
-            cache.put(f"bad{number}", fail)
-        os.utime(cache.failed_folder(f"bad{number}"), (number, number))
-    cache.put("last", lambda folder: None)
-    left = left_in(tmp_path)
-    assert len(left["quarantine"]) == KEPT
-    assert sorted(left["failed"]) == sorted(f"bad{number}" for number in range(3, KEPT + 3))
-
-
 def test_interrupted_builds_leave_nothing(tmp_path: Path) -> None:
     def interrupted(folder: Path) -> None:
         raise KeyboardInterrupt
@@ -236,60 +201,9 @@ def the_library(entry: Path) -> Path:
     return found
 
 
-def the_manifest(entry: Path) -> Path:
-    return entry / "entry.json"
-
-
 def rewritten(file: Path, content: bytes) -> None:
     file.unlink()  # a library that is loaded is not to change under its users
     file.write_bytes(content)
-
-
-def in_the_place(file: Path, place: Callable[[Path], object]) -> None:
-    """Put something else in the place of a file or folder."""
-    shutil.rmtree(file) if file.is_dir() else file.unlink()
-    place(file)
-
-
-def flipped(content: bytes) -> bytes:
-    half = len(content) // 2
-    return content[:half] + bytes([content[half] ^ 0x10]) + content[half + 1 :]
-
-
-#: Content of the library, or of the manifest, by the content before.
-CONTENTS: Mapping[str, tuple[Callable[[Path], Path], Callable[[bytes], bytes]]] = {
-    "truncated": (the_library, lambda content: content[: len(content) // 3]),
-    "flipped": (the_library, flipped),
-    "emptied": (the_library, lambda content: b""),
-    "an empty manifest": (the_manifest, lambda content: b""),
-    "a manifest of zeros": (the_manifest, lambda content: bytes(200)),
-}
-#: What is in the place of the library, of the manifest, or of the whole entry.
-PLACES: Mapping[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
-    "no manifest": (the_manifest, lambda place: None),
-    "a folder for a library": (the_library, Path.mkdir),
-    "a folder for a manifest": (the_manifest, Path.mkdir),
-    "a link to nowhere for a library": (the_library, lambda place: place.symlink_to(place.parent / "nowhere")),
-    "a link to nowhere": (Path, lambda place: place.symlink_to(place.parent / "nowhere")),
-    "a link to itself": (Path, lambda place: place.symlink_to(place)),
-    "a file": (Path, lambda place: place.write_bytes(b"no folder")),
-    "an empty folder": (Path, Path.mkdir),
-}
-
-
-@pytest.mark.parametrize("damage", [*CONTENTS, *PLACES])
-def test_a_broken_entry_is_put_aside_and_built_again(damage: str, tmp_path: Path) -> None:
-    entry = build(tmp_path).folder
-    if damage in CONTENTS:
-        file_of, change = CONTENTS[damage]
-        rewritten(file_of(entry), change(file_of(entry).read_bytes()))
-    else:
-        part_of, place = PLACES[damage]
-        in_the_place(part_of(entry), place)
-    assert value(build(tmp_path)) == 11.0
-    assert len(left_in(tmp_path)["quarantine"]) == 1
-    entry = Builder("quick", cache=Cache(tmp_path)).find(b"content").folder
-    assert the_library(entry).stat().st_size > 1000
 
 
 def test_an_entry_that_cannot_even_be_put_aside_is_removed(tmp_path: Path) -> None:

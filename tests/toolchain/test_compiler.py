@@ -55,32 +55,11 @@ def test_cc_is_obeyed_with_its_options_and_missed_by_name(tmp_path: Path) -> Non
         find_compiler({"PATH": str(tmp_path), "CC": "icc -fast"})
 
 
-def test_cc_comes_before_gcc(tmp_path: Path) -> None:
-    for name in ("gcc", "cc"):
-        fake(tmp_path, name, "exit 0")
-    assert find_compiler({"PATH": str(tmp_path)}).path.name == "cc"
-
-
 def test_the_identity_changes_with_the_compiler(tmp_path: Path) -> None:
     file = fake(tmp_path, "cc", "exit 0")
     before = Compiler((str(file),), file).identity
     fake(tmp_path, "cc", "exit 1; # another one")
     assert Compiler((str(file),), file).identity != before
-
-
-def test_several_files_link_to_one_library(tmp_path: Path) -> None:
-    sources = [
-        source(tmp_path),
-        source(tmp_path, "int answer(void); int twice(void) { return 2 * answer(); }\n", "twice.c"),
-    ]
-    output = tmp_path / f"model{library_suffix()}"
-    commands = compile_library(find_compiler(), sources, output, ("-O0",))
-    assert output.stat().st_size > 1000
-    assert [("-c" in command.split(), "-shared" in command.split()) for command in commands] == [
-        (True, False),
-        (True, False),
-        (False, True),
-    ]
 
 
 def test_of_the_sources_that_wait_the_longest_is_compiled_first(tmp_path: Path) -> None:
@@ -99,18 +78,6 @@ def test_of_the_sources_that_wait_the_longest_is_compiled_first(tmp_path: Path) 
         commands = compilation.link(sources, tmp_path / f"m{library_suffix()}", list)
     assert log.read_text(encoding="utf-8").split() == ["first.c", "long.c", "short.c"]
     assert [command.rpartition("/")[2] for command in commands[:3]] == ["first.o", "short.o", "long.o"]
-
-
-def test_an_error_quotes_command_status_and_words(tmp_path: Path) -> None:
-    with pytest.raises(ToolchainError) as caught:
-        compile_library(
-            find_compiler(), [source(tmp_path, "int answer(void) { return forty_two; }\n")], tmp_path / "x.so", ("-O0",)
-        )
-    text = str(caught.value)
-    assert "ended with status 1" in text
-    assert "forty_two" in text
-    assert f"sources kept in {tmp_path}" in text
-    assert "-std=c99" in text
 
 
 def test_a_compiler_that_only_fails_is_quoted_too(tmp_path: Path) -> None:

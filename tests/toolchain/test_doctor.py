@@ -116,13 +116,6 @@ def test_no_compiler_at_all(tmp_path: Path) -> None:
         assert rehearsal.returncode == 0, rehearsal.stderr
 
 
-@pytest.mark.slow
-def test_a_cache_on_a_disk_that_cannot_be_written(tmp_path: Path) -> None:
-    with mounted(tmp_path / "disk", "ro") as read_only:
-        folder = tmp_path / "disk" if read_only else Path("/proc/nowhere")
-        assert_mended("cache", environment(folder), f"{folder} cannot be written", "unset EOMGEN_CACHE")
-
-
 def test_a_cache_that_its_owner_has_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "cache"
     folder.mkdir(mode=0o500)
