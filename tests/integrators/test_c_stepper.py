@@ -20,7 +20,6 @@ from tests.integrators.stepper_models import (
     PROGRAMS,
     build,
     edge,
-    formula_inputs,
     free_motion,
     heavy_top,
     rotation,
@@ -136,28 +135,6 @@ def test_a_step_in_which_time_does_not_move_on_is_refused(built, method):
 
 
 @METHODS
-def test_results_do_not_depend_on_how_a_run_is_cut(built, method):
-    model = heavy_top()
-    stepper = built(model, method)
-    stepper.initialize(model.q, model.v, step=1e-3)
-    whole = stepper.run(60).rows
-    stepper.initialize(model.q, model.v)
-    parts = [stepper.run(20).rows for _ in range(3)]
-    assert np.array_equal(whole, np.vstack(parts))
-
-
-@METHODS
-def test_every_second_row_is_recorded_at_multiples_of_the_step(built, method):
-    model = tied_body()
-    stepper = built(model, method, TIED)
-    stepper.initialize(model.q, model.v, t=2.0, step=0.1 / 7)
-    first, second = stepper.run(5, every=2), stepper.run(4, every=2)
-    times = np.concatenate([first.rows[:, 0], second.rows[:, 0]])
-    assert np.array_equal(times, 2.0 + 0.1 / 7 * np.array([2.0, 4.0, 6.0, 8.0]))
-    assert second.state["count"] == 9
-
-
-@METHODS
 def test_a_new_step_starts_a_new_grid(built, method):
     model = tied_body()
     stepper = built(model, method, TIED)
@@ -168,32 +145,6 @@ def test_a_new_step_starts_a_new_grid(built, method):
     fine = rows_of(integrate(model.equations, RKMK, model.q, model.v, 1e-3, 40))
     assert outcome.rows[-1, 1:9] == pytest.approx(fine[-1, 1:9], abs=2e-5)
     assert outcome.state["steps"] == 30
-
-
-def table_of(inputs, method, step, steps):
-    times = np.arange(steps + 1) * step if method is ALPHA else np.arange(2 * steps + 1) * step / 2
-    return np.array([inputs(t) for t in times])
-
-
-@pytest.mark.slow_cases("rkmk")
-@METHODS
-def test_a_table_of_inputs_replaces_the_formulas(built, method):
-    model = tied_body()
-    stepper = built(model, method, TIED)
-    stepper.initialize(model.q, model.v)
-    by_formula = stepper.run(50).rows
-    table = table_of(formula_inputs, method, 1e-3, 50)
-    stepper.initialize(model.q, model.v, table=table[:3].copy())
-    assert stepper.run(50, table=table).rows == pytest.approx(by_formula, rel=2e-6, abs=2e-6)
-
-    def other(t):
-        return np.array([5.0 * t, -t])
-
-    changed = tied_body(other)
-    table = table_of(other, method, 1e-3, 50)
-    stepper.initialize(model.q, model.v, table=table[:3].copy())
-    expected = rows_of(integrate(changed.equations, method, model.q, model.v, 1e-3, 50))
-    assert stepper.run(50, table=table).rows == pytest.approx(expected, rel=1e-10, abs=1e-10)
 
 
 @pytest.mark.slow_except("rkmk")

@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mp
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import method_named
 from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES
 
@@ -49,34 +47,6 @@ def test_coefficients_are_the_published_ones(name: str, nodes: Any, defect: Any,
     np.testing.assert_allclose(oracle.defect, defect, rtol=0, atol=1e-13)
     for ours, theirs in ((found.integration, oracle.integration), (found.first, oracle.first)):
         np.testing.assert_allclose(np.array(ours, float), theirs, rtol=0, atol=1e-13)
-
-
-def test_five_passes_would_leave_order_6() -> None:
-    """Local errors of y' = y^2 in 60 digits: the first pass is linear about the start and leaves h^3, and each later
-    one takes off one power."""
-
-    def left(passes: int, h: Any) -> Any:
-        method = method_named("tdg3")
-        found, gamma = method.operators, mp.mpf(33) / 200  # type: ignore[attr-defined]
-        A, first, values, modes = (
-            mp.matrix([[mp.mpf(x.numerator) / x.denominator for x in row] for row in matrix])
-            for matrix in (found.integration, found.first, found.values, found.modes)
-        )
-        Y = mp.ones(4, 1)
-        for number in range(passes):
-            rates = mp.matrix([y * y for y in Y])
-            right = modes * (mp.ones(4, 1) + h * (A if number else first) * rates - Y)
-            change, whole = mp.zeros(4, 1), right[0]
-            for j in range(4):
-                whole = right[j] - (change[j - 1] - whole) if j else whole
-                change[j] = whole / (1 - 2 * gamma * h)
-            Y = Y + values * change
-        return abs(Y[3] - 1 / (1 - h))
-
-    with mp.workdps(60):
-        for passes, power in ((5, 7), (6, 8)):
-            errors = [left(passes, mp.mpf(2) ** -k) for k in (8, 9)]
-            assert float(mp.log(errors[0] / errors[1], 2)) == pytest.approx(power, abs=0.1)
 
 
 def duffing() -> eomgen.Scene:
@@ -117,12 +87,3 @@ def test_stiff_forces_of_a_known_motion(method: str) -> None:
     assert np.abs(end.q[:, 0] - np.sin(end.t)).max() < 1e-10
     largest = {"tdg1": 5e-2, "tdg1_star": 2e-3, "tdg2": 2e-5, "tdg2s": 2e-3, "tdg3": 1e-5}[method]
     assert np.abs(end.v[:, 0] - np.cos(end.t)).max() < largest
-
-
-def test_loops_are_refused_with_what_to_take() -> None:
-    with pytest.raises(EomgenError) as caught:
-        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method="tdg2")
-    text = str(caught.value)
-    assert "tdg2 cannot run on this scene" in text
-    assert "forces of constraints are not known at its start" in text
-    assert "try: rosenbrock or lsrt2" in text

@@ -107,18 +107,3 @@ def test_real_stability_follows_from_the_tableau() -> None:
     assert RUNGE_KUTTA_MUNTHE_KAAS_4.real_stability == pytest.approx(2.785293563405282, abs=1e-12)
     assert method_named("rk4_partitioned").real_stability == RUNGE_KUTTA_MUNTHE_KAAS_4.real_stability
     assert method_named("rk45").real_stability == pytest.approx(3.3066, abs=1e-4)
-
-
-@pytest.mark.parametrize("pair", [DORMAND_PRINCE, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)
-def test_steps_decay_up_to_the_stability_limit_and_grow_beyond_it(pair: EmbeddedPair) -> None:
-    """The oracle steps x' = -x itself, in floating point."""
-    limit = real_stability(pair.A, pair.b)
-
-    def amplified(step: float) -> float:
-        rates: list[float] = []
-        for row in pair.A:
-            rates.append(-(1.0 + step * sum(float(a) * rate for a, rate in zip(row, rates, strict=False))))
-        return abs(1.0 + step * sum(float(weight) * rate for weight, rate in zip(pair.b, rates, strict=True)))
-
-    assert all(amplified(step) < 1.0 for step in np.linspace(0.01, 0.999 * limit, 200))
-    assert amplified(1.001 * limit) > 1.0

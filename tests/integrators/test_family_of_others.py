@@ -40,11 +40,6 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(distribution(tmp_path / "site", "eomgen-adams", entry))
 
 
-def test_without_the_distribution_there_is_no_such_method() -> None:
-    with pytest.raises(eomgen.UsageError, match="there is no method 'adams_bashforth'"):
-        pendulum().simulate(0.1, STEP, method=METHOD)
-
-
 @pytest.mark.slow_except("pendulum-1")
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("order", [1, 2])

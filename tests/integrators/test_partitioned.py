@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.errors import ModelError
-from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
 from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
@@ -22,7 +21,6 @@ from tests.integrators.constrained_models import (
     chain,
     compile_scene,
     heavy_top,
-    rolling_disc,
     shaking_base,
     top_errors,
     two_links,
@@ -129,17 +127,6 @@ def test_a_double_rocker_switches_and_moves_as_by_multipliers():
     assert np.ptp(run.q[:, 1]) > 2.0 * np.pi
 
 
-@pytest.mark.long
-def test_energy_of_a_long_run_drifts_by_the_order_of_the_method_only():
-    model, drifts = rocker_model(), []
-    for step in (5e-4, 2.5e-4):
-        run = model.simulate(10.0, step, method=NAME, record_every=100)
-        drifts.append(np.ptp(run.outputs["energy"]) / np.ptp(run.energy["kinetic"]))
-        assert run.stats["max_constraint"] <= 1e-12 and run.stats["max_constraint_velocity"] <= 1e-12
-    assert drifts[1] < 1e-8
-    assert drifts[0] / drifts[1] > 12.0
-
-
 def test_order_4_on_the_fast_heavy_top(compiled):
     stepper, exponents, errors = compiled("R3xSO3", heavy_top("R3xSO3")), (10, 11, 12), []
     for k in exponents:
@@ -170,19 +157,6 @@ def test_a_driven_linkage_has_nothing_left_to_integrate():
     np.testing.assert_allclose(np.linalg.norm(pins, axis=0), 0.35, atol=1e-12)
     slow = model.simulate(1.0, 0.25e-3, method=NAME, record_every=4)  # no truncation error: the step does not matter
     np.testing.assert_allclose(slow.multipliers, run.multipliers, rtol=1e-8, atol=1e-8)
-
-
-def test_a_rolling_disc_keeps_its_order(compiled):
-    stepper, ends = compiled("disc", rolling_disc()), []
-    begin = compiled("disc", rolling_disc(), GeneralizedAlpha(0.9)).start().state
-    for step in (1e-3, 5e-4, 2.5e-4):
-        stepper.initialize(begin["q"], begin["v"], step=step)
-        outcome = stepper.run(round(0.4 / step), every=round(0.4 / step))
-        assert outcome.status == 0, outcome.text
-        ends.append(outcome.rows[-1][1 : 1 + stepper.system.nq + stepper.system.nv])
-        assert outcome.state["max_constraint_velocity"] <= 1e-12
-    ratio = np.linalg.norm(ends[0] - ends[1]) / np.linalg.norm(ends[1] - ends[2])
-    assert np.log2(ratio) == pytest.approx(4.0, abs=0.2)
 
 
 # -- states, steps, failures -------------------------------------------------------------------------------------------

@@ -78,39 +78,9 @@ def test_steps_with_a_mass_matrix_that_varies_are_those_of_the_oracle(given: Map
         np.testing.assert_allclose(end.v[number + 1], v, rtol=0, atol=1e-10)
 
 
-@pytest.mark.slow
-def test_order_with_forces_that_depend_on_velocities() -> None:
-    made = eomgen.build(two_arms(0.7, 0.4))
-    exact = made.simulate(2.0, 0.1, method="taylor", tolerance=1e-13, error_estimate=False)
-    wanted = np.concatenate([exact.q[-1], exact.v[-1]])
-    errors = []
-    for count in (100, 200, 400, 800):
-        end = made.simulate(2.0, 2.0 / count, method="rattlie", error_estimate=False)
-        errors.append(float(np.abs(np.concatenate([end.q[-1], end.v[-1]]) - wanted).max()))
-    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
-
-
 @cache
 def four_bar() -> eomgen.Model:
     return eomgen.build("examples/four_bar/scene.toml", profile="quick")
-
-
-@pytest.mark.slow
-def test_order_on_a_loop() -> None:
-    """Positions, velocities, and multipliers, those of the accelerations and the means of both sides."""
-    made, end = four_bar(), 0.25
-    exact = made.simulate(end, end / 4000, method="rk4_partitioned", record_every=4000, error_estimate=False)
-    errors: dict[str, list[float]] = {"q": [], "v": [], "multipliers": [], "mean": []}
-    for count in (125, 250, 500):
-        last = made.simulate(end, end / count, method="rattlie", error_estimate=False)
-        mean = made.simulate(end, end / count, method="rattlie", error_estimate=False, settings={"multipliers": 3})
-        for part in ("q", "v", "multipliers"):
-            errors[part].append(float(np.abs(getattr(last, part)[-1] - getattr(exact, part)[-1]).max()))
-        errors["mean"].append(float(np.abs(mean.multipliers[-1] - exact.multipliers[-1]).max()))
-        assert last.stats["max_constraint"] < 1e-14
-        assert last.stats["max_constraint_velocity"] < 1e-12
-    for part, found in errors.items():
-        assert slopes(found)[-1] == pytest.approx(2.0, abs=0.1), part
 
 
 # -- the fast heavy top ------------------------------------------------------------------------------------------------

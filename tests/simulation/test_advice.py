@@ -119,17 +119,6 @@ def test_balances_of_energy_know_no_origin_of_time_and_no_unit_of_energy(rows: i
             assert moved.error == pytest.approx((gain - 2.0) / (moving + 2.0), rel=1e-6, abs=1e-9)
 
 
-def test_a_fixed_parameter_is_called_fixed() -> None:
-    model = eomgen.build(swing(), profile="quick")
-    with pytest.raises(eomgen.UsageError) as caught:
-        model.simulate(parameters={"length": 0.3})
-    [problem] = caught.value.problems
-    assert problem.what == "the parameter length exists, but its value is fixed in the code"
-    assert problem.hint == "length = { value = ..., tunable = true } in the scene's [parameters]"
-    with pytest.raises(eomgen.UsageError, match="there is no parameter 'lenth'; try: one of load"):
-        model.mass([0.1], parameters={"lenth": 0.3})
-
-
 def test_inputs_that_are_no_mapping() -> None:
     for given, name in ((np.sin, "a function"), (0.5, "float"), ([0.1, 0.2], "list")):
         with pytest.raises(eomgen.UsageError) as caught:

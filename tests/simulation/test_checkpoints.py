@@ -41,7 +41,18 @@ def file(tmp_path: Path) -> Path:
 
 # -- the same bits -----------------------------------------------------------------------------------------------------
 
+
+def filtered() -> eomgen.Model:
+    """Return a pendulum with a first-order actuator: an internal state."""
+    data = tomllib.loads(PENDULUM_TOML)
+    data |= {"name": "filtered", "states": {"lag": {"rate": "(torque - lag) / 0.05", "initial": 0.1}}}
+    data["efforts"]["motor"]["effort"] = "lag"
+    return eomgen.build(data, profile="quick")
+
+
 CASES = [
+    (filtered, {"method": "generalized_alpha"}),
+    (filtered, {"method": "rk4"}),
     (pendulum, {"method": "generalized_alpha"}),
     (pendulum, {"method": "rk4", "parameters": {"length": 0.45}, "t_start": 1.25}),
     (flyer, {"method": "generalized_alpha", "step": 2e-3}),
@@ -97,26 +108,6 @@ def test_a_long_tree_by_its_extended_system(file: Path) -> None:
     model = eomgen.build(replace(scene, joints=joints), terms=terms, profile="quick")
     one, whole = parts(model, file, 0.02, 0.05, 1e-3)
     assert same(whole, one)
-
-
-def filtered() -> eomgen.Model:
-    """Return a pendulum with a first-order actuator: an internal state."""
-    data = tomllib.loads(PENDULUM_TOML)
-    data |= {"name": "filtered", "states": {"lag": {"rate": "(torque - lag) / 0.05", "initial": 0.1}}}
-    data["efforts"]["motor"]["effort"] = "lag"
-    return eomgen.build(data, profile="quick")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
-def test_internal_states_are_part_of_the_memory(method: str, file: Path) -> None:
-    model = filtered()
-    one, whole = parts(model, file, 0.11, 0.4, 2e-3, method=method)
-    assert whole.z.shape == (201, 1) and np.ptp(whole.z) > 0.05
-    assert same(whole, one)
-    exact = model.simulate(0.4, 1e-4, method="rk4")
-    times = np.linspace(0.0, 0.4, 37)
-    np.testing.assert_allclose(whole.at(times).z, exact.at(times).z, atol=3e-5)
 
 
 def test_turns_of_a_crank_are_part_of_the_memory(file: Path) -> None:

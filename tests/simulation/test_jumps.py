@@ -175,8 +175,6 @@ def test_which_times_are_known() -> None:
     model = eomgen.build(scene)
     assert model.discontinuity_times(0.5, 3.6).tolist() == [0.5, 1, 2, 3.5]
     assert model.discontinuity_times(7, 9, order=0).tolist() == [7, 8]
-    with pytest.raises(eomgen.UsageError, match="the end 1 s lies before the start 2 s"):
-        model.discontinuity_times(2, 1)
 
 
 @pytest.mark.slow
@@ -237,16 +235,3 @@ def test_a_jump_at_zero_has_two_sides(start: float) -> None:
         exact = float(free(1.0 - start) + 3 * after_step(1.0))
         assert abs(solution.q[-1, 0] - exact) < bound, method
     assert np.signbit(model.discontinuity_times(0.0, 1.0)).tolist() == [False]
-
-
-@pytest.mark.slow
-def test_order_across_jumps_on_a_group() -> None:
-    """A fast top whose torque comes and goes, against its own fine run by the method of order 4."""
-    made = eomgen.SceneBuilder("top").body("top", 1.0, center_of_mass=[0, 0, 0.3], inertia=[0.02, 0.03, 0.01])
-    made.joint("ball", "spherical", "base", "top", initial={"velocity": [0.5, 0.2, 20]})
-    made.input("moment", points=[[0, 0], [0.2531, 1], [0.6, 0]], interpolation="steps")
-    model = eomgen.build(made.force("moment", "top", torque=["moment", 0, "0.1 * moment"]).build())
-    exact = model.simulate(1.0, 1 / 8000, method="rk4").q[-1]
-    for method, counts, order in (("generalized_alpha", (400, 800, 1600), 2.0), ("rk4", (200, 400, 800), 4.0)):
-        errors = [np.max(np.abs(model.simulate(1.0, 1.0 / n, method=method).q[-1] - exact)) for n in counts]
-        assert np.allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, rtol=0, atol=0.1), method

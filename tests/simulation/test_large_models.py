@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 import eomgen
@@ -30,15 +29,3 @@ def test_a_tree_of_100_degrees_of_freedom_is_stepped_sparsely() -> None:
     assert system.nv == 100
     assert not {"mass", "partials"} & set(system.functions)
     assert statements(system) <= TREE_OF_100
-
-
-@pytest.mark.long
-def test_a_tree_of_70_degrees_of_freedom_keeps_its_energy_and_follows_runge_kutta() -> None:
-    scene = chains.scene("joint", "tree", 70)
-    model = eomgen.build(scene, terms=["residual", "iteration", "energy", "forward_dynamics"], profile="quick")
-    exact = model.simulate(0.05, 5e-4, method="rk4")
-    assert exact.success
-    total = exact.energy["total"]
-    assert np.ptp(total) <= 1e-6 * np.abs(exact.energy["potential"] - exact.energy["potential"][0]).max()
-    errors = [np.abs(model.simulate(0.05, step, rho_inf=0.9).q[-1] - exact.q[-1]).max() for step in (2e-3, 1e-3)]
-    assert abs(np.log2(errors[0] / errors[1]) - 2.0) <= 0.2, errors

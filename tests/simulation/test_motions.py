@@ -280,3 +280,13 @@ def test_steps_before_and_behind_an_event_that_stops() -> None:
     run.step(n=100, motions={"feed": (0.1, 0.0, 0.0)})
     assert run.stopped and run.motions["feed"] == pytest.approx([0.05, 1.875, 0.0], abs=1e-6)
     assert run.t == pytest.approx(0.05, abs=1e-8)
+
+
+def test_parameters_are_set_together_or_not_at_all() -> None:
+    run = cart("lift").start(step=1e-3)
+    before = dict(run.parameters)
+    with pytest.raises(eomgen.UsageError, match="there is no parameter 'c9'"):
+        run.set_parameters({"lift_1": 2.0, "c9": 1.0})
+    with pytest.raises(eomgen.UsageError, match="a mapping from names to numbers is needed, not float"):
+        run.set_parameters(2.0)
+    assert dict(run.parameters) == before

@@ -67,6 +67,7 @@ REFUSED: dict[str, dict[str, object]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_does_not_fit_is_refused(text: str) -> None:
     with pytest.raises(eomgen.UsageError, match=re.escape(text)):

@@ -150,7 +150,6 @@ def test_events_and_samples_in_one_step(name: str, tolerance: float | None) -> N
 WRONG: dict[str, dict[str, Any]] = {
     "a state needs its rate, or a sample and a formula, and has sample": {"sample": "1 ms"},
     "and has rate and sample and formula": {"rate": "1", "sample": "1 ms", "formula": "1"},
-    "and has none of them; try: rate": {"initial": 1},
     "delay belongs to a sampled state, and this state has a rate": {"rate": "1", "delay": "1 ms"},
     "the time between two samples is 0 s": {"sample": 0, "formula": "1"},
     "the quantum -1 is not positive": {"sample": 1, "formula": "1", "quantum": -1},
@@ -215,6 +214,7 @@ def test_sampled_states_that_ask_for_each_other_are_refused() -> None:
     assert [(row.state, row.level) for row in rows] == [(0, 2), (1, 0), (2, 1)]
 
 
+@pytest.mark.slow
 def test_what_moves_continuously_only_is_refused() -> None:
     for analysis in (model(HOLD).equilibrium, model(HOLD).steady_motion):
         with pytest.raises(eomgen.ModelError, match="the states force are sampled: between samples they stay"):

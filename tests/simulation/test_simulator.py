@@ -293,7 +293,6 @@ def test_what_a_simulator_says_of_itself() -> None:
         (lambda run: run.step({"torque": [1.0]}), "input torque: a table does not say to which steps it belongs"),
         (lambda run: run.step(end=1.0), "u: inputs that move linearly need all of them at both ends"),
         (lambda run: run.step({"torque": 1.0}, end={}), "end: inputs that move linearly need all of them at both ends"),
-        (lambda run: run.step(1.0, end={"torq": 1.0}), "there is no input 'torq'; try: torque"),
         (lambda run: run.step(1.0, 0), "n: a whole number from 1 on is needed, not 0"),
         (lambda run: run.step(1.0, dt=1), "step: there is no argument 'dt'"),
         (lambda run: run.advance(-1.0), "t: -1 s lies before the time of the state, 0 s; try: a later time, or rest"),
