@@ -228,14 +228,6 @@ def test_a_scene_says_so_too() -> None:
 
 
 @pytest.mark.slow
-def test_states_between_rows_are_as_good() -> None:
-    for name in ("flyer", "rods_se3"):  # without multipliers in the rows, and with them
-        found, true = model(name).simulate(0.4, 0.1, tolerance=1e-6, **QUIET), exact(name)
-        assert np.abs(found.at(true.t).q - true.q).max() < 1e-5
-        assert found.at(true.t).z.shape == true.z.shape
-
-
-@pytest.mark.slow
 def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
     made = wound_spring()
     turning = started(0.0, 40.0)

@@ -134,19 +134,6 @@ def test_a_step_in_which_time_does_not_move_on_is_refused(built, method):
     assert (outcome.status, outcome.text, outcome.state["count"]) == (4, BAD_ARGUMENT, 0)
 
 
-@METHODS
-def test_a_new_step_starts_a_new_grid(built, method):
-    model = tied_body()
-    stepper = built(model, method, TIED)
-    stepper.initialize(model.q, model.v, step=2e-3)
-    stepper.run(10)
-    outcome = stepper.run(20, step=1e-3)
-    assert outcome.rows[:, 0] == pytest.approx(0.02 + 1e-3 * np.arange(1, 21), abs=1e-15)
-    fine = rows_of(integrate(model.equations, RKMK, model.q, model.v, 1e-3, 40))
-    assert outcome.rows[-1, 1:9] == pytest.approx(fine[-1, 1:9], abs=2e-5)
-    assert outcome.state["steps"] == 30
-
-
 @pytest.mark.slow_except("rkmk")
 @METHODS
 def test_inputs_without_formula_need_a_table(tmp_path, method):

@@ -109,23 +109,6 @@ def test_a_chain_has_a_handful_of_kinds_of_fronts_however_long(rng: np.random.Ge
     assert kinds(60) == kinds(20)
 
 
-def test_the_fewest_operations_are_those_of_fronts_of_different_shapes(rng: np.random.Generator) -> None:
-    """A chain has fronts with a next one, and the last; where all blocks are full, shapes tell all that kinds do."""
-    links = 20
-    pairs = [(k, j) for k in range(links) for j in (k - 1, k, k + 1) if 0 <= j < links]
-    entries: Entries = {
-        (SIZE * k + i, SIZE * j + m): rng.normal(size=1) + (9.0 if (k, i) == (j, m) else 0.0)
-        for k, j in pairs
-        for i in range(SIZE)
-        for m in range(SIZE)
-    }
-    stages = [(list(range(SIZE * k, SIZE * k + SIZE)),) * 2 for k in range(links)]
-    elimination = eliminate(SIZE * links, entries, stages)
-    last = sum(k * k for k in range(SIZE))
-    assert fewest_operations(elimination, list(entries)) == sum((SIZE + k) ** 2 for k in range(SIZE)) + last
-    assert make_fronts(elimination, list(entries)).operations >= fewest_operations(elimination, list(entries))
-
-
 #: Entries of equal size: which of them is the largest, so that it would be the pivot, is decided by noise alone.
 EVEN = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 

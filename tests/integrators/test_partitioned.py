@@ -176,45 +176,6 @@ def test_a_start_off_the_constraints_is_corrected_along_the_dependent_components
     assert np.abs(outcome.state["v"][dependent] - v[dependent]).max() > 0.5
 
 
-def flat_rhombus(speed):
-    """Return four equal rods, one of them the ground, that fall from upright; where all lie on one line, two branches
-    cross."""
-    return linkage(1.0, 1.0, 1.0, 1.0, (np.pi / 2, -np.pi / 2, np.pi / 2), speed)
-
-
-def rods_that_stay_parallel(speed, times):
-    """Return angle and rate of theta'' = -(3 g / 2) (4 / 5) cos(theta), the branch that goes on along the velocity."""
-    found = solve_ivp(
-        lambda t, y: [y[1], -1.2 * 9.81 * np.cos(y[0])],
-        (0.0, times[-1]),
-        [np.pi / 2, speed],
-        method="DOP853",
-        rtol=1e-12,
-        atol=1e-12,
-        t_eval=times,
-    )
-    return found.y
-
-
-@pytest.mark.parametrize("step", [1e-2, 1e-3])
-def test_positions_where_branches_cross_are_passed_along_the_velocity(step):
-    model = eomgen.build(flat_rhombus(-1.0), method=NAME)
-    run = model.simulate(2.0, step, method=NAME)
-    angle, rate = rods_that_stay_parallel(run.v[0, 0], run.t)
-    passed = np.count_nonzero(np.diff(np.sign(np.sin(angle))))
-    assert run.success and passed >= 2 and run.stats["singular_passages"] == passed
-    assert np.abs(run.q[:, 0] - angle).max() < 2e-4 and np.abs(run.v[:, 0] - rate).max() < 1e-3
-    assert np.abs(np.sin(run.q[:, 0] - run.q[:, 2])).max() < 1e-5  # crank and rocker stay parallel
-    total = run.energy["total"]
-    assert np.abs(total - total[0]).max() < 1e-4 * np.ptp(run.energy["potential"])
-
-
-def test_a_start_where_branches_cross_is_refused():
-    model = eomgen.build(flat_rhombus(-1.0), method=NAME)
-    run = model.simulate(0.1, 1e-3, method=NAME, initial={"q": [0.0, 0.0, 0.0], "v": [1.0, -1.0, 1.0]})
-    assert not run.success and "the constraints are singular here" in run.message
-
-
 def test_rows_that_repeat_each_other_are_singular_from_the_start(compiled):
     again = Constraint("again", "spherical", Frame("base"), Frame("top"))
     outcome = compiled("repeated", replace(heavy_top("R3xSO3"), constraints=(again,))).start(step=1e-3)

@@ -18,11 +18,3 @@ def test_polynomials_are_exact_on_every_panel(count: int) -> None:
     for degree in range(2 * count):
         exact = (EDGES[1:] ** (degree + 1) - EDGES[:-1] ** (degree + 1)) / (degree + 1)
         np.testing.assert_allclose(np.sum(weights * nodes**degree, axis=1), exact, rtol=1e-12, atol=1e-13)
-
-
-def test_smooth_integrals_converge_with_twice_the_nodes() -> None:
-    errors = []
-    for panels in (4, 8):
-        nodes, weights = gauss_legendre(np.linspace(0.0, 3.0, panels + 1), 2)
-        errors.append(abs(np.sum(weights * np.exp(nodes)) - (np.exp(3.0) - 1.0)))
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.1)
