@@ -12,7 +12,36 @@ from eomgen.errors import ModelError, UsageError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.generalized_alpha_cases import hht, newmark, trapezoidal, wbz
 from eomgen.integrators.families.register import check_needs, method_named, method_parameters
+from eomgen.lie.product import Factor
 from tests.integrators.test_methods import facts
+from tests.oracles.stepper import Equations, integrate
+
+
+def oscillator(frequency=1.0):
+    square = frequency**2 * np.eye(1)
+    return Equations(
+        [Factor("R", "x", 0, 1, 0, 1)],
+        lambda t, q, v: -square[0] * q,
+        lambda t, q, v, a: a + square[0] * q,
+        lambda t, q, v, a: (square, np.zeros((1, 1)), np.eye(1)),
+    )
+
+
+def eigenvalues(method, phase):
+    """Return those of the stepper's own amplification matrix at w step = phase, from runs of the NumPy stepper with
+    step 1.
+
+    Three steps in a row of a linear method obey one recurrence of order three; two runs from independent states
+    determine it.
+    """
+    starts = [(np.array([1.0]), np.array([0.0])), (np.array([0.3]), np.array([1.0]))]
+    paths = [integrate(oscillator(phase), method, q, v, 1.0, 5).q[:, 0] for q, v in starts]
+    rows = [path[k : k + 3] for path in paths for k in range(3)]
+    right = [path[k + 3] for path in paths for k in range(3)]
+    scale = np.array([np.abs(row).max() for row in rows])
+    c = np.linalg.lstsq(np.array(rows) / scale[:, None], np.array(right) / scale, rcond=1e-9)[0]
+    return np.roots([1.0, -c[2], -c[1], -c[0]])
+
 
 # -- coefficients ------------------------------------------------------------------------------------------------------
 
@@ -38,6 +67,8 @@ def test_coefficients_are_the_published_fractions(case, alpha_m, alpha_f, beta, 
 
 # -- spectra -----------------------------------------------------------------------------------------------------------
 
+FAR = 1e3
+
 
 @pytest.mark.parametrize(
     ("case", "limit"),
@@ -52,12 +83,41 @@ def test_coefficients_are_the_published_fractions(case, alpha_m, alpha_f, beta, 
     ],
 )
 def test_spectral_radius_at_high_frequency_is_the_published_one(case, limit):
-    assert GeneralizedAlpha(case=case).rho_inf == pytest.approx(limit, abs=1e-6)
+    method = GeneralizedAlpha(case=case)
+    assert method.rho_inf == pytest.approx(limit, abs=1e-6)
+    assert np.abs(eigenvalues(method, FAR)).max() == pytest.approx(limit, abs=2e-3)
+
+
+@pytest.mark.parametrize("rho", [0.2, 0.5, 0.9])
+def test_spectral_radius_of_generalized_alpha_at_high_frequency(rho):
+    # its roots meet at infinity: what is left of 1/FAR^2 moves a triple root by the cube root of it
+    assert np.abs(eigenvalues(GeneralizedAlpha(rho), FAR)).max() == pytest.approx(rho, abs=FAR ** (-2 / 3) + 5e-3)
+
+
+@pytest.mark.parametrize("phase", [0.1, 1.0, 3.0, 20.0])
+def test_the_trapezoidal_rule_turns_by_twice_the_arc_tangent(phase):
+    found = eigenvalues(GeneralizedAlpha(case=trapezoidal()), phase)
+    main = found[np.argsort(-np.abs(found))[:2]]
+    assert np.abs(main) == pytest.approx(1.0, abs=1e-9)
+    assert np.abs(np.angle(main)) == pytest.approx(2.0 * np.arctan(phase / 2.0), rel=1e-7)
+
+
+@pytest.mark.parametrize(("beta", "gamma"), [(0.25, 0.5), (0.3025, 0.6), (1 / 6, 0.5), (0.5, 0.7)])
+@pytest.mark.parametrize("phase", [0.5, 2.0, 3.0])
+def test_newmark_has_its_characteristic_polynomial(beta, gamma, phase):
+    # Hughes, The Finite Element Method (1987), section 9.1: l^2 - 2 A1 l + A2, D = 1 + beta W^2
+    D = 1.0 + beta * phase**2
+    A1, A2 = 1.0 - 0.5 * phase**2 * (gamma + 0.5) / D, 1.0 - phase**2 * (gamma - 0.5) / D
+    found = eigenvalues(GeneralizedAlpha(case=newmark(beta, gamma)), phase)
+    for root in np.roots([1.0, -2.0 * A1, A2]):
+        assert np.abs(found - root).min() < 1e-6
 
 
 def test_linear_acceleration_is_stable_up_to_its_published_phase():
     method = GeneralizedAlpha(case=newmark(1 / 6, 0.5))
     assert method.case.largest_phase == pytest.approx(np.sqrt(12.0))
+    assert np.abs(eigenvalues(method, np.sqrt(12.0) - 0.05)).max() == pytest.approx(1.0, abs=1e-6)
+    assert np.abs(eigenvalues(method, np.sqrt(12.0) + 0.05)).max() > 1.1
     assert method.warnings(False) == (
         "newmark with 2 beta < gamma is stable only while step times the highest angular frequency stays below 3.464",
     )

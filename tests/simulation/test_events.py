@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import eomgen
+from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.pipeline.model import Model
 from tests.models.library import scene, scene_file
@@ -166,6 +168,33 @@ def test_a_run_goes_on_from_a_checkpoint_with_the_same_bits(tmp_path: Path) -> N
     assert both.events is not None and whole.events is not None
     np.testing.assert_array_equal(both.events.t, whole.events.t)
     assert both.events.counts == whole.events.counts
+
+
+@pytest.mark.slow
+def test_a_pendulum_at_a_wall_is_scipys() -> None:
+    reset = {"when": "q.hinge + 0.4", "direction": "falling", "action": "reset", "reset": {"v.hinge": "-0.7*v.hinge"}}
+    bob = {"mass": 1.0, "center_of_mass": [0, 0, -1.0]}
+    start = {"position": 1.2}
+    given = scene("pendulum", bodies__rod=bob, joints__hinge__initial=start, events={"wall": reset})
+    solution = simulated(given, 8.0, 0.02, method="taylor")
+    assert solution.events is not None
+
+    def wall(t: float, y: Array) -> float:
+        return float(y[0] + 0.4)
+
+    wall.terminal, wall.direction = True, -1  # type: ignore[attr-defined]
+    t, y, times = 0.0, np.array([1.2, 0.0]), []
+    while t < 8.0:
+        part = solve_ivp(
+            lambda _, y: [y[1], -G * np.sin(y[0])], (t, 8.0), y, "DOP853", rtol=1e-13, atol=1e-13, events=wall
+        )
+        t, y = float(part.t[-1]), part.y[:, -1]
+        if part.status == 1:
+            times.append(t)
+            y = np.array([y[0], -0.7 * y[1]])
+    assert len(times) > 3
+    np.testing.assert_allclose(solution.events.t, times, atol=2e-11)
+    np.testing.assert_allclose([solution.q[-1, 0], solution.v[-1, 0]], y, atol=1e-10)
 
 
 @pytest.mark.slow
