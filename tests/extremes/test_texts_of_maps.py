@@ -48,6 +48,7 @@ def test_how_runs_end(name: str, run: dict[str, Any], text: str) -> None:
     assert re.fullmatch(told(text) + r"(; .*)?", solution.message), solution.message
 
 
+@pytest.mark.slow
 def test_a_base_too_steep_for_the_step_is_refused() -> None:
     text = (
         "base.position[2]): the position of the base is too steep for a step of 0.015 s near t = # s: over one step it"

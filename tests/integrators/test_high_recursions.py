@@ -62,7 +62,7 @@ OSCILLATOR = {
 }
 
 
-@pytest.mark.slow_cases("yoshida12")
+@pytest.mark.slow
 @pytest.mark.long_except("yoshida12", "creutz_gocksch12_1")
 @pytest.mark.parametrize("name", HIGHEST)
 def test_runs_of_order_12_take_seconds(name: str) -> None:

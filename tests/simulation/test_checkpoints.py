@@ -110,6 +110,7 @@ def test_a_long_tree_by_its_extended_system(file: Path) -> None:
     assert same(whole, one)
 
 
+@pytest.mark.slow
 def test_turns_of_a_crank_are_part_of_the_memory(file: Path) -> None:
     model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
     assert model.library.layout["method"]["turning"]

@@ -69,6 +69,7 @@ def test_a_curve_of_steps_over_a_coordinate_is_refused() -> None:
     assert "by the curve levels in effort push, at a moment that rate moves" in refused(model, 2.0)
 
 
+@pytest.mark.slow
 def test_a_run_that_rests_on_a_jump_is_refused() -> None:
     told = refused(built(sled("-rate*sign(v.slide) - 10*q.slide", position=0.0)), 0.1, ["v.slide"])
     said = "the run stays at a jump of the forces by a sign in effort push, near t = 0.01 s, and v.slide moves it off"

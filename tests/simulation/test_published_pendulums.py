@@ -52,7 +52,7 @@ JOINTS: dict[str, tuple[dict[str, Any], list[float]]] = {
 }
 
 
-@pytest.mark.slow_except("spherical")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_rod_on_one_joint_is_where_another_program_has_it(name: str) -> None:
     (joint, center), known = JOINTS[name], RESULTS[name]

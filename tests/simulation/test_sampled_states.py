@@ -223,7 +223,7 @@ def test_what_moves_continuously_only_is_refused() -> None:
         model(HOLD).simulate(2e4, 1e4, method="rk4")
 
 
-@pytest.mark.slow_cases("0.53195326136296-False")
+@pytest.mark.slow
 @pytest.mark.parametrize(("digits", "noted"), [("0.53195326136296", False), ("0.53", True)])
 def test_gains_that_a_program_computed_have_no_note_on_units(digits: str, noted: bool) -> None:
     clock = 'sample = "10 ms"\nformula ='

@@ -188,7 +188,7 @@ def jumps(name: str, coordinates: str, steps: int, segments: int = 6, **options:
     return np.array([angle_of(model, run.q), rate, run.z[0]])
 
 
-@pytest.mark.slow_except("generalized_alpha-absolute-2-options4")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "coordinates", "order", "options"),
     [

@@ -53,7 +53,7 @@ def torque(t: Array, speed: float, begin: float = BEGIN) -> Array:
     return np.asarray(inertia(theta) * alpha + 0.5 * np.imag(inertia(theta + 1e-30j)) / 1e-30 * omega**2)
 
 
-@pytest.mark.slow_except("0.0-rk45_partitioned")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned"])
 @pytest.mark.parametrize("speed", [0.0, 6.0])
 def test_explicit_steps_give_the_torque_of_inverse_dynamics_also_from_rest(method: str, speed: float) -> None:
