@@ -159,6 +159,12 @@ def listed(names: Iterable[str]) -> str:
     return f"{', '.join(every[:_LISTED])} and {len(every) - _LISTED} more"
 
 
+def first_of(words: Sequence[str], most: int) -> str:
+    """Return words separated by commas, ``most`` of them at most, with the number of the others."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more
+
+
 def unused_note(singular: str, plural: str, names: Sequence[str]) -> str:
     """Return a note on entries that no formula mentions, with the nouns of one and of several; empty without names."""
     if not names:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import first_of, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
@@ -248,8 +248,6 @@ def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
 
 #: Sets of parameters that are checked at once: as many as caches hold.
 _BATCH = 8192
-#: Number of parameters that a message lists.
-_LISTED = 8
 
 
 class Requirements:
@@ -336,8 +334,6 @@ def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str
 
 
 def _list_values(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> str:
-    """Return the tunable parameters that a requirement depends on with their values as text, ``_LISTED`` at most."""
+    """Return the tunable parameters that a requirement depends on with their values as text."""
     mentioned = {symbol.name for formula in item.formulas for symbol in symbols(formula) if symbol.kind == "parameter"}
-    specified = [f"{name} = {values[name]:.6g}" for name in names if name in mentioned]
-    more = f" and {len(specified) - _LISTED} more" if len(specified) > _LISTED else ""
-    return ", ".join(specified[:_LISTED]) + more
+    return first_of([f"{name} = {values[name]:.6g}" for name in names if name in mentioned], 8)

@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.messages import distinct
+from eomgen.base.messages import distinct, first_of
 from eomgen.base.rounding import WRITTEN
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, numbers, read_quantities
 from eomgen.compiled.beams import placed_nodes
@@ -314,8 +314,7 @@ def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[
     return tuple(starts.values())
 
 
-#: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
-#: are listed.
+#: Number of corrections that a message lists.
 _LISTED = 6
 
 
@@ -362,8 +361,7 @@ def corrected_start(
     if not changed:
         return []
     changed.sort(key=lambda change: (not change[0], -change[1]))
-    listing = ", ".join(words for _, _, words, _ in changed[:_LISTED])
-    listing += f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
+    listing = first_of([words for _, _, words, _ in changed], _LISTED)
     if lost := ", ".join(name for asked_for, _, _, name in changed[:_LISTED] if asked_for):
         return [Message(f"corrected onto the constraints: {listing}; try: hold = true to keep {lost} [W0306]")]
     return [Message(f"corrected onto the constraints: {listing} [W0305]")]

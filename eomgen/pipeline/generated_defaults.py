@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.base.data import replace
+from eomgen.base.messages import first_of
 from eomgen.compiled.arguments import Requirements, by_name, check_finite
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.errors import EomgenError, Problem, UsageError
@@ -63,10 +64,6 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
     values_by_name = dict(zip(names, values.tolist(), strict=True))
     changed = tuple(replace(item, value=values_by_name.get(item.name, item.value)) for item in document.parameters)
     return replace(document, parameters=changed)
-
-
-#: Largest number of parameters listed with values.
-_LISTED = 12
 
 
 def with_equilibrium_start(
@@ -212,10 +209,8 @@ def _double(rank: int) -> float:
 
 
 def _at(parameters: tuple[Quantity, ...], inputs: tuple[Quantity, ...]) -> str:
-    """Return words on the parameters and inputs at which the equilibrium was found, ``_LISTED`` values at most."""
-    listed = ", ".join(
-        f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters[:_LISTED]
-    )
-    listed += f" and {len(parameters) - _LISTED} more" if len(parameters) > _LISTED else ""
+    """Return words on the parameters and inputs at which the equilibrium was found."""
+    values = [f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters]
+    listed = first_of(values, 12)
     at = f"at the default parameters ({listed})" if listed else "for the scene as it is"
     return f"{at} and the inputs of the scene at t = 0" if inputs else at

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import first_of
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams
@@ -417,9 +418,7 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
     finite = np.all(np.isfinite(B), axis=1) if isinstance(B, np.ndarray) else np.isfinite(B @ np.ones(B.shape[1]))
     undefined = [name for name, there in zip(system.names, finite, strict=True) if not there]
     if undefined:
-        listed = ", ".join(undefined[:LISTED]) + (
-            f" and {len(undefined) - LISTED} more" if len(undefined) > LISTED else ""
-        )
+        listed = first_of(undefined, LISTED)
         fault = f"these rows have no finite derivative where constraints are to be met: {listed} [E2083]"
         kinds = {name.rpartition(": ")[2] for name in undefined}
         remedies = {

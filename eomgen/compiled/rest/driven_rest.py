@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import distinct
+from eomgen.base.messages import distinct, first_of
 from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.compiled.rest.state_warnings import SceneMeasures, off_axis_hint
 from eomgen.compiled.terms import Inputs
@@ -154,9 +154,7 @@ def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: A
 def drives(model: CompiledModel, v: Array) -> str:
     """Return the moving coordinates and their rates in words: ``spin at 300 rad/s``."""
     every = zip(model.v_names, v.tolist(), model.v_units, strict=True)
-    moving = [(name.removeprefix("v."), f"{value:.6g} {unit}") for name, value, unit in every if value]
-    listed = ", ".join(f"{name} at {rate}" for name, rate in moving[:3])
-    return listed + (f" and {len(moving) - 3} more" if len(moving) > 3 else "")
+    return first_of([f"{name.removeprefix('v.')} at {value:.6g} {unit}" for name, value, unit in every if value], 3)
 
 
 def _kinematic(model: CompiledModel) -> CompiledModel:

@@ -9,6 +9,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import first_of
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
@@ -449,7 +450,7 @@ def _result(
     if undetermined:
         motions = int(np.sum(soft))
         joint = "" if motions == len(undetermined) else f"{motions} motion{'s' * (motions > 1)} along "
-        message += f"; nothing determines {joint}{_few(undetermined)}"
+        message += f"; nothing determines {joint}{first_of(undetermined, 6)}"
     doubts = tuple(map(Message, notes))
     message = "; ".join((message, *doubts))
     return Equilibrium(
@@ -478,14 +479,10 @@ def _components(model: CompiledModel, directions: Array) -> list[str]:
     return [name for name, size in zip(model.v_names, sizes, strict=True) if size > _NAMED]
 
 
-def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
-
-
 def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:
     bad = [name for name, value in zip(model.v_names, point.residual, strict=True) if not np.isfinite(value)]
     where = (
-        f"the force along {_few(bad)}"
+        f"the force along {first_of(bad, 6)}"
         if bad
         else "the stiffness"
         if np.all(np.isfinite(point.rates))
