@@ -72,7 +72,7 @@ class Terms:
         self.digits_lost: dict[bytes, float] = {}  # relative errors of accelerations, by the bytes of parameters
         self._requirements = Requirements(description, self.parameter_names)
         self._fixed_values = description.fixed
-        # the first calls are those that a person makes
+        # a person makes the first calls
         self.motions_to_check = 16 if "constraint_bias" in self.functions else 0
 
     @property
@@ -243,18 +243,8 @@ class Terms:
             raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))
         missing_a = "a" in blocks and arguments.get("a") is None
         constrained = "forward_dynamics" not in self.functions and solvable(self.functions)
-        if missing_a and constrained:
-            blocks |= blocks_of(self.functions)
-        elif missing_a:
-            if "forward_dynamics" not in self.functions:
-                raise UsageError(
-                    Problem(
-                        "a",
-                        f"the term {term} needs accelerations, and the model has no forward_dynamics [E0280]",
-                        "a=...",
-                    )
-                )
-            blocks |= set(self.functions.inputs("forward_dynamics"))
+        if missing_a:
+            blocks |= blocks_of(self.functions) if constrained else self._acceleration_blocks(term)
         values = {"q": self.configuration(arguments["q"]), "p": self.parameters(arguments["parameters"])}
         for block in ("v", "a"):
             if arguments.get(block) is not None:
@@ -276,6 +266,13 @@ class Terms:
         if not blocks.isdisjoint(DERIVATIVES):
             values |= derivative_values(self, term, arguments, values)
         return self.functions(term, values)
+
+    def _acceleration_blocks(self, term: str) -> set[str]:
+        """Return the input blocks of forward dynamics, by which the accelerations of a term are computed."""
+        if "forward_dynamics" not in self.functions:
+            fault = f"the term {term} needs accelerations, and the model has no forward_dynamics [E0280]"
+            raise UsageError(Problem("a", fault, "a=..."))
+        return set(self.functions.inputs("forward_dynamics"))
 
     def at(self, t: ArrayLike, parameters: Parameters, u: Inputs = None, base: ArrayLike | None = None) -> TermsAt:
         """Return the terms at one time, parameters, inputs and base, for calls at many states."""

@@ -219,11 +219,14 @@ def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve
         poses = np.stack([curve.values for curve in node], axis=1)
         moved = (poses - poses[0])[:, 4:]
         name = node[0].name.removeprefix("q.").partition("[")[0]
-        kept += [*_vector(name, "m", moved, "displacement"), *_vector(name, "rad", _turned(poses[:, :4]), "rotation")]
+        kept += [
+            *_vector(name, "m", moved, "displacement"),
+            *_vector(name, "rad", _rotation_vectors(poses[:, :4]), "rotation"),
+        ]
     return kept
 
 
-def _turned(quaternions: Array) -> Array:
+def _rotation_vectors(quaternions: Array) -> Array:
     """Return the rotation vectors since the first of quaternions (nt, 4), (nt, 3)."""
     turned = numeric.compose(SO3, quaternions, numeric.inverse(SO3, quaternions[:1]))
     turned[turned[:, 0] < 0.0] *= -1.0
@@ -247,7 +250,7 @@ def _rotations(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
     for name, parts in quaternions.items():
         if len(parts) != len("wxyz"):
             continue
-        vectors = _turned(np.stack([part.values for part in parts], axis=1))
+        vectors = _rotation_vectors(np.stack([part.values for part in parts], axis=1))
         steps = np.diff(vectors, axis=0)
         if max(np.linalg.norm(part, axis=1).max(initial=0.0) for part in (vectors, steps)) < _TURNED:
             replaced |= {id(part): [] for part in parts}

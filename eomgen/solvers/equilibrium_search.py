@@ -73,7 +73,7 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
                 pace.time = 0.0
                 trail.move(nudged)
             left = trail.steps == 3 * SLOW_STEPS or (not patient and trail.steps >= SLOW_STEPS and trail.lags)
-            # so many lengths of the scene: nothing holds it
+            # so many lengths of the scene: it moves away freely
             if not trail.point.finite or left or pace.way > 1e6:
                 return trail.end(balanced=False)
             reached = _step(statics, trail.point, pace, slower)

@@ -87,7 +87,7 @@ def _symmetric(half: str) -> tuple[Decimal, ...]:
     return *numbers, *numbers[-2::-1]
 
 
-def _completed(half: Sequence[Decimal | str]) -> tuple[float, ...]:
+def _complete(half: Sequence[Decimal | str]) -> tuple[float, ...]:
     """Return the symmetric fractions of drifts and kicks in turn from the first, independent ones: the last two of the
     first half follow from the sums, which are 1."""
     numbers, last = list(map(Decimal, half)), len(half) % 2
@@ -101,7 +101,7 @@ def _minimum_norm() -> tuple[float, ...]:
     with localcontext() as context:
         context.prec = _DIGITS
         root = (2 * Decimal(326).sqrt() + 36) ** (Decimal(1) / 3)
-        return _completed([Decimal("0.5") - root / 12 + 1 / (6 * root)])
+        return _complete([Decimal("0.5") - root / 12 + 1 / (6 * root)])
 
 
 _OMELYAN = "Omelyan, Mryglod and Folk 2003"
@@ -115,15 +115,15 @@ _KAHAN_LI = "Kahan and Li 1997"
 _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
     "leapfrog": (2, "Verlet 1967", {"drift": (0.5, 1.0, 0.5)}),
     "minimum_norm2": (2, _OMELYAN, {"drift": _minimum_norm()}),
-    "bcss3": (2, _BLANES, {"drift": _completed(("0.11888010966548", "0.29619504261126"))}),
+    "bcss3": (2, _BLANES, {"drift": _complete(("0.11888010966548", "0.29619504261126"))}),
     "omf4": (
         4,
         _OMELYAN,
         {
-            "drift": _completed(
+            "drift": _complete(
                 ("0.2750081212332419", "-0.08442961950707149", "-0.1347950099106792", "0.3549000571574260")
             ),
-            "kick": _completed(
+            "kick": _complete(
                 ("0.08398315262876693", "0.2539785108410595", "0.6822365335719091", "-0.03230286765269967")
             ),
         },
@@ -132,7 +132,7 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         4,
         _BLANES_MOAN,
         {
-            "drift": _completed(
+            "drift": _complete(
                 ("0.0792036964311957", "0.209515106613362", "0.353172906049774", "-0.143851773179818",
                  "-0.0420650803577195")
             )
@@ -142,7 +142,7 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         6,
         _BLANES_MOAN,
         {
-            "drift": _completed(
+            "drift": _complete(
                 ("0.0502627644003922", "0.148816447901042", "0.413514300428344", "-0.132385865767784",
                  "0.0450798897943977", "0.067307604692185", "-0.188054853819569", "0.432666402578175",
                  "0.541960678450780")
