@@ -215,19 +215,6 @@ def test_what_cannot_follow_a_tolerance_says_why_and_what_can(method: str, text:
 
 
 @pytest.mark.slow
-def test_a_scene_says_so_too() -> None:
-    builder = eomgen.SceneBuilder("by_tolerance")
-    builder.body("a", 1.0).joint(
-        "x", "prismatic", "base", "a", axis=[1, 0, 0], stiffness=40.0, initial={"position": 0.3}
-    )
-    made = eomgen.build(builder.simulation(method="generalized_alpha", rho_inf=0.9, tolerance=1e-4, step=0.1).build())
-    found = made.simulate(1.0, **QUIET)
-    settings = found.metadata["settings"]
-    assert (found.metadata["method"], settings["tolerance"], settings["rho_inf"]) == (ADAPTIVE, 1e-4, 0.9)
-    assert np.abs(found.q[:, 0] - 0.3 * np.cos(np.sqrt(40.0) * found.t)).max() < 3e-4
-
-
-@pytest.mark.slow
 def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
     made = wound_spring()
     turning = started(0.0, 40.0)

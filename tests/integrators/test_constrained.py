@@ -227,22 +227,6 @@ def test_without_rotations_the_spatial_variant_is_the_plain_one(compiled):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("group", "floor"), [("R3xSO3", 1e-5), ("SE3", 1e-6)])
-def test_order_down_to_steps_of_1e_5_and_what_rounding_leaves_of_multipliers(compiled, group, floor):
-    stepper, steps, exact, errors = top(compiled, group), [8e-5, 4e-5, 2e-5, 1e-5], top_solution(FAST), []
-    for step in steps:
-        stepper.start(step=step, rtol=1e-15, atol=1e-15)  # iterations end at round-off
-        rows = stepper.run(round(0.1 / step), every=round(0.01 / step)).rows
-        expected = np.array([np.concatenate(exact(t)[1:]) for t in rows[:, 0]])
-        errors.append(rows[:, [5, 6, 7, 8, 9, 10, -3, -2, -1]] - expected)
-    for part, tolerance in ((slice(0, 3), 0.1), (slice(3, 6), 0.1), (slice(6, 9), 0.2)):
-        sizes = [np.linalg.norm(error[:, part], axis=1).max() for error in errors]
-        assert np.log2(np.divide(sizes[:-1], sizes[1:])) == pytest.approx(2.0, abs=tolerance)
-    noise = errors[-1][:, 6:] - errors[-2][:, 6:] / 4.0  # what does not shrink by the order
-    assert 0.0 < np.abs(noise).max() <= floor
-
-
-@pytest.mark.slow
 def test_published_position_after_two_seconds(compiled):
     published, stepper, ends = anchor("heavy_top_places").reference[3:], top(compiled, "SE3"), []
     for step in (2e-5, 1e-5):

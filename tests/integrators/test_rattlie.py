@@ -323,14 +323,3 @@ def test_a_machine_at_rest_stays_there() -> None:
     end = made.simulate(0.06, 1e-4, method="rattlie", error_estimate=False)
     assert end.success, end.message
     assert np.abs(end.q).max() < 1e-12
-
-
-@pytest.mark.slow
-def test_growth_beyond_the_limit_of_a_step_is_said() -> None:
-    scene = (
-        eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)
-        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1.0).build()
-    )  # fmt: skip  # a chain of calls
-    end = eomgen.build(scene).simulate(420.0, 2.1, method="rattlie", initial={"q": [1.0]}, error_estimate=False)
-    assert "the method is unstable at this step" in end.message
-    assert "generalized_alpha, which is stable at any step" in end.message

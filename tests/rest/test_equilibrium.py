@@ -17,6 +17,7 @@ import pytest
 from scipy.optimize import brentq
 
 import eomgen
+from eomgen.base.messages import first_of
 from eomgen.cli import main
 from eomgen.compiled.rest import equilibrium
 from eomgen.compiled.rest.sparse_partials import sparse_partials
@@ -347,5 +348,5 @@ def test_functions_of_exponential_steps_are_right_to_rounding_at_all_sizes(order
 
 def test_six_names_are_listed() -> None:
     names = [f"v{k}" for k in range(8)]
-    assert equilibrium._few(names[:6]) == "v0, v1, v2, v3, v4, v5"
-    assert equilibrium._few(names) == "v0, v1, v2, v3, v4, v5 and 2 more"
+    assert first_of(names[:6], 6) == "v0, v1, v2, v3, v4, v5"
+    assert first_of(names, 6) == "v0, v1, v2, v3, v4, v5 and 2 more"

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 import eomgen
 from eomgen.cli import main
@@ -106,13 +105,6 @@ def test_an_integral_that_winds_up_is_the_difference(model: eomgen.Model) -> Non
 def pushed(kind: str, signal: str, **keys: Any) -> eomgen.SceneBuilder:
     """Return a cart on a rail that a controller pushes."""
     return on_rail("push", "rail").controller("push", kind, signal, **keys)
-
-
-@pytest.mark.slow
-def test_a_first_order_lag_is_exponential() -> None:
-    run = built(pushed("low_pass", 3.0, time_constant=0.1, initial=1.0)).simulate(0.5, 1e-3, method="rk4")
-    A = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, -10, 30], [0, 0, 0, 0]])
-    assert np.allclose([run.q[-1, 0], run.v[-1, 0], run.z[-1, 0]], (expm(0.5 * A) @ [0, 0, 1, 1])[:3], atol=1e-9)
 
 
 def test_jumps_that_controllers_see_are_known() -> None:

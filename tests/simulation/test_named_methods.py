@@ -42,15 +42,6 @@ def test_undamped_and_damped_cases_bear_constraints() -> None:
 
 
 @pytest.mark.slow
-def test_a_case_that_index_3_bears_with_damping_needs_none_in_the_scene() -> None:
-    damped = absolute().simulate(0.1, 1e-3, method="newmark_index3", alpha=0.1)
-    same = absolute().simulate(0.1, 1e-3, method="newmark_index3", beta=0.3025, gamma=0.6)
-    assert damped.success and damped.metadata["settings"]["beta"] == pytest.approx(0.3025, rel=1e-15)
-    np.testing.assert_allclose(damped.q, same.q, rtol=1e-12)
-    np.testing.assert_allclose(damped.q[-1], absolute().simulate(0.1, 1e-4).q[-1], atol=3e-3)
-
-
-@pytest.mark.slow
 def test_what_a_user_should_know_is_in_the_message() -> None:
     run = pendulum().simulate(0.05, 1e-2, method="newmark", beta=0.125)
     assert run.success and "newmark with 2 beta < gamma is stable only while step times the highest" in run.message
