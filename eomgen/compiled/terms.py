@@ -236,9 +236,10 @@ class Terms:
         UsageError
             Missing velocities, accelerations that cannot be computed, and arguments of wrong shapes.
         """
-        if term not in self.functions:
-            raise self.functions.missing(term, self._other_scene(term))
-        blocks = set(self.functions.inputs(term))
+        try:
+            blocks = set(self.functions.inputs(term))
+        except UsageError:
+            raise self.functions.missing(term, self._other_scene(term)) from None
         if "v" in blocks and arguments.get("v") is None:
             raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))
         missing_a = "a" in blocks and arguments.get("a") is None
