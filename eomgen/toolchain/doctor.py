@@ -94,9 +94,7 @@ def _compiler() -> ToolchainCheck:
 
 def _other_compiler() -> str:
     """Return the command that puts another compiler in the place of one that is of no use."""
-    if os.environ.get("CC"):
-        return "unset CC"
-    return install_command()
+    return "unset CC" if os.environ.get("CC") else install_command()
 
 
 def _compiles() -> ToolchainCheck:
