@@ -205,6 +205,20 @@ def test_without_python_headers_the_abi_mode_serves(tmp_path: Path, monkeypatch:
         Builder("quick", mode="api", cache=Cache(tmp_path))
 
 
+def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:
+    first = build(tmp_path)
+    second = build(
+        tmp_path,
+        content=b"other",
+        files={**FILES, "model.c": FILES["model.c"].replace("10 *", "20 *").replace("f00d", "beef")},
+    )
+    y = np.zeros(1)
+    first.call("f", [np.zeros(1), np.ones(2)], [y])
+    assert (y[0], first.fingerprint) == (10.0, "f00d")
+    second.call("f", [np.zeros(1), np.ones(2)], [y])
+    assert (y[0], second.fingerprint) == (20.0, "beef")
+
+
 @pytest.mark.slow
 def test_the_wrapper_is_compiled_while_the_caller_derives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A fault in the background is reported by the build alone."""
