@@ -25,7 +25,7 @@ from benchmarks.sensitivities import seconds
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
 from eomgen.products.reliability.tails.distribution import steepest_descent
-from eomgen.products.reliability.tails.most_probable_point import most_probable_points
+from eomgen.products.reliability.tails.most_probable_point import points_on_curve
 from eomgen.products.reliability.vibration.run_response import RunResponse
 
 #: About the quantiles from 0.001 to 0.999.
@@ -154,8 +154,9 @@ def whole_curve(model: Model) -> tuple[tuple[int, int, int], float]:
     def found() -> None:
         nonlocal spent
         response = RunResponse(model, variables, "q", span, {})
-        points = most_probable_points(response, list(thresholds))
-        steepest_descent([one.form for one in points], [one.threshold for one in points])
+        points, _ = points_on_curve(response, list(thresholds))
+        ordered = [points[k] for k in sorted(points)]
+        steepest_descent([point.form for point in ordered], [point.threshold for point in ordered])
         spent = response.costs
 
     for _ in range(7):

@@ -436,6 +436,7 @@ LATE: dict[str, dict[str, str]] = {
         "scene.document": "likewise",
         "simulation.judgement": "likewise",
     },
+    "products.doubts.doubtful_elements": {"products.doubts.places": "most scenes have no tyres"},
     "products.doubts.remarks": {"products.doubts": "few runs have events, or states of few values"},
     "simulation.judgement.finished_run": {
         "compiled.rest.state_warnings": "a run is judged when its solution is asked for it",

@@ -316,8 +316,7 @@ def test_what_is_said_of_formulas(formula: str, said: str) -> None:
 def test_a_force_cannot_depend_on_a_reaction() -> None:
     with pytest.raises(DescriptionError) as caught:
         load_toml(PENDULUM + '[efforts.friction]\njoint = "pin"\neffort = "-0.1 * reaction.pin.force[0]"\n')
-    what = "reaction.pin cannot be used here: it depends on the accelerations that follow from what stands here"
-    assert what in str(caught.value)
+    assert "reaction.pin cannot be used here" in str(caught.value) and "not accelerations" in str(caught.value)
 
 
 @pytest.mark.parametrize(

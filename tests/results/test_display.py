@@ -98,7 +98,7 @@ def test_a_notebook_shows_a_run_and_its_modes() -> None:
     assert rows["outcome"] == [run.message]
     linear = model.linearize(at="initial")
     listed = rows_of(linear._repr_html_())
-    assert listed[1][1] == (f"{linear.modes().frequency[0]:.6g}" if linear.modes().oscillating[0] else "")
+    assert listed[1][1] == (f"{linear.modes().frequency[0]:.9g}" if linear.modes().oscillating[0] else "")
 
 
 def test_a_notebook_shows_the_equation_and_the_tables_of_a_model() -> None:

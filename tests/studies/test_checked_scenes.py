@@ -1,9 +1,8 @@
-"""Checks of the closed forms of scenes that other tests have, of hulls in water, and next to features of functions:
+"""Checks of the closed forms of scenes that other tests have, and next to features of functions:
 limits of differences and of complex steps."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,15 +14,13 @@ import eomgen
 from eomgen.mechanics import scene_tape
 from eomgen.mechanics.tree import alike
 from eomgen.products.studies.verification.differences import _as_finer
-from eomgen.scene.load import from_data, load_toml
+from eomgen.scene.load import load_toml
 from eomgen.studies import check
 from tests.mechanics.test_alike_links import chain
 from tests.mechanics.test_rolling_on_surfaces import BODIES, HILLS, shaped
 from tests.pipeline.test_front_ends import installed, lattice  # noqa: F401  # a fixture
 from tests.scene.test_body_inertia import SHAFTS
 from tests.simulation.test_events import DOUBLE, changed
-from tests.waves.test_hulls import COLUMN, HULLS, INERTIA, MASS, SEA, _data
-from tests.waves.test_water_planes import _scene
 
 
 def slide(**parts: Any) -> dict[str, Any]:
@@ -90,30 +87,6 @@ def on_hills() -> Any:
     return shaped(next(iter(BODIES)), type="sliding", position=place, surface=f'surface = "{HILLS}"')
 
 
-def platform() -> eomgen.Scene:
-    """Return a platform in waves with a pendulum."""
-    tail = COLUMN | {"body": "arm", "start": [0, 0, -1], "end": [1, 0.3, -4], "drag": 1, "wet": 2, "stations": 1}
-    load = {
-        "bodies": {
-            "buoy": {"mass": MASS, "center_of_mass": [0.2, 0, -3.5], "inertia": INERTIA},
-            "arm": {"mass": 300, "center_of_mass": [1, 0, 0], "inertia": {"xx": 10, "yy": 400, "zz": 400}},
-        },
-        "joints": {
-            "moves": {"type": "free", "parent": "base", "child": "buoy"},
-            "hinge": {"type": "revolute", "axis": [0, 1, 0], "parent": "buoy", "child": "arm", "position": [0, 0, 5]},
-        },
-        "hulls": {name: hull | {"waves": "sea"} for name, hull in (HULLS | {"tail": tail}).items()},
-    }
-    data = _data({"type": "free"}, SEA, {}, coordinates="absolute", simulation={"duration": 1, "step": 0.01})
-    return from_data(data | load)
-
-
-def buoy(angle: float) -> eomgen.Scene:
-    joint = {"type": "revolute", "axis": [0, 1, 0], "initial": {"position": angle}}
-    body = {"mass": 2e5, "center_of_mass": [0.1, 0, -0.5], "inertia": [1e6, 1e6, 1e6]}
-    return from_data(_scene(10.0, -2.0, 2.0, 3, joint, body, added_mass=1, wet=2.0, drag=1.0))
-
-
 CAR = "examples/car_in_side_wind/system/car.toml"
 #: Scenes, options of ``check``, and forms that are in the report.
 SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
@@ -132,14 +105,11 @@ SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
     "events": (watched, {"only": ["event"]}, {"events.event_rate", "event_impulse.gradient"}),
     "shafts without mass": (lambda: load_toml(SHAFTS), {}, set()),
     "shape on hills": (on_hills, {"states": 2, "only": ["partials", "second_partials"]}, set()),
-    "platform": (platform, {"states": 2}, set()),
-    "heeled buoy": (lambda: buoy(0.2), {"states": 3}, set()),
-    "lying buoy": (lambda: buoy(math.pi / 2), {"states": 3}, set()),
 }  # fmt: skip  # a table
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("shape on hills", "platform")
+@pytest.mark.long_cases("shape on hills")
 @pytest.mark.parametrize("name", SCENES)
 def test_closed_forms_of_a_scene_agree(name: str) -> None:
     scene, options, forms = SCENES[name]

@@ -604,7 +604,7 @@ def test_what_is_meant_is_not_noted(sea: dict[str, Any], sections: dict[str, Any
 IN_FORMULAS = [
     ("elevation.se(0, 0)", r"elevation\.se: there are no waves 'se' \(column 1\); try: sea"),
     ("elevation.sea(0)", r"elevation\.sea\(\) takes 2 arguments, not 1 \(column 1\); try: elevation\.sea\(x, y\)"),
-    ("elevation.sea(0, 0)[0]", r"elevation\.sea has no component 0 .*; try: elevation\.sea\(x, y\)"),
+    ("elevation.sea(0, 0)[1]", r"elevation\.sea has no component 1 .*; try: elevation\.sea\(x, y\)"),
     ("elevation.sea", r"elevation\.sea is a function of x, y, and needs arguments .*; try: elevation\.sea\(x, y\)"),
     ("slope.sea(0, 0)", r"slope\.sea has 2 components .*; try: slope\.sea\(x, y\)\[0\]"),
     ("slope.sea(0, 0)[2]", r"slope\.sea has no component 2 .*; try: an index from 0 to 1"),

@@ -49,8 +49,11 @@ _IMPLICIT = (
     (*("residual", "constraint_acceleration", "constraint_velocity", "internal_rate"),),
     ("residual", "constraint_acceleration", "constraint", "constraint_velocity", "internal_rate"),
 )
-#: Families whose steps are made of derivatives of the model.
-_DERIVED = ("rosenbrock", "corrected_predictor", "discontinuous_galerkin", "taylor")
+#: Why steps of a family have no second derivatives in C.
+_REASONS = dict.fromkeys(
+    ("rosenbrock", "corrected_predictor", "discontinuous_galerkin", "taylor"),
+    ", which would be third derivatives of the model",
+)
 
 
 class Slot(NamedTuple):
@@ -473,9 +476,7 @@ def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
     if recorded:  # for scenes of another kind
         kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
         return f" for scenes with {kind}"
-    if method.family in _DERIVED:
-        return ", which would be third derivatives of the model"
-    return ", since its length is chosen" if method.chooses_steps else ""
+    return _REASONS.get(method.family, ", since its length is chosen" if method.chooses_steps else "")
 
 
 def _check_kicks(program: Program, accelerations: Exported) -> None:
