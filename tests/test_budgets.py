@@ -35,7 +35,7 @@ def test_rooms_and_phrases_are_within_their_budgets() -> None:
 def test_docstrings_and_blank_lines_keep_their_shares() -> None:
     now, before = measured()["shares"]["all"], allowed()["shares"]["all"]
     assert now["blank"] == pytest.approx(before["blank"], abs=1.0)
-    assert before["docstrings"] - 1.0 < now["docstrings"] < before["docstrings"] + 2.5
+    assert before["docstrings"] - 1.0 < now["docstrings"] < before["docstrings"] + 3.5
 
 
 def test_no_function_is_too_complex() -> None:

@@ -20,7 +20,7 @@ from eomgen.errors import Problem, UsageError
 Progress = Callable[[int, int], None]
 
 #: Seconds before a bar and before the display of compilers appear, and between texts to a notebook.
-_PATIENCE, _SHORT_PATIENCE, _SELDOM = 1.0, 0.5, 0.2
+_DELAYS = {"bar": 1.0, "compilers": 0.5, "notebook": 0.2}
 #: Function that reports the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
 
@@ -117,7 +117,7 @@ def terminal_bar(title: str) -> Iterator[Reporter]:
             yield Reporter(lines.report, _write_line, lines.stage)
         return
     columns = ("BarColumn", "{task.percentage:>5.1f} %", "TimeRemainingColumn")
-    with _rich_display(title, _PATIENCE, "{task.description}", *columns) as (bar, task):
+    with _rich_display(title, _DELAYS["bar"], "{task.description}", *columns) as (bar, task):
 
         def stage(text: str) -> None:
             bar.update(task, description=f"{title}: {text}")
@@ -144,9 +144,8 @@ class _ProgressLines:
         """Write progress with an estimate of the time left, if a line is due."""
         self._before = done if self._before < 0 else self._before
         if (spent := self._seconds_if_due()) is not None:
-            rest = ""
-            if done > self._before:
-                rest = f", about {duration(spent * (total - done) / (done - self._before))} left"
+            rate = (done - self._before) / max(spent, 1e-9)
+            rest = f", about {duration((total - done) / rate)} left" if rate > 0.0 else ""
             _write_line(f"{self._title}: {100.0 * done / max(total, 1):.3g} % after {duration(spent)}{rest}")
 
     def stage(self, text: str) -> None:
@@ -172,7 +171,7 @@ def waiting(title: str) -> Iterator[None]:
     if not sys.stderr.isatty():
         yield
         return
-    with _rich_display(title, _PATIENCE, "SpinnerColumn", "{task.description}", "TimeElapsedColumn"):
+    with _rich_display(title, _DELAYS["bar"], "SpinnerColumn", "{task.description}", "TimeElapsedColumn"):
         yield
 
 
@@ -195,11 +194,11 @@ def counted_units(title: str) -> Iterator[Progress | None]:
     if tell := _TELLS.get():
         yield lambda done, total: tell(_units(title, done, total, time.monotonic() - began))
     elif _in_notebook():
-        with _notebook_display(_SHORT_PATIENCE, 0.0) as show:
+        with _notebook_display(_DELAYS["compilers"], 0.0) as show:
             yield lambda done, total: show(escape_html(_units(title, done, total, time.monotonic() - began)))
     elif sys.stderr.isatty():
         columns = ("SpinnerColumn", "{task.description}", "MofNCompleteColumn", "TimeElapsedColumn")
-        with _rich_display(title, _SHORT_PATIENCE, *columns) as (bar, task):
+        with _rich_display(title, _DELAYS["compilers"], *columns) as (bar, task):
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
         yield None
@@ -232,7 +231,7 @@ def _rich_display(title: str, patience: float, *columns: str) -> Iterator[tuple[
 def notebook_bar(title: str) -> Iterator[Progress]:
     """Show a progress bar below a notebook's cell, which is gone when the work is done, and give the callback for
     progress."""
-    with _notebook_display(0.0, _SELDOM) as show:
+    with _notebook_display(0.0, _DELAYS["notebook"]) as show:
         show(_html(title, 0, 1))
         yield lambda done, total: show(_html(title, done, total))
 

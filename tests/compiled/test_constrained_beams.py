@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import runpy
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 import eomgen
 from tests.anchors import anchor
-from tests.compiled.spaghetti import flown, slopes, spaghetti
+from tests.models.cache import shared_cache
+from tests.models.cosserat import ROLL_UP, beam_scene
 
+__all__ = ["shared_cache"]
+
+spaghetti: Any = SimpleNamespace(
+    **runpy.run_path(str(Path(__file__).parents[2] / "examples" / "flying_spaghetti" / "spaghetti.py"))
+)
 #: Where the end that is thrown is at t = 2.5 s and t = 5 s by elements, of an implementation in NumPy that shares no
 #: code with this one: Kirchhoff beam on S^3 x R^3, RATTLie, steps of 2^-10 s (data of Hante, Tumiotto and Arnold 2022).
 THROWN_END = {
@@ -38,6 +49,10 @@ def test_rounding_of_places_stops_no_step_of_rattlie() -> None:
         assert run.stats["newton_iterations"] < 4.0 * run.stats["steps"]
 
 
+def slopes(errors: Any) -> Any:
+    return np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("model", "methods", "coarsest", "within"),
@@ -54,11 +69,14 @@ def test_positions_velocities_and_section_forces_are_of_order_2(
     Multipliers of index 3 oscillate with the step: their order between two steps is 2.08, 2.17, 2.68, 1.19.
     """
     data, fourth = spaghetti.scene(4, model=model), "rk4_partitioned"
-    exact = flown(eomgen.build(data, method=fourth, profile="quick"), 1.0, 10, 2, method=fourth)
+    exact = eomgen.build(data, method=fourth, profile="quick").simulate(
+        1.0, 2.0**-10, method=fourth, record_every=2**8, error_estimate=False
+    )
     for method in methods:
         made, errors = eomgen.build(data, method=method, profile="quick"), []
         for power in (coarsest, coarsest + 1):
-            run = flown(made, 1.0, power, 2, method=method)
+            run = made.simulate(1.0, 2.0**-power, method=method, record_every=2 ** (power - 2), error_estimate=False)
+            assert run.success, run.message
             assert run.stats["max_constraint"] < 1e-13
             assert run.stats["max_constraint_velocity"] < (1e-5 if method.endswith("index3") else 1e-11)
             pairs = ((run.q, exact.q), (run.v, exact.v), (run.multipliers, exact.multipliers))
@@ -71,15 +89,60 @@ def test_positions_velocities_and_section_forces_are_of_order_2(
 @pytest.mark.long
 def test_multipliers_jump_by_order_1_and_their_means_are_of_order_2() -> None:
     data, jumps, errors = spaghetti.scene(4, model="inextensible"), [], []
-    fourth = "rk4_partitioned"
-    exact = flown(eomgen.build(data, method=fourth, profile="quick"), 1.0, 10, 3, method=fourth)
+    exact = eomgen.build(data, method="rk4_partitioned", profile="quick").simulate(
+        1.0, 2.0**-10, method="rk4_partitioned", record_every=2**7, error_estimate=False
+    )
     made = eomgen.build(data, method="rattlie", profile="quick")
     for power in (8, 9):
         sides = []
         for side in (1, 2, 3):
-            run = flown(made, 1.0, power, 3, method="rattlie", settings={"multipliers": side})
+            run = made.simulate(
+                1.0, 2.0**-power, method="rattlie", record_every=2 ** (power - 3), error_estimate=False,
+                settings={"multipliers": side},
+            )  # fmt: skip  # options
             sides.append(np.abs(run.multipliers[1:-1] - exact.multipliers[1:-1]).max())
         jumps.append(run.stats["max_jump"])
         errors.append(sides)
     assert slopes(jumps)[-1] == pytest.approx(1.0, abs=0.1)
     assert slopes(errors)[-1] == pytest.approx([1.0, 1.0, 2.0], abs=0.1)
+
+
+@pytest.mark.long
+def test_free_flight_keeps_what_mechanics_says() -> None:
+    """Linear and angular momentum to rounding, energy without drift; its range and the way of the centre of mass by
+    order 2, as steps turn nodes and move them at once."""
+    made, ranges, gaps = eomgen.build(spaghetti.scene(8), method="rattlie", profile="quick"), [], []
+    for power in (9, 10):
+        run = made.simulate(9.0, 2.0**-power, method="rattlie", record_every=2 ** (power - 4), error_estimate=False)
+        assert run.success, run.message
+        free = run.t >= spaghetti.THROWN
+        t, nodes = run.t[free], spaghetti.axis_of(run, 8)[free]
+        energy = run.energy["kinetic"][free] + run.energy["potential"][free]
+        ranges.append(np.ptp(energy))
+        assert np.mean(energy) == pytest.approx(874.53, abs=0.01)
+        assert np.abs(np.polyfit(t, energy, 1)[0]) < 0.1 * ranges[-1]
+        gaps.append(np.abs(spaghetti.centre_of_mass(nodes) - spaghetti.in_free_flight(t)).max())
+        momenta = np.einsum("tij,tj->ti", made.centroidal_momentum(run.q[free]), run.v[free])
+        np.testing.assert_allclose(momenta[:, 3:], np.tile([50.0, 0.0, 0.0], (len(t), 1)), atol=1e-9)
+        about_origin = momenta[:, :3] + np.cross(spaghetti.centre_of_mass(nodes), momenta[:, 3:])
+        assert np.max(np.ptp(about_origin, axis=0)) < 1e-8
+    assert ranges[1] < 2e-4 and gaps[1] < 5e-5
+    assert slopes(ranges) == pytest.approx(2.0, abs=0.1)
+    assert slopes(gaps) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.long
+def test_a_sudden_moment_rolls_a_damped_beam_up() -> None:
+    """It comes to rest as a circle, its end turned once: at the quaternion of the clamp with the other sign."""
+    kept = [strain for strain in ROLL_UP if strain not in spaghetti.WITHOUT["kirchhoff"]]
+    beam = {
+        "model": "kirchhoff",
+        "stiffness": {strain: ROLL_UP[strain] for strain in kept},
+        "damping": dict.fromkeys(kept, 200.0),
+    }
+    scene = beam_scene(4, {"torque": [0.0, f"{100.0 * np.pi!r} * load", 0.0]}, beam)
+    made = eomgen.build(scene, profile="quick")
+    run = made.simulate(80.0, 2.0**-5, record_every=160, error_estimate=False)
+    assert run.success, run.message
+    away = np.abs(run.poses["rope.4"] - [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).sum(axis=1)
+    assert away[-1] < 1e-3 and np.max(away[-4:]) < 0.1 * np.max(away[-10:-6])

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import eomgen
+from eomgen.base import progress
 from eomgen.base.progress import counted_units, show_progress, terminal_bar, told_by, waiting
 
 
@@ -38,7 +39,7 @@ def _notebook(monkeypatch: pytest.MonkeyPatch, kernel: object) -> list[str]:
 
 def test_a_notebook_gets_a_bar_that_goes_away(model: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     pages = _notebook(monkeypatch, kernel=object())
-    monkeypatch.setattr("eomgen.base.progress._SELDOM", 0.0)
+    monkeypatch.setitem(progress._DELAYS, "notebook", 0.0)
     assert model.simulate(0.5, 1e-3, progress=True).success
     parts = [float(page.split('value="')[1].split('"')[0]) for page in pages[:-1]]
     assert parts[0] == 0.0
@@ -66,8 +67,8 @@ def test_where_nobody_looks_there_is_no_bar(
 def _be_terminal(monkeypatch: pytest.MonkeyPatch, patience: float) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setattr("eomgen.base.progress._PATIENCE", patience)
-    monkeypatch.setattr("eomgen.base.progress._SHORT_PATIENCE", patience)
+    monkeypatch.setitem(progress._DELAYS, "bar", patience)
+    monkeypatch.setitem(progress._DELAYS, "compilers", patience)
 
 
 def test_a_terminal_gets_a_bar_for_a_run_that_lasts(
@@ -118,16 +119,20 @@ def test_compilers_count_their_files_on_a_terminal(
     assert re.search(r"compiling spherical_pendulum .*([2-9])/\1 0:00:", text)
 
 
-def test_compilers_count_their_files_in_a_notebook(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("patience", "shown"),
+    [(60.0, []), (0.0, ["compiling arm: 2 of 3 files, 0 s", "compiling arm: 3 of 3 files, 0 s", ""])],
+)
+def test_compilers_count_their_files_in_a_notebook(
+    monkeypatch: pytest.MonkeyPatch, patience: float, shown: list[str]
+) -> None:
     pages = _notebook(monkeypatch, kernel=object())
+    monkeypatch.setitem(progress._DELAYS, "compilers", patience)
     with counted_units("compiling arm") as report:
         assert report is not None
-        report(1, 3)  # at once
-        assert pages == []
-        monkeypatch.setattr("eomgen.base.progress._SHORT_PATIENCE", 0.0)
         report(2, 3)
         report(3, 3)
-    assert pages == ["compiling arm: 2 of 3 files, 0 s", "compiling arm: 3 of 3 files, 0 s", ""]
+    assert pages == shown
 
 
 def test_compilers_tell_a_display_that_is_there(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
@@ -144,7 +149,7 @@ def test_compilers_tell_a_display_that_is_there(monkeypatch: pytest.MonkeyPatch,
 def test_compilers_tell_nobody_if_stderr_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("eomgen.base.progress._SHORT_PATIENCE", 0.0)
+    monkeypatch.setitem(progress._DELAYS, "compilers", 0.0)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
     eomgen.build("examples/spherical_pendulum/scene.toml", ["energy"], profile="quick")
     assert capsys.readouterr() == ("", "")
