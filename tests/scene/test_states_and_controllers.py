@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.errors import DescriptionError, FileError
+from eomgen.errors import DescriptionError
 from eomgen.formula.nodes import Number, Operation, Symbol
-from eomgen.scene.control.sampled import text_of
-from eomgen.scene.load import from_data, load_toml
+from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.scene import Scene
 
 ARM = """\
@@ -141,8 +140,17 @@ def test_states_can_be_given_as_data() -> None:
     assert from_data(data).states[0].name == "x"
 
 
-def test_a_file_of_code_is_utf_8(tmp_path: Path) -> None:
-    path = tmp_path / "law.c"
-    path.write_bytes(b"\xff")
-    with pytest.raises(FileError, match="the file is not UTF-8; try: the file saved in UTF-8"):
-        text_of(path)
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    [
+        ("law.c", r"law\.c': the file is not UTF-8; try: the file saved in UTF-8$"),
+        ("absent.c", r"absent\.c': cannot be read: No such file or directory; try: "),
+    ],
+)
+def test_a_fault_of_a_file_of_code_has_its_line_in_the_scene(tmp_path: Path, name: str, fault: str) -> None:
+    (tmp_path / "law.c").write_bytes(b"\xff")
+    scene = tmp_path / "arm.toml"
+    text = 'type = "sampled"\nsample = 0.01\nsignals = { angle = "q.pin" }\nfunction = "held"\n'
+    scene.write_text(f'{ARM}[controllers.held]\n{text}source = "{name}"\n', encoding="utf-8")
+    with pytest.raises(DescriptionError, match=rf"arm\.toml:\d+ \(controllers\.held\.source\): .*{fault}"):
+        load(scene)

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from eomgen.base.messages import is_legal, key_of, nearest, shown
-from eomgen.errors import FileError
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.products.laws.code import CCode, PythonCode, arguments_of, python_code
 from eomgen.products.laws.law import FileLaw
@@ -134,12 +133,11 @@ def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> Pyth
         hint = "the path of a Python file, from the scene file's folder"
         report.add(f"{where}.python", f"{shown(file)} does not end in .py [E0903]", hint)
         return None
-    try:
-        text = text_of(path)
-        body = ast.parse(text, path.name).body
-    except FileError as error:
-        report.add_file_error(f"{where}.python", error)
+    text = text_of(f"{where}.python", path, report)
+    if text is None:
         return None
+    try:
+        body = ast.parse(text, path.name).body
     except (SyntaxError, ValueError) as error:
         line = f":{line}" if (line := getattr(error, "lineno", None)) else ""
         fault = f"{path.name}{line}: {getattr(error, 'msg', error)} [E2226]"

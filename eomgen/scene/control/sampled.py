@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from eomgen.base.data import dataclass
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import key_of, shown
-from eomgen.errors import FileError, Problem
+from eomgen.errors import FileError
 from eomgen.formula.nodes import Symbol
 from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.report import Report
@@ -108,12 +108,17 @@ def read_sampled_controller(
     return states, called
 
 
-def text_of(path: Path) -> str:
-    """Return the text of a file of code. Raises FileError if the file cannot be read, is too large, or is not UTF-8."""
+def text_of(key: str, path: Path, report: Report) -> str | None:
+    """Return the text of a file of code; None if the file cannot be read, is too large, or is not UTF-8, which is
+    reported at the key that names the file."""
     try:
         return read_bytes(path, 1_000_000).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
-        raise FileError(Problem(shown(str(path)), "the file is not UTF-8 [E0900]", "the file saved in UTF-8")) from None
+        report.add(key, f"{str(path)!a}: the file is not UTF-8 [E0900]", "the file saved in UTF-8")
+    except FileError as error:
+        problem = error.problems[0]
+        report.add(key, f"{problem.where}: {problem.what} [{problem.row}]", problem.hint)
+    return None
 
 
 def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
@@ -144,10 +149,8 @@ def c_source(
             report.add(f"{key}.{word}", message, hint)
             return None
     path = folder / file
-    try:
-        text = text_of(path)
-    except FileError as error:
-        report.add_file_error(f"{key}.source", error)
+    text = text_of(f"{key}.source", path, report)
+    if text is None:
         return None
     fault, hint = "", "the path of a C file, from the scene file's folder"
     if path.suffix != ".c":
