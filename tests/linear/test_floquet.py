@@ -155,6 +155,7 @@ def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> Non
     for call, error, text in (
         (lambda: mathieu.floquet(0.0), UsageError, r"period: 0\.0 is not a positive number"),
         (lambda: mathieu.floquet(math.pi, tolerance=-1), UsageError, "tolerance: -1 is not a positive number"),
+        (lambda: mathieu.floquet(1e-6), NumericalError, r"the equations do not change within 1e-06 s, and later they"),
         (lambda: mathieu.floquet(1.0), NumericalError, "the equations do not have the period 1 s: the coefficients at"),
         (lambda: mathieu.floquet(math.pi, tolerance=1e-300), NumericalError, "the monodromy matrix is known to "),
     ):

@@ -302,7 +302,8 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
 
 
 def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
-    """Raise NumericalError unless the equations have the period of the orbit: they are equal one period later.
+    """Raise NumericalError unless the equations have the period of the orbit: they are equal one period later, and
+    equations that do not change within the period do not change afterwards.
 
     Parameters
     ----------
@@ -320,6 +321,17 @@ def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
                 f" differ by {off:.2g} one period later [E2015]"
             )
             raise NumericalError(Problem("floquet", fault, "a common period of the motion and of all laws of time"))
+    now, inner = rows
+    if _change(orbit, run, now, StateArrays(inner.t, now.q, now.v, now.a, now.z)) is not None:
+        return
+    for later in (0.0137, 0.137, 1.37, 13.7, 137.0):  # s, whole periods of few laws
+        changed = _change(orbit, run, now, StateArrays(now.t + later, now.q, now.v, now.a, now.z))
+        if changed is not None:
+            fault = (
+                f"the equations do not change within {orbit.period:.9g} s, and later they do: the {changed[0]} differ"
+                f" by {changed[1]:.2g} after {later:.6g} s [E2016]"
+            )
+            raise NumericalError(Problem("floquet", fault, "a longer period, in s, of all laws of time"))
 
 
 def _change(orbit: _Orbit, run: Solution, now: StateArrays, then: StateArrays) -> tuple[str, float] | None:
