@@ -289,6 +289,7 @@ def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
         (lambda: overhung.campbell("spin", [1.0, 2.0], orders=(0,)), "orders: an order is 0; try: positive numbers"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=["xy"]), "whirl: 'xy' is not a pair of deflections"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("x", "z")]), "there is no output or state 'z'"),
+        (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("tilt_x", "spin")]), "whirl tilt_x:spin: spin is the"),
         (lambda: overhung.campbell("damping", [1.0, 2.0], velocities={"spin": 1.0}), "damping is a parameter, and"),
     ):
         with pytest.raises(UsageError, match=text):

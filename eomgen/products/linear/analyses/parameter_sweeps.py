@@ -170,7 +170,7 @@ def campbell(
     Raises
     ------
     UsageError
-        A name that is neither, values that do not increase, pairs that are none.
+        A name that is neither, values that do not increase, pairs that are none or hold the rotation itself.
     EomgenError
         As of ``linearize`` and ``steady_motion``, with the value in the message. Values without a linear model are left
         out with a warning as long as two are kept.
@@ -283,10 +283,15 @@ def _check_whirl(
     initial: Mapping[str, Any] | None,
     parameters: Mapping[str, float] | None,
 ) -> None:
-    """Warn of deflections by joints in an order against the sense of the varied rotation.
+    """Raise UsageError for the varied rotation as a deflection; warn of joints in an order against its sense.
 
     Axes are known of joints with one coordinate, in models with ``poses``.
     """
+    for pair in whirl:
+        if {speed, f"q.{speed}"}.intersection(pair):
+            fault = f"{speed} is the rotation that is varied, and no deflection [E0048]"
+            hint = f"deflections along two axes across the axis of {speed}, the second a quarter turn from the first"
+            raise UsageError(Problem(f"whirl {':'.join(map(str, pair))}", fault, hint))
     hinges = {item.name: item for item in model.description.drawing.hinges if item.turns != item.slides}
     angles = {name for name in hinges if f"q.{name}" in model.q_names}
     known = [pair for pair in whirl if {speed, *pair} <= angles]
