@@ -256,8 +256,8 @@ def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
     assert row == ["measured", "10", f"{expected:.6g}"]
     assert main([*words, "--classes", "A,C"]) == 2
     assert capsys.readouterr().err.endswith(
-        "MeasuredRoad: a measured road has a spectrum of its own, and no class; try: excitation.at(road="
-        'eomgen.spectra.Road("C")) [E0481]\n'
+        "--classes A,C: the road of the scene is a measured one, which has a spectrum of its own, and no class;"
+        " try: without --classes [E2187]\n"
     )
 
 

@@ -116,7 +116,11 @@ class CampbellRequest:
             numbers = _read("--modes", modes, lambda text: _positive(text, int), fault, example)
         pairs = [_read("--whirl", text, _pair, "two deflections are needed [E0167]", "--whirl x:y") for text in whirl]
         letter = "P" if "p" in (orders or "").lower() else "x"
-        return cls(*_sweep(sweep, "--campbell"), multiples, letter, pairs, numbers, speed_unit)
+        speed, values = _sweep(sweep, "--campbell")
+        if not values[0] < values[-1]:
+            where = f"--campbell {sweep}: values"
+            raise UsageError(Problem(where, "they do not increase [E0047]", "the smallest first"))
+        return cls(speed, values, multiples, letter, pairs, numbers, speed_unit)
 
     def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
         """Return the view of the diagram to draw, with the `band` of frequencies (Hz), modes, speed unit and letter of
@@ -313,7 +317,12 @@ class _Request:
         list if no ride is `wanted`, by arguments of ``Linearization.ride_table``."""
         if wanted is None:
             return None, []
+        from eomgen.products.linear.spectra import MeasuredRoad  # noqa: PLC0415
+
         excitation = self.model.road_excitation()
+        if wanted["classes"] and isinstance(excitation.road, MeasuredRoad):
+            fault = "the road of the scene is a measured one, which has a spectrum of its own, and no class [E2187]"
+            raise UsageError(Problem(f"--classes {','.join(wanted['classes'])}", fault, "without --classes"))
         table = lin.ride_table(excitation, **wanted)
         return table, [lin.psd(name, excitation) for name in table.outputs]
 
