@@ -144,6 +144,7 @@ def test_refusal(text: str, message: str) -> None:
         ("q.hinge()", "q.hinge is a quantity, not a function (column 1); try: q.hinge without brackets"),
         ("(sin)(t)(t)", "only functions can be called"),
         ("sin(*t)", "sin() takes 1 argument, not 0"),
+        ("atan2(t)", "atan2() takes 2 arguments, not 1 (column 1); try: atan2(y, x)"),
         ("sin(x=t)", "the operator '=' is not part of formulas (column 6)"),
         ("lambda x: x", "the character ':' is not part of formulas (column 9)"),
         ("(x := 3)", "the character ':=' is not part of formulas (column 4)"),

@@ -278,7 +278,7 @@ class _FormulaReader:
         if name not in FUNCTIONS:
             raise self.unknown_function(node, name)
         variadic = name in ("min", "max")
-        example = f"{name}({', '.join('xy'[: FUNCTIONS[name]])})"
+        example = f"{name}({', '.join(('yx' if name == 'atan2' else 'xy')[: FUNCTIONS[name]])})"
         parts = self.arguments(node, name, FUNCTIONS[name], example, depth, more=variadic)
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
 
