@@ -159,6 +159,7 @@ REFUSED: list[tuple[dict[str, Any], dict[str, Any], str]] = [
         r"end\): both ends are at the same place, so it has no axis; try: ends at two places",
     ),
     ({"wet": 12}, {}, r"wet\): 12 m of it move water, and it is 10 m long; try: the distance of its ends or less"),
+    ({"end": [0, 0, 1e300], "wet": 2e300}, {}, r"wet\): 2e\+300 m of it move water, and it is 1e\+300 m long"),
     ({"diameter": 0}, {}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),
     ({"added_mass": -1}, {}, r"the coefficient of added mass is -1; try: 0 or more"),
     ({"waves": "see"}, {}, r"waves\): there is no wave 'see'; try: a \[waves\] section"),

@@ -155,7 +155,7 @@ def with_mesh(shape: Shape, file: str, most: int) -> Shape:
     try:
         status = Path(file).stat()
         stamp = status.st_mtime_ns, status.st_size
-    except OSError:  # which the reading reports
+    except (OSError, ValueError):  # which the reading reports
         stamp = 0, 0
     mesh = _read_before(Path(file), most, stamp)
     colors = b"" if shape.color else mesh.colors.astype("<i2").tobytes()

@@ -101,7 +101,8 @@ class Hull(ForceElement):
 
 def _length(*ends: Numbers) -> Numbers:
     """Return the distance of two places, x, y and z of both, numbers or arrays."""
-    return sum((last - first) ** 2 for first, last in zip(ends[:3], ends[3:], strict=True)) ** 0.5
+    x, y, z = (last - first for first, last in zip(ends[:3], ends[3:], strict=True))
+    return np.hypot(np.hypot(x, y), z)  # squares of large numbers overflow
 
 
 def _at_one_place(*ends: Numbers) -> Flags:
