@@ -204,6 +204,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"parameters": [1.0, 2.0]}, "parameters: values by name are needed, not [1.0, 2.0]; try: parameters={"),
         ({"record_every": 7}, "record_every: crossings, largest values and gradients are looked for at every step"),
         ({"parameters": {"force_z1": 3.0}}, "parameters: force_z1 is a variable of a random process, and the study"),
+        ({"output": np.zeros(2)}, "output: there is no output array([0., 0.]); try: one of x, pair[0], pair[1]"),
     ],
 )
 def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text: str) -> None:

@@ -206,7 +206,7 @@ def check_output(model: Model, output: str) -> None:
     """Raise UsageError if the model has no such component of an output."""
     outputs = model.library.layout["outputs"]
     names = [name for item in outputs for name in component_names("", str(item["name"]), int(item["size"]))]
-    if output not in names:
+    if not isinstance(output, str) or output not in names:
         hint = nearest(str(output), names) or "[outputs.x] in the scene"
         raise UsageError(Problem("output", f"there is no output {shown(output)} [E0204]", hint))
 
