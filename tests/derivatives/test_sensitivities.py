@@ -474,3 +474,16 @@ def test_derivatives_that_are_not_finite_have_a_reason_without_rough_formulas() 
         " (a root, a logarithm or a power at zero); try: a formula of finite slope there, x / sqrt(x + width) for"
         " sqrt(x); eomgen check names formulas without"
     )
+
+
+def test_a_scene_with_auto_is_differentiated_with_the_method_of_its_runs() -> None:
+    parameters = {"k": {"value": 4.0, "unit": "N m/rad", "tunable": True}}
+    simulation = {"duration": 0.5, "step": 0.05, "method": "auto"}
+    model = eomgen.build(scene("arm", joints__elbow__stiffness="k", parameters=parameters, simulation=simulation))
+    assert "rk4" in model.simulate().message
+
+    def last(k: float) -> np.ndarray:
+        return np.asarray(model.simulate(parameters={"k": k}, error_estimate=False).outputs["tip"][-1])
+
+    slope = model.sensitivities(by=["k"], of=["tip"]).derivatives["tip"][-1, ..., 0]
+    np.testing.assert_allclose(slope, (last(4.0 + 1e-4) - last(4.0 - 1e-4)) / 2e-4, rtol=0, atol=1e-8)

@@ -51,8 +51,11 @@ _WITH_DERIVATIVES = f"one of {_OF_ALPHA}; rattlie, rk4, rk4_partitioned"
 
 def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
     """Return settings by which errors of Newton's iteration in a method's steps do not count in derivatives; none
-    for methods without it. Raises UsageError for a method that there is not."""
-    name = _method_name(model.library.layout["built_method"] if method is None else method)
+    for methods without it. Raises UsageError for a method that there is not, and for the choice of one."""
+    if method == "auto":
+        fault = "auto chooses a method for each run, and not all of them have derivatives [E0615]"
+        raise UsageError(Problem("method", fault, _WITH_DERIVATIVES))
+    name = model.library.layout["built_method"] if method is None else method
     step = method_named(name).linear_step
     if isinstance(step, LinearTransitions):
         return {} if step.b else dict(_TIGHT_MEAN)
@@ -96,7 +99,7 @@ def sensitivities(
         Outputs; all by default.
     method : str
         ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``, also in index 3 with
-        ``settings={"perturb": 0}``; ``rattlie``; ``rk4`` or ``rk4_partitioned``.
+        ``settings={"perturb": 0}``; ``rattlie``; ``rk4`` or ``rk4_partitioned``; ``auto``, the choice of ``simulate``.
     rho_inf, alpha, beta, gamma : float, optional
         As of ``simulate``.
     initial, parameters, inputs : mapping, optional
@@ -134,10 +137,11 @@ def sensitivities(
     end = number_of("t_end", request.t + defaults["duration"] if t_end is None else t_end)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
-    chosen = chosen_stepper(model, None if method is None else _method_name(method), options, None)
+    name, _ = request.method(method, options)
+    chosen = chosen_stepper(model, name, options, None)
     linear_step = _linear_step(model, chosen.name, chosen.method)
     if settings is not None:  # which a method without derivatives need not know
-        chosen = chosen_stepper(model, method, options, settings)
+        chosen = chosen_stepper(model, name, options, settings)
     outputs = _outputs(model, of)
     grid = time_grid(request.t, end, request.step, chosen.library.real)
     _check(model, chosen, grid, initial)
@@ -385,14 +389,6 @@ def _check_switches(model: CompiledModel, inputs: Collection[str], by: Sequence[
             if name and any(symbol.kind == "time" for symbol in inside):
                 fault = f"{name} moves the instant at which a formula takes another branch, without derivatives [E0614]"
                 raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
-
-
-def _method_name(method: str) -> str:
-    """Return the name of a method. Raises UsageError for the choice of one."""
-    if method == "auto":
-        fault = "auto chooses a method for each run, and not all of them have derivatives [E0615]"
-        raise UsageError(Problem("method", fault, _WITH_DERIVATIVES))
-    return method
 
 
 def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep | LinearTransitions:

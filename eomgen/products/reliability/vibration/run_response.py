@@ -256,7 +256,8 @@ class RunResponse:
             **(options.pop("parameters", None) or {}),
             **dict(zip(self.variables, point.tolist(), strict=True)),
         }
-        settings = {**newton_settings(self.model, options.get("method")), **(options.pop("settings", None) or {})}
+        options["method"] = options.get("method") or self.model.library.layout["built_method"]  # never auto
+        settings = {**newton_settings(self.model, options["method"]), **(options.pop("settings", None) or {})}
         name = self.output.partition("[")[0]
         options |= {"by": list(by or self.variables), "of": [name], "parameters": parameters}
         try:

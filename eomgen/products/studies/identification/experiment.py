@@ -123,7 +123,8 @@ class Experiment:
         self.present = np.stack([np.isfinite(values) for values in data.outputs.values()])
         self._options = dict(options)
         self._options["inputs"] = {**(self._options.get("inputs") or {}), **self._interpolate_inputs()} or None
-        tight = newton_settings(model, self._options.get("method"))
+        method = self._options["method"] = options.get("method") or model.library.layout["built_method"]  # never auto
+        tight = newton_settings(model, method)
         self._options["settings"] = {**tight, **(self._options.get("settings") or {})} or None
 
     @property
@@ -185,8 +186,6 @@ class Experiment:
         states the initial state is taken from a simulation."""
         if self.states:
             return self._initial_at(states)[0]
-        built = self.model.library.layout["built_method"]  # of derivatives; a run without a method chooses one
-        options = {**self._options, "method": self._options.get("method") or built}
         end, start = self._start + self._rows.steps * self.step, self._start
         run = self.model.simulate(
             end,
@@ -195,7 +194,7 @@ class Experiment:
             parameters=dict(parameters),
             t_start=start,
             error_estimate=False,
-            **options,
+            **self._options,
         )
         return {name: getattr(run, name)[0] for name in ("q", "v", *("z" for _ in range(bool(self.model.nz))))}
 
