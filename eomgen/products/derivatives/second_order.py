@@ -38,6 +38,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import group_named
+from eomgen.lie.kernels import tangent_along
 from eomgen.lie.product import Factor, difference
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.equations import rows_of
@@ -77,7 +78,7 @@ class RotatingFactorChange:
         A = numeric.adjoint(group, numeric.exp(group, -part))
         T = numeric.tangent(group, part)
         by_first = np.stack([-numeric.bracket_matrix(group, column) @ A for column in np.moveaxis(T, 2, 0)], axis=3)
-        by_increment = np.stack([numeric.tangent_along(group, part, unit) for unit in np.eye(part.shape[1])], axis=3)
+        by_increment = np.stack([tangent_along(group, part, unit) for unit in np.eye(part.shape[1])], axis=3)
         return cls(factor.v, A, numeric.tangent_inverse(group, part), by_first, by_increment)
 
     def increments(self, before: Array, behind: Array) -> Array:
