@@ -34,7 +34,7 @@ def told(error: type[Exception], scene: dict[str, Any], **options: Any) -> str:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"source": "rubber.c"}, "(laws.tyre.source): 'rubber.c': cannot be read: No such file"),
+        ({"source": "rubber.c"}, "(laws.tyre.source): cannot be read: No such file"),
         ({"source": "tyre.py"}, "'tyre.py' is a Python file; try: python = \"tyre.py\""),
         ({"function": "tire"}, "tyre.c has no function tire; try: void tire("),
         ({"partials": "slopes"}, "tyre.c has no function slopes; try: void slopes("),

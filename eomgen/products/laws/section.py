@@ -125,36 +125,35 @@ def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode |
     return None if source is None else CCode(source, entry.function, entry.partials or "")
 
 
-def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> PythonCode | None:
+def _in_python(key: str, entry: LawEntry, file: str, reading: Reading) -> PythonCode | None:
     """Return the code of a law in a Python file, which is parsed and not executed; None for a reported fault: an
     unreadable file, a missing function, or partials given twice."""
     report, path = reading.report, reading.folder / file
     if path.suffix != ".py":
         hint = "the path of a Python file, from the scene file's folder"
-        report.add(f"{where}.python", f"{shown(file)} does not end in .py [E0903]", hint)
+        report.add(f"{key}.python", f"{shown(file)} does not end in .py [E0903]", hint)
         return None
-    text = text_of(f"{where}.python", path, report)
-    if text is None:
+    if (text := text_of(f"{key}.python", path, report)) is None:
         return None
     try:
         body = ast.parse(text, path.name).body
     except (SyntaxError, ValueError) as error:
         line = f":{line}" if (line := getattr(error, "lineno", None)) else ""
         fault = f"{path.name}{line}: {getattr(error, 'msg', error)} [E2226]"
-        report.add(f"{where}.python", fault, "a file in Python")
+        report.add(f"{key}.python", fault, "a file in Python")
         return None
     functions = sorted(node.name for node in body if isinstance(node, ast.FunctionDef))
     assigned = {name.id for node in body for name in ast.walk(node) if isinstance(name, ast.Name)}
     for word, function in (("function", entry.function), ("partials", entry.partials)):
         if function is not None and function not in {*functions, *assigned}:
             hint = nearest(function, functions) if functions else f"def {function}(...): in the file"
-            report.add(f"{where}.{word}", f"{path.name} has no function {shown(function)} [E0904]", hint)
+            report.add(f"{key}.{word}", f"{path.name} has no function {shown(function)} [E0904]", hint)
             return None
     if entry.partials is not None and entry.complex_step:
-        report.add(f"{where}.complex_step", "partials are given by a function, too [E0905]", "one of the two")
+        report.add(f"{key}.complex_step", "partials are given by a function, too [E0905]", "one of the two")
         return None
     sizes = (len(entry.arguments), len(entry.parameters or {}), len(entry.results))
-    return python_code(where, path, text, (entry.function, entry.partials or ""), entry.complex_step, sizes)
+    return python_code(key, path, text, (entry.function, entry.partials or ""), entry.complex_step, sizes)
 
 
 def _check_unit(key: str, unit: str, report: Report) -> None:

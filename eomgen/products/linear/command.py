@@ -118,8 +118,8 @@ class CampbellRequest:
         letter = "P" if "p" in (orders or "").lower() else "x"
         speed, values = _sweep(sweep, "--campbell")
         if not values[0] < values[-1]:
-            where = f"--campbell {sweep}: values"
-            raise UsageError(Problem(where, "they do not increase [E0047]", "the smallest first"))
+            option = f"--campbell {sweep}: values"
+            raise UsageError(Problem(option, "they do not increase [E0047]", "the smallest first"))
         return cls(speed, values, multiples, letter, pairs, numbers, speed_unit)
 
     def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:

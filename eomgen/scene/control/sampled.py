@@ -114,10 +114,9 @@ def text_of(key: str, path: Path, report: Report) -> str | None:
     try:
         return read_bytes(path, 1_000_000).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
-        report.add(key, f"{str(path)!a}: the file is not UTF-8 [E0900]", "the file saved in UTF-8")
+        report.add(key, "the file is not UTF-8 [E0900]", "the file saved in UTF-8")
     except FileError as error:
-        problem = error.problems[0]
-        report.add(key, f"{problem.where}: {problem.what} [{problem.row}]", problem.hint)
+        report.add_error(key, error)
     return None
 
 
@@ -149,8 +148,7 @@ def c_source(
             report.add(f"{key}.{word}", message, hint)
             return None
     path = folder / file
-    text = text_of(f"{key}.source", path, report)
-    if text is None:
+    if (text := text_of(f"{key}.source", path, report)) is None:
         return None
     fault, hint = "", "the path of a C file, from the scene file's folder"
     if path.suffix != ".c":
