@@ -19,8 +19,8 @@ from eomgen.errors import Problem, UsageError
 #: Called with (steps done, all steps).
 Progress = Callable[[int, int], None]
 
-#: Seconds before a bar and before the display of compilers appear, and between texts to a notebook.
-_DELAYS = {"bar": 1.0, "compilers": 0.5, "notebook": 0.2}
+#: Seconds before a bar, the display of compilers and the first line appear, and between texts to a notebook and lines.
+_DELAYS = {"bar": 1.0, "compilers": 0.5, "first line": 10.0, "notebook": 0.2, "lines": 60.0}
 #: Function that reports the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
 
@@ -138,7 +138,7 @@ class _ProgressLines:
 
     def __init__(self, title: str) -> None:
         self._title, self._begun = title, time.monotonic()
-        self._due, self._before = self._begun + 10.0, -1
+        self._due, self._before = self._begun + _DELAYS["first line"], -1
 
     def report(self, done: int, total: int) -> None:
         """Write progress with an estimate of the time left, if a line is due."""
@@ -158,7 +158,7 @@ class _ProgressLines:
         now = time.monotonic()
         if now < self._due:
             return None
-        self._due = now + 60.0
+        self._due = now + _DELAYS["lines"]
         return now - self._begun
 
 

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import solve_continuous_are
 
 import eomgen
 from eomgen.control import (
@@ -19,11 +20,8 @@ from eomgen.control import (
     kalman,
     lqr,
     root_mean_squares,
-    second_order,
     shaping_filter,
 )
-from eomgen.control.plant import Plant
-from eomgen.control.weights import Weights
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.state_space import StateSpace
 from eomgen.spectra import Road
@@ -47,14 +45,16 @@ def of_second_order(linear: Linearization, car: StateSpace) -> Regulator:
     """Return the optimal gains of an actuator that acts at once, in the car whose actuator lags."""
     actuator = linear.names.states.index("tension")
     space = linear.state_space()
-    plant = Plant(linear.M0, linear.C0, linear.K0, -linear.Z0[:, [actuator]], linear.coordinates)
-    rows, n = [space.outputs.index(name) for name in COST], 2 * plant.n
-    weights = Weights.of(plant, effort=EFFORT["force"])
-    weights = weights.plus_output(space.C[rows, :n], space.C[rows][:, [n + actuator]], np.array(list(COST.values())))
-    ideal = second_order.lqr(plant, weights)
+    count, rows = len(linear.coordinates), [space.outputs.index(name) for name in COST]
+    n = 2 * count
+    forces = np.linalg.solve(linear.M0, np.hstack([-linear.K0, -linear.C0, -linear.Z0[:, [actuator]]]))
+    A, B = np.vstack([np.eye(count, n, count), forces[:, :n]]), np.vstack([np.zeros((count, 1)), forces[:, n:]])
+    weights, seen, felt = np.diag(list(COST.values())), space.C[rows, :n], space.C[rows][:, [n + actuator]]
+    effort, cross = EFFORT["force"] + felt.T @ weights @ felt, seen.T @ weights @ felt
+    riccati = solve_continuous_are(A, B, seen.T @ weights @ seen, effort, s=cross)
     gains = np.zeros((1, len(car.states)))
-    gains[0, :n] = np.hstack([ideal.G_p, ideal.G_v])[0]
-    gains[0, -1] = -ideal.G_p.sum()  # heights count from the road's
+    gains[0, :n] = np.linalg.solve(effort, B.T @ riccati + cross.T)[0]
+    gains[0, -1] = -gains[0, :count].sum()  # heights count from the road's
     return Regulator(car, gains)
 
 

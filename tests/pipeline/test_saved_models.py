@@ -173,7 +173,7 @@ def test_files_that_are_damaged_or_none_say_so(saved: Path, elsewhere: Path) -> 
     ids=["rule_with_data", "method_of_an_entry", "law_in_c"],
 )
 def test_functions_of_rules_and_entries_are_kept(path: str, tmp_path: Path) -> None:
-    model = eomgen.build(f"examples/{path}.toml", profile="quick")
+    model = eomgen.build(f"examples/{path}", profile="quick")
     again = eomgen.load_model(model.save(tmp_path / "model.eomgen"))
     runs = [item.simulate(0.02, 1e-3, error_estimate=False) for item in (model, again)]
     assert np.array_equal(runs[0].q, runs[1].q)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from eomgen.base import progress
 from eomgen.base.progress import Reporter
 from eomgen.cli import main
 from tests.models.scenes import PENDULUM_TOML
@@ -45,8 +46,8 @@ def pendulum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_lines_on_stderr_tell_the_progress_without_a_terminal(
     verb: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("eomgen.base.progress._FIRST_LINE", 0.0)
-    monkeypatch.setattr("eomgen.base.progress._LINES", 0.0)
+    monkeypatch.setitem(progress._DELAYS, "first line", 0.0)
+    monkeypatch.setitem(progress._DELAYS, "lines", 0.0)
     assert main([verb, "scene.toml", *VERBS[verb][1]]) == 0
     told = capsys.readouterr().err
     assert re.search(r"^[\w ]+: .* after \d+ s", told, re.MULTILINE), told
