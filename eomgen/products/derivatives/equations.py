@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -140,7 +141,11 @@ class StepEquations:
         functions = self._functions(term)
         if term not in functions:
             return {}
-        results, names, taken = functions(term, values), functions.output_names(term), set(functions.inputs(term))
+        names, taken = functions.output_names(term), set(functions.inputs(term))
+        if len(values["t"]) == 1:  # without the bookkeeping of batches
+            results = functions(term, rows_of({name: values[name] for name in taken}, 0))
+            return {name: array[np.newaxis] for name, array in zip(names, results, strict=True)}
+        results = functions(term, values)
         if taken - {"p"} or (taken and values["p"].ndim > 1):
             return dict(zip(names, results, strict=True))
         count = len(values["t"])
@@ -375,6 +380,7 @@ class StepEquations:
         return partials[name] if whole else partials[name][:, :, self.chosen]
 
 
+@lru_cache(maxsize=64)
 def _zeros(*shape: int) -> Array:
     """Return zeros in the memory of one zero."""
     return np.broadcast_to(np.zeros(()), shape)
