@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
+from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import method_named
 from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES
 
@@ -87,3 +88,12 @@ def test_stiff_forces_of_a_known_motion(method: str) -> None:
     assert np.abs(end.q[:, 0] - np.sin(end.t)).max() < 1e-10
     largest = {"tdg1": 5e-2, "tdg1_star": 2e-3, "tdg2": 2e-5, "tdg2s": 2e-3, "tdg3": 1e-5}[method]
     assert np.abs(end.v[:, 0] - np.cos(end.t)).max() < largest
+
+
+def test_loops_are_refused_with_the_methods_to_take() -> None:
+    with pytest.raises(EomgenError) as caught:
+        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method="tdg2")
+    text = str(caught.value)
+    assert "tdg2 cannot run on this scene" in text
+    assert "forces of constraints are not known at its start" in text
+    assert "try: rosenbrock or lsrt2" in text
