@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
-from typing import Any, Literal, Protocol, cast
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,7 @@ def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[
     def judge(_: int, period: int, length: int) -> tuple[int, int]:
         iterations = length // period + 1
         saved = (sample.iterations(iterations) - 1) * period
-        return iterations, saved if iterations >= FEWEST and saved >= MINIMUM_SAVED else 0
+        return iterations, saved if saved >= MINIMUM_SAVED else 0
 
     for is_map, nodes in groupby(live, lambda node: tape.op[node] is _MAP):
         if is_map:
@@ -185,18 +185,11 @@ class LoopServices(Protocol):
 Stores = Mapping[int, Sequence[tuple[int, int, int]]]
 
 
-def copies(expressions: Sequence[Expression], output: int | Literal["w"], components: Sequence[int]) -> Any:
+def copies(expressions: Sequence[Any], output: int | Literal["w"], components: Sequence[int]) -> Any:
     """Return the data of a ``repeat`` statement that copies values to components of output number ``output``, or of
     the workspace.
     ``expressions`` are the values, one for each of ``components``: all constants, all workspace slots, or all
     components of one input block, without or all with a minus. None for other or mixed expressions."""
-    read = _row(expressions)
-    copied = Statement("out", (0, 0, ("in", READ, 0)))
-    return read and (len(components), (copied,), (read,), (("row", output, *rule(components)),))
-
-
-def _row(expressions: Sequence[Any]) -> Any:
-    """Return the expression of values by their number, as ``copies`` takes them; None for other or mixed ones."""
     if minus := all(isinstance(item, tuple) and item[0] == "neg" for item in expressions):
         expressions = [item for _, item in expressions]
     heads = {item[:-1] if isinstance(item, tuple) else () for item in expressions}
@@ -204,7 +197,8 @@ def _row(expressions: Sequence[Any]) -> Any:
         return None
     last = [item[-1] for item in expressions]
     read = ("numbers", tuple(last)) if head == ("K",) else ("row", head[-1], *rule(last))
-    return ("neg", read) if minus else read
+    copied = Statement("out", (0, 0, ("in", READ, 0)))
+    return (len(components), (copied,), (("neg", read) if minus else read,), (("row", output, *rule(components)),))
 
 
 def loop_iteration(
@@ -312,9 +306,13 @@ def _read(tape: Tape, refs: Sequence[Ref], values: LoopServices, slot: Callable[
     constants a table; inputs and workspace values a row of indices."""
     if len(set(refs)) == 1:
         return values.leaf(refs[0])
-    if tape.op[abs(refs[0])] in (Op.CONST, Op.INPUT):
-        return cast("Expression", _row([values.leaf(ref) for ref in refs]))
-    row = ("row", "w", *rule([slot(abs(ref)) for ref in refs]))
+    if tape.op[abs(refs[0])] is Op.CONST:
+        return ("numbers", tuple((1.0 if ref > 0 else -1.0) * tape.constants[tape.a[abs(ref)]] for ref in refs))
+    if tape.op[abs(refs[0])] is Op.INPUT:
+        symbols = [tape.inputs[tape.a[abs(ref)]] for ref in refs]
+        row = ("row", symbols[0].block, *rule([symbol.index for symbol in symbols]))
+    else:
+        row = ("row", "w", *rule([slot(abs(ref)) for ref in refs]))
     return ("neg", row) if refs[0] < 0 else row
 
 

@@ -92,14 +92,14 @@ def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> list[RowStretch]:
     def judge(start: int, period: int, length: int) -> tuple[int, int]:
         count = (length + period + 1) // period
         saved = (count - 1) * period
-        if count < FEWEST or saved < _SAVED or np.any(table[start + period, fixed] != table[start, fixed]):
-            return count, 0
-        return count, saved
+        equal = saved >= _SAVED and np.array_equal(table[start + period, fixed], table[start, fixed])
+        return count, saved if equal else 0
 
     return [RowStretch(*stretch) for stretch in repetitions(codes.astype(np.uint64), _WINDOWS, judge, between=1)]
 
 
-#: From start, period and number of equal pairs of a repetition to its count, and the items saved; 0 for too few.
+#: From start, period and number of equal pairs of a repetition with ``FEWEST`` or more to its count, and the
+#: items saved; 0 for too few.
 Judge = Callable[[int, int, int], tuple[int, int]]
 
 
@@ -121,8 +121,8 @@ def repetitions(
         best: tuple[int, int, int, int] | None = None
         for period in _periods(inside, windows):
             same = np.concatenate(([False], inside[:-period] == inside[period:], [False]))
-            edges = np.flatnonzero(same[1:] != same[:-1])
-            for start, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            edges = np.flatnonzero(same[1:] != same[:-1]).reshape(-1, 2)
+            for start, end in edges[edges[:, 1] - edges[:, 0] + between >= (FEWEST - 1) * period].tolist():
                 count, saved = judge(low + start, period, end - start)
                 if saved and (best is None or (saved, -period) > best[:2]):
                     best = (saved, -period, low + start, count)
