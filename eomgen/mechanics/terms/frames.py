@@ -174,7 +174,7 @@ def frame_mobilities(derivation: Derivation) -> list[Block]:
     """Return the block of J M^-1 J^T of each frame, (frames, 6, 6), the inverse operational-space inertia. J is in
     world axes about the origin of the frame, angular first."""
     nv = derivation.tree.nv
-    (J,) = _of_motion(derivation, "local_world_aligned", "frame_jacobians")
+    (J,) = _frame_motion(derivation, "local_world_aligned", "frame_jacobians")
     rows = derivation.mass_rows
     values: list[Scalar] = []
     with derivation.tape.block("inverse operational-space inertias: M = L^T D L, halves L^-T J^T"):
@@ -197,7 +197,7 @@ _OF_MOTION: Mapping[str, tuple[str, Callable[[FrameMotion, Mount], list[Scalar]]
 }
 
 
-def _of_motion(derivation: Derivation, reference: str, term: str) -> list[Block]:
+def _frame_motion(derivation: Derivation, reference: str, term: str) -> list[Block]:
     """Return the block of a quantity of ``_OF_MOTION`` of each frame, (frames, 6, nv) or (frames, 6)."""
     name, of, has_columns, description = _OF_MOTION[term]
     motion, values = FrameMotion(derivation.kinematics, reference), list[Scalar]()
@@ -216,7 +216,7 @@ def _block(derivation: Derivation, name: str, shape: tuple[int, ...], values: li
 FRAME_RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "frame_poses": frame_poses,
     **{
-        f"{term}{ending}": partial(_of_motion, reference=reference, term=term)
+        f"{term}{ending}": partial(_frame_motion, reference=reference, term=term)
         for term in _OF_MOTION
         for reference, (ending, _) in REFERENCES.items()
     },

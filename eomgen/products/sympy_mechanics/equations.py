@@ -249,7 +249,7 @@ def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[
     )
 
 
-def solved(matrix: Sequence[Scalar], side: Sequence[Scalar]) -> list[Scalar]:
+def solve_symmetric(matrix: Sequence[Scalar], side: Sequence[Scalar]) -> list[Scalar]:
     """Return the solution (n,) of a symmetric matrix, row by row, and a right side (n,), recorded by L D L^T."""
     n = len(side)
     lower: dict[tuple[int, int], Scalar] = {}
@@ -372,7 +372,7 @@ class _TermRecorder:
                 fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse [E2175]"
                 hint = 'a mass, or terms without accelerations, as eomgen.derive(document, ["mass", "force"])'
                 raise ModelError(Problem(self.document.name, fault, hint))
-        return [item.ref for item in solved(self.mass, self._scalars(self.forces))]
+        return [item.ref for item in solve_symmetric(self.mass, self._scalars(self.forces))]
 
     def _rows_in(self, values: Sequence[Ref], argument: str) -> Sequence[Mapping[int, Ref]]:
         """Return the partials of each value in the numbers of an input block, nonzeros by column."""
