@@ -164,9 +164,19 @@ def not_positive(entries: Sequence[Numbers]) -> Flags:
     return _not_positive(_principal_moments(entries))
 
 
+def side_by_side(entries: Sequence[Numbers]) -> Array:
+    """Return numbers, or batches that broadcast, as one array (..., n)."""
+    if any(isinstance(entry, np.ndarray) for entry in entries):
+        return np.stack(np.broadcast_arrays(*entries), axis=-1).astype(float)
+    return np.array(entries, dtype=float)  # ten times faster for numbers
+
+
 def _principal_moments(entries: Sequence[Numbers]) -> Array:
     """Return the eigenvalues (..., 3), increasing, of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches;
     ones for matrices that are not finite."""
-    matrices = np.stack(np.broadcast_arrays(*entries), axis=-1)[..., PLACES]
+    numbers = side_by_side(entries)
+    if numbers.ndim == 1 and not np.any(numbers[3:]):  # along the axes, as most inertias are
+        return np.sort(numbers[:3]) if np.isfinite(numbers).all() else np.ones(3)
+    matrices = numbers[..., PLACES]
     finite = np.isfinite(matrices).all(axis=(-2, -1), keepdims=True)
     return np.linalg.eigvalsh(np.where(finite, matrices, np.eye(3)))

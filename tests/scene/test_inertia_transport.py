@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.base.arrays import Array
-from eomgen.scene.inertia import Inertia, combine_inertias, entries_of, rotate_inertia, steiner, tensor
+from eomgen.scene.inertia import Inertia, combine_inertias, entries_of, not_physical, rotate_inertia, steiner, tensor
 from eomgen.scene.rotations import about_axis
 
 RNG = np.random.default_rng(7)
@@ -43,3 +43,11 @@ def test_batches_have_the_bits_of_numbers() -> None:
         assert rotated[:, k].tolist() == rotate_inertia(R, entries[:, k].tolist())
         assert shifted[:, k].tolist() == steiner(float(masses[k]), arms[:, k].tolist())
     assert entries_of(tensor(entries[:, 0].tolist())) == entries[:, 0].tolist()
+
+
+@pytest.mark.parametrize("products", [(0.0, 0.0, 0.0), (1e-9, 0.0, 0.0)])
+@pytest.mark.parametrize("moments", [(3.0, 1.0, 2.0), (1.0, 5.0, 2.0), (-1.0, 1.0, 1.0), (np.nan, 1.0, 9.0)])
+def test_numbers_are_judged_as_batches(moments: tuple[float, ...], products: tuple[float, ...]) -> None:
+    entries = (*moments, *products)
+    batches = [np.full(2, entry) for entry in entries]
+    assert not_physical(batches).tolist() == [bool(not_physical(entries))] * 2
