@@ -69,21 +69,10 @@ def entries_of(matrix: Array) -> list[Numbers]:
 
 def rotate_inertia(rotation: Array, entries: Sequence[Numbers]) -> list[Numbers]:
     """Return the entries of R I R^T for a symmetric I with entries (xx, yy, zz, xy, xz, yz), numbers or batches."""
-    rows = rotation.tolist()
-    along = [times(entries, row) for row in rows]
-    return [dot(rows[i], along[j]) for i, j in _ENTRIES]
-
-
-def times(entries: Sequence[Numbers], vector: Sequence[float]) -> tuple[Numbers, Numbers, Numbers]:
-    """Return the product of a symmetric matrix with entries (xx, yy, zz, xy, xz, yz) and a vector."""
     xx, yy, zz, xy, xz, yz = entries
-    x, y, z = vector
-    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-
-
-def dot(first: Sequence[Numbers], second: Sequence[Numbers]) -> Numbers:
-    """Return the product of two vectors of three components, numbers or batches."""
-    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+    rows = rotation.tolist()
+    along = [(xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z) for x, y, z in rows]
+    return [rows[i][0] * along[j][0] + rows[i][1] * along[j][1] + rows[i][2] * along[j][2] for i, j in _ENTRIES]
 
 
 def steiner(mass: Numbers, arm: Sequence[Numbers]) -> list[Numbers]:
@@ -165,18 +154,17 @@ def not_positive(entries: Sequence[Numbers]) -> Flags:
 
 
 def side_by_side(entries: Sequence[Numbers]) -> Array:
-    """Return numbers, or batches that broadcast, as one array (..., n)."""
-    if any(isinstance(entry, np.ndarray) for entry in entries):
-        return np.stack(np.broadcast_arrays(*entries), axis=-1).astype(float)
-    return np.array(entries, dtype=float)  # ten times faster for numbers
+    """Return numbers, or batches that broadcast, as one array (..., n); numbers alone without broadcasting, which is
+    ten times slower."""
+    batches = any(isinstance(entry, np.ndarray) for entry in entries)
+    return np.stack(np.broadcast_arrays(*entries), axis=-1) if batches else np.array(entries, dtype=float)
 
 
 def _principal_moments(entries: Sequence[Numbers]) -> Array:
     """Return the eigenvalues (..., 3), increasing, of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches;
     ones for matrices that are not finite."""
     numbers = side_by_side(entries)
-    if numbers.ndim == 1 and not np.any(numbers[3:]):  # along the axes, as most inertias are
-        return np.sort(numbers[:3]) if np.isfinite(numbers).all() else np.ones(3)
-    matrices = numbers[..., PLACES]
-    finite = np.isfinite(matrices).all(axis=(-2, -1), keepdims=True)
-    return np.linalg.eigvalsh(np.where(finite, matrices, np.eye(3)))
+    finite = np.isfinite(numbers).all(axis=-1, keepdims=True)
+    if numbers.ndim == 1 and not numbers[3:].any():  # along the axes, as most inertias are
+        return np.sort(np.where(finite, numbers[:3], 1.0))
+    return np.linalg.eigvalsh(np.where(finite[..., np.newaxis], numbers[..., PLACES], np.eye(3)))

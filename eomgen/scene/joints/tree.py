@@ -45,8 +45,7 @@ def joint_displacement(
     rotation, shift, subspace = np.eye(3), np.zeros(3), np.zeros((6, kind.v_size))
     for motion in kind.chain:
         turn, travel, columns = _displacement(motion, directions[list(motion.axes)], q, pitch)
-        if motion is not kind.chain[0]:  # before the first motion all columns are zero
-            subspace = twist_transform(turn, travel) @ subspace
+        subspace = twist_transform(turn, travel) @ subspace
         subspace[:, motion.components] = columns
         rotation, shift = rotation @ turn, shift + rotation @ travel
     return rotation, shift, subspace
