@@ -167,4 +167,4 @@ def _principal_moments(entries: Sequence[Numbers]) -> Array:
     finite = np.isfinite(numbers).all(axis=-1, keepdims=True)
     if numbers.ndim == 1 and not numbers[3:].any():  # along the axes, as most inertias are
         return np.sort(np.where(finite, numbers[:3], 1.0))
-    return np.linalg.eigvalsh(np.where(finite[..., np.newaxis], numbers[..., PLACES], np.eye(3)))
+    return np.linalg.eigvalsh(np.where(np.expand_dims(finite, -1), numbers[..., PLACES], np.eye(3)))
