@@ -24,7 +24,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 from tests.mutants.operators import OPERATORS, Mutant, mutants_of
 from tests.mutants.selection import ROOT, TIERS, Recording, chosen, unmeasured
@@ -74,15 +76,29 @@ def tried(mutant: Mutant, trials: Trials, recording: Recording, options: argpars
     return entry | {"limit": options.limit, "unmeasured": len(files)}
 
 
+def room(file: str) -> str:
+    """Return the room of a file of the package, as ``scene`` or ``products/linear``."""
+    parts = file.removesuffix(".py").split("/")[1:]
+    return "/".join(parts[: 2 if parts[0] == "products" else 1])
+
+
 def table(results: list[dict[str, Any]]) -> str:
-    """Return the counts by operator and the mutants that no test noticed."""
-    lines = [f"{'operator':<20}{'tried':>7}{'killed':>8}{'survived':>10}{'undecided':>11}{'equivalent':>12}"]
-    for operator in (*OPERATORS, "all"):
-        mine = [entry for entry in results if operator in (entry["operator"], "all")]
+    """Return the counts by operator and by room, the share killed with its 95 % interval (Wilson), and the mutants that
+    no test noticed."""
+    lines = [f"{'':<24}{'tried':>7}{'killed':>8}{'survived':>10}{'undecided':>11}{'equivalent':>12}{'killed, %':>18}"]
+    groups = {
+        **{operator: [entry for entry in results if entry["operator"] == operator] for operator in OPERATORS},
+        **{name: [entry for entry in results if room(entry["file"]) == name]
+           for name in sorted({room(entry["file"]) for entry in results})},
+        "all": results,
+    }  # fmt: skip
+    for name, mine in groups.items():
         states = Counter("equivalent" if entry["equivalent"] else entry["state"] for entry in mine)
-        if mine:
+        if counted := len(mine) - states["equivalent"]:
+            low, high = 100.0 * np.array(binomtest(states["killed"], counted).proportion_ci(method="wilson"))
             counts = f"{states['killed']:>8}{states['survived']:>10}{states['undecided']:>11}{states['equivalent']:>12}"
-            lines.append(f"{operator:<20}{len(mine):>7}{counts}")
+            share = f"{100.0 * states['killed'] / counted:.0f} ({low:.0f} to {high:.0f})"
+            lines.append(f"{name:<24}{len(mine):>7}{counts}{share:>18}")
     others = [entry for entry in results if entry["state"] != "killed"]
     lines += [
         f"{entry['file']}:{entry['line']}: {entry['state']}: {_short(entry['old'])} -> {_short(entry['new'])}"

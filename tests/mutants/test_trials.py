@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from tests.mutants.__main__ import table
 from tests.mutants.operators import Mutant, mutants_of
 from tests.mutants.probe.sitecustomize import blocks
 from tests.mutants.selection import ROOT, block_names, blocks_of, nearness
@@ -162,3 +163,17 @@ def test_files_about_the_module_come_before_others() -> None:
         nearness(mutant, "tests/lie/test_groups.py", "import eomgen"),
     ]
     assert ranks == sorted(ranks, reverse=True) and len(set(ranks)) == 3
+
+
+def test_the_share_of_a_room_leaves_equivalent_mutants_out() -> None:
+    entry = {"operator": "constant", "equivalent": "", "line": 1, "old": "1", "new": "2"}
+    results = [
+        entry | {"file": "eomgen/products/linear/a.py", "state": "killed"},
+        entry | {"file": "eomgen/products/linear/b.py", "state": "survived"},
+        entry | {"file": "eomgen/errors.py", "state": "survived", "equivalent": "a size"},
+        entry | {"file": "eomgen/lie/c.py", "state": "killed"},
+    ]
+    rows = {line[:24].strip(): line[24:].split() for line in table(results).splitlines()}
+    # Wilson's interval of 1 of 2: (1 +- 1 / sqrt(1 + 2 / z^2)) / 2 with z = 1.96
+    assert rows["products/linear"] == ["2", "1", "1", "0", "0", "50", "(9", "to", "91)"]
+    assert rows["all"][:5] == ["4", "2", "1", "0", "1"] and "errors" not in rows
