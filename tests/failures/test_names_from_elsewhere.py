@@ -129,13 +129,6 @@ def test_labels_that_fit_are_not_noted() -> None:
         assert not changed(old, new)()
 
 
-def test_friction_that_is_asked_for_and_not_there_is_noted(tmp_path: Path) -> None:
-    (tmp_path / "r.urdf").write_text(robot())
-    note = "friction=True has no effect: no joint has <dynamics> with a friction above 0"
-    assert note in eomgen.load(tmp_path / "r.urdf", friction=True).notes
-    assert note not in eomgen.load(tmp_path / "r.urdf").notes
-
-
 def of_each_kind() -> dict[str, Any]:
     """Return an object of each class whose attributes have other names elsewhere."""
     things = [arm(), arm().simulate(0.01, 1e-3), arm().start(step=1e-3), eomgen.SceneBuilder("arm")]

@@ -120,7 +120,6 @@ def test_merging_by_hand() -> None:
     ]
     assert scene.notes == (
         "the root link foot is fixed to the base, and so are the links fixed to it",
-        "right angles made exact in the placement of the joint elbow",
         "links merged into the bodies that carry them, as frames: foot, lower",
     )
 

@@ -661,21 +661,6 @@ def test_potential_energies_of_bodies_act_in_lagrangians_alone() -> None:
     assert [hinge.name for hinge in document.observed.drawing.hinges] == ["slide"]
 
 
-def test_an_acceleration_that_contradicts_its_velocity_is_noted() -> None:
-    """As by ``a2pt_theory`` of points that are not fixed in the frame; SymPy takes it, and is wrong."""
-    frame, body = particle()
-    u = dynamicsymbols("u")
-    body.point.set_acc(frame, 3 * u.diff(T) * frame.x)
-    system = me.KanesMethod(frame, [Q], [u], [Q.diff(T) - u], bodies=[body], forcelist=[(body.point, frame.x)])
-    document = eomgen.from_sympy(system)
-    assert document.observed.notes == ()  # the rate of u at rest is zero in both
-    body.point.set_acc(frame, (u.diff(T) + u) * frame.x)
-    document = eomgen.from_sympy(system)
-    assert document.observed.notes == (
-        "the acceleration given for p is not the rate of the velocity, and has no effect",
-    )
-
-
 def test_an_angular_velocity_that_contradicts_the_orientation_is_refused() -> None:
     """As of a frame on a frame that turns, with the rate of its own angle alone."""
     q, u = dynamicsymbols("q1:3"), dynamicsymbols("u1:3")

@@ -168,9 +168,7 @@ def _read(described: Described, caller_options: Mapping[str, Any], *, alone: boo
     scene = documents.load_scene(described, coordinates="joint", **options)
     terms = [name for name in _TERMS if name != "base_motion" or scene.base is not None]
     file = Path(described).name if isinstance(described, str | Path) else ""
-    machine = of_scene(scene, pipeline.derive(scene, terms), file)
-    option_prefixes = tuple(f"{name}=True" for name in options)  # no option of the caller
-    return replace(machine, notes=tuple(note for note in machine.notes if not note.startswith(option_prefixes)))
+    return of_scene(scene, pipeline.derive(scene, terms), file)
 
 
 def _second_reader(described: Described, reader: str) -> Machine:
@@ -200,7 +198,7 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
         if mine is None or theirs is None:
             if name.startswith("points."):  # of an element that only one description has
                 continue
-            if forces_equal or name in first.idle | second.idle:
+            if forces_equal:
                 notes.append(f"{name} is in one description alone, without an effect at zero inputs [W0050]")
             else:
                 present = name.partition(".")[0].removesuffix("s").replace("_", " ")

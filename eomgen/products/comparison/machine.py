@@ -10,13 +10,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, fields, is_dataclass, replace
 from eomgen.errors import Problem, UsageError
-from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
-from eomgen.formula.nodes import ZERO, Node, Symbol, infix
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.nodes import Node, infix
 from eomgen.scene.inertia import NOTHING, Inertia, combine_inertias, tensor
 from eomgen.scene.joints.model import Joint
 from eomgen.symbolic.evaluate import Evaluation
@@ -161,7 +160,6 @@ class Machine:
     loops : constraints; None if unknown to the reader
     parts : further parts by name: force elements, internal states, controllers, the motion of the base; None
         if unknown to the reader
-    idle : the parts whose forces follow from inputs, and are zero at zero inputs
     inputs : names of inputs
     place : from a key (``bodies.arm.mass``) to ``file:line``
     forces : evaluates the equations of motion
@@ -178,7 +176,6 @@ class Machine:
     place: Callable[[str], str]
     forces: Callable[[MachineMotion], Forces]
     parts: Mapping[str, Mapping[str, float | str]] | None = field(default_factory=dict)
-    idle: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
     initial: Mapping[str, float] = field(default_factory=dict)
     solids: Mapping[str, tuple[float, Array]] = field(default_factory=dict)
@@ -289,7 +286,6 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
         lambda key: _place(scene.source, key) or file,
         _Equations(system, links),
         _parts(scene, values),
-        frozenset(f"{item.section}.{item.name}" for item in scene.elements if _is_idle(item, scene, values)),
         scene.notes,
         {joint.name: joint.initial_position[0] for joint in scene.joints if len(joint.initial_position) == 1},
     )
@@ -405,31 +401,6 @@ def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
     if scene.base is not None:
         result["base"] = values.flat(scene.base)
     return result
-
-
-def _is_idle(element: Any, scene: Scene, values: _Values) -> bool:
-    """Return whether a force element has inputs, no stiffness or damping, and at zero inputs no force at random
-    states."""
-    formulas = [formula for formula, _ in element.formulas()]
-    if not any(symbol.kind == "input" for formula in formulas for symbol in symbols(formula)):
-        return False
-    if any(values.number(getattr(element, name, ZERO)) != 0.0 for name in ("stiffness", "damping")):
-        return False
-    states = {item.name: item.initial for item in scene.states}
-    random = np.random.default_rng(0)
-    drawn: dict[Symbol, ArrayLike] = {}
-
-    def value_of(symbol: Symbol) -> ArrayLike:
-        match symbol.kind:
-            case "input" | "time":
-                return 0.0
-            case "parameter":
-                return values.parameters[symbol.name]
-            case "state":
-                return states[symbol.name]
-        return drawn.setdefault(symbol, random.normal(size=8))
-
-    return not any(np.any(evaluate_batch(formula, value_of, along_motion=True) != 0.0) for formula in formulas)
 
 
 def _place(source: Mapping[str, str], key: str) -> str:

@@ -134,18 +134,10 @@ def _mujoco_forces(mujoco: Any, model: Any, joints: Sequence[int], motion: Machi
         data.qvel[:] = transform @ np.concatenate([v[state] for v in motion.v])
         mujoco.mj_forward(model, data)
         mass = np.zeros((model.nv, model.nv))
-        _full_mass(mujoco, model, data, mass)
+        mujoco.mj_fullM(model, data, mass)
         masses.append(transform.T @ mass @ transform)
         totals.append(transform.T @ (data.qfrc_bias + mass @ drift - data.qfrc_passive))
     return Forces(np.array(masses), None, None, np.array(totals))
-
-
-def _full_mass(mujoco: Any, model: Any, data: Any, mass: Array) -> None:
-    """Fill the mass matrix; the arguments of the function changed with MuJoCo 3.4."""
-    try:
-        mujoco.mj_fullM(model, data, mass)
-    except TypeError:
-        mujoco.mj_fullM(model, mass, data.qM)
 
 
 def read_pinocchio(path: Path) -> Machine:

@@ -44,6 +44,7 @@ from eomgen.products.robots.scene_draft import (
     turns_of,
 )
 from eomgen.products.robots.tree import DraftTree, Edge, Step, tree_of
+from eomgen.products.robots.visuals import LEFT_OUT
 from eomgen.scene.inertia import Inertia, combine_inertias, impossible
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.rotations import quaternion_of_matrix, snapped_rotation
@@ -57,16 +58,12 @@ _RESERVED = {BASE: "the frame that carries the tree", WORLD: "the frame at rest 
 
 def joints_to_hold(lock: Sequence[str], joints: Mapping[str, Any], file: str) -> list[str]:
     """Return the names in ``lock`` (one name or several) as a list. `joints` has the names of all joints in the file;
-    only the keys are used. Raises OptionError, with the nearest name or the way to give several names as a hint, for a
-    name that is not a key of `joints`; `file` is named in the message."""
+    only the keys are used. Raises OptionError, with the nearest name as a hint, for a name that is not a key of
+    `joints`; `file` is named in the message."""
     names = [lock] if isinstance(lock, str) else list(lock)
     for name in names:
         if name not in joints:
-            several = [part.strip() for part in name.split(",")]
-            hint = nearest(name, joints)
-            if len(several) > 1 and all(part in joints for part in several):
-                hint = f"one name for each: lock={several!r}, or --lock {' --lock '.join(several)}"
-            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock [E1938]", hint)
+            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock [E1938]", nearest(name, joints))
     return names
 
 
@@ -237,10 +234,10 @@ class Conversion:
             for location, note in omissions:
                 scene.refuse(location, "", note, "no --strict (strict=False), to go on without")
         scene.report.raise_problems()
-        undrawn = [
-            f"visuals that pictures leave out ({len(names)}: {listed(list(dict.fromkeys(names)))}): {reason} [W0175]"
-            for reason, names in draft.undrawn.items()
-        ]
+        undrawn = []
+        for (note, reason), links in draft.undrawn.items():
+            names = dict.fromkeys(links)
+            undrawn.append(f"{note} ({len(names)}: {listed(names)}): {reason}")
         said = [*draft.notes, *scene.notes, *self.notes(), *draft.leftovers.notes(), *undrawn]
         said += [note for _, note in omissions]
         return ConvertedScene(scene.data, scene.lines, said, inertias_checked=True)
@@ -335,8 +332,9 @@ class Conversion:
         """Add a body without mass for a link, and return the name of the body; `ending` is appended to the link's
         name."""
         link = self.links[node]
-        name = link.body or self.new_name("body", node, ending)
-        if link.body:
+        name = self.new_name("body", node, ending)
+        if name in _RESERVED:
+            name = legal_name(f"{link.name}_link", [other.name for other in self.links.values()])
             note = f"the link {link.name} is the body {name}, because {link.name} is the name of"
             self.scene.notes.append(f"{note} {_RESERVED[link.name]} [W0179]")
         self.scene.put("bodies", name, {"mass": 0.0}, link.place)
@@ -605,7 +603,7 @@ class Conversion:
         path, _ = node
         if not self.frames.check_frame(path, written.relative_to, written.place, ""):
             reason = f"there is no frame {shown(written.relative_to)}"
-            self.draft.undrawn.setdefault(reason, []).append(self.name_of(node))
+            self.draft.undrawn.setdefault((LEFT_OUT, reason), []).append(self.name_of(node))
             return None
         return self.frames.between(node, (path, written.relative_to)) @ pose_of(written)
 

@@ -42,8 +42,8 @@ class Visual:
 
 @dataclass(frozen=True)
 class DraftLink:
-    """A link: mass properties in its frame, visuals, and whether gravity pulls the link. ``body`` is the name of its
-    body if no body can have the link's own name; a ``kept`` link is a body of its own even on a fixed joint."""
+    """A link: mass properties in its frame, visuals, and whether gravity pulls the link. A ``kept`` link is a body of
+    its own even on a fixed joint."""
 
     name: str
     place: ElementPlace
@@ -51,7 +51,6 @@ class DraftLink:
     pose: WrittenPose
     pulled: bool = True
     visuals: Sequence[Visual] = ()
-    body: str = ""
     kept: bool = False
 
 
@@ -222,7 +221,7 @@ class Draft:
     world : holds all links and models
     gravity : None if the file gives none
     leftovers : parts that are not read
-    undrawn : reasons for which visuals are left out, with the links
+    undrawn : links by a note on their visuals and the reason
     notes : on the file
     loops : joints between links that close loops in any case
     root : ``free`` or ``fixed`` for the joint of a root link that stays a body; empty for links that move freely
@@ -235,7 +234,7 @@ class Draft:
     world: DraftModel
     leftovers: Leftovers
     gravity: Sequence[float] | None = None
-    undrawn: dict[str, list[str]] = field(default_factory=dict)
+    undrawn: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     loops: Sequence[DraftLoop] = ()
     root: str = ""

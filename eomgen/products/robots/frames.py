@@ -170,11 +170,7 @@ class Frames:
             return True
         if attribute and (location, name) not in self._refused:
             fault = f"{attribute}: there is no frame {shown(name)} in {self._label(path)} [E1721]"
-            hint = nearest(name, self.models[path].names)
-            if last == WORLD_FRAME and not outer:
-                fault = f"{attribute}: a model cannot name the frame 'world', which is the world's [E1722]"
-                hint = "a frame of the model, or a fixed joint with the parent world"
-            self._refuse(location, name, fault, hint)
+            self._refuse(location, name, fault, nearest(name, self.models[path].names))
         return False
 
     def _label(self, path: Sequence[str]) -> str:

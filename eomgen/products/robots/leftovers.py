@@ -7,12 +7,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from eomgen.base.data import dataclass
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import first_of, listed, nearest, shown
 from eomgen.scene.reading.xml import Element
+from eomgen.scene.rotations import SNAP
 
 #: How elements and attributes of a format are taken, in its table ``coverage.txt``.
 READ, IDLE, NOTED, REFUSED = "read", "without effect", "noted", "refused"
 Table = Mapping[str, Mapping[str, str]]
+#: Numbers that were written with three digits: by how much the length of a quaternion may differ from 1, and an angle,
+#: in rad, from a right angle that is meant.
+FEW_DIGITS = 1e-3
+#: Most pairs of names in a note.
+NAMED = 8
 
 
 def read_table(file: Path) -> dict[str, dict[str, str]]:
@@ -74,6 +80,12 @@ class Leftovers:
         """Count a part without effect."""
         self.idle[part] = self.idle.get(part, 0) + 1
 
+    def keep_angles(self, owner: str, angles: Sequence[float]) -> None:
+        """Record the first of an owner's angles that is nearly a right angle, but not exact."""
+        for angle in angles:
+            if SNAP < off_right(angle) <= FEW_DIGITS:
+                self.nearly_right.setdefault(owner, f"{angle:.9g}")
+
     def keep(self, element: Element, key: str, file: str, owner: str) -> None:
         """Record the attributes, texts and children of an element that no reader has requested. `key` is the row of the
         element in the table, `file` the name of the file, `owner` the name in notes."""
@@ -122,7 +134,7 @@ class Leftovers:
             counts = [f"{count} {tag}" for tag, count in self.idle.items()]
             result.append(f"without a part in the equations of motion: {', '.join(counts)} [W0173]")
         if self.nearly_right:
-            angles = beginning([f"{name} ({angle})" for name, angle in self.nearly_right.items()])
+            angles = first_of([f"{name} ({angle})" for name, angle in self.nearly_right.items()], NAMED)
             result.append(
                 f"angles near a right angle, but not exact, are kept in the poses of {angles}: pi/2"
                 f" written in full, {math.pi / 2!r}, would be made exact and save operations [W0174]"
@@ -130,9 +142,11 @@ class Leftovers:
         return result
 
 
-def beginning(texts: Sequence[str]) -> str:
-    """Return the first texts of a list, and the number of the others."""
-    return f"{', '.join(texts[:8])}{f' and {len(texts) - 8} more' if len(texts) > 8 else ''}"
+def off_right(angle: float) -> float:
+    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, which
+    may be small on purpose."""
+    quarters = round(angle / (0.5 * math.pi))
+    return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:

@@ -8,16 +8,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from eomgen.base.arrays import Array
 from eomgen.base.messages import shown
+from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Visual
+from eomgen.products.robots.leftovers import FEW_DIGITS
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 
+#: Note on visuals that no shape of a picture stands for.
+LEFT_OUT = "visuals that pictures leave out [W0175]"
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-#: Numbers that were written with three digits: by how much the length of a quaternion may differ from 1, and an angle,
-#: in rad, from a right angle that is meant.
-FEW_DIGITS = 1e-3
 #: From an element, the name of a value and the default to the values. Raises NotDrawnError.
 Numbers = Callable[[Element, str, tuple[float, ...]], tuple[float, ...]]
 #: Sizes by type of geometry: name in the format, key of the section, and the default.
@@ -55,6 +59,18 @@ URDF_SIZES: _Sizes = {
     for kind, sizes in SDF_SIZES.items()
     if kind != "ellipsoid"
 }
+
+
+def turn_of(name: str, values: Sequence[float], refuse: Callable[[str, str], None]) -> Array | None:
+    """Return the rotation matrix (3, 3) of a quaternion (x, y, z, w); None, after a call of ``refuse`` as in
+    ``read_numbers``, for a length other than 1."""
+    x, y, z, w = values
+    length = math.hypot(*values)
+    if not abs(length - 1.0) <= FEW_DIGITS:
+        fault = f"{name}: the quaternion has the length {length:.6g}, and a rotation has 1 [E1728]"
+        refuse(fault, "x, y, z and w of a unit quaternion")
+        return None
+    return rotation_matrix(np.array([w, x, y, z]) / length)
 
 
 class NotDrawnError(Exception):
@@ -131,10 +147,3 @@ def color_of(parts: Sequence[float], opaque: float = 1.0) -> dict[str, Any]:
     if opacity == 0.0:
         raise NotDrawnError("the colour is transparent")
     return {"color": "#" + "".join(f"{round(255 * part):02x}" for part in (red, green, blue)), "opacity": opacity}
-
-
-def off_right(angle: float) -> float:
-    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, which
-    may be small on purpose."""
-    quarters = round(angle / (0.5 * math.pi))
-    return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0

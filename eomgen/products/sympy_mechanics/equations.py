@@ -12,7 +12,7 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
-from eomgen.base.data import dataclass, field, replace
+from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import ZERO as NO_FORMULA
 from eomgen.formula.nodes import Symbol
@@ -123,15 +123,11 @@ class SymbolicEquations:
     @cached_property
     def content(self) -> bytes:
         """All data that determine the equations, for the key of the cache."""
-        tape, rows, observed = self.tape, self.rows, self.observed
-        data = (
-            *(rows.names, rows.positions, rows.velocities, rows.sizes, rows.extents, rows.left_out),
-            *(observed.bodies, observed.poses, observed.twists, observed.energy, observed.angular, observed.notes),
-            *(self.states.names, self.states.initial, self.states.rates),
-            *(self.name, self.coordinates, self.parameters, self.inputs, self.speeds, self.values),
-            *(self.initial_q, self.initial_v, list(map(int, tape.op)), tape.a, tape.b, tape.constants),
-            *(tape.inputs, self.mass, self.coupling, self.force, self.outputs),
-        )
+        tape, parts = self.tape, (self.rows, self.observed, self.states)
+        data: list[object] = [list(map(int, tape.op)), tape.a, tape.b, tape.constants, tape.inputs]
+        for part in (self, *parts):
+            values = [getattr(part, item.name) for item in fields(part)]
+            data += [value for value in values if value is not tape and value not in parts]
         return hashlib.sha256(repr(data).encode()).digest()
 
     @property

@@ -135,32 +135,6 @@ class Observed:
                 faults.append(str(frame.name))
         return faults
 
-    def contradictions(self) -> list[str]:
-        """Return a note for each body whose given acceleration of the mass centre is not the rate of the velocity."""
-        notes = []
-        for body, name in zip(self.bodies, self.names, strict=True):
-            center = center_of(body)
-            acceleration = center._acc_dict.get(self.kinematics.inertial)
-            if acceleration is not None and not self._is_acceleration(acceleration, self.kinematics.velocity(center)):
-                notes.append(
-                    f"the acceleration given for {name} is not the rate of the velocity, and has no effect [W0260]"
-                )
-        return notes
-
-    def _is_acceleration(self, vector: Any, velocity: Sequence[Scalar]) -> bool:
-        """Return whether a vector of SymPy is the rate of a velocity, while the rates of coordinates are constant."""
-        scalars, time = self.record.known, self.record.time
-        for derivative in set().union(*(item.atoms(sympy.Derivative) for part, _ in vector.args for item in part)):
-            function, order = derivative.args[0], derivative.derivative_count
-            if derivative in scalars:
-                continue
-            if function not in scalars or order > 2 or function.diff(time) in scalars:
-                scalars[derivative] = self.algebra.zero  # of q twice, or of an input
-            else:
-                (scalars[derivative],) = self.kinematics.rates([scalars[function]])
-        pairs = zip(self.kinematics.vector(vector), self.kinematics.rates(list(velocity)), strict=True)
-        return self._cancels([[component, -rate] for component, rate in pairs])
-
     def _cancels(self, sums: Sequence[Sequence[Scalar]], size: float = 0.0) -> bool:
         """Return whether the summands of each sum add up to rounding at all samples, relative to the largest summand or
         ``size``. Samples with values that are not finite do not count."""

@@ -468,7 +468,7 @@ class _Reading:
         if observed is not None and observed.bodies:
             fault = "no point at rest leads to {}, which is drawn from a point with a given velocity [E2130]"
             adrift = [fault.format(name) for name in observed.adrift]
-            notes = [*notes, *adrift, *observed.contradictions(), *self._unused_energies()]
+            notes = [*notes, *adrift, *self._unused_energies()]
             parts |= {"bodies": tuple(observed.names), "poses": tuple(item.ref for item in observed.poses())}
             parts["twists"] = tuple(item.ref for item in observed.twists())
             parts["drawing"] = observed.drawing(self.joints, self.actuators)

@@ -136,8 +136,8 @@ FAILURES = [
     Failure(
         "A quaternion that is no rotation",
         3,
-        "description error: r.urdf:5 (joints.lift): quat_xyzw: '1 0 0 1' has the length 1.41421, and a rotation has 1;"
-        " try: x, y, z and w of a unit quaternion [E1708]",
+        "description error: r.urdf:5 (joints.lift): quat_xyzw: the quaternion has the length 1.41421, and a rotation"
+        " has 1; try: x, y, z and w of a unit quaternion [E1728]",
         command="info r.urdf",
         files={"r.urdf": robot(NEWER, in_joint('<origin quat_xyzw="1 0 0 1"/>'))},
     ),

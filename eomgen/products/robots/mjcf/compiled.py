@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -83,18 +83,6 @@ class MjcfElements:
             if word in (name, value) or (name == "file" and word.endswith(value))
         }
         return places.pop() if len(places) == 1 else None
-
-    def extreme(self) -> tuple[ElementPlace, str] | None:
-        """Return the place and the text of the first number that is not 0 or between 1e-60 and 1e60 in size; None
-        without one."""
-        for _, element, file in self.every:
-            for _, value in element.attributes:
-                for word in value.split():
-                    with suppress(ValueError):
-                        size = abs(float(word))
-                        if not (size == 0.0 or 1e-60 < size < 1e60):
-                            return ElementPlace(file, element.line), word
-        return None
 
 
 def elements_of(text: str, file: str, path: Path | None) -> MjcfElements:
@@ -210,17 +198,6 @@ def _check_assets(spec: Any, path: Path | None) -> None:
     for file in sorted(files):
         if file.exists() and not file.is_file():
             read_text(file)
-
-
-def out_of_range(file: str, elements: MjcfElements) -> DescriptionError:
-    """Return the error for a file whose numbers cannot be multiplied or divided."""
-    location, word = elements.extreme() or (ElementPlace(file, 1), "")
-    fault = (
-        f"the number {shown(word)} is too large or too small to calculate with [E2166]"
-        if word
-        else "a number is too large [E2167]"
-    )
-    return DescriptionError(Problem(str(location), fault, "masses, inertias and lengths between 1e-100 and 1e100"))
 
 
 def _problem(message: str, file: str, elements: MjcfElements) -> Problem:

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.messages import listed, nearest, shown
+from eomgen.errors import DescriptionError, Problem
 from eomgen.products.robots.conversion import Conversion
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.mjcf.actuators import convert_actuators
-from eomgen.products.robots.mjcf.compiled import compile_model, elements_of, mujoco_module, out_of_range
+from eomgen.products.robots.mjcf.compiled import compile_model, elements_of, mujoco_module
 from eomgen.products.robots.mjcf.coverage import note_unknown_attributes
 from eomgen.products.robots.mjcf.draft import MjcfDraft
 from eomgen.products.robots.mjcf.equalities import convert_equalities
@@ -106,7 +107,8 @@ def mjcf_data(
             convert_sensors(draft)
             convert_geoms(draft)
     except (ArithmeticError, np.linalg.LinAlgError):
-        raise out_of_range(file, elements) from None
+        fault = "a number is too large or too small to calculate with [E2167]"
+        raise DescriptionError(Problem(file, fault, "masses, inertias and lengths between 1e-100 and 1e100")) from None
     _refuse_other_physics(draft)
     _add_lines(draft)
     _drop_unused_definitions(draft.data)

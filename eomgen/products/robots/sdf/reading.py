@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -27,8 +28,9 @@ from eomgen.products.robots.draft import (
 )
 from eomgen.products.robots.leftovers import Leftovers
 from eomgen.products.robots.sdf.values import STATUSES, Minor, SdfValues
-from eomgen.products.robots.sdf.visuals import SdfVisualReader
+from eomgen.products.robots.sdf.visuals import visuals_of_link
 from eomgen.products.robots.uris import is_remote, is_there, locate
+from eomgen.products.robots.visuals import LEFT_OUT
 from eomgen.scene.inertia import Inertia, tensor
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element, read_xml
@@ -47,6 +49,7 @@ TYPES: Mapping[str, tuple[str, int]] = {
     "gearbox": ("", 2),
 }
 _VERSION = re.compile(r"1\.([0-9]{1,4})")
+_RESERVED = re.compile(f"{WORLD_FRAME}|__.*__")
 #: Numbers of elements with their defaults.
 _MOMENTS = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
 _MIMIC = {"multiplier": 1.0, "offset": 0.0, "reference": 0.0}
@@ -71,7 +74,8 @@ class SdfReader:
     def __init__(self, report: Report, packages: Mapping[str, Path], home: Path) -> None:
         self.report, self.packages = report, packages
         self.leftovers = Leftovers(STATUSES)
-        self.visuals = SdfVisualReader(home)
+        self.home = home
+        self.undrawn: dict[tuple[str, str], list[str]] = {}
         self.defaulted: list[str] = []
         self.liberties: list[str] = []
 
@@ -108,7 +112,7 @@ class SdfReader:
             notes.append(note)
         only = next(iter(result.models)) if len(result.models) == 1 else ""
         name = only or name or Path(file).stem or "model"
-        return Draft(name, result, self.leftovers, gravity, self.visuals.left_out, notes)
+        return Draft(name, result, self.leftovers, gravity, self.undrawn, notes)
 
 
 class _FileReader(SdfValues):
@@ -129,7 +133,6 @@ class _FileReader(SdfValues):
         match = _VERSION.fullmatch(written)
         if match is None or not Minor.FIRST <= int(match[1]) <= Minor.NEWEST:
             fault = f"version {shown(written)} of SDF is not read [E1950]"
-            fault = fault if written else "<sdf> has no version [E1951]"
             self.refuse(root, fault, f'version="1.{Minor.FIRST}" to version="1.{Minor.NEWEST}"')
             return None
         return int(match[1])
@@ -157,11 +160,8 @@ class _FileReader(SdfValues):
         name = item.name
         if not name:
             self.refuse(element, f"the {element.tag} has no name [E1701]", f'<{element.tag} name="...">')
-        elif name == WORLD_FRAME or (name.startswith("__") and name.endswith("__")):
+        elif _RESERVED.fullmatch(name) or ("::" in name and self.minor >= Minor.FRAMES):
             self.refuse(element, f"the name {shown(name)} is reserved in SDF [E1952]", "another name")
-        elif "::" in name and self.minor >= Minor.FRAMES:
-            fault = f"the name {shown(name)} has ::, which leads into a model [E1953]"
-            self.refuse(element, fault, "another name")
         elif model.has(name):
             fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names [E1954]"
             self.refuse(element, fault, "another name")
@@ -231,9 +231,17 @@ class _FileReader(SdfValues):
             self.keep(decay, "velocity_decay", name)
         pulled = self.flag(element, "gravity", default=True)
         pose = self.pose(element, name)
-        visuals = self.reader.visuals.link_visuals(name, element, self, self.folder, self.reader.packages)
+        visuals, reasons = visuals_of_link(element, self, self.path)
+        for reason in reasons:
+            self.reader.undrawn.setdefault((LEFT_OUT, reason), []).append(name)
         self.keep(element, "link", name)
         return DraftLink(name, self.place(element), inertia, pose, pulled, visuals)
+
+    def path(self, address: str) -> str:
+        """Return the path of a mesh from the folder of the file that is converted."""
+        if "://" not in address and self.folder == self.reader.home:
+            return address
+        return os.path.relpath(locate(address, self.folder, self.reader.packages), self.reader.home)
 
     def inertia(self, link: Element, name: str) -> Inertia:
         """Return the inertia of a link element in the link's frame: as in SDF, 1 kg and unit moments if missing.

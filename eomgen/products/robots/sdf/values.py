@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import IntEnum
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from eomgen.base.arrays import Array
 from eomgen.base.messages import shown
-from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
-from eomgen.products.robots.visuals import FEW_DIGITS, off_right, read_numbers
+from eomgen.products.robots.visuals import read_numbers, turn_of
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
-from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.rotations import roll_pitch_yaw, snapped_rotation
 
 #: How each child and attribute of an element is taken.
 STATUSES = read_table(Path(__file__).with_name("coverage.txt"))
@@ -139,10 +137,7 @@ class SdfValues:
             return WrittenPose(self.place(element))
         # the attribute ``frame`` of 1.5 and 1.6 became ``relative_to`` of 1.7, which is read from older files, too
         naming, frame = "relative_to", child.get("relative_to")
-        if self.minor < Minor.FRAMES and child.get("frame") not in ("", frame):
-            if frame:
-                fault = f"pose: relative_to {shown(frame)} and frame {shown(child.get('frame'))} differ [E2209]"
-                self.refuse(child, fault, "relative_to alone")
+        if self.minor < Minor.FRAMES and child.get("frame"):
             naming, frame = "frame", child.get("frame")
         if frame and not framed:
             fault = f"pose: the pose of <{element.tag}> has no {naming} [E1725]"
@@ -154,27 +149,13 @@ class SdfValues:
         text = child.text()
         self.keep(child, "pose", owner)
         size = 7 if kind == "quat_xyzw" else 6
-        if kind == "quat_xyzw" and degrees:
-            self.refuse(child, "pose: a quaternion has no degrees [E1727]", 'the pose without degrees="true"')
         neutral = (0.0,) * 6 + (1.0,) * (size == 7)
         values = self.numbers(child, "pose", text, neutral) if text else neutral
-        turned = self._quaternion(child, values[3:]) if size == 7 else self._angles(values[3:], degrees, owner)
-        return WrittenPose(self.place(child), turned, np.array(values[:3]), frame)
-
-    def _quaternion(self, element: Element, values: Sequence[float]) -> Array:
-        x, y, z, w = values
-        length = math.hypot(x, y, z, w)
-        if not abs(length - 1.0) <= FEW_DIGITS:
-            fault = f"pose: the quaternion has the length {length:.6g}, and a rotation has 1 [E1728]"
-            self.refuse(element, fault, "x y z w")
-            return np.eye(3)
-        return snapped_rotation(rotation_matrix(np.array([w, x, y, z]) / length))
-
-    def _angles(self, values: Sequence[float], degrees: bool, owner: str) -> Array:  # of the format
-        if not any(values):
-            return np.eye(3)
-        roll, pitch, yaw = (math.radians(value) if degrees else value for value in values)
-        for angle in (roll, pitch, yaw):
-            if SNAP < off_right(angle) <= FEW_DIGITS:
-                self.leftovers.nearly_right.setdefault(owner, f"{angle:.9g}")
-        return snapped_rotation(roll_pitch_yaw(roll, pitch, yaw))
+        if size == 7:
+            turned = turn_of("pose", values[3:], partial(self.refuse, child))
+        else:
+            angles = [math.radians(value) if degrees else value for value in values[3:]]
+            self.leftovers.keep_angles(owner, angles)
+            turned = roll_pitch_yaw(*angles)
+        orientation = np.eye(3) if turned is None else snapped_rotation(turned)
+        return WrittenPose(self.place(child), orientation, np.array(values[:3]), frame)

@@ -2,66 +2,40 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from eomgen.products.robots.draft import Visual
 from eomgen.products.robots.leftovers import Leftovers
 from eomgen.products.robots.sdf.values import STATUSES, SdfValues
-from eomgen.products.robots.uris import is_remote, locate
+from eomgen.products.robots.uris import is_remote
 from eomgen.products.robots.visuals import SDF_SIZES, NotDrawnError, color_of, solid_of, visuals_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 
 
-class SdfVisualReader:
-    """Reads the visuals of links; ``left_out`` has the reasons for which visuals are left out, with the links.
+def visuals_of_link(element: Element, values: SdfValues, path: Callable[[str], str]) -> tuple[list[Visual], list[str]]:
+    """Return the visuals of a link that can be drawn, and the reasons for which others cannot.
 
     Parameters
     ----------
-    home : Path
-        Folder of the file that is converted: paths of meshes are written from there.
+    element : Element
+        Of the link.
+    values : SdfValues
+        Reads the file of the link.
+    path : callable
+        From the address of a mesh to the path from the folder of the converted file.
     """
 
-    def __init__(self, home: Path) -> None:
-        self.home = home
-        self.left_out: dict[str, list[str]] = {}
+    def read(visual: Element, report: Report) -> Visual:
+        reader = SdfValues(values.file, report, Leftovers(STATUSES), values.minor)
+        pose = reader.pose(visual, "")
+        entry = solid_of(visual, reader.vector, lambda mesh: _mesh(mesh, reader, path), SDF_SIZES)
+        return Visual(pose, entry | _color(visual, reader))
 
-    def link_visuals(
-        self, link: str, element: Element, values: SdfValues, folder: Path, packages: Mapping[str, Path]
-    ) -> tuple[Visual, ...]:
-        """Return the visuals of a link that can be drawn; others are added to ``left_out`` with the reason.
-
-        Parameters
-        ----------
-        link, element : str, Element
-            Name and element of the link.
-        values : SdfValues
-            Reads the file of the link.
-        folder : Path
-            Folder of this file, from which meshes are named.
-        packages : mapping
-            Folders of packages by name.
-        """
-
-        def path(address: str) -> str:
-            if "://" not in address and folder == self.home:
-                return address
-            return os.path.relpath(locate(address, folder, packages), self.home)
-
-        def read(visual: Element, report: Report) -> Visual:
-            reader = SdfValues(values.file, report, Leftovers(STATUSES), values.minor)
-            pose = reader.pose(visual, "")
-            entry = solid_of(visual, reader.vector, lambda mesh: _mesh(mesh, reader, path), SDF_SIZES)
-            return Visual(pose, entry | _color(visual, reader))
-
-        visuals, reasons = visuals_of(element.children_with_tag("visual"), values.file, read)
-        for reason in reasons:
-            self.left_out.setdefault(reason, []).append(link)
-        return tuple(visuals)
+    return visuals_of(element.children_with_tag("visual"), values.file, read)
 
 
 def _mesh(element: Element, values: SdfValues, path: Callable[[str], str]) -> tuple[str, tuple[float, ...]]:

@@ -13,16 +13,13 @@ from graphlib import CycleError, TopologicalSorter
 from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion, joints_to_hold
-from eomgen.products.robots.draft import Draft, DraftJoint, DraftLink, DraftMimic, DraftModel, WrittenPose
+from eomgen.products.robots.draft import Draft, DraftJoint, DraftMimic, DraftModel, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.urdf.notes import (
-    note_versions,
-    notes_of_friction,
+    note_version,
     notes_of_mimics,
     notes_of_names_and_angles,
-    notes_of_sizes,
-    notes_of_what_has_no_effect,
 )
 from eomgen.products.robots.urdf.reading import JOINT_TYPES, Robot, link_key, read_robot
 from eomgen.products.robots.urdf.transmissions import convert_transmissions, read_transmissions
@@ -30,7 +27,6 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import read_xml
 from eomgen.scene.sources.source import ConvertedScene, OptionError
-from eomgen.system.description import BASE, WORLD
 
 _ROOT_JOINT = "root_joint"
 
@@ -50,17 +46,16 @@ def held_and_following(
     """
     held = {joint.name: 0.0 for joint in robot.joints.values() if not joint.components or joint.name in locked}
     leaders: dict[str, str] = {}
-    by_written = {robot.original.get(name, name): name for name in robot.joints}
     for joint in robot.joints.values():
         mimic = _mimic_of(joint)
         if mimic is None or joint.name in held:
             continue
         key, line = f"joints.{joint.name}", mimic.place.line
-        if mimic.joint not in by_written:
+        if mimic.joint not in robot.joint_names:
             fault = f"there is no joint {shown(mimic.joint)} to mimic [E1688]"
-            report.add_at(line, key, fault, nearest(mimic.joint, by_written))
+            report.add_at(line, key, fault, nearest(mimic.joint, robot.joint_names))
             continue
-        leader = robot.joints[by_written[mimic.joint]]
+        leader = robot.joints[robot.joint_names[mimic.joint]]
         for role, part in (("mimic another", joint), ("be mimicked", leader)):
             if part.components > 1:
                 fault = f"the {part.written} joint {part.name} cannot {role}: it has not one coordinate [E1689]"
@@ -106,8 +101,7 @@ def urdf_data(
     root_element = read_xml(text, file)
     gears = read_transmissions(root_element, report) if transmissions else None
     robot = read_robot(root_element, report)
-    joints = {robot.original.get(name, name): name for name in robot.joints}
-    locked = {joints[name] for name in joints_to_hold(lock, joints, file)}
+    locked = {robot.joint_names[name] for name in joints_to_hold(lock, robot.joint_names, file)}
     tunable_links = _tunable_links(robot, (tunable,) if isinstance(tunable, str) else tunable, file)
     report.raise_problems()
     root_link = _root_of(robot, report)
@@ -133,13 +127,9 @@ def urdf_data(
     conversion.scene.notes += [
         *([f"joints locked at zero: {listed(sorted(locked))} [W0171]"] if locked else []),
         *notes_of_names_and_angles(robot),
-        *notes_of_sizes(robot),
         *notes_of_mimics(robot, locked, held, leaders),
-        *(notes_of_friction(robot) if friction else []),
-        *notes_of_what_has_no_effect(robot, held),
-        *robot.notes_of_visuals,
     ]
-    note_versions(conversion.scene, robot)
+    note_version(conversion.scene, robot)
     return conversion.result(strict=strict)
 
 
@@ -156,7 +146,7 @@ def _draft_of(robot: Robot, held_joints: Collection[str], leaders: Mapping[str, 
     carrier = {joint.child: _joint_key(joint.name) for joint in robot.joints.values()}
     for key, link in robot.links.items():
         pose = WrittenPose(link.place, relative_to=carrier.get(key, ""))
-        world.links[key] = replace(link, pose=pose, body=_body_of(link, robot))
+        world.links[key] = replace(link, pose=pose)
     for name, joint in robot.joints.items():
         axes, around = joint.axes, joint.around
         if joint.components != 1 and name not in held_joints:
@@ -168,27 +158,17 @@ def _draft_of(robot: Robot, held_joints: Collection[str], leaders: Mapping[str, 
             mimic = replace(axes[0].mimic, joint=_joint_key(leaders[name]))
             axes = (replace(axes[0], mimic=mimic),)
         world.joints[_joint_key(name)] = replace(joint, axes=axes, around=around)
-    return Draft(robot.name, world, robot.leftovers, loops=list(robot.loops.values()), legal=True)
-
-
-def _body_of(link: DraftLink, robot: Robot) -> str:
-    """Return the name of the body of a link that is named like the base or the world; empty for other links."""
-    if link.name not in (BASE, WORLD):
-        return ""
-    name = f"{link.name}_link" if link_key(f"{link.name}_link") not in robot.links else f"{link.name}_body"
-    while link_key(name) in robot.links:
-        name += "_"
-    return name
+    loops = list(robot.loops.values())
+    return Draft(robot.name, world, robot.leftovers, undrawn=robot.undrawn, loops=loops, legal=True)
 
 
 def _tunable_links(robot: Robot, tunable: Sequence[str], file: str) -> set[str]:
     """Return the keys in ``robot.links`` of the links named in ``tunable``. Raises OptionError for a name that the file
     lacks."""
-    links = {robot.original.get(link.name, link.name): key for key, link in robot.links.items()}
     for name in tunable:
-        if name not in links:
-            raise OptionError("tunable", f"{file} has no link {shown(name)} [E1973]", nearest(name, links))
-    return {links[name] for name in tunable}
+        if name not in robot.link_names:
+            raise OptionError("tunable", f"{file} has no link {shown(name)} [E1973]", nearest(name, robot.link_names))
+    return {link_key(robot.link_names[name]) for name in tunable}
 
 
 def _root_of(robot: Robot, report: Report) -> str:

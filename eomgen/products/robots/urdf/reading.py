@@ -17,16 +17,15 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import is_legal, legal_name, nearest, shown
-from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
 from eomgen.products.robots.urdf.visuals import UrdfVisualReader
-from eomgen.products.robots.visuals import FEW_DIGITS, Numbers, off_right, read_numbers
+from eomgen.products.robots.visuals import Numbers, read_numbers, turn_of
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
-from eomgen.scene.rotations import SNAP, frame_about, roll_pitch_yaw, snapped_rotation, unit_axis
+from eomgen.scene.rotations import frame_about, roll_pitch_yaw, snapped_rotation, unit_axis
 
 #: Types of joints by name in the format.
 JOINT_TYPES = {
@@ -50,8 +49,8 @@ _TYPES_OF_DRAKE = {"ball": "spherical", "universal": "universal", "planar": "pla
 #: Status by child or attribute, of each element.
 STATUSES = read_table(Path(__file__).with_name("coverage.txt"))
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
-#: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
-NEWEST, WITH_QUATERNIONS = 2, 1
+#: The newest minor version of URDF 1 that is read.
+NEWEST = 2
 #: Defaults of ``lower``, ``upper`` and ``effort`` before the minor version with open ranges, and since.
 _WITH_OPEN_RANGES, _CLOSED, _OPEN = 2, (0.0, 0.0, 0.0), (-math.inf, math.inf, math.inf)
 #: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
@@ -64,21 +63,18 @@ _WITH_OWNERS = ("link", "joint", _OF_DRAKE, "loop_joint", "constraint", *_GEOMET
 
 @dataclass
 class Robot:
-    """Elements of a URDF, with legal and unique names; ``original`` maps these names to the file's names.
+    """Elements of a URDF, with legal and unique names.
 
     Attributes
     ----------
     minor : minor version of the format, which is 1.minor
-    snapped : joints whose placement became exact
+    link_names, joint_names, loop_names : legal names by the names of the file
     several_turns : links and joints whose rpy has an angle of more than a turn
     links : by the keys of ``link_key``
     left_out : properties that no joint of a type has in a scene, with the names of joints
     leftovers : parts that are not read
-    without_effect : joints with an element that has no effect on joints of this type, by tag
-    geometry : how many elements of each kind there are
-    quaternions : links and joints whose origin has one
     notes : on the file
-    notes_of_visuals : on visuals that pictures do not show, or show in another way
+    undrawn : as of a draft
     """
 
     name: str
@@ -86,16 +82,14 @@ class Robot:
     links: dict[str, DraftLink] = field(default_factory=dict)
     joints: dict[str, DraftJoint] = field(default_factory=dict)
     loops: dict[str, DraftLoop] = field(default_factory=dict)
-    original: dict[str, str] = field(default_factory=dict)
-    snapped: list[str] = field(default_factory=list)
+    link_names: dict[str, str] = field(default_factory=dict)
+    joint_names: dict[str, str] = field(default_factory=dict)
+    loop_names: dict[str, str] = field(default_factory=dict)
     several_turns: list[str] = field(default_factory=list)
     left_out: dict[str, list[str]] = field(default_factory=dict)
     leftovers: Leftovers = field(default_factory=lambda: Leftovers(STATUSES))
-    without_effect: dict[str, list[str]] = field(default_factory=dict)
-    geometry: dict[str, int] = field(default_factory=dict)
-    quaternions: list[tuple[int, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    notes_of_visuals: list[str] = field(default_factory=list)
+    undrawn: dict[tuple[str, str], list[str]] = field(default_factory=dict)
 
 
 def read_robot(root: Element, report: Report) -> Robot:
@@ -116,9 +110,7 @@ class _UrdfReader:
     def __init__(self, report: Report) -> None:
         self.report = report
         self.out = Robot("")
-        self.link_names: dict[str, str] = {}
-        self.joint_names: dict[str, str] = {}
-        self.loop_names: dict[str, str] = {}
+        self.link_names = self.out.link_names
         self.kept: set[str] = set()
         self.used: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "loop_joint", "constraint")}
 
@@ -136,15 +128,15 @@ class _UrdfReader:
         for name, element in self.named_elements(links, "link", self.link_names):
             link = self.link(name, element)
             self.out.links[link_key(name)] = replace(link, visuals=visuals.link(name, element))
-        self.out.notes_of_visuals = visuals.notes()
+        self.out.undrawn = visuals.undrawn
         self.add_world(joints)
-        for name, element in self.named_elements(joints, "joint", self.joint_names):
+        for name, element in self.named_elements(joints, "joint", self.out.joint_names):
             self.out.joints[name] = self.joint(name, element)
         self.used["loop_joint"] |= self.used["joint"]
-        for name, element in self.named_elements(loops, "loop_joint", self.loop_names):
+        for name, element in self.named_elements(loops, "loop_joint", self.out.loop_names):
             self.out.loops[name] = self.loop(name, element)
         self.used["constraint"] |= self.used["loop_joint"]
-        for name, element in self.named_elements(constraints, "constraint", self.loop_names):
+        for name, element in self.named_elements(constraints, "constraint", self.out.loop_names):
             self.out.loops[name] = self.loop(name, element)
         return self.out
 
@@ -192,16 +184,12 @@ class _UrdfReader:
         else:
             taken[written] = legal_name(written, self.used[kind], self.kept)
             self.used[kind].add(taken[written])
-            if taken[written] != written:
-                self.out.original[taken[written]] = written
             return taken[written]
         return ""
 
     def tell_left_over(self, element: Element, owner: str) -> None:
-        """Record the unread parts of an element and of read children, and count visuals, collisions and materials.
-        ``owner`` is the name in notes. An attribute ``unit`` is reported: the format has SI units."""
-        for kind in _GEOMETRY:
-            self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.children_with_tag(kind))
+        """Record the unread parts of an element and of read children. ``owner`` is the name in notes. An attribute
+        ``unit`` is reported: the format has SI units."""
         for attribute in element.unread_attributes:
             if attribute in ("unit", "units"):
                 fault = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only [E1703]"
@@ -225,28 +213,23 @@ class _UrdfReader:
             hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
         return read_numbers(attribute, written, default, partial(self.report.add_at, element.line, key), hint)
 
-    def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, bool, str]:
-        """Return orientation (3, 3), position (3,), m, whether elements of the orientation became exactly 0 or 1, and
-        the text of an angle that is nearly a right angle but not exact (empty without one). ``key`` is the entry for
-        messages; ``name`` is added to the names with more than a turn if an angle is larger."""
-        exact, position, angles = self.origin(element.first("origin"), key, name)
+    def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, Sequence[float]]:
+        """Return orientation (3, 3), position (3,), m, and roll, pitch and yaw of an element's origin. ``key`` is the
+        entry for messages; ``name`` is added to the names with more than a turn if an angle is larger."""
+        exact, position, angles = self.origin(element.first("origin"), key)
         if max(map(abs, angles)) > 2.0 * math.pi:
             self.out.several_turns.append(name)
-        orientation = snapped_rotation(exact)
-        nearly = next((angle for angle in angles if SNAP < off_right(angle) <= FEW_DIGITS), None)
-        changed = orientation[orientation != exact]
-        made_exact = changed.size > 0 and bool(np.any(np.isin(changed, (-1.0, 0.0, 1.0))))
-        return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
+        return snapped_rotation(exact), position, angles
 
-    def origin(self, origin: Element | None, key: str, name: str) -> tuple[Array, Array, Sequence[float]]:
+    def origin(self, origin: Element | None, key: str) -> tuple[Array, Array, Sequence[float]]:
         """Return orientation (3, 3), position (3,), m, and roll, pitch and yaw, rad, of an element ``<origin>``;
         neutral without one. The orientation is by ``quat_xyzw`` if given."""
         angles = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
-        quaternion = self.quaternion(origin, key, name)
+        quaternion = self.quaternion(origin, key)
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
         return roll_pitch_yaw(*angles) if quaternion is None else quaternion, position, angles
 
-    def quaternion(self, origin: Element | None, key: str, name: str) -> Array | None:
+    def quaternion(self, origin: Element | None, key: str) -> Array | None:
         """Return the rotation matrix (3, 3) of an origin's ``quat_xyzw``; None without one, or for a length other than
         1, which is reported. An origin that has ``rpy``, too, is reported."""
         if origin is None or not origin.has("quat_xyzw"):
@@ -254,15 +237,8 @@ class _UrdfReader:
         if origin.has("rpy"):
             fault = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned [E1707]"
             self.report.add_at(origin.line, key, fault, "one of them")
-        x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
-        length = math.hypot(x, y, z, w)
-        if not abs(length - 1.0) <= FEW_DIGITS:
-            written = shown(origin.get("quat_xyzw"))
-            fault = f"quat_xyzw: {written} has the length {length:.6g}, and a rotation has 1 [E1708]"
-            self.report.add_at(origin.line, key, fault, "x, y, z and w of a unit quaternion")
-            return None
-        self.out.quaternions.append((origin.line, name))
-        return rotation_matrix(np.array([w, x, y, z]) / length)
+        values = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
+        return turn_of("quat_xyzw", values, partial(self.report.add_at, origin.line, key))
 
     def bare_link(self, name: str, line: int, inertia: Inertia = NOTHING) -> DraftLink:
         location = ElementPlace(self.report.file, line)
@@ -278,7 +254,7 @@ class _UrdfReader:
             fault = f"the mass {mass:.6g} is negative [E1709]"
             self.report.add_at(inertial.line, key, fault, "a positive number of kg")
         entries = self.required_numbers(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
-        orientation, center, _, _ = self.placement(inertial, key, name)
+        orientation, center, _ = self.placement(inertial, key, name)
         inertia = Inertia(mass, np.zeros(3), tensor(entries)).transform(orientation, center)
         return self.bare_link(name, element.line, inertia)
 
@@ -296,23 +272,20 @@ class _UrdfReader:
 
     def joint(self, name: str, element: Element) -> DraftJoint:
         """Return the joint of an element, with axes, dynamics and limits; faults are reported. Elements without effect
-        on a joint of this type, and placements that became exact or nearly are, are recorded."""
+        on a joint of this type, and placements that are nearly exact, are recorded."""
         key = f"joints.{name}"
         written = element.get("type")
         types = _TYPES_OF_DRAKE if element.tag == _OF_DRAKE else JOINT_TYPES
         if written not in types:
             fault = f"the joint type {shown(written)} is not known [E1712]"
             self.report.add_at(element.line, key, fault, nearest(written, types))
-        orientation, position, was_snapped, nearly = self.placement(element, key, name)
-        if nearly:
-            self.out.leftovers.nearly_right[name] = nearly
-        elif was_snapped:
-            self.out.snapped.append(name)
+        orientation, position, angles = self.placement(element, key, name)
+        self.out.leftovers.keep_angles(name, angles)
         kind = JOINTS.get(types.get(written, ""))
         without_effect = ("axis",) if kind and kind.moves else ("axis", "dynamics", "limit", "mimic")
         for tag in without_effect if kind and not kind.coordinates else ():
             if element.first(tag) is not None:
-                self.out.without_effect.setdefault(tag, []).append(name)
+                self.out.leftovers.count(f"{tag} of {written} joints")
         parent, child = (self.end(element, tag, key) for tag in ("parent", "child"))
         axis = self.axis(element, key)
         axes, around = [axis], None
@@ -388,7 +361,7 @@ class _UrdfReader:
         links = tuple(link_key(self.end(element, tag, key, title)) for tag in ends)
         kind, poses = types.get(written, ""), []
         for tag, axis, columns in zip(origins, axes, ((2, 0, 1), (1, 2, 0)), strict=True):
-            orientation, position, _ = self.origin(element.first(tag), key, element.get("name"))
+            orientation, position, _ = self.origin(element.first(tag), key)
             along = unit_axis(vectors[axis])
             of_axis = np.array(frame_about(np.array([0.0, 0.0, 1.0]) if along is None else along))
             of_axis = of_axis[:, columns] if kind == "universal" else of_axis

@@ -172,16 +172,15 @@ def _shares(
 ) -> dict[str, dict[str, float]]:
     """Return the efforts of joints by unit efforts of actuators, by actuator in the file and by joint; note joints that
     are ``still`` or not there."""
-    by_written = {robot.original.get(name, name): name for name in robot.joints}
     shares: dict[str, dict[str, float]] = {}  # of actuators by name in the file, by joint
     idle: dict[str, None] = {}
     missing: dict[str, int] = {}
     for transmission in transmissions:
         for written, row in zip(transmission.joints, transmission.matrix, strict=True):
-            if written not in by_written:
+            if written not in robot.joint_names:
                 missing.setdefault(written, transmission.line)
                 continue
-            joint = by_written[written]
+            joint = robot.joint_names[written]
             if joint in still or not robot.joints[joint].unit:
                 idle[joint] = None
                 continue
@@ -192,7 +191,7 @@ def _shares(
         note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
         scene.notes.append(f"{note}: {listed(list(idle))} [W0198]")
     if missing:
-        close = [name for written in missing for name in close_names(written, by_written, 1)]
+        close = [name for written in missing for name in close_names(written, robot.joint_names, 1)]
         perhaps = f", perhaps {listed(dict.fromkeys(close))}" if close else ""
         names = f"({len(missing)}: {listed(list(missing))}){perhaps}"
         note = f"not modelled: transmissions to joints that are not there {names} [W0199]"

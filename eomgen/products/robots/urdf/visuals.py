@@ -6,26 +6,22 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import listed
 from eomgen.products.robots.draft import Visual, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace
-from eomgen.products.robots.visuals import Numbers, color_of, solid_of, visuals_of
+from eomgen.products.robots.visuals import LEFT_OUT, Numbers, color_of, solid_of, visuals_of
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 
 #: From the report of a visual's faults to two functions: numbers of an attribute, and orientation (3, 3) and position
 #: (3,), m, of an element with an ``origin``.
 Values = Callable[[Report], tuple[Numbers, Callable[[Element], tuple[Array, Array]]]]
-#: Notes on visuals that pictures replace, leave out or show in another colour.
-_NOTES = {
-    "substituted": "pictures show collision geometry in place of visuals [W0200]",
-    "left out": "visuals that pictures leave out [W0175]",
-    "limited": "colours that pictures limit to parts from 0 to 1 [W0201]",
-}
+#: Notes on visuals that pictures replace or show in another colour.
+_SUBSTITUTED = "pictures show collision geometry in place of visuals [W0200]"
+_LIMITED = "colours that pictures limit to parts from 0 to 1 [W0201]"
 
 
 class UrdfVisualReader:
-    """Reads the visuals of links; ``reasons`` has links by reason, by kind of note.
+    """Reads the visuals of links; ``undrawn`` has links by a note on their visuals and the reason.
 
     Parameters
     ----------
@@ -36,17 +32,7 @@ class UrdfVisualReader:
     def __init__(self, root: Element, values: Values) -> None:
         self.values = values
         self.materials = {item.get("name"): item for item in root.children_with_tag("material")}
-        #: Links by the reason, by the kind of note.
-        self.reasons: dict[str, dict[str, list[str]]] = {kind: {} for kind in _NOTES}
-
-    def notes(self) -> list[str]:
-        """Return notes on visuals that pictures do not show, or show in another colour."""
-        result = []
-        for kind, note in _NOTES.items():
-            for reason, links in self.reasons[kind].items():
-                names = list(dict.fromkeys(links))
-                result.append(f"{note} ({len(names)}: {listed(names)}): {reason}")
-        return result
+        self.undrawn: dict[tuple[str, str], list[str]] = {}
 
     def link(self, name: str, element: Element) -> Sequence[Visual]:
         """Return the visuals of a link, or its collision geometry if no visual can be drawn."""
@@ -63,7 +49,7 @@ class UrdfVisualReader:
         collisions = element.children_with_tag("collision") if reasons and not drawn else ()
         instead, _ = visuals_of(collisions, "", read)
         for reason in reasons:
-            self.reasons["substituted" if instead else "left out"].setdefault(reason, []).append(name)
+            self.undrawn.setdefault((_SUBSTITUTED if instead else LEFT_OUT, reason), []).append(name)
         return drawn or instead
 
     def _color(self, name: str, element: Element, numbers: Numbers) -> dict[str, Any]:
@@ -81,5 +67,5 @@ class UrdfVisualReader:
         if any(not 0.0 <= part <= 1.0 for part in parts):
             written = " ".join(f"{part:g}" for part in parts)
             reason = f'rgba="{written}"; try: parts of 255 divided by 255'
-            self.reasons["limited"].setdefault(reason, []).append(name)
+            self.undrawn.setdefault((_LIMITED, reason), []).append(name)
         return color_of(parts)
