@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 import sympy
 from sympy.physics import mechanics as me
+from sympy.physics.biomechanics import TendonForceLengthDeGroote2016
 from sympy.physics.mechanics import dynamicsymbols
 
 import eomgen
 from eomgen.products.sympy_mechanics import expressions
 from eomgen.products.sympy_mechanics.equations import _PARTIALS, _TERMS, solve_symmetric
 from eomgen.products.sympy_mechanics.expressions import Expressions
+from eomgen.products.sympy_mechanics.reading import _solved
 from eomgen.products.sympy_mechanics.rows import _independent, is_singular
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra
@@ -222,6 +224,7 @@ KINDS = [
     *(sympy.Piecewise((1, condition(X, Y)), (0, True)) for condition in (sympy.Eq, sympy.Ne)),
     *(BOTH, sympy.Heaviside(X), sympy.Heaviside(X, 3), sympy.Min(X, Y, 0), sympy.Max(X, Y, 0), X - Y - 2, X * Y * 3),
     *(X**power for power in (1, 3, -2, sympy.Rational(1, 2), sympy.Rational(-3, 2), sympy.Rational(5, 2))),
+    TendonForceLengthDeGroote2016.with_defaults(X),
     *(X**sympy.Rational(1, 3), X**-2.5, X**Y, 2**X, sympy.pi * X, sympy.E**X, sympy.UnevaluatedExpr(X) * 2),
 ]  # fmt: skip  # a table
 POINTS = ((0.3, 0.7), (1.7, 0.4), (-0.6, 0.5), (0.5, 0.5), (-2.0, -2.0), (0.0, 1.2))
@@ -241,3 +244,90 @@ def test_every_kind_of_expression_has_sympy_s_value(expression: Any) -> None:
             assert found == pytest.approx(float(exact), rel=1e-13, abs=1e-15)
             compared += 1
     assert compared >= 1
+
+
+def test_unknowns_are_solved_from_equations_in_any_order() -> None:
+    """With pivots that are zero in the order of the rows, and a row more than unknowns, whose residual is left."""
+    A = np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 3.0], [0.5, 1.0, 1.0], [0.7, 3.0, 4.0]])
+    algebra, x = Algebra(Tape()), np.array([0.3, -0.8, 1.1])
+    entries = algebra.block("p", 16)
+    rows = [[algebra.zero if A[i, j] == 0.0 else entries[3 * i + j] for j in range(3)] for i in range(4)]
+    solution, residuals = _solved(algebra, rows, entries[12:], "rows")
+    refs = [item.ref for item in (*solution, *residuals)]
+    for wrong in (0.0, 0.25):
+        b = A @ x + [0.0, 0.0, 0.0, wrong]
+        found = evaluate(algebra.tape, refs, {"p": np.concatenate([A.ravel(), b])})
+        # the residual is zero if all rows agree; elimination chooses which of the rows it is of
+        if wrong:
+            assert abs(found[3]) > 0.01
+        else:
+            np.testing.assert_allclose(found, [*x, 0.0], atol=1e-13)
+    with pytest.raises(eomgen.DescriptionError, match="do not determine the speeds"):
+        _solved(algebra, [[entries[0], algebra.zero], [entries[1], algebra.zero]], entries[:2], "rows")
+
+
+def test_rows_have_the_sizes_of_their_summands_and_their_change_per_radian() -> None:
+    """Of a row without angles the change is 1; of rates it is the sum of slopes in angles."""
+    q, x = dynamicsymbols("q x")
+    m, k, L = sympy.symbols("m k L")
+    lagrangian = m * (q.diff(T) ** 2 + x.diff(T) ** 2) / 2
+    place, rate = x - L * sympy.sin(q) - k, x.diff(T) - 3 * sympy.cos(q) * q.diff(T)
+    method = me.LagrangesMethod(lagrangian, [q, x], hol_coneqs=[place], nonhol_coneqs=[rate])
+    document = eomgen.from_sympy(method, parameters={m: 1.0, k: 0.2, L: 0.5}, initial={q: 0.1})
+    system = eomgen.derive(document, ["constraint_size"])
+    found = values(system, "constraint_size", {"q": np.array([-0.4, 0.7]), "p": np.array(document.values), "t": [0.0]})
+    slope = 0.5 * np.cos(0.4)
+    size = 0.7 + 0.5 * np.sin(0.4) + 0.2 + slope * 0.4 + 0.7
+    np.testing.assert_allclose(found["size"], [size, 3.0 * np.cos(0.4)], rtol=1e-14)
+    np.testing.assert_allclose(found["extent"], [slope, 3.0 * np.cos(0.4)], rtol=1e-14)
+
+
+def test_energies_powers_and_drawings_of_joints_and_springs() -> None:
+    """A block on a rail with a hanging bob: by hand."""
+    ground, block, bob = me.RigidBody("ground"), me.RigidBody("block", mass=2), me.RigidBody("bob", mass=0.5)
+    system = me.System.from_newtonian(ground)
+    length, d, r, k, j, c, b, g = sympy.symbols("l d r k j c b g")
+    slide = me.PrismaticJoint("slide", ground, block, joint_axis=ground.x)
+    pin = me.PinJoint("pin", block, bob, joint_axis=block.z, child_point=length * bob.y)
+    system.add_joints(slide, pin)
+    system.apply_uniform_gravity(-g * ground.y)
+    path = me.LinearPathway(ground.masscenter.locatenew("hook", -d * ground.x), block.masscenter)
+    system.add_actuators(
+        me.LinearSpring(k, path, r), me.DuffingSpring(k, j, path, r), me.LinearDamper(c, path),
+        me.TorqueActuator(-b * pin.speeds[0], block.z, bob, block),
+    )  # fmt: skip  # one call
+    numbers = {length: 0.4, d: 0.3, r: 0.25, k: 30.0, j: 7.0, c: 0.6, b: 0.2, g: 9.81, "bob_izz": 0.02}
+    document = eomgen.from_sympy(system, parameters=numbers, name="block")
+    derived = eomgen.derive(document, ["energy", "poses", "twists"])
+    (x, q), (vx, w) = (0.35, 0.7), (0.8, -1.3)
+    state = {
+        "q": np.array([x, q]),
+        "v": np.array([vx, w]),
+        "a": np.zeros(2),
+        "t": [0.0],
+        "p": np.array(document.values),
+    }
+    found = {block: value for term in derived.functions for block, value in values(derived, term, state).items()}
+    speed = np.array([vx + 0.4 * np.cos(q) * w, 0.4 * np.sin(q) * w])
+    stretch = x + 0.3 - 0.25
+    kinetic = 0.5 * (2.0 * vx**2 + 0.5 * speed @ speed + 0.02 * w**2)
+    potential = -0.5 * 9.81 * 0.4 * np.cos(q) + 30.0 * stretch**2 + 7.0 * stretch**4 / 4
+    np.testing.assert_allclose(found["energy"], [kinetic, potential, -0.6 * vx**2 - 0.2 * w**2, 0.0], rtol=1e-13)
+    pose = [np.cos(q / 2), 0.0, 0.0, np.sin(q / 2), x + 0.4 * np.sin(q), -0.4 * np.cos(q), 0.0]
+    np.testing.assert_allclose(found["pose"][1], pose, atol=1e-15)
+    turned = np.array([[np.cos(q), np.sin(q)], [-np.sin(q), np.cos(q)]]) @ speed
+    np.testing.assert_allclose(found["twist"][1], [0.0, 0.0, w, *turned, 0.0], atol=1e-15)
+    assert not derived.facts.conservative
+    drawing = document.observed.drawing
+    hinges = [
+        (hinge.name, hinge.type, hinge.parent, hinge.child, hinge.turns, hinge.slides) for hinge in drawing.hinges
+    ]
+    assert hinges == [
+        ("slide", "prismatic", "base", "block", False, True),
+        ("pin", "revolute", "block", "bob", True, False),
+    ]
+    assert [line.elastic for line in drawing.lines] == [True, True, False]
+    assert {(line.first, line.second) for line in drawing.lines} == {("hook", "block_masscenter")}
+    places = {point.name: (point.body, [part.value for part in point.position]) for point in drawing.points}
+    assert places == {"hook": ("base", [-0.3, 0.0, 0.0]), "block_masscenter": ("block", [0.0, 0.0, 0.0])}
+    assert [(solid.name, solid.mass.value) for solid in drawing.solids] == [("block", 2.0), ("bob", 0.5)]
