@@ -204,15 +204,15 @@ def coefficients(scene: MjcfDraft, joint: int) -> tuple[list[float], list[float]
 def _stop(model: Any, joint: int) -> tuple[float, float]:
     """Return stiffness and damping of a stop as hard as MuJoCo's in the configuration of the file.
 
-    MuJoCo demands the acceleration -b v - k r of a limit that is passed by r, with the impedance d at the end of its
-    curve; at rest the force is d k r divided by the inverse inertia felt there.
+    MuJoCo demands the acceleration -b v - k d r of a limit that is passed by r, with the impedance d at the end of its
+    curve; the force is d times this one, divided by the inverse inertia felt there.
     """
     time, ratio = (float(value) for value in model.jnt_solref[joint])
     full = float(np.clip(model.jnt_solimp[joint][1], 1e-4, 0.9999))
     felt = full / float(model.dof_invweight0[int(model.jnt_dofadr[joint])])
     if time > 0.0:
-        return felt / (full * time * ratio) ** 2, 2.0 * felt / (full * time)
-    return felt * -time / full**2, felt * -ratio / full
+        return felt / (full * (time * ratio) ** 2), 2.0 * felt / (full * time)
+    return felt * -time / full, felt * -ratio / full
 
 
 def add_forces(scene: MjcfDraft) -> None:

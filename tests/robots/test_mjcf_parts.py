@@ -1,0 +1,254 @@
+"""MJCF: loads of a converted file as generalized forces, with places and velocities of MuJoCo, are MuJoCo's forces; and
+each part that no scene has is refused or noted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.products.robots.mjcf.conversion import mjcf_data
+
+INERTIAL = '<inertial pos="0.05 0.02 0" mass="1" diaginertia="0.01 0.02 0.025"/>'
+
+
+def machine(rest: str = "", joint: str = "", third: str = 'axis="1 0 0"', head: str = "", body: str = "") -> str:
+    """Return a hinge a with a slide b on it, and a joint c beside, with sites s, u, v and w, under names p, r and f;
+    ``rest`` begins in line 8."""
+    return f"""<mujoco>{head}<worldbody><site name="w" pos="0.2 0.1 0.4"/>
+  <body name="p" euler="10 20 30" {body}><joint name="a" axis="0 1 0.2" {joint}/>{INERTIAL}
+    <site name="s" pos="0.1 0.05 0" euler="10 20 30"/>
+    <body name="r" pos="0.2 0 0"><joint name="b" type="slide" axis="1 0 0"/>{INERTIAL}
+      <site name="u" pos="0.1 -0.1 0.2" euler="40 10 0"/></body></body>
+  <body name="f" pos="0.3 0.1 0.2"><joint name="c" {third}/>{INERTIAL}<site name="v" pos="0.1 0 0.05"/></body>
+  </worldbody>
+  {rest}</mujoco>"""
+
+
+def drives(*texts: str) -> str:
+    return f"<actuator>{' '.join(texts)}</actuator>"
+
+
+class Formulas(dict[str, Any]):
+    """Names in formulas of a scene at a state of MuJoCo; definitions are evaluated when they are needed."""
+
+    def __init__(self, data: Mapping[str, Any], model: Any, state: Any) -> None:
+        super().__init__({name: getattr(math, name) for name in ("sin", "cos", "sqrt", "exp", "atan2", "pi")})
+        self.data, self.model, self.state = data, model, state
+        places = {name: self.jacobian(entry["body"], entry["position"]) for name, entry in data["points"].items()}
+        self["position"] = SimpleNamespace(**{name: place for name, (place, _, _) in places.items()})
+        self["velocity"] = SimpleNamespace(**{name: J @ state.qvel for name, (_, J, _) in places.items()})
+        spins = {name: self.jacobian(name, [0.0, 0.0, 0.0])[2] @ state.qvel for name in data["bodies"]}
+        self["angular_velocity"] = SimpleNamespace(**spins)
+        joints = {model.joint(k).name: model.joint(k) for k in range(model.njnt)}
+        for letter, values, starts in (("q", state.qpos, "qposadr"), ("v", state.qvel, "dofadr")):
+            sizes = {name: {1: 4 if letter == "q" else 3}.get(int(item.type[0]), 1) for name, item in joints.items()}
+            found = {name: values[getattr(item, starts)[0] :][: sizes[name]] for name, item in joints.items()}
+            self[letter] = SimpleNamespace(**{name: x if len(x) > 1 else float(x[0]) for name, x in found.items()})
+        self |= dict(zip(data.get("inputs", {}), state.ctrl, strict=True))
+        self |= dict(zip(data.get("states", {}), state.act, strict=True))
+
+    def __missing__(self, name: str) -> Any:
+        if name not in self.data.get("definitions", {}):  # a word of Python
+            raise KeyError(name)
+        self[name] = self.value(self.data["definitions"][name]["formula"])
+        return self[name]
+
+    def value(self, formula: Any) -> float:
+        return float(eval(formula, {"max": max, "min": min, "abs": abs}, self)) if isinstance(formula, str) else formula
+
+    def jacobian(self, body: str, point: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the place of a point of a body, and the Jacobians of its velocity and of the spin."""
+        number = 0 if body == "base" else self.model.body(body).id
+        place = self.state.xpos[number] + self.state.xmat[number].reshape(3, 3) @ np.array(point, dtype=float)
+        J, R = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
+        mujoco.mj_jac(self.model, self.state, J, R, place, number)
+        return place, J, R
+
+    def forces(self) -> np.ndarray:
+        """Return the generalized forces of all loads and efforts."""
+        result = np.zeros(self.model.nv)
+        for entry in self.data.get("forces", {}).values():
+            _, J, R = self.jacobian(entry["body"], entry.get("point", [0.0, 0.0, 0.0]))
+            turn = np.eye(3)
+            if entry.get("axes") == "body":
+                turn = self.state.xmat[self.model.body(entry["body"]).id].reshape(3, 3)
+            for key, jacobian in (("force", J), ("torque", R)):
+                if key in entry:
+                    result += jacobian.T @ turn @ [self.value(part) for part in entry[key]]
+        for entry in self.data.get("efforts", {}).values():
+            result[self.model.joint(entry["joint"]).dofadr[0] + entry.get("index", 0)] += self.value(entry["effort"])
+        return result
+
+
+def compared(text: str, part: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the forces of the converted file and MuJoCo's ``part``, at some states and controls."""
+    data: dict[str, Any] = {"points": {}, **mjcf_data(text).data}
+    model = mujoco.MjModel.from_xml_string(text)
+    state, random = mujoco.MjData(model), np.random.default_rng(4)
+    mine, theirs = [], []
+    for _ in range(6):
+        for numbers in (state.qpos, state.qvel, state.ctrl, state.act):
+            numbers[:] = random.uniform(-0.8, 0.8, len(numbers))
+        mujoco.mj_normalizeQuat(model, state.qpos)
+        mujoco.mj_forward(model, state)
+        mine.append(Formulas(data, model, state).forces())
+        theirs.append(getattr(state, part).copy())
+    return np.array(mine), np.array(theirs)
+
+
+AFFINE = 'biastype="affine" biasprm="0.1 -0.7 -0.2"'
+DRIVES = {
+    "places of sites": '<position site="s" refsite="v" kp="3" kv="0.4" gear="1 2 0.5 0 0 0"/>',
+    "turns of sites": '<position site="s" refsite="v" kp="3" kv="0.4" gear="0 0 0 0.3 -0.2 1"/>',
+    "one chain": f'<general site="u" refsite="s" {AFFINE} gainprm="2" gear="0 1 0 1 2 3"/>',
+    "a site of the world": '<motor site="u" refsite="w" gear="1 2 3 1 2 3"/>',
+    "a site": '<damper site="s" kv="3" gear="1 2 3 4 5 6" ctrlrange="0 1"/>',
+    "a slider": '<position cranksite="s" slidersite="v" cranklength="3" kp="3" kv="2" gear="2"/>',
+    "a short rod": '<motor cranksite="s" slidersite="w" cranklength="0.1"/>',
+    "servos": '<position joint="a" kp="20" kv="3" gear="2" forcerange="-4 3"/><velocity joint="b" kv="5"/>',
+    "gains": f'<general joint="a" gaintype="affine" gainprm="2 3 4" {AFFINE} ctrlrange="-0.3 0.2"/>',
+    "activations": '<general joint="b" dyntype="filter" dynprm="0.1" gainprm="3"/><intvelocity joint="a" kp="20"/>',
+    "a muscle": '<muscle joint="a" lengthrange="-2 2" force="50" timeconst="0.01 0.04" tausmooth="5"/>',
+}  # fmt: skip  # a table
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_forces_of_drives_are_mujoco_s(name: str) -> None:
+    mine, theirs = compared(machine(drives(DRIVES[name])), "qfrc_actuator")
+    np.testing.assert_allclose(mine, theirs, atol=1e-12 * np.abs(theirs).max())
+    assert np.count_nonzero(theirs) >= 3
+
+
+BALLS = {
+    "servo": '<position joint="c" kp="3" kv="0.4" gear="1 2 0.5"/>',
+    "in the parent": '<motor jointinparent="c" gear="1 2 3"/>',
+    "vector": '<orientation joint="c" kp="3" kv="0.4" forcerange="0 1"/>',
+    "quaternion": '<orientation joint="c" input="quat" kp="2"/>',
+    "integral": '<orientation joint="c" input="vel" kp="2"/>',
+}
+
+
+@pytest.mark.parametrize("name", BALLS)
+def test_forces_of_drives_of_balls_are_mujoco_s(name: str) -> None:
+    try:
+        mine, theirs = compared(machine(drives(BALLS[name]), third='type="ball"'), "qfrc_actuator")
+    except ValueError:  # MuJoCo has no such input
+        pytest.fail(name)
+    np.testing.assert_allclose(mine, theirs, atol=1e-12)
+    assert np.count_nonzero(theirs) >= 9
+
+
+MEDIUM = '<option density="1.2" viscosity="0.3" wind="1 -2 0.5"/>'
+
+
+@pytest.mark.parametrize("geom", ["sphere", "capsule", "cylinder", "ellipsoid", "none"])
+def test_forces_of_a_medium_on_each_shape_are_mujoco_s(geom: str) -> None:
+    """Of ``none`` the box with the inertia of the body."""
+    shape = 'sphere" fluidshape="none' if geom == "none" else f'{geom}" fluidshape="ellipsoid'
+    text = f"""<mujoco>{MEDIUM}<worldbody><body name="p"><joint name="a" type="ball"/>{INERTIAL}
+      <geom type="{shape}" size="0.1 0.07 0.2" pos="0.3 0.1 0" euler="10 20 30" mass="0"
+      fluidcoef="0.4 0.3 1.2 0.9 1.1"/></body></worldbody></mujoco>"""
+    mine, theirs = compared(text, "qfrc_fluid")
+    np.testing.assert_allclose(mine, theirs, rtol=1e-11, atol=1e-12)
+    assert np.all(np.abs(theirs).max(axis=0) > 0.0)
+
+
+def test_bodies_are_held_up_as_mujoco_does() -> None:
+    mine, theirs = compared(machine(body='gravcomp="0.7"', head='<option gravity="1 2 -9"/>'), "qfrc_gravcomp")
+    np.testing.assert_allclose(mine, theirs, atol=1e-13)
+    assert np.abs(theirs).max() > 0.1
+
+
+# -- refusals and notes ------------------------------------------------------------------------------------------------
+
+
+TENDON = '<tendon>\n<fixed name="t" {}><joint joint="a" coef="2"/><joint joint="b" coef="1"/></fixed></tendon>'
+ROPE = """<tendon><spatial name="t" stiffness="1"><site site="s"/><geom geom="g" sidesite="v"/><site site="w"/>
+</spatial></tendon>"""
+TWO = '<motor name="m" tendon="t"/>\n<motor name="n" tendon="t"/>'
+#: A file, and the message for it.
+REFUSED = {
+    machine(drives('\n<motor name="m" joint="c" damping="1"/>'), third='type="ball"'):
+        "model.xml:9 (actuator m): armature or damping on a ball or free joint is not supported",
+    machine(drives('\n<general name="m" joint="a" dyntype="user"/>')): "dynamics of type user is not supported",
+    machine(drives('\n<general name="m" joint="a" gaintype="user"/>')): "an actuator of type user is not supported",
+    machine(drives('\n<general name="m" joint="a" biastype="user"/>')): "an actuator of type user is not supported",
+    machine(TENDON.format('actuatorfrcrange="-1 1"') + drives(TWO)):
+        "actuatorfrcrange of a tendon with several actuators is not supported",
+    machine(TENDON.format('stiffness="1" springyield="0.1"')): "springyield makes the spring plastic",
+    machine(TENDON.format('armature="1"')): "armature of a tendon along several joints is not supported",
+    machine(ROPE, body="><geom name='g' size='0.01' mass='0'/"): "the sidesite v is not on the body of its geom",
+    machine(third='type="ball" actuatorgravcomp="true"').replace('"f"', '"f" gravcomp="1"'):
+        "actuatorgravcomp of c, which has several coordinates and no drive, is not supported",
+    machine('<deformable><flex name="x" dim="1" body="p r" element="0 1"/></deformable>'): "a flex (a soft body) is",
+}  # fmt: skip  # a table
+
+
+@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
+def test_parts_that_no_scene_has_are_refused(text: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        mjcf_data(text)
+    assert REFUSED[text] in str(caught.value)
+
+
+NOTES = {
+    machine('<equality><joint name="e" joint1="a" joint2="c" active="false"/></equality>'):
+        "not modelled: the equality e, which the file makes inactive",
+    machine('<equality><connect name="e" site1="s" site2="z"/></equality>', body='><site name="z"/'):
+        "the equality e is left out: both ends are on one body",
+    machine('<sensor><jointpos joint="a"/></sensor>', head='<option><flag sensor="disable"/></option>'):
+        "not modelled: sensors (1), which the file switches off",
+    machine(TENDON.format('frictionloss="1"')): "not modelled: dry friction of tendons (frictionloss) (1: length_of_t)",
+    machine(TENDON.format('range="-1 1"')): "not modelled: limits of tendons (range) (1: length_of_t)",
+    machine(drives('<general name="m" joint="a" dyntype="filter" dynprm="0.1" actearly="true"/>')):
+        "not modelled: actearly of the actuator m, which acts one step of MuJoCo earlier",
+    machine(drives('<adhesion name="m" body="p" ctrlrange="0 1"/>')): "the actuator m, which acts on contacts alone",
+    machine('<contact><pair geom1="g" geom2="h"/></contact>', body="><geom name='g' size='0.01' mass='0'/")
+        .replace("<worldbody>", '<worldbody><geom name="h" size="0.1"/>'): "not modelled: contact of 1 pairs",
+    machine('<tendon><spatial name="t"><site site="s"/><site site="w"/></spatial></tendon>'):
+        "not modelled: the spatial tendon t, which has no force",
+    machine('<keyframe><key name="k"/><key/></keyframe>'): "keyframe=... is one of k, '1'",
+}  # fmt: skip  # a table
+
+
+@pytest.mark.parametrize("text", NOTES, ids=range(len(NOTES)))
+def test_parts_that_are_left_out_are_noted(text: str) -> None:
+    notes = mjcf_data(text).notes
+    assert any(NOTES[text] in note for note in notes), notes
+
+
+def test_a_keyframe_gives_coordinates_controls_and_activations() -> None:
+    acts = '<motor name="m" joint="a"/><general name="n" joint="b" dyntype="integrator"/>'
+    key = '<keyframe><key name="k" qpos="0.1 0.2 0.3" qvel="1 2 3" ctrl="0.4 0" act="0.6"/></keyframe>'
+    data = mjcf_data(machine(drives(acts) + key), keyframe="k").data
+    starts = [data["joints"][name]["initial"] for name in "abc"]
+    assert [entry["position"] + entry["velocity"] for entry in starts] == [[0.1, 1.0], [0.2, 2.0], [0.3, 3.0]]
+    assert data["inputs"]["m"]["formula"] == 0.4 and "formula" not in data["inputs"]["n"]
+    assert data["states"]["n_activation"]["initial"] == 0.6
+
+
+@pytest.mark.parametrize("reference", ["0.02 1", "0.05 0.4", "-300 -20"])
+def test_stops_are_as_hard_as_mujoco_s(reference: str) -> None:
+    """Beyond the width of the curve of impedance, of a joint that feels its mass alone."""
+    solver = f'solreflimit="{reference}" solimplimit="0.9 0.9 0.001 0.5 2"'
+    text = f"""<mujoco><option gravity="0 0 0"/><worldbody><body name="p"><joint name="a" type="slide" axis="1 0 0"
+      range="-1 0.5" {solver}/>{INERTIAL}</body></worldbody></mujoco>"""
+    limits = mjcf_data(text, limits=True).data["joints"]["a"]["limits"]
+    assert (limits["lower"], limits["upper"]) == (-1.0, 0.5)
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.timestep = 1e-4  # MuJoCo takes no time constant below two steps
+    state = mujoco.MjData(model)
+    forces = []
+    for speed in (0.0, 1e-3):
+        state.qpos[0], state.qvel[0] = 0.502, speed
+        mujoco.mj_forward(model, state)
+        forces.append(-state.qfrc_constraint[0])
+    assert limits["stiffness"] == pytest.approx(forces[0] / 0.002, rel=1e-9)
+    assert limits["damping"] == pytest.approx((forces[1] - forces[0]) / 1e-3, rel=1e-9)
