@@ -71,8 +71,11 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "model.xml"
 
 
-#: Cases that test a part of the ones in the first tier more closely.
-_LONGER = ("site against site", "sites on one chain", "slider and crank", "ellipsoids in a medium", "servos of balls")
+#: Cases whose forces ``test_mjcf_parts`` compares without a derivation.
+_LONGER = (
+    *("site against site", "sites on one chain", "slider and crank", "ellipsoids in a medium", "servos of balls"),
+    *("motors", "servos", "activations", "unclamped", "ball motor", "limited sum", "medium", "pid", "dcmotor"),
+)
 
 
 @pytest.mark.long_except_every(3)
@@ -99,7 +102,7 @@ def scaled(text: str, factor: float) -> str:
 
 @pytest.mark.long_except_every(6)
 @pytest.mark.long_cases("site against site")
-@pytest.mark.slow_except("medium")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_small_machines_have_mujoco_s_mass_and_forces(name: str, file: Path) -> None:
     file.write_text(scaled(CASES[name], 0.01), encoding="utf-8")
@@ -114,6 +117,7 @@ WING = """<mujoco><option density="1.2" gravity="0 0 0"/><worldbody><body><freej
   </mujoco>"""
 
 
+@pytest.mark.slow_cases("size0", "size2")
 @pytest.mark.parametrize("size", [(0.25, 0.1, 0.05), (0.003, 0.001, 0.0005), (3e-6, 1e-6, 5e-7)])
 def test_lift_of_a_wing_of_any_size_is_the_manual_s(size: tuple[float, float, float], file: Path) -> None:
     # MuJoCo's manual, "Fluid forces": C rho cos(alpha) A (n x v) x v, n = s^2 v with the products s of two semi-axes

@@ -91,6 +91,8 @@ def compared(text: str, part: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the forces of the converted file and MuJoCo's ``part``, at some states and controls."""
     data: dict[str, Any] = {"points": {}, **mjcf_data(text).data}
     model = mujoco.MjModel.from_xml_string(text)
+    # of a DC motor MuJoCo takes the current at the end of its step
+    model.actuator_actearly[model.actuator_dyntype == mujoco.mjtDyn.mjDYN_DCMOTOR] = 0
     state, random = mujoco.MjData(model), np.random.default_rng(4)
     mine, theirs = [], []
     for _ in range(6):
@@ -115,6 +117,12 @@ DRIVES = {
     "servos": '<position joint="a" kp="20" kv="3" gear="2" forcerange="-4 3"/><velocity joint="b" kv="5"/>',
     "gains": f'<general joint="a" gaintype="affine" gainprm="2 3 4" {AFFINE} ctrlrange="-0.3 0.2"/>',
     "activations": '<general joint="b" dyntype="filter" dynprm="0.1" gainprm="3"/><intvelocity joint="a" kp="20"/>',
+    "pid": """<pid joint="a" kp="3" kv="0.4" input="pos vel ff" ki="2" imax="0.3" slewmax="5" forcerange="-2 2"/>
+      <pid joint="b" kp="3" kv="0.4" ki="2"/><pid joint="b" input="vel" kv="2"/>""",
+    "dcmotor": """<dcmotor joint="a" motorconst="0.1 0.2" resistance="2"/><dcmotor joint="a" gear="3" motorconst="0.3"
+      resistance="2" inductance="0.1" thermal="2 3 0 0.004 25 20" lugre="100 2 0.3 0.5 0.1" cogging="0.1 7 0.3"
+      saturation="0.2 0 5"/><dcmotor joint="b" motorconst="0.3" resistance="2" input="pos vel ff voltage"
+      controller="5 2 0.3 4 0.2 3" thermal="2 3 0 0.004 25 20"/>""",
     "a muscle": '<muscle joint="a" lengthrange="-2 2" force="50" timeconst="0.01 0.04" tausmooth="5"/>',
 }  # fmt: skip  # a table
 
@@ -124,6 +132,13 @@ def test_forces_of_drives_are_mujoco_s(name: str) -> None:
     mine, theirs = compared(machine(drives(DRIVES[name])), "qfrc_actuator")
     np.testing.assert_allclose(mine, theirs, atol=1e-12 * np.abs(theirs).max())
     assert np.count_nonzero(theirs) >= 3
+
+
+def test_all_drives_of_a_joint_are_within_its_range() -> None:
+    both = drives('<motor joint="a"/>', '<position joint="a" kp="7" kv="2"/>')
+    mine, theirs = compared(machine(both, joint='actuatorfrcrange="-0.5 0.4"'), "qfrc_actuator")
+    np.testing.assert_allclose(mine, theirs, atol=1e-13)
+    assert {-0.5, 0.4} & set(theirs[:, 0])
 
 
 BALLS = {
