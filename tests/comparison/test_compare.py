@@ -16,13 +16,6 @@ from eomgen.scene.load import load_toml
 from tests.comparison.test_planted_differences import MJCF, SCENE, URDF
 
 PI_SERVO = Path(__file__).parents[2] / "examples" / "pi_servo"
-#: The arm's slide with its frame elsewhere: turned a quarter about the axis of the joint, and moved along it.
-TURNED = (
-    ('<origin xyz="0 0 0.05"/><mass value="0.5"/>', '<origin xyz="0 0 -0.05"/><mass value="0.5"/>'),
-    ('ixx="0.001" ixy="0" ixz="0" iyy="0.002"', 'ixx="0.002" ixy="0" ixz="0" iyy="0.001"'),
-    ('xyz="0 0.02 0.4" rpy="0 0.1 0"',
-     'xyz="0.009983341664682815 0.02 0.49950041652780257" rpy="0.1 0 1.5707963267948966"'),
-)  # fmt: skip  # pairs
 TWIN = Path(__file__).with_name("twin.xml")
 
 
@@ -38,19 +31,6 @@ def run(*arguments: object) -> tuple[int, str]:
     result = CliRunner().invoke(command, [str(item) for item in arguments], standalone_mode=False)
     assert result.exception is None, result.exception
     return result.return_value, result.output
-
-
-def test_frames_of_bodies_may_differ(tmp_path: Path) -> None:
-    """A slide whose frame is turned about its axis and moved along it is the same slide."""
-    text = URDF
-    for old, new in TURNED:
-        assert text.count(old) == 1
-        text = text.replace(old, new)
-    comparison = eomgen.compare(
-        written(tmp_path / "a.urdf", URDF), written(tmp_path / "b.urdf", text), states=3, tolerance=1e-10
-    )
-    assert comparison.equal, str(comparison)
-    assert max(comparison.errors.values()) < 1e-12
 
 
 def test_a_scene_equals_itself_as_data_and_as_scene(tmp_path: Path) -> None:
@@ -99,25 +79,6 @@ def test_equations_of_sympy_are_a_second_description() -> None:
     assert (difference.element, difference.quantity) == ("v.hinge", "sum")
     with pytest.raises(eomgen.UsageError, match="equations alone have no bodies"):
         eomgen.compare(document, scene)
-
-
-def test_joints_of_one_description_alone(tmp_path: Path) -> None:
-    """The missing joint is named first, and the equations are not compared."""
-    start, end = URDF.index('  <link name="slide">'), URDF.index('  <joint name="shoulder"')
-    shorter = URDF[:start] + URDF[end : URDF.index('  <joint name="wrist"')] + "</robot>"
-    comparison = eomgen.compare(written(tmp_path / "a.urdf", URDF), written(tmp_path / "b.urdf", shorter), states=2)
-    assert str(comparison.first) == "joints.wrist: joint is prismatic and absent (a.urdf:21)"
-    assert comparison.errors == {}
-    assert comparison.notes[-1] == "equations were not compared: the coordinates of the descriptions differ"
-
-
-def test_a_joint_on_another_parent_is_named_with_both(tmp_path: Path) -> None:
-    old = 'type="prismatic"><parent link="lower"/>'
-    assert URDF.count(old) == 1
-    moved = written(tmp_path / "b.urdf", URDF.replace(old, old.replace("lower", "upper")))
-    found = eomgen.compare(written(tmp_path / "a.urdf", URDF), moved, states=2)
-    (parent,) = (item for item in found.differences if item.quantity == "parent")
-    assert (parent.element, parent.first, parent.second) == ("joints.wrist", "lower", "upper")
 
 
 def test_options_of_the_caller_are_heeded_or_refused(tmp_path: Path) -> None:
@@ -226,3 +187,28 @@ def test_constraints_are_unknown_to_a_second_reader(tmp_path: Path) -> None:
     )
     comparison = eomgen.compare(written(tmp_path / "held.xml", held), reader="mujoco")
     assert comparison.equal and not comparison.differences
+
+
+def oscillator(name: str = "x", mass: float = 2.0) -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("oscillator").body("load", mass, inertia=[0.1, 0.1, 0.1])
+    return builder.joint(name, "prismatic", "base", "load", axis=[1, 0, 0], stiffness=8.0).build()
+
+
+def test_equations_alone_are_named_as_the_joints() -> None:
+    """Their gravity and constraints count as equal, and the sum of their forces is compared."""
+    x, (m, k) = me.dynamicsymbols("x"), sympy.symbols("m k")
+    method = me.LagrangesMethod(m * x.diff() ** 2 / 2 - k * x**2 / 2, [x])
+    document = eomgen.from_sympy(method, parameters={m: 2.0, k: 8.0}, name="spring")
+    comparison = eomgen.compare(oscillator(), document, tolerance=1e-12, states=3)
+    assert comparison.equal and comparison.errors.keys() == {"mass matrix", "sum"}
+    heavier = eomgen.compare(oscillator(mass=2.5), document, states=3).first
+    assert heavier is not None and (heavier.element, heavier.first, heavier.second) == ("M[x, x]", 2.5, 2.0)
+    with pytest.raises(
+        eomgen.UsageError, match="the coordinates of spring are x; try: coordinates named as the joints: y"
+    ):
+        eomgen.compare(oscillator("y"), document)
+    with pytest.raises(eomgen.UsageError, match="equations alone have no bodies"):
+        eomgen.compare(document, oscillator())
+    assert "1 difference, the first: M[x, x]: mass matrix is 2.5 and 2" in str(
+        eomgen.compare(oscillator(mass=2.5), document, states=3)
+    )

@@ -118,15 +118,6 @@ def _check(folder: Path, ending: str, text: str, planted: Planted) -> None:
     assert first.places[1].startswith(f"second{ending}"), first.places
 
 
-FIRST = {item.quantity: item for item in OF_URDF if item.quantity in ("inertia", "axis", "damping")}
-
-
-@pytest.mark.parametrize("planted", FIRST.values(), ids=FIRST)
-def test_a_planted_difference_is_named_first(planted: Planted, tmp_path: Path) -> None:
-    """Of a URDF; all others stand in the second tier."""
-    _check(tmp_path, ".urdf", URDF, planted)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DESCRIPTIONS)
 def test_all_planted_differences_are_named_first(name: str, tmp_path: Path) -> None:

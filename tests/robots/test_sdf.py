@@ -50,60 +50,7 @@ def test_mass_and_forces_are_drakes() -> None:
         np.testing.assert_allclose(A.T @ r, state["r"], atol=1e-12)
 
 
-LINK = (
-    '<link name="{0}"><pose>{1}</pose><inertial><pose>{2}</pose><mass>{3}</mass><inertia>{4}</inertia></inertial>'
-    "</link>"
-)
-#: Angle of the rod in the file, rad: the arctangent of 3/4.
-LEAN = 0.6435011087932844
-FOUR_BAR = f"""<sdf version="1.9"><model name="four_bar">
-<link name="ground"/><joint name="anchor" type="fixed"><parent>world</parent><child>ground</child></joint>
-{LINK.format("crank", "0 0 0 0 0 0", "0.05 0 0 0 0 0", 0.3, "<ixx>1e-4</ixx><iyy>4e-4</iyy><izz>4e-4</izz>")}
-{LINK.format("rod", f"0.1 0 0 0 -{LEAN} 0", "0.25 0 0 0 0 0", 0.8, "<ixx>1e-4</ixx><iyy>2e-2</iyy><izz>2e-2</izz>")}
-{LINK.format("rocker", "0.5 0 0 0 0 0", "0 0 0.15 0 0 0", 0.5, "<ixx>4e-3</ixx><iyy>4e-3</iyy><izz>1e-4</izz>")}
-<joint name="a" type="revolute"><parent>ground</parent><child>crank</child><axis><xyz>0 1 0</xyz></axis></joint>
-<joint name="b" type="revolute"><parent>crank</parent><child>rod</child><axis><xyz>0 1 0</xyz></axis></joint>
-<joint name="c" type="revolute"><parent>ground</parent><child>rocker</child><axis><xyz>0 1 0</xyz></axis></joint>
-<joint name="d" type="revolute"><pose relative_to="rod">0.5 0 0 0 {LEAN} 0</pose>
-<parent>rod</parent><child>rocker</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"""
-
-
-@pytest.mark.slow
-def test_a_second_joint_of_a_link_closes_a_loop_exactly(file: Path) -> None:
-    file.write_text(FOUR_BAR, encoding="utf-8")
-    scene = load(file)
-    assert [joint.name for joint in scene.joints] == ["a", "b", "c"]
-    assert [(constraint.name, constraint.type) for constraint in scene.constraints] == [("d", "revolute")]
-    model = eomgen.build(scene, profile="quick")
-    run = model.simulate(1.0, 1e-3)
-    assert run.success and np.ptp(run.q[:, 0]) > 0.5
-    a, b, c = run.q.T
-    tip_by_rod = np.stack([0.1 * np.cos(a) + 0.5 * np.cos(a + b - LEAN), 0.1 * np.sin(a)], axis=1)
-    tip_by_rod[:, 1] += 0.5 * np.sin(a + b - LEAN)
-    tip_by_rocker = np.stack([0.5 + 0.3 * np.sin(c), -0.3 * np.cos(c)], axis=1)
-    np.testing.assert_allclose(tip_by_rod, tip_by_rocker, atol=1e-12)
-    assert np.ptp(run.energy["total"]) < 1e-4
-
-
 GEARS = Path(__file__).with_name("gears.sdf").read_text(encoding="utf-8").rstrip()
-
-
-@pytest.mark.slow
-def test_a_gearbox_couples_the_angles_by_its_ratio(file: Path) -> None:
-    file.write_text(GEARS, encoding="utf-8")
-    scene = load(file)
-    noted = "links without <inertial> have 1 kg and 1 kg m^2, as SDF says: {}"
-    assert noted.format("base, pinion, wheel") in scene.notes
-    floor = GEARS.replace(
-        '<model name="gears">',
-        '<world name="w"><model name="floor"><static>true</static><link name="plate"/></model><model name="gears">',
-    ).replace("</model></sdf>", "</model></world></sdf>")
-    (around := file.with_name("world.sdf")).write_text(floor, encoding="utf-8")
-    assert noted.format("base, pinion, wheel") in load(around).notes  # the plate never moves
-    model = eomgen.build(scene, profile="quick")
-    run = model.simulate(0.5, 1e-3, initial={"v": [1.0, -3.0]})
-    assert run.success
-    np.testing.assert_allclose(run.q[:, 1], -3.0 * run.q[:, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize(("old", "new", "message"), table("faults_of_sdf"))

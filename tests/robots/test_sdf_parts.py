@@ -253,6 +253,14 @@ GEAR = (link("a") + link("b", "1 0 0 0 0 0") + joint("1", "revolute", "world", "
         )  # fmt: skip  # one text
 
 
+def test_a_mimic_leads_by_either_of_two_revolute_joints() -> None:
+    """Which take the place of a universal joint with oblique axes."""
+    oblique = LEADING.replace("<axis2><xyz>0 0 1</xyz>", "<axis2><xyz>0.6 0 0.8</xyz>")
+    for axis, leader in (("axis", "u"), ("axis2", "u_second")):
+        data = data_of(sdf(model(oblique + joint("h", "revolute", "a", "b", MIMIC.format("u", axis)))))
+        assert data["joints"]["h"]["mimic"]["joint"] == leader
+
+
 HELD = link("c") + joint("0", "fixed", "world", "c")
 
 
@@ -307,6 +315,9 @@ def test_a_merged_include_has_its_names_in_the_model_around(folder: Path) -> Non
     data = data_of(text, path=folder / "model.sdf")
     np.testing.assert_allclose(frame(data, "m__piece"), matrix(P) @ matrix(L), atol=1e-12)
     np.testing.assert_allclose(frame(data, "m__f"), matrix(P) @ matrix(L) @ matrix(F), atol=1e-12)
+    head = f'<model name="n" canonical_link="other">{include.format(P)}{link("x")}<frame name="g"/></model>'
+    moving = data_of(sdf(head), path=folder / "model.sdf")
+    assert moving["frames"]["g"]["body"] == "other" and moving["bodies"].keys() == {"x", "piece", "other"}
     twice = rest(link("piece") + include.format(P))
     with pytest.raises(DescriptionError, match="the included file has the name 'piece', which is there already"):
         data_of(twice, path=folder / "model.sdf")
@@ -417,6 +428,9 @@ NOTES = {
     model(A + B + joint("j", "fixed", "world", "a") + joint("k", "revolute", "world", "a") + TURN):
         "1 joints within one body",
     model(A + '<frame name="f"><pose>0 0 0 1.5708 0 0</pose></frame>'): "are kept in the poses of f (1.5708)",
+    model(B, head="<static>true</static>") + model(A, "two"): "have 1 kg and 1 kg m^2, as SDF says: a [",
+    model(A + B + joint("j", "fixed", "a", "b"), head="<static>true</static>") + model(A, "two"):
+        "1 joints of links that rest",
     model(A, "one") + model(A, "two"): "names of models within one another are joined: arm::hand is arm__hand",
 }  # fmt: skip  # a table
 
@@ -433,6 +447,16 @@ def test_parts_that_say_nothing_are_not_noted() -> None:
     found = sdf_data(sdf(model(link("a", more=more + MASS.format("<fluid_added_mass><xx>0</xx></fluid_added_mass>")))),
                      file="model.sdf", strict=True)  # fmt: skip  # one call
     assert not [note for note in found.notes if note.startswith("not")]
+
+
+def test_welded_links_rest_where_they_are() -> None:
+    text = sdf(model(link("a", P) + link("b") + joint("j", "revolute", "a", "b")))
+    data = data_of(text, weld="a")
+    assert list(data["bodies"]) == ["b"] and data["joints"]["j"]["parent"] == "base"
+    np.testing.assert_allclose(frame(data, "a"), matrix(P), atol=1e-15)
+    for name in ("world", "c"):
+        with pytest.raises(OptionError, match=f"has no link or frame '{name}'"):
+            data_of(text, weld=[name])
 
 
 def test_gravity_does_not_pull_a_link_that_says_so() -> None:

@@ -341,34 +341,6 @@ def four_bar() -> tuple[Any, dict[Any, float], dict[Any, float]]:
 
 
 @pytest.mark.slow
-def test_bodies_have_poses_and_energies() -> None:
-    """Poses and twists by hand; kinetic energy of twists; no power; joints and springs are drawn."""
-    system, values, start = four_bar()
-    document = eomgen.from_sympy(system, parameters=values, initial=start, name="four_bar")
-    assert document.observed.bodies == ("link1", "link2", "link3")
-    assert [hinge.parent for hinge in document.observed.drawing.hinges] == ["base", "link1", "link2"]
-    (spring,) = document.observed.drawing.lines
-    assert spring.elastic
-    derived = eomgen.derive(document, ["poses", "twists", "energy", "mass"])
-    assert derived.facts.conservative
-    state = {"q": document.initial_q, "v": document.initial_v, "p": document.values}
-    at = {name: value(derived, name, state) for name in derived.functions}
-    pose, twist = at["poses"].reshape(3, 7), at["twists"].reshape(3, 6)
-    angles, rates = np.cumsum(state["q"]), np.cumsum(state["v"])
-    np.testing.assert_allclose(pose[:, [0, 3]], np.column_stack([np.cos(angles / 2), np.sin(angles / 2)]))
-    lengths, masses = np.array([0.3, 0.8, 0.6]), 2.0 * np.array([0.3, 0.8, 0.6])
-    ends = np.cumsum(lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)
-    np.testing.assert_allclose(ends[-1], [0.9, 0.0], atol=1e-11)
-    np.testing.assert_allclose(pose[1, 4:6], 0.5 * (ends[0] + ends[1]), atol=1e-14)
-    np.testing.assert_allclose(twist[:, 2], rates)
-    kinetic = 0.5 * masses @ np.sum(twist[:, 3:] ** 2, axis=1) + 0.5 * (masses * lengths**2 / 12) @ rates**2
-    M = at["mass"].reshape(3, 3)
-    np.testing.assert_allclose([0.5 * np.dot(state["v"], M @ state["v"]), at["energy"][0]], kinetic, rtol=1e-12)
-    stretch = np.linalg.norm(pose[1, 4:]) - 0.3
-    np.testing.assert_allclose(at["energy"][1], 9.81 * masses @ pose[:, 5] + 5.0 * stretch**2, rtol=1e-12)
-
-
-@pytest.mark.slow
 def test_loops_of_joints_are_closed_along_runs() -> None:
     system, values, start = four_bar()
     model = eomgen.build(eomgen.from_sympy(system, parameters=values, initial=start, name="four_bar"), profile="quick")

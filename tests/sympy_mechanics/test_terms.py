@@ -266,6 +266,13 @@ def test_unknowns_are_solved_from_equations_in_any_order() -> None:
         _solved(algebra, [[entries[0], algebra.zero], [entries[1], algebra.zero]], entries[:2], "rows")
 
 
+def test_contents_tell_equations_apart() -> None:
+    """By values and by the tape; two readings of one system are alike."""
+    contents = [SYSTEMS["sleigh"]().content for _ in range(2)]
+    assert contents[0] == contents[1] != derived("rocket")[0].content
+    assert eomgen.from_sympy(sleigh(), parameters={"m": 2.0, "I": 0.3, "a": 0.4, "c": 0.6}).content != contents[0]
+
+
 def test_rows_have_the_sizes_of_their_summands_and_their_change_per_radian() -> None:
     """Of a row without angles the change is 1; of rates it is the sum of slopes in angles."""
     q, x = dynamicsymbols("q x")

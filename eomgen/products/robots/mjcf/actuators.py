@@ -288,7 +288,7 @@ class _Actuator(ControlledDrive):
 
     def orient(self) -> None:
         """Add efforts of the torque that turns a ball joint to an orientation, given by controls as a quaternion (4) or
-        a rotation vector (3). Between sites, and with dynamics other than an integrator, the actuator is reported."""
+        a rotation vector (3). Between sites the actuator is reported."""
         model, draft, (target, reference) = self.model, self.draft, self.targets()
         self.refuse_limits_of_joints()
         if reference >= 0:
@@ -301,10 +301,7 @@ class _Actuator(ControlledDrive):
             parts = [f"({names[0]} / {size} if {square} > 0.0 else 1.0)", *(f"{x} / {size}" for x in names[1:])]
             wanted = draft.define_each(self.name, parts, "wxyz")
         else:
-            if not self.is_of("dyn", "NONE"):
-                if not self.is_of("dyn", "INTEGRATOR"):
-                    self.refuse("dynamics of an orientation actuator are not supported [E1920]")
-                    return
+            if self.is_of("dyn", "INTEGRATOR"):
                 names = [self.state(f"activation_{x}", name) for x, name in zip("xyz", names, strict=True)]
             wanted = quaternions.exponential(draft, f"{self.name}_wanted", names)
         joint = draft.joints[target]
