@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from configparser import ConfigParser
 from pathlib import Path
 
 from eomgen.base.data import dataclass
@@ -25,25 +26,16 @@ def read_table(file: Path) -> dict[str, dict[str, str]]:
     """Return the status of each child and attribute, by element and by name, from a table of a format
     (``coverage.txt``).
 
-    A line without indentation has names of elements; the indented lines that follow have ``status: names`` for all of
-    them. A line of names without a status continues the one before; `#` begins a comment.
+    A section ``[names of elements]`` has ``status: names`` for all of them.
     """
+    parser = ConfigParser(interpolation=None)
+    parser.read_string(file.read_text(encoding="utf-8"))
     table: dict[str, dict[str, str]] = {}
-    same: list[dict[str, str]] = []
-    elements, status = False, ""
-    for line in file.read_text(encoding="utf-8").splitlines():
-        words = line.partition("#")[0]
-        if not words.startswith(" "):
-            if not elements:
-                same = []
-            same += [table.setdefault(key, {}) for key in words.split()]
-            elements = True
-            continue
-        elements = False
-        before, colon, names = words.strip().rpartition(": ")
-        status = before if colon else status
-        for row in same:
-            row.update(dict.fromkeys(names.split(), status))
+    for elements in parser.sections():
+        for key in elements.split():
+            row = table.setdefault(key, {})
+            for status, names in parser.items(elements):
+                row |= dict.fromkeys(names.split(), status)
     return table
 
 
