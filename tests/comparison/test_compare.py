@@ -54,33 +54,6 @@ def test_other_programs_read_the_same_machine(tmp_path: Path) -> None:
         assert max(comparison.errors.values()) < 1e-12, (path.name, reader)
 
 
-@pytest.mark.slow
-def test_equations_of_sympy_are_a_second_description() -> None:
-    """A cart with a pendulum, as a scene and as a System of SymPy."""
-    rail, cart, bob = me.RigidBody("rail"), me.RigidBody("cart", mass=1.5), me.RigidBody("bob", mass=0.7)
-    system = me.System.from_newtonian(rail)
-    length, g, damping = sympy.symbols("l g c")
-    hinge = me.PinJoint("hinge", cart, bob, joint_axis=cart.y, child_point=length * bob.z)
-    system.add_joints(me.PrismaticJoint("slider", rail, cart, joint_axis=rail.x), hinge)
-    system.apply_uniform_gravity(-g * rail.z)
-    system.add_actuators(me.TorqueActuator(-damping * hinge.speeds[0], cart.y, bob, cart))
-    values = {length: 0.4, g: 9.81, damping: 0.2, "bob_iyy": 0.01}
-    document = eomgen.from_sympy(system, parameters=values, name="sympy_cart")
-    builder = eomgen.SceneBuilder("cart").body("cart", 1.5, inertia=[0.1, 0.1, 0.1])
-    builder.body("bob", 0.7, center_of_mass=[0, 0, -0.4], inertia=[0.01, 0.01, 0.01])
-    builder.joint("slider", "prismatic", "base", "cart", axis=[1, 0, 0])
-    scene = builder.joint("hinge", "revolute", "cart", "bob", axis=[0, 1, 0], damping=0.2).build()
-    comparison = eomgen.compare(scene, document, tolerance=1e-12)
-    assert comparison.equal, str(comparison)
-    assert set(comparison.errors) == {"mass matrix", "sum"}
-    other = eomgen.from_sympy(system, parameters=values | {damping: 0.0}, name="sympy_cart")
-    difference = eomgen.compare(scene, other).first
-    assert difference is not None
-    assert (difference.element, difference.quantity) == ("v.hinge", "sum")
-    with pytest.raises(eomgen.UsageError, match="equations alone have no bodies"):
-        eomgen.compare(document, scene)
-
-
 def test_options_of_the_caller_are_heeded_or_refused(tmp_path: Path) -> None:
     first = written(tmp_path / "a.urdf", URDF)
     second = written(tmp_path / "b.urdf", URDF.replace('friction="0.2"', 'friction="0.3"').replace('"1.5"', '"1.4"'))

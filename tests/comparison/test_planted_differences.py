@@ -27,43 +27,6 @@ class Planted(NamedTuple):
     quantity: str
 
 
-OF_URDF = (
-    Planted('<mass value="0.5"/>', '<mass value="0.51"/>', "bodies.slide", "mass"),
-    Planted('xyz="0.02 0 0.25"', 'xyz="0.02 0 -0.25"', "bodies.upper", "center_of_mass"),
-    Planted('xyz="0 0 0.05"', 'xyz="0 0 50"', "bodies.slide", "center_of_mass"),
-    Planted('ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002"', 'ixy="-0.003" ixz="-0.001" iyy="0.07" iyz="0.002"',
-            "bodies.upper", "inertia"),
-    Planted('rpy="0.3 0.2 0.1"', 'rpy="0 0 0"', "bodies.lower", "inertia"),
-    Planted('ixx="0.08" ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002" izz="0.03"',
-            'ixx="0.2675" ixy="0.003" ixz="-0.014" iyy="0.2587" iyz="-0.002" izz="0.0312"',
-            "bodies.upper", "inertia"),
-    Planted('ixx="0.001" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.0012"',
-            'ixx="1000" ixy="0" ixz="0" iyy="2000" iyz="0" izz="1200"', "bodies.slide", "inertia"),
-    Planted('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joints.shoulder", "axis"),
-    Planted('<axis xyz="0 0 1"/>', '<axis xyz="0.09983341664682815 0 0.9950041652780258"/>',
-            "joints.wrist", "axis"),
-    Planted('xyz="0.05 0 0.5" rpy="0.2 -0.4 0.3"', 'xyz="0.05 0 0.6" rpy="0.2 -0.4 0.3"', "joints.elbow", "position"),
-    Planted('rpy="0.1 0 0.2"', 'rpy="5.729577951308232 0 11.459155902616464"', "joints.shoulder", "orientation"),
-    Planted('rpy="0.2 -0.4 0.3"', 'rpy="0 0 0"', "joints.elbow", "orientation"),
-    Planted('damping="0.7"', 'damping="0.0122173"', "joints.shoulder", "damping"),
-    Planted('<dynamics damping="0.3"/>', "", "joints.elbow", "damping"),
-    Planted('friction="0.2"', 'friction="0"', "joints.shoulder", "coulomb"),
-    Planted('lower="-1.2" upper="1.5"', 'lower="-1.5" upper="1.2"', "joints.shoulder", "lower"),
-    Planted('lower="-0.1" upper="0.2"', 'lower="-0.1" upper="200"', "joints.wrist", "upper"),
-    Planted('<limit lower="-1.2" upper="1.5" effort="50" velocity="3"/>', "", "joints.shoulder", "lower"),
-    Planted('type="prismatic"', 'type="revolute"', "joints.wrist", "type"),
-    Planted('<parent link="upper"/><child link="lower"/>', '<parent link="base_link"/><child link="lower"/>',
-            "joints.elbow", "parent"),
-)  # fmt: skip  # a table
-
-OF_MJCF = (
-    Planted('angle="radian"', 'angle="degree"', "joints.shoulder", "orientation"),
-    Planted(' armature="0.01"', "", "joints.elbow", "rotor_inertia"),
-    Planted('stiffness="5"', 'stiffness="0.08726646"', "joints.elbow", "stiffness"),
-    Planted('springref="0.2"', 'springref="0.2" ref="0.2"', "joints.elbow", "orientation"),
-    Planted("<worldbody>", '<option gravity="0 0 9.81"/><worldbody>', "gravity", "gravity"),
-)  # fmt: skip  # a table
-
 OF_SCENE = (
     Planted("arm = 0.4", "arm = 0.41", "constraints.closure", "first position"),
     Planted('type = "revolute"\nfirst', 'type = "cylindrical"\nfirst', "constraints.closure", "type"),
@@ -94,8 +57,6 @@ OF_BENCH = (
 
 #: Descriptions with their differences.
 DESCRIPTIONS = {
-    "urdf": (".urdf", URDF, OF_URDF),
-    "mjcf": (".xml", MJCF, OF_MJCF),
     "scene": (".toml", SCENE, OF_SCENE),
     "bench": (".toml", BENCH, OF_BENCH),
 }

@@ -4,7 +4,9 @@ each part that no scene has is refused or noted."""
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,15 +20,23 @@ from eomgen.products.robots.mjcf.conversion import mjcf_data
 INERTIAL = '<inertial pos="0.05 0.02 0" mass="1" diaginertia="0.01 0.02 0.025"/>'
 
 
-def machine(rest: str = "", joint: str = "", third: str = 'axis="1 0 0"', head: str = "", body: str = "") -> str:
+def machine(
+    rest: str = "",
+    joint: str = "",
+    second: str = 'type="slide" axis="1 0 0"',
+    third: str = 'axis="1 0 0"',
+    head: str = "",
+    body: str = "",
+    lifted: str = "",
+) -> str:
     """Return a hinge a with a slide b on it, and a joint c beside, with sites s, u, v and w, under names p, r and f;
     ``rest`` begins in line 8."""
     return f"""<mujoco>{head}<worldbody><site name="w" pos="0.2 0.1 0.4"/>
   <body name="p" euler="10 20 30" {body}><joint name="a" axis="0 1 0.2" {joint}/>{INERTIAL}
     <site name="s" pos="0.1 0.05 0" euler="10 20 30"/>
-    <body name="r" pos="0.2 0 0"><joint name="b" type="slide" axis="1 0 0"/>{INERTIAL}
+    <body name="r" pos="0.2 0 0"><joint name="b" {second}/>{INERTIAL}
       <site name="u" pos="0.1 -0.1 0.2" euler="40 10 0"/></body></body>
-  <body name="f" pos="0.3 0.1 0.2"><joint name="c" {third}/>{INERTIAL}<site name="v" pos="0.1 0 0.05"/></body>
+  <body name="f" pos="0.3 0.1 0.2" {lifted}><joint name="c" {third}/>{INERTIAL}<site name="v" pos="0.1 0 0.05"/></body>
   </worldbody>
   {rest}</mujoco>"""
 
@@ -182,59 +192,21 @@ def test_bodies_are_held_up_as_mujoco_does() -> None:
 # -- refusals and notes ------------------------------------------------------------------------------------------------
 
 
-TENDON = '<tendon>\n<fixed name="t" {}><joint joint="a" coef="2"/><joint joint="b" coef="1"/></fixed></tendon>'
-ROPE = """<tendon><spatial name="t" stiffness="1"><site site="s"/><geom geom="g" sidesite="v"/><site site="w"/>
-</spatial></tendon>"""
-TWO = '<motor name="m" tendon="t"/>\n<motor name="n" tendon="t"/>'
-#: A file, and the message for it.
-REFUSED = {
-    machine(drives('\n<motor name="m" joint="c" damping="1"/>'), third='type="ball"'):
-        "model.xml:9 (actuator m): armature or damping on a ball or free joint is not supported",
-    machine(drives('\n<general name="m" joint="a" dyntype="user"/>')): "dynamics of type user is not supported",
-    machine(drives('\n<general name="m" joint="a" gaintype="user"/>')): "an actuator of type user is not supported",
-    machine(drives('\n<general name="m" joint="a" biastype="user"/>')): "an actuator of type user is not supported",
-    machine(TENDON.format('actuatorfrcrange="-1 1"') + drives(TWO)):
-        "actuatorfrcrange of a tendon with several actuators is not supported",
-    machine(TENDON.format('stiffness="1" springyield="0.1"')): "springyield makes the spring plastic",
-    machine(TENDON.format('armature="1"')): "armature of a tendon along several joints is not supported",
-    machine(ROPE, body="><geom name='g' size='0.01' mass='0'/"): "the sidesite v is not on the body of its geom",
-    machine(third='type="ball" actuatorgravcomp="true"').replace('"f"', '"f" gravcomp="1"'):
-        "actuatorgravcomp of c, which has several coordinates and no drive, is not supported",
-    machine('<deformable><flex name="x" dim="1" body="p r" element="0 1"/></deformable>'): "a flex (a soft body) is",
-}  # fmt: skip  # a table
+PARTS = tomllib.loads(Path(__file__).with_name("parts_of_mjcf.toml").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
-def test_parts_that_no_scene_has_are_refused(text: str) -> None:
-    with pytest.raises(DescriptionError) as caught:
-        mjcf_data(text)
-    assert REFUSED[text] in str(caught.value)
-
-
-NOTES = {
-    machine('<equality><joint name="e" joint1="a" joint2="c" active="false"/></equality>'):
-        "not modelled: the equality e, which the file makes inactive",
-    machine('<equality><connect name="e" site1="s" site2="z"/></equality>', body='><site name="z"/'):
-        "the equality e is left out: both ends are on one body",
-    machine('<sensor><jointpos joint="a"/></sensor>', head='<option><flag sensor="disable"/></option>'):
-        "not modelled: sensors (1), which the file switches off",
-    machine(TENDON.format('frictionloss="1"')): "not modelled: dry friction of tendons (frictionloss) (1: length_of_t)",
-    machine(TENDON.format('range="-1 1"')): "not modelled: limits of tendons (range) (1: length_of_t)",
-    machine(drives('<general name="m" joint="a" dyntype="filter" dynprm="0.1" actearly="true"/>')):
-        "not modelled: actearly of the actuator m, which acts one step of MuJoCo earlier",
-    machine(drives('<adhesion name="m" body="p" ctrlrange="0 1"/>')): "the actuator m, which acts on contacts alone",
-    machine('<contact><pair geom1="g" geom2="h"/></contact>', body="><geom name='g' size='0.01' mass='0'/")
-        .replace("<worldbody>", '<worldbody><geom name="h" size="0.1"/>'): "not modelled: contact of 1 pairs",
-    machine('<tendon><spatial name="t"><site site="s"/><site site="w"/></spatial></tendon>'):
-        "not modelled: the spatial tendon t, which has no force",
-    machine('<keyframe><key name="k"/><key/></keyframe>'): "keyframe=... is one of k, '1'",
-}  # fmt: skip  # a table
-
-
-@pytest.mark.parametrize("text", NOTES, ids=range(len(NOTES)))
-def test_parts_that_are_left_out_are_noted(text: str) -> None:
-    notes = mjcf_data(text).notes
-    assert any(NOTES[text] in note for note in notes), notes
+@pytest.mark.parametrize("name", PARTS)
+def test_parts_that_no_scene_has_are_refused_or_noted(name: str) -> None:
+    additions = dict(PARTS[name])
+    message, note = additions.pop("message", ""), additions.pop("note", "")
+    mocap = additions.pop("mocap", False)
+    if message:
+        with pytest.raises(DescriptionError) as caught:
+            mjcf_data(machine(**additions), mocap=mocap)
+        assert message in str(caught.value)
+    else:
+        notes = mjcf_data(machine(**additions), mocap=mocap).notes
+        assert any(note in said for said in notes), notes
 
 
 def test_a_keyframe_gives_coordinates_controls_and_activations() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy
 from sympy.physics import mechanics as me
-from sympy.physics.biomechanics import TendonForceLengthDeGroote2016
+from sympy.physics.biomechanics import MusculotendonFormulation, TendonForceLengthDeGroote2016
 from sympy.physics.mechanics import dynamicsymbols
 
 import eomgen
@@ -22,7 +22,7 @@ from eomgen.products.sympy_mechanics.rows import _independent, is_singular
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
-from tests.sympy_mechanics.test_from_sympy import rocket, sleigh
+from tests.sympy_mechanics.test_from_sympy import muscle, rocket, sleigh
 
 T = dynamicsymbols._t
 Blocks = Mapping[str, Any]
@@ -338,3 +338,13 @@ def test_energies_powers_and_drawings_of_joints_and_springs() -> None:
     places = {point.name: (point.body, [part.value for part in point.position]) for point in drawing.points}
     assert places == {"hook": ("base", [-0.3, 0.0, 0.0]), "block_masscenter": ("block", [0.0, 0.0, 0.0])}
     assert [(solid.name, solid.mass.value) for solid in drawing.solids] == [("block", 2.0), ("bob", 0.5)]
+
+
+def test_activations_of_muscles_have_sympy_s_rates() -> None:
+    system, biceps, numbers, start = muscle(MusculotendonFormulation.RIGID_TENDON)
+    document = eomgen.from_sympy(system, parameters=numbers, initial=start, name="arm")
+    assert document.states.names == ("a_biceps",) and document.states.initial == (0.6,)
+    state = {"q": [0.3], "v": [0.2], "z": [0.6], "u": [0.4], "t": [0.0], "p": np.array(document.values)}
+    (found,) = values(eomgen.derive(document, ["internal_rate"]), "internal_rate", state).values()
+    known = {biceps.x[0]: 0.6, biceps.r[0]: 0.4}
+    assert found == pytest.approx([float(biceps.rhs()[0].subs(known))], rel=1e-13)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field, fields, is_dataclass, replace
+from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Node, infix
@@ -241,11 +241,9 @@ class _Values:
             items = [(str(name), item) for name, item in value.items()]
         elif isinstance(value, np.ndarray | tuple | list):
             items = [(str(number), item) for number, item in enumerate(value)]
-        elif is_dataclass(value) and not isinstance(value, type):
+        else:
             names = [item.name for item in fields(value) if item.name not in _SAID]
             items = [(name, getattr(value, name)) for name in names]
-        else:
-            return {key: repr(value)}
         for name, item in items:
             result |= self.flat(item, f"{key}.{name}" if key else name)
         return result

@@ -16,11 +16,7 @@ from eomgen.products.robots.conversion import Conversion, joints_to_hold
 from eomgen.products.robots.draft import Draft, DraftJoint, DraftMimic, DraftModel, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import SceneDraft
-from eomgen.products.robots.urdf.notes import (
-    note_version,
-    notes_of_mimics,
-    notes_of_names_and_angles,
-)
+from eomgen.products.robots.urdf.notes import note_version, notes_of
 from eomgen.products.robots.urdf.reading import JOINT_TYPES, Robot, link_key, read_robot
 from eomgen.products.robots.urdf.transmissions import convert_transmissions, read_transmissions
 from eomgen.scene.joint_types import JOINTS
@@ -126,8 +122,7 @@ def urdf_data(
     conversion.convert(actuated=actuated)
     conversion.scene.notes += [
         *([f"joints locked at zero: {listed(sorted(locked))} [W0171]"] if locked else []),
-        *notes_of_names_and_angles(robot),
-        *notes_of_mimics(robot, locked, held, leaders),
+        *notes_of(robot, locked, held, leaders),
     ]
     note_version(conversion.scene, robot)
     return conversion.result(strict=strict)

@@ -16,38 +16,30 @@ from eomgen.products.robots.urdf.reading import NEWEST, Robot
 _TURN = 2.0 * math.pi + 1e-3
 
 
-def notes_of_names_and_angles(robot: Robot) -> list[str]:
-    """Return notes on changed names, and on angles and ranges of more than a turn."""
+def notes_of(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
+    """Return notes on changed names, on angles and ranges of more than a turn, on joints that are held because their
+    leaders are held, and on joints that follow others. ``locked`` are joints that the user holds, ``held`` coordinates
+    of all held joints, ``leaders`` the leader by follower."""
     notes = []
     names = [*robot.link_names.items(), *robot.joint_names.items(), *robot.loop_names.items()]
     if pairs := [f"{shown(written)} is {name}" for written, name in dict.fromkeys(names) if written != name]:
         notes.append(f"names made legal: {first_of(pairs, NAMED)} [W0184]")
-    if robot.several_turns:
-        note = f"rpy of more than a turn at {listed(dict.fromkeys(robot.several_turns))}"
-        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
     turning = [joint for joint in robot.joints.values() if joint.unit == "rad"]
     wide = [joint.name for joint in turning for axis in joint.axes if any(map(_is_wide, (axis.lower, axis.upper)))]
-    if wide:
-        note = f"limits of more than a turn at {listed(wide)}"
-        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
-    return notes
-
-
-def _is_wide(end: float) -> bool:
-    return _TURN < abs(end) < math.inf
-
-
-def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
-    """Return notes on joints that are held because their leaders are held, and on joints that follow others. ``locked``
-    are joints that the user holds, ``held`` coordinates of all held joints, ``leaders`` the leader by follower."""
-    resting = [name for name in held if name not in locked and robot.joints[name].components]
-    notes = []
-    if resting:
+    for word, owners in (("rpy", robot.several_turns), ("limits", wide)):
+        if owners:
+            note = f"{word} of more than a turn at {listed(dict.fromkeys(owners))}"
+            notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
+    if resting := [name for name in held if name not in locked and robot.joints[name].components]:
         notes.append(f"joints held because their leaders are held: {listed(resting)} [W0189]")
     if leaders:
         pairs = [f"{follower} follows {leader}" for follower, leader in leaders.items()]
         notes.append(f"joints that mimic others are not independent coordinates: {first_of(pairs, NAMED)} [W0190]")
     return notes
+
+
+def _is_wide(end: float) -> bool:
+    return _TURN < abs(end) < math.inf
 
 
 def note_version(scene: SceneDraft, robot: Robot) -> None:
