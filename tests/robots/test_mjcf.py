@@ -86,15 +86,6 @@ def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
     assert forces < TOLERANCE
 
 
-@pytest.mark.slow_cases("muscle")
-@pytest.mark.parametrize("name", ["pid", "dcmotor", "muscle"])
-def test_activations_change_as_mujoco_s(name: str, file: Path) -> None:
-    file.write_text(CASES[name], encoding="utf-8")
-    rates, theirs = Imported.of(file, terms=("mass", "residual", "internal_rate")).rates()
-    assert rates.shape[1] >= 2
-    np.testing.assert_allclose(rates, theirs, rtol=1e-11, atol=1e-12)
-
-
 MOCAP = """<mujoco><option><flag contact="disable"/></option><worldbody>
   <body name="target" mocap="true" pos="0.3 0.1 1" euler="10 20 30"><geom size="0.1"/><site name="eye" pos="0.1 0 0"/>
     <body pos="0 0 0.2"><joint name="p" axis="1 0 0"/><geom size="0.1" pos="0 0.1 0"/></body></body>

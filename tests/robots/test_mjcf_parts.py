@@ -98,7 +98,8 @@ class Formulas(dict[str, Any]):
 
 
 def compared(text: str, part: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces of the converted file and MuJoCo's ``part``, at some states and controls."""
+    """Return the forces of the converted file and MuJoCo's ``part``, at some states and controls; hold the rates of
+    internal states to the rates of activations."""
     data: dict[str, Any] = {"points": {}, **mjcf_data(text).data}
     model = mujoco.MjModel.from_xml_string(text)
     # of a DC motor MuJoCo takes the current at the end of its step
@@ -110,7 +111,10 @@ def compared(text: str, part: str) -> tuple[np.ndarray, np.ndarray]:
             numbers[:] = random.uniform(-0.8, 0.8, len(numbers))
         mujoco.mj_normalizeQuat(model, state.qpos)
         mujoco.mj_forward(model, state)
-        mine.append(Formulas(data, model, state).forces())
+        formulas = Formulas(data, model, state)
+        rates = [formulas.value(entry["rate"]) for entry in data.get("states", {}).values()]
+        np.testing.assert_allclose(rates, state.act_dot, rtol=1e-11, atol=1e-12)
+        mine.append(formulas.forces())
         theirs.append(getattr(state, part).copy())
     return np.array(mine), np.array(theirs)
 

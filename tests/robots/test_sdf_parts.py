@@ -16,6 +16,7 @@ from eomgen.products.robots.uris import is_remote, is_there, locate, package_fol
 from eomgen.scene.load import from_data
 from eomgen.scene.sources.source import OptionError
 from tests.oracles.evaluation import tape_evaluator
+from tests.robots.tables import table
 
 
 def sdf(content: str, minor: int = 12) -> str:
@@ -363,82 +364,21 @@ def test_includes_that_cannot_be(include: str, folder: Path) -> None:
 
 
 MASS = "<inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>{}</inertial>"
-A, B = link("a"), link("b")
-LIMIT = "<axis><xyz>0 0 1</xyz><limit>{}</limit></axis>"
-TURN = joint("l", "revolute", "a", "b")
-FAULTS = {
-    model(A).replace("model", "models"): "the file has no <model>",
-    f'<world name="v">{model(A)}</world><world name="w"/>': "a file with several worlds is not read",
-    model(""): "the model 'm' has no link",
-    model(link("world")): "the name 'world' is reserved in SDF",
-    model(link("__a__")): "the name '__a__' is reserved in SDF",
-    model(link("a::b")): "the name 'a::b' is reserved in SDF",
-    model(A + A): "the name 'a' is there twice: links, joints, frames and models share their names",
-    model(link("a", more="<kinematic>true</kinematic>")): "the link 'a' is kinematic: Gazebo moves it without forces",
-    model(link("a", more='<inertial auto="true"/>')): "auto lets Gazebo compute the inertia of 'a'",
-    model(link("a", more=MASS.format("<fluid_added_mass><xx>1</xx></fluid_added_mass>"))): "fluid_added_mass is not",
-    model(link("a", more=MASS.format('<pose relative_to="b">0 0 0 0 0 0</pose>'))): "the pose of <inertial> has no",
-    model(A + joint("j", "revolute", "", "a")): "the joint 'j' has no <parent>",
-    model(A + joint("j", "revolute", "a", "world")): "the child of the joint 'j' is the world",
-    model(A + joint("j", "revolute", "world", "a", "")): "the revolute joint 'j' has 0 of 1 axes; try: <axis>",
-    model(A + joint("j", "universal", "world", "a")): "the universal joint 'j' has 1 of 2 axes; try: <axis2> as well",
-    model(A + joint("j", "screw", "world", "a", SCREW.replace(">4<", ">0<"))): "the thread pitch of a screw joint",
-    model(A + joint("j", "revolute", "a", "a")): "the joint 'j' connects the link 'a' with itself",
-    model(A + '<frame name="f"><pose rotation_format="euler">0 0 0 0 0 0</pose></frame>'): "rotation_format: 'euler'",
-    model(A + '<frame name="f"><pose rotation_format="quat_xyzw">0 0 0 0 0 0 2</pose></frame>'): "has the length 2",
-    f'<model name="m" canonical_link="c">{A}</model>': "there is no link 'c' in the model 'm'; try: one of a",
-    model(LEADING + joint("h", "revolute", "a", "b", MIMIC.format("none", "axis"))): "there is no joint 'none' to",
-    model(LEADING + joint("h", "revolute", "a", "b", MIMIC.format("a", "axis"))): "there is no joint 'a' to mimic",
-    model(LEADING + joint("h", "revolute", "a", "b", MIMIC.format("u", "axis3"))): "the joint 'u' has no 'axis3'",
-    model(A + B + joint("f", "fixed", "world", "a") + joint("h", "revolute", "a", "b", MIMIC.format("f", "axis"))):
-        "the joint 'f', which 'h' mimics, has no coordinate of its own",
-    model(HELD + GEAR.format("", "c")): "no revolute joint along the axis of the gearbox 'g' connects 'b' with 'c'",
-    model(GEAR.format(joint("2", "revolute", "world", "b"), "x")): "gearbox_reference_body: there is no frame 'x'",
-    model(RING + joint("4", "universal", "c", "b", TWO.format("0 0.6 0.8") + CUT)): "closes a loop, are not",
-    model(RING + joint("4", "revolute", "c", "b", DYNAMIC.format("<spring_stiffness>1</spring_stiffness>") + CUT)):
-        "closes a loop, so it has no coordinate for its spring or mimic",
-    model(RING + joint("4", "ball", "c", "b", DYNAMIC.format("<damping>1</damping>") + CUT)):
-        "the damper of the ball joint '4', which closes a loop, is not supported",
-    model(A + joint("j", "revolute", "world", "a", LIMIT.format("<lower>2</lower><upper>1</upper>"))):
-        "the lower limit, 2, is above the upper one, 1 rad",
-}  # fmt: skip  # a table
+#: Parts of the contents of tables.
+WORDS = {"A": link("a"), "B": link("b"), "RING": RING, "LEADING": LEADING, "HELD": HELD, "CUT": CUT}
 
 
-@pytest.mark.parametrize("content", FAULTS, ids=range(len(FAULTS)))
-def test_faults_are_named(content: str) -> None:
+@pytest.mark.parametrize(("content", "message"), table("refused_parts_of_sdf"))
+def test_faults_are_named(content: str, message: str) -> None:
     with pytest.raises(DescriptionError) as caught:
-        data_of(sdf(content), limits=True)
-    assert FAULTS[content] in str(caught.value)
-    assert str(caught.value).startswith("description error: model.sdf:1") or "model.sdf:1" in str(caught.value)
+        data_of(sdf(content.format(**WORDS)), limits=True)
+    assert message in str(caught.value) and "model.sdf:1" in str(caught.value)
 
 
-NOTES = {
-    model(A + joint("j", "fixed", "world", "a") + link("b")): "1 axis of fixed joints",
-    model(A + joint("j", "revolute", "world", "a", "<axis><xyz>0 0 1</xyz></axis><thread_pitch>1</thread_pitch>")):
-        "1 thread_pitch of revolute joints",
-    model(A + joint("j", "revolute", "world", "a", TWO.format("0 0 1"))): "1 axis2 of revolute joints",
-    model(link("a", more="<enable_wind>true</enable_wind>")): "not modelled: <enable_wind> (1: a)",
-    model(A, head="<enable_wind>true</enable_wind>"): "not modelled: <enable_wind> (1: m)",
-    model(link("a", more="<velocity_decay><linear>0.1</linear></velocity_decay>")): "<velocity_decay> (1: a)",
-    model(A + joint("j", "ball", "world", "a", "<axis><xyz>0 0 1</xyz></axis>")): "1 direction of ball joints",
-    model(A + joint("j", "continuous", "world", "a", LIMIT.format("<lower>-1</lower><upper>1</upper>"))):
-        "1 limits of continuous joints",
-    model(A + joint("j", "revolute", "world", "a", LIMIT.format("<lower>-1e16</lower><velocity>3</velocity>"))):
-        "not modelled: limits of velocity (1: j)",
-    model(A + B + joint("j", "fixed", "world", "a") + joint("k", "revolute", "world", "a") + TURN):
-        "1 joints within one body",
-    model(A + '<frame name="f"><pose>0 0 0 1.5708 0 0</pose></frame>'): "are kept in the poses of f (1.5708)",
-    model(B, head="<static>true</static>") + model(A, "two"): "have 1 kg and 1 kg m^2, as SDF says: a [",
-    model(A + B + joint("j", "fixed", "a", "b"), head="<static>true</static>") + model(A, "two"):
-        "1 joints of links that rest",
-    model(A, "one") + model(A, "two"): "names of models within one another are joined: arm::hand is arm__hand",
-}  # fmt: skip  # a table
-
-
-@pytest.mark.parametrize("content", NOTES, ids=range(len(NOTES)))
-def test_parts_without_a_counterpart_are_noted(content: str) -> None:
-    notes = sdf_data(sdf(content), file="model.sdf").notes
-    assert any(NOTES[content] in note for note in notes), notes
+@pytest.mark.parametrize(("content", "note"), table("noted_parts_of_sdf"))
+def test_parts_without_a_counterpart_are_noted(content: str, note: str) -> None:
+    notes = sdf_data(sdf(content.format(**WORDS)), file="model.sdf").notes
+    assert any(note in said for said in notes), notes
 
 
 def test_parts_that_say_nothing_are_not_noted() -> None:

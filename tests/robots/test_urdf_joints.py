@@ -478,51 +478,6 @@ def test_each_type_of_joint(written: str, kind: str) -> None:
     assert [item.type for item in scene.joints if item.name == "moved"] == ([kind] if JOINTS[kind].moves else [])
 
 
-@pytest.mark.parametrize(
-    ("written", "kind", "axes", "pitch"),
-    [
-        ("ball", "spherical", None, None),
-        ("planar", "planar", [0.0, 0.0, 1.0], None),
-        ("universal", "universal", [1.0, 0.0, 0.0], None),
-        ("screw", "helical", [0.0, 0.0, 1.0], 0.25 / np.pi),
-    ],
-)
-def test_joints_of_drake(written: str, kind: str, axes: list[float] | None, pitch: float | None) -> None:
-    """A universal joint turns about x, then y; the damper of a ball acts on all components of its velocity."""
-    thread = '<drake:screw_thread_pitch value="0.5"/>' if written == "screw" else ""
-    text = robot(("a", written, "foot", f'<dynamics damping="0.3"/>{thread}'))
-    text = text.replace("<joint ", "<drake:joint ").replace("</joint>", "</drake:joint>")
-    entry = URDF.read(text.replace("<robot ", '<robot xmlns:drake="d" ')).data["joints"]["a"]
-    assert (entry["type"], entry.get("axis"), entry.get("pitch")) == (kind, axes, pitch)
-    assert entry.get("second_axis") == ([0.0, 1.0, 0.0] if kind == "universal" else None)
-    if pitch is not None:
-        with pytest.raises(DescriptionError, match="the thread pitch of a screw joint is not 0"):
-            load_urdf(text.replace("<robot ", '<robot xmlns:drake="d" ').replace(thread, ""))
-
-
-def test_a_link_world_that_joints_name_is_made() -> None:
-    text = robot(("a", "revolute", "world", "")).replace('<link name="foot"/>', "")
-    scene = load_urdf(text)
-    assert [joint.parent for joint in scene.joints] == ["base"]
-    assert "joints name the link world, which the file lacks: it is a link without mass" in scene.notes
-
-
-@pytest.mark.parametrize(("place", "said"), [("0.3 0 0", ""), ("0.3 0.1 0", "with a gap of 0.1 m [E2207]")])
-def test_ends_of_a_loop_in_one_body_have_to_meet(place: str, said: str) -> None:
-    """Of locked joints; across the axis z of a prismatic loop alone."""
-    ends = f'<link1 link="A" xyz="0.3 0 0"/><link2 link="A" xyz="{place}" rpy="0 0 0"/>'
-    loop = f'<loop_joint name="l" type="{{}}">{ends}<axis xyz="1 0 0"/></loop_joint></robot>'
-    text = robot(("a", "revolute", "foot", ""), ("b", "revolute", "A", "")).replace("</robot>", loop)
-    if said:
-        with pytest.raises(DescriptionError, match=re.escape(said.partition(" [")[0])):
-            load_urdf(text.format("revolute"))
-        with pytest.raises(DescriptionError, match="with a gap of"):
-            load_urdf(text.format("prismatic"))
-    else:
-        note = "the loop l is left out: held joints make one body of its ends, which meet"
-        assert note in load_urdf(text.format("revolute")).notes
-
-
 def test_names_of_numbers_that_look_like_degrees_or_mass() -> None:
     """Also by an open end of version 1.2, which is no range of more than a turn."""
     wide = robot(("a", "revolute", "foot", '<limit lower="-7" upper="1" effort="3"/>'))

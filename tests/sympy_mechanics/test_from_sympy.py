@@ -312,44 +312,6 @@ def test_constraints_hold_along_runs() -> None:
     np.testing.assert_allclose(np.abs(modes.eigenvalues), np.sqrt(9.81), rtol=1e-9)
 
 
-def four_bar() -> tuple[Any, dict[Any, float], dict[Any, float]]:
-    """Three links on pins, whose end is held: joints, two holonomic constraints, a spring, gravity."""
-    lengths, (g, rho, k) = sympy.symbols("l1:5"), sympy.symbols("g rho k")
-    q, u = list(dynamicsymbols("q1:4")), list(dynamicsymbols("u1:4"))
-    ground = me.RigidBody("ground")
-    links = []
-    for number, length in enumerate(lengths[:3]):
-        frame, center = me.ReferenceFrame(f"F{number}"), me.Point(f"C{number}")
-        inertia = me.inertia(frame, 0, 0, rho * length**3 / 12)
-        links.append(me.RigidBody(f"link{number + 1}", center, frame, rho * length, (inertia, center)))
-    system = me.System.from_newtonian(ground)
-    for number, (parent, child) in enumerate(zip([ground, *links], links, strict=False)):
-        place = None if number == 0 else lengths[number - 1] / 2 * parent.x
-        pin = me.PinJoint(
-            f"j{number + 1}", parent, child, q[number], u[number], place, -lengths[number] / 2 * child.x,
-            joint_axis=parent.z,
-        )  # fmt: skip  # arguments by place
-        system.add_joints(pin)
-    end = links[2].masscenter.locatenew("end", lengths[2] / 2 * links[2].x)
-    loop = end.pos_from(ground.masscenter) - lengths[3] * ground.x
-    system.add_holonomic_constraints(loop.dot(ground.x), loop.dot(ground.y))
-    system.q_ind, system.q_dep, system.u_ind, system.u_dep = [q[0]], q[1:], [u[0]], u[1:]
-    system.apply_uniform_gravity(-g * ground.y)
-    system.add_actuators(me.LinearSpring(k, me.LinearPathway(ground.masscenter, links[1].masscenter), lengths[0]))
-    values = dict(zip(lengths, (0.3, 0.8, 0.6, 0.9), strict=True)) | {g: 9.81, rho: 2.0, k: 10.0}
-    return system, values, {q[0]: 1.2, q[1]: -1.0, q[2]: -1.0, q[0].diff(T): 2.0}
-
-
-@pytest.mark.slow
-def test_loops_of_joints_are_closed_along_runs() -> None:
-    system, values, start = four_bar()
-    model = eomgen.build(eomgen.from_sympy(system, parameters=values, initial=start, name="four_bar"), profile="quick")
-    run = model.simulate(10.0, 1e-3, method="rk4_partitioned")
-    assert np.abs(model.evaluate("constraint", run.q)["Phi"]).max() <= 1e-12
-    assert np.ptp(run.energy["total"]) < 1e-6
-    assert run.poses["link3"].shape == (10001, 7)
-
-
 def test_places_that_time_moves_have_a_driver() -> None:
     """A point on a rail that is moved by sin(w t): the rate of its energy is the power of the driver, F v_t."""
     q, (m, w) = dynamicsymbols("q"), sympy.symbols("m w")
