@@ -141,6 +141,7 @@ def test_states_of_controllers_have_the_line_of_the_controller() -> None:
 
 def test_refusals(tmp_path: Path) -> None:
     path = written(tmp_path / "four_bar.toml", SCENE)
+    light = written(tmp_path / "arm.urdf", URDF.replace("</robot>", "<gazebo/></robot>"))
     cases = (
         (lambda: eomgen.compare(path), "one description has no second one to be compared with"),
         (lambda: eomgen.compare(path, path, states=0), "states: a whole number from 1 on is needed, not 0"),
@@ -148,9 +149,10 @@ def test_refusals(tmp_path: Path) -> None:
         (lambda: eomgen.compare(path, path, tolerance=0.0), "0.0 would call rounding a difference"),
         (lambda: eomgen.compare(path, eomgen.load(path), reader="mujoco"), "mujoco reads files, not Scene objects"),
         (lambda: eomgen.compare(path, reader="bullet"), "there is no reader 'bullet'"),
+        (lambda: eomgen.compare(light, light, strict=True), "not modelled: <gazebo>"),
     )  # fmt: skip  # pairs
     for call, text in cases:
-        with pytest.raises(eomgen.UsageError, match=text):
+        with pytest.raises((eomgen.UsageError, eomgen.DescriptionError), match=text):
             call()
 
 

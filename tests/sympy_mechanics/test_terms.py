@@ -138,6 +138,7 @@ def test_terms_fit_one_another(name: str) -> None:
     def at(term: str, state: Blocks = state) -> Any:
         return np.concatenate([np.ravel(block) for block in values(system, term, state).values()])
 
+    assert system.dof_parent == tuple(k - 1 for k in range(n))  # all of M may be filled
     M, h, Q = at("mass").reshape(n, n), at("coupling"), at("force")
     tau = M @ state["a"] + h - Q
     B = np.zeros((0, n))

@@ -95,7 +95,7 @@ def add_tension(draft: MjcfDraft, index: int, terms: list[str]) -> None:
         draft.pulls[index] += terms
     elif terms:
         name = draft.tendons[index]
-        tension = draft.define(name.replace("length_of_", "tension_of_", 1), total(terms))
+        tension = draft.define(f"tension_of_{name.removeprefix('length_of_')}", total(terms))
         for joint, coefficient in draft.tendon_joints[index]:
             effort = {"joint": draft.joints[joint], "effort": f"-({times(coefficient, tension)})"}
             draft.add("efforts", "effort", f"{tension}_on_{draft.joints[joint]}", effort)
@@ -195,6 +195,6 @@ def add_pulls(draft: MjcfDraft) -> None:
         terms = draft.pulls[index]
         if not terms:
             continue
-        tension = draft.define(draft.tendons[index].replace("length_of_", "tension_of_", 1), total(terms))
+        tension = draft.define(f"tension_of_{draft.tendons[index].removeprefix('length_of_')}", total(terms))
         for branch, divisor in branches:
             draft.section("tendons")[branch]["force"] = times(1.0 / divisor, tension)
