@@ -131,7 +131,7 @@ DRIVES = {
     "servos": '<position joint="a" kp="20" kv="3" gear="2" forcerange="-4 3"/><velocity joint="b" kv="5"/>',
     "gains": f'<general joint="a" gaintype="affine" gainprm="2 3 4" {AFFINE} ctrlrange="-0.3 0.2"/>',
     "activations": '<general joint="b" dyntype="filter" dynprm="0.1" gainprm="3"/><intvelocity joint="a" kp="20"/>',
-    "pid": """<pid joint="a" kp="3" kv="0.4" input="pos vel ff" ki="2" imax="0.3" slewmax="5" forcerange="-2 2"/>
+    "pid": """<pid joint="a" kp="3" kv="0.4" input="pos vel ff" ki="2" imax="0.3" slewmax="0.5" forcerange="-2 2"/>
       <pid joint="b" kp="3" kv="0.4" ki="2"/><pid joint="b" input="vel" kv="2"/>""",
     "dcmotor": """<dcmotor joint="a" motorconst="0.1 0.2" resistance="2"/><dcmotor joint="a" gear="3" motorconst="0.3"
       resistance="2" inductance="0.1" thermal="2 3 0 0.004 25 20" lugre="100 2 0.3 0.5 0.1" cogging="0.1 7 0.3"

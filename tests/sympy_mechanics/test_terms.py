@@ -299,10 +299,12 @@ def test_energies_powers_and_drawings_of_joints_and_springs() -> None:
     pin = me.PinJoint("pin", block, bob, joint_axis=block.z, child_point=length * bob.y)
     system.add_joints(slide, pin)
     system.apply_uniform_gravity(-g * ground.y)
-    path = me.LinearPathway(ground.masscenter.locatenew("hook", -d * ground.x), block.masscenter)
+    hook = ground.masscenter.locatenew("hook", -d * ground.x)
+    path = me.LinearPathway(hook, block.masscenter)
+    idle = me.LinearPathway(hook, block.masscenter.locatenew("eye", d * block.y))
     system.add_actuators(
         me.LinearSpring(k, path, r), me.DuffingSpring(k, j, path, r), me.LinearDamper(c, path),
-        me.TorqueActuator(-b * pin.speeds[0], block.z, bob, block),
+        me.TorqueActuator(-b * pin.speeds[0], block.z, bob, block), me.LinearSpring(0, idle, r),
     )  # fmt: skip  # one call
     numbers = {length: 0.4, d: 0.3, r: 0.25, k: 30.0, j: 7.0, c: 0.6, b: 0.2, g: 9.81, "bob_izz": 0.02}
     document = eomgen.from_sympy(system, parameters=numbers, name="block")
@@ -334,10 +336,15 @@ def test_energies_powers_and_drawings_of_joints_and_springs() -> None:
         ("slide", "prismatic", "base", "block", False, True),
         ("pin", "revolute", "block", "bob", True, False),
     ]
-    assert [line.elastic for line in drawing.lines] == [True, True, False]
-    assert {(line.first, line.second) for line in drawing.lines} == {("hook", "block_masscenter")}
+    assert [line.elastic for line in drawing.lines] == [True, True, False, True]
+    ends = [(line.first, line.second) for line in drawing.lines]
+    assert ends == [*[("hook", "block_masscenter")] * 3, ("hook", "eye")]
     places = {point.name: (point.body, [part.value for part in point.position]) for point in drawing.points}
-    assert places == {"hook": ("base", [-0.3, 0.0, 0.0]), "block_masscenter": ("block", [0.0, 0.0, 0.0])}
+    assert places == {
+        "hook": ("base", [-0.3, 0.0, 0.0]),
+        "block_masscenter": ("block", [0.0, 0.0, 0.0]),
+        "eye": ("block", [0.0, 0.3, 0.0]),
+    }
     assert [(solid.name, solid.mass.value) for solid in drawing.solids] == [("block", 2.0), ("bob", 0.5)]
 
 
