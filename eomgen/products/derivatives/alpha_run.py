@@ -25,7 +25,7 @@ from eomgen.products.derivatives.linear_run import (
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions, turning
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedStart, StateDirections, on_constraints
-from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
+from eomgen.simulation.stepping.states import States, states_of
 
 
 def step_matrices(
@@ -151,24 +151,11 @@ class StartedRun(LinearRun[PartType]):
         """The start of the run."""
         start, (_, alpha_m, alpha_f, *_) = self.motion.start, self.coefficients
         share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
-        return self.linear_start(self._prescribed_at, share)
+        return self.linear_start(share)
 
     def equation_directions(self, along: StateDirections) -> StateDirections:
         """Return directions without motions of multipliers of velocities, which are not in the equations."""
         return StateDirections(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
-
-    def _prescribed_at(self, share: float) -> PrescribedInputs:
-        """Return inputs and base at a share (0 to 1) of the first step: rows of inputs are linear in between."""
-        run, equations = self.run, self.equations
-        ends = run.grid.start + run.grid.step * np.array([0.0, 1.0])
-        now = np.array([run.grid.start + share * run.grid.step])
-        base = self.base(now)
-        if not run.model.nu:
-            return PrescribedInputs(None, base)
-        if not run.takes_rows:
-            return PrescribedInputs(run.model.input_values(now, parameters=equations.p), base)
-        first, last = run.signals.rows(ends)
-        return PrescribedInputs(((1.0 - share) * first + share * last)[np.newaxis], base)
 
 
 class AlphaRun(StartedRun[AlphaPart]):

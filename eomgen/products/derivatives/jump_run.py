@@ -40,7 +40,7 @@ from eomgen.products.derivatives.start import (
     nearest_changes,
     position_weights,
 )
-from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
+from eomgen.simulation.stepping.states import States, states_of
 
 #: Deviation of the velocities of a first step, as a part of their change, above which the step is another method's.
 _OTHER = 1e-3
@@ -577,35 +577,15 @@ class JumpRun(StartedRun[JumpPart]):
     def _blocks(self, states: States, p: Array, at: Array) -> dict[str, Array]:
         """Return input blocks at n states with parameters `p`, (np,) or (n, np); ``at`` are times (n,) within the
         steps, which decide between which rows inputs are interpolated."""
-        model, t = self.run.model, states.t
         modes = self.motion.stepper.layout["method"].get("events", {}).get("modes")
-        rows = np.broadcast_to(p, (len(t), p.shape[-1])) if modes else self.equations.p
-        u, base = None, None
-        if model.nu:
-            followed = model.input_values(t, parameters=rows)
-            u = self._between(t, at, followed) if self.run.takes_rows else followed
-        if model.evaluator.moving_base:
-            base = model.base(t, parameters=rows)
-        return {**self.equations.values(states, PrescribedInputs(u, base), self.moved_inputs(t)), "p": rows}
-
-    def _between(self, t: Array, at: Array, followed: Array) -> Array:
-        """Return inputs (n, nu) at times t (n,), interpolated linearly within the steps that contain the times ``at``.
-        Inputs by formulas that the stepper evaluates itself are taken from `followed` (n, nu)."""
-        signals, grid = self.run.signals, self.run.grid
-        number = np.clip(np.floor((at - grid.start) / grid.step + 1e-9), 0, self.motion.steps - 1)
-        start = grid.start + grid.step * number
-        share = ((t - start) / grid.step)[:, np.newaxis]
-        result: Array = (1.0 - share) * signals.rows(start) + share * signals.rows(start + grid.step)
-        if signals.left_to_stepper:
-            follows_formula = [name not in signals.given for name in signals.names]
-            result[:, follows_formula] = followed[:, follows_formula]
-        return result
+        rows = np.broadcast_to(p, (len(states.t), p.shape[-1])) if modes else self.equations.p
+        return {**self.blocks(states, self.prescribe(states.t, at, rows)), "p": rows}
 
     def _rates(self, at: Array) -> Array:
-        """Return the rates (n, nu) of inputs given by rows, at times (n,); zeros if inputs are not given by rows."""
+        """Return the rates (n, nu) of inputs given by rows, at times (n,); zeros for other inputs."""
         if not self.run.takes_rows:
             return np.zeros((len(at), self.run.model.nu))
-        none, step = np.zeros((len(at), self.run.model.nu)), self.run.grid.step
-        ends = [self._between(at + share * step, at, none) for share in (0.0, 1.0)]
-        result: Array = (ends[1] - ends[0]) / step
+        signals, (_, (first, last)) = self.run.signals, self.ends_of_steps(at)
+        by_rows = [name in signals.given or not signals.left_to_stepper for name in signals.names]
+        result: Array = np.where(by_rows, last - first, 0.0) / self.run.grid.step
         return result

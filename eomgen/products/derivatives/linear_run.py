@@ -6,7 +6,7 @@ The linear form of a step belongs to its method: ``alpha_run``, ``transition_run
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.rounding import WRITTEN
+from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
@@ -227,10 +227,15 @@ class LinearRun(ABC, Generic[PartType]):
             by[: self.equations.parameters] += np.einsum("nop,nof->pf", Yp[own], of_outputs[weighed[own]])
         return result
 
-    def linear_start(self, prescribed_at: Callable[[float], PrescribedInputs], share: float) -> LinearizedStart:
-        """Return the start made linear; ``prescribed_at`` and ``share`` as of ``LinearizedStart``."""
+    def linear_start(self, share: float) -> LinearizedStart:
+        """Return the start made linear; ``share`` as of ``LinearizedStart``."""
         begun, grid = self.motion.start, self.run.grid
         state = begun["q"], begun["v"], begun.get("z", np.zeros(0))
+        first_step = np.array([grid.start + 0.5 * grid.step])
+
+        def prescribed_at(part: float) -> PrescribedInputs:
+            return self.prescribe(np.array([grid.start + part * grid.step]), first_step)
+
         start = self.equations, grid.start, grid.step, *state, prescribed_at, self.moved_inputs, share
         return LinearizedStart(*start, self.start.asked)
 
@@ -258,16 +263,34 @@ class LinearRun(ABC, Generic[PartType]):
         dp[np.arange(equations.parameters), followed] = 1.0
         return StateDirections(changes["q"], changes["v"], changes["z"], dp)
 
-    def prescribe(self, times: Array) -> PrescribedInputs:
-        """Return the inputs (n, nu) and the state of the base at times (n,), each None if the model has none."""
-        model, u = self.run.model, None
-        if model.nu and self.run.takes_rows:
-            u = self.run.signals.rows(times)
-        elif model.nu:
-            u = model.input_values(times, parameters=self.equations.p)
-        return PrescribedInputs(u, self.base(times))
+    def prescribe(self, times: Array, within: Array | None = None, p: Array | None = None) -> PrescribedInputs:
+        """Return the inputs (n, nu) and the state of the base at times (n,), each None if the model has none.
 
-    def base(self, t: Array) -> Array | None:
-        """Return the state of the base at times (n,); None for a base at rest."""
-        model = self.run.model
-        return model.base(t, parameters=self.equations.p) if model.evaluator.moving_base else None
+        Parameters
+        ----------
+        within : (n,) times of steps within which inputs by rows are linear; None: `times` are of rows
+        p : (np,) or (n, np) parameters, by default of the run
+        """
+        model, signals, u = self.run.model, self.run.signals, None
+        p = self.equations.p if p is None else p
+        base = model.base(times, parameters=p) if model.evaluator.moving_base else None
+        if model.nu and not self.run.takes_rows:
+            u = model.input_values(times, parameters=p)
+        elif model.nu and within is None:
+            u = signals.rows(times)
+        elif model.nu and within is not None:
+            start, ends = self.ends_of_steps(within)
+            share = ((times - start) / self.run.grid.step)[:, np.newaxis]
+            u = (1.0 - share) * ends[0] + share * ends[1]
+            if signals.left_to_stepper:
+                followed = [name not in signals.given for name in signals.names]
+                u[:, followed] = model.input_values(times, parameters=p)[:, followed]
+        return PrescribedInputs(u, base)
+
+    def ends_of_steps(self, within: Array) -> tuple[Array, tuple[Array, Array]]:
+        """Return the starts (n,), s, of the steps that contain the times `within` (n,), and inputs by rows at their
+        starts and ends, (n, nu) each."""
+        grid, rows = self.run.grid, self.run.signals.rows
+        number = np.clip(np.floor((within - grid.start) / grid.step + COMPUTED), 0, self.motion.steps - 1)
+        start = grid.start + grid.step * number
+        return start, (rows(start), rows(start + grid.step))

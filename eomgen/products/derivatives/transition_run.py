@@ -54,7 +54,7 @@ class TransitionRun(LinearRun[TransitionPart]):
     def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         self.size_of_state = 2 * self.equations.nv + self.equations.nz
-        self.beginning = self.linear_start(lambda _: self.prescribe(np.array([self.run.grid.start])), 0.0)
+        self.beginning = self.linear_start(0.0)
         self.along = on_constraints(self.beginning, self.asked, np.zeros(0)) if self.equations.nl else self.asked
         _, self.record = self.beginning.tangents(self.along, self.beginning.stages(self.along))
         self.state = np.concatenate([self.along.dq, self.along.dv, self.along.dz])

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from inspect import unwrap
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -170,41 +172,19 @@ class FmuFiles:
     files: Mapping[str, str | bytes]
 
 
-def fmu_files(
-    scene: Described,
-    *,
-    version: int | str = 3,
-    types: Sequence[str] | str = ("me", "cs"),
-    method: str | None = None,
-    inputs: Sequence[str] = (),
-    parameters: Mapping[str, float | str] | None = None,
-    binary: bool = True,
-    machines: Sequence[str] = (),
-    reference: bool | None = None,
-    profile: str = "reproducible",
-    dae: bool = False,
-    arrays: bool = False,
-    minimal: bool = False,
-    initial: Mapping[str, Any] | None = None,
-    author: str = "",
-    model_version: str = "",
-    copyright: str = "",
-    license: str = "",
-    license_file: str | Path | None = None,
-    description: str = "",
-) -> FmuFiles:
-    """Return the files of an FMU, not yet packed; arguments and errors are as in ``fmu``."""
-    about = About(author, model_version, copyright, license, _licence_text(license_file), description)
-    options = replace(_checked(version, types, inputs, dae, arrays, minimal), about=about)
+def fmu_files(scene: Described, **options_of_fmu: Any) -> FmuFiles:
+    """Return the files of an FMU, not yet packed; options with their defaults, and errors, are as in ``fmu``."""
+    asked = SimpleNamespace(**{**unwrap(fmu).__kwdefaults__, **options_of_fmu})
+    options = _checked(asked)
     version = options.version
-    others = [machine_named(name, version) for name in machines]
-    machine = this_machine(version) if binary else None
+    others = [machine_named(name, version) for name in asked.machines]
+    machine = this_machine(version) if asked.binary else None
     document = load_scene(scene)
     described = as_document(document)[1].describe(document)
     _check_exported(document, described, options)
-    program, refusal = _program(document, method, parameters, options, initial)
+    program, refusal = _program(document, asked.method, asked.parameters, options, asked.initial)
     if not program.method:
-        name = method_of(document, method)
+        name = method_of(document, asked.method)
         raise ModelError(f"{name} cannot run on this scene: {refusal} [E0860]", "another method, by --method")
     if program.method.get("samples", {}).get("from_caller"):
         fault = "functions of the caller give samples of a controller, and an FMU has no caller's functions [E0861]"
@@ -215,8 +195,8 @@ def fmu_files(
     derivatives = None if options.minimal else derivative_data(program, interface)
     motion: dict[str, str] = {}
     doubts: tuple[str, ...] = ()
-    if binary if reference is None else reference:
-        motion, doubts = _reference(document, interface, method, parameters, initial)
+    if asked.binary if asked.reference is None else asked.reference:
+        motion, doubts = _reference(document, interface, asked.method, asked.parameters, asked.initial)
     interface = replace(interface, provides_derivatives=derivatives is not None, doubts=doubts)
     simulation = described.simulation
     texts = source_files(interface, derivatives)
@@ -239,7 +219,7 @@ def fmu_files(
         fixed=[item for item in described.parameters if not item.tunable],
     )
     if machine is not None:
-        files[machine.library_path(version, interface.identifier)] = built(interface, texts, profile)
+        files[machine.library_path(version, interface.identifier)] = built(interface, texts, asked.profile)
     for other in others:
         path = other.library_path(version, interface.identifier)
         files.setdefault(path, cross_built(interface, texts, other))
@@ -257,10 +237,11 @@ def _licence_text(file: str | Path | None) -> str:
         raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8 [E0864]", "plain text")) from None
 
 
-def _checked(
-    version: int | str, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool, minimal: bool
-) -> Options:
+def _checked(asked: SimpleNamespace) -> Options:
     """Return the options of an FMU from the arguments of ``fmu``. Raises UsageError for faults."""
+    texts = (getattr(asked, name) for name in ("author", "model_version", "copyright", "license"))
+    about = About(*texts, _licence_text(asked.license_file), asked.description)
+    version, types, dae, arrays, minimal = asked.version, asked.types, asked.dae, asked.arrays, asked.minimal
     number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
     if number is None:
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here [E0866]", "2 or 3"))
@@ -283,7 +264,8 @@ def _checked(
     if minimal and dae:
         fault = "a differential-algebraic system has all coordinates as states [E0870]"
         raise UsageError(Problem("minimal", fault, "dae or minimal alone"))
-    return Options(number, tuple(name for name in TYPES if name in names), tuple(inputs), dae, arrays, minimal=minimal)
+    chosen = tuple(name for name in TYPES if name in names)
+    return Options(number, chosen, tuple(asked.inputs), dae, arrays, about, minimal)
 
 
 def _check_exported(scene: Scene, described: Description, options: Options) -> None:
