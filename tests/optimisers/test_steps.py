@@ -51,10 +51,10 @@ def hung() -> eomgen.Scene:
     return builder.constraint("rod", "distance", {"body": "base", "position": [0.5, 0.0, 0.3]}, tip).build()
 
 
-def skating(*, held: bool = False) -> eomgen.Scene:
+def skating(*, held: bool = False, push: str | None = None) -> eomgen.Scene:
     """Return a body on a plane with an edge that does not slip sideways, a constraint on velocities alone; held: by a
-    rod besides, a constraint on positions."""
-    builder = SceneBuilder("skating", gravity=[0.0, 0.0, 0.0]).parameter("drag", 0.3, tunable=True).input("push")
+    rod besides, a constraint on positions; push: formula of the input."""
+    builder = SceneBuilder("skating", gravity=[0.0, 0.0, 0.0]).parameter("drag", 0.3, tunable=True).input("push", push)
     builder.body("along", 0.1).body("across", 0.1)
     builder.body("body", 2.0, center_of_mass=[0.2, 0.1, 0.0], inertia=[0.1, 0.2, 0.3])
     builder.joint("x", "prismatic", "base", "along", axis=[1, 0, 0])

@@ -33,13 +33,12 @@ from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPa
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import (
-    STAGES,
-    WEIGHTS,
     StateDirections,
     changes_of_weights,
     nearest_changes,
     position_weights,
 )
+from eomgen.products.derivatives.steps import STAGES, WEIGHTS
 from eomgen.simulation.stepping.states import States, states_of
 
 #: Deviation of the velocities of a first step, as a part of their change, above which the step is another method's.

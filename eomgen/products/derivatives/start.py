@@ -33,6 +33,7 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.products.derivatives.equations import EquationPartials, StepEquations, bordered_matrix
+from eomgen.products.derivatives.steps import STAGES, WEIGHTS
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
 
@@ -217,9 +218,6 @@ def _values(
     return equations.values(
         States(t, state.q[np.newaxis], state.v[np.newaxis], a, lam, state.z[np.newaxis]), prescribed, du
     )
-
-
-STAGES, WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
 
 
 @dataclass(frozen=True)

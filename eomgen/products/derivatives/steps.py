@@ -20,6 +20,8 @@ class Parted(Protocol):
 
 
 V = TypeVar("V", bound=Parted)
+#: Shares of a step at which generalized-alpha evaluates accelerations to start, and weights of these in h d vdot/dt.
+STAGES, WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
 
 
 class StepTerm(NamedTuple, Generic[V]):

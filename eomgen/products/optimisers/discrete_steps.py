@@ -25,6 +25,8 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import LinearStep
 from eomgen.integrators.families.register import canonical_name, method_named
 from eomgen.products.derivatives.steps import (
+    STAGES,
+    WEIGHTS,
     StepOperations,
     StepTerm,
     composition,
@@ -37,8 +39,6 @@ from eomgen.products.optimisers.group_functions import GroupFunction, group_func
 
 Nonzero = NDArray[np.bool_]
 _Functions = Mapping[str, Exported]
-#: Shares of a step at which generalized-alpha evaluates accelerations to start, and weights of these in h d vdot/dt.
-_STAGES, _SLOPE = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
 #: Method of steps without constraints.
 RUNGE_KUTTA = "rk4"
 #: Functions that steps of each family take: of scenes without and with constraints.
@@ -496,7 +496,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
     holonomic = program.sizes["holonomic"]
     share, rate_share = step.alpha_m - step.alpha_f, (step.rate_alpha_m - step.alpha_f) if nz else 0.0
-    stages = _STAGES if share or rate_share else _STAGES[:1]
+    stages = STAGES if share or rate_share else STAGES[:1]
     unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
     unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
     weighed = _components_of_positions(program, functions) if holonomic else []
@@ -522,7 +522,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     before = accelerations[0]
     a = before
     if share:
-        slope = zip(_SLOPE, accelerations, strict=True)
+        slope = zip(WEIGHTS, accelerations, strict=True)
         a = chain.sum(StepTerm(1.0, before), *(StepTerm(share * weight, slot) for weight, slot in slope))
     vdot, m, f = chain.unknowns["vdot"], step.alpha_m, step.alpha_f
     after = chain.sum(
@@ -555,7 +555,7 @@ def _add_rates(
     rate = chain.rate_of_states(**end)
     terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), StepTerm(gamma * (1.0 - f) / (1.0 - m), rate, 1)]
     if rate_share:
-        slope = zip(_SLOPE, rates, strict=True)
+        slope = zip(WEIGHTS, rates, strict=True)
         terms += [StepTerm(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
     chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, end["z"]), *terms))
 
