@@ -71,7 +71,7 @@ def servo(sample: float = 0.02, **keys: Any) -> SceneBuilder:
     return builder.output("way", formula="q.rail").output("speed", formula="v.rail")
 
 
-@pytest.mark.slow
+@pytest.mark.slow_cases("0.02-0.007")
 @pytest.mark.parametrize(("sample", "delay"), [(0.025, 0.0), (0.02, 0.007)])
 def test_a_sampled_loop_has_the_derivatives_of_its_difference_equation(sample: float, delay: float) -> None:
     """Each hold of the force is solved exactly, also by generalized-alpha: the acceleration is constant."""
@@ -172,7 +172,7 @@ CASES: dict[str, tuple[Callable[[], Model], Sequence[str], float, str]] = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.slow_except("switch")
 @pytest.mark.long_cases("turns", "torque_inside")
 @pytest.mark.parametrize("case", CASES)
 def test_derivatives_across_jumps_are_differences_of_runs(case: str) -> None:
@@ -194,6 +194,33 @@ def test_derivatives_across_jumps_are_differences_of_runs(case: str) -> None:
     functionals = [f"integral(y[{place}])" for place in range(table.shape[1])]
     whole = np.trapezoid(table, found.t, axis=0)
     np.testing.assert_allclose(found.gradients(functionals), whole, atol=1e-12 * np.abs(whole).max())
+
+
+def timed() -> Model:
+    """Return a cart that a constant force pushes from a moment on, which is a parameter."""
+    builder = tunable(SceneBuilder("jumps_timed", gravity=[0, 0, 0]), {"on": 0.03, "mass": 2.0, "force": 5.0})
+    builder.body("cart", "mass").joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).mode("push", 0)
+    builder.effort("drive", "rail", "force*mode.push").state("lag", "(q.rail - lag)/0.1")
+    builder.event("start", when="t - on", action="switch", mode="push", to=1)
+    builder.output("y", formula=["q.rail", "v.rail"]).output("z", formula="lag")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize("on", [0.0327, 0.03 + 1e-11, 0.03, 0.04 - 1e-11])
+def test_a_force_from_a_moment_on_has_the_derivatives_of_its_motion(on: float) -> None:
+    """Also of moments so near to the points of the grid that parts of steps are two terms of a series."""
+    by = ["on", "mass", "force"]
+    found = timed().sensitivities(0.08, 0.01, by=by, parameters={"on": on}, method="trapezoidal")
+    s = np.maximum(found.t - on, 0.0)
+    later = found.t > on - 1e-12
+    expected = {"on": [-2.5 * s, -2.5 * later], "mass": [-0.625 * s * s, -1.25 * s], "force": [0.25 * s * s, 0.5 * s]}
+    for name, columns in expected.items():
+        column = found.derivatives["y"][..., found.by.index(name)]
+        np.testing.assert_allclose(column, np.stack(columns, axis=-1), atol=1e-9)
+        gradient = found.gradient("sum(y[0])")[name]
+        assert gradient == pytest.approx(np.sum(columns[0]), abs=1e-9)
+    lag = found.derivatives["z"]
+    assert np.all(lag[found.t > on + 1e-9, 2] > 0.0) and np.all(lag[~later] == 0.0)
 
 
 @pytest.mark.long

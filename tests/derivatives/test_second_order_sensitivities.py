@@ -129,6 +129,7 @@ def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, b
         assert np.max(np.abs(products - products.T)) <= 1e-14 * size
 
 
+@pytest.mark.slow
 def test_weights_of_rows_and_several_functionals() -> None:
     _, model = built(tree())
     found = model.sensitivities(0.2, STEP, by=OF_TREE, initial=SWUNG)

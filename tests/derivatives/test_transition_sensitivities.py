@@ -87,7 +87,7 @@ def check(
 
 
 @pytest.mark.long_cases("rk4_partitioned")
-@pytest.mark.slow_cases("rattlie")
+@pytest.mark.slow_cases("rk4_partitioned")
 @pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
 def test_a_plate_on_a_rod_of_tunable_length(method: str) -> None:
     start = {"q": [0.8, 0.0], "v": [0.0, -1.0]}
@@ -121,7 +121,6 @@ def test_trees_on_all_groups_and_internal_states(method: str) -> None:
     check(controlled(), method, OF_CONTROL[:-1], {"a": 0.6})
 
 
-@pytest.mark.slow
 def test_the_dependent_components_of_each_step_are_its_own() -> None:
     """A turn of the plate, in which one coordinate and then the other depends."""
     start = {"q": [0.8, 0.0], "v": [0.0, -9.0]}

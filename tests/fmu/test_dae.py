@@ -132,7 +132,7 @@ def test_validators_accept_such_fmus(name: str, tmp_path: Path) -> None:
     assert toolbox_findings(file) == []
 
 
-@pytest.mark.slow_except("pendulum")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "four_bar"])
 def test_unswitched_fmus_solve_for_the_same_algebraic_variables(name: str) -> None:
     switched, plain = (System(folder_of(name), switched=flag) for flag in (True, False))

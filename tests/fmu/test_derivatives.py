@@ -141,7 +141,7 @@ def check_dependencies(made: FmuFiles, unknowns: list[int], knowns: list[int], j
         assert not missing, (interface.variables[unknown].name, [interface.variables[k].name for k in missing])
 
 
-@pytest.mark.slow_except("double_pendulum_on_shaking_base-3")
+@pytest.mark.slow
 @pytest.mark.long_except("double_pendulum_on_shaking_base-3", "gimbal-3", "gimbal-2", "active_quarter_car-3")
 @pytest.mark.parametrize(("name", "version"), CASES, ids=[f"{name}-{version}" for name, version in CASES])
 def test_derivatives_are_those_of_complex_steps(

@@ -53,6 +53,7 @@ def test_co_simulation_has_the_bits_of_simulate_and_model_exchange_meets_a_refin
         assert np.max(np.abs(rows[name] - values)) <= 1e-8, name
 
 
+@pytest.mark.slow
 def test_inputs_of_the_importer_are_held_over_steps() -> None:
     """A push of 0.3 N m from 0.05 s on: the same bits as in a run whose caller steps."""
 

@@ -90,7 +90,8 @@ def functions(monkeypatch: pytest.MonkeyPatch) -> TorchFunctions:
         **{name: getattr(np, name) for name in ("linalg", "concatenate", "zeros_like", "float64")},
         stack=lambda parts, axis: tensor(np.stack(parts, axis)),
         from_numpy=tensor, as_tensor=tensor, is_tensor=lambda x: isinstance(x, Tensor),
-        broadcast_shapes=broadcast_shapes, broadcast_tensors=lambda *parts: list(map(tensor, np.broadcast_arrays(*parts))),
+        broadcast_shapes=broadcast_shapes,
+        broadcast_tensors=lambda *parts: [tensor(part) for part in np.broadcast_arrays(*parts)],
     )  # fmt: skip
 
     def run(runs: Any, *tensors: Any) -> Array:

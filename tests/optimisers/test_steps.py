@@ -182,7 +182,7 @@ def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random
         assert np.max(np.abs(model.evaluate("constraint_velocity", q, v)["w"])) < 1e-11
 
 
-@pytest.mark.slow_except("spins-yoshida4")
+@pytest.mark.slow
 @pytest.mark.long_cases("hung-rattlie", "turning-rk4", "turning-trapezoidal", "hung-generalized_alpha", "ridge-hht")
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.random.Generator) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.lie.product import Factor
-from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.evaluate import Evaluation
 from eomgen.system.system import System
 
 Array = NDArray[Any]
@@ -24,10 +24,13 @@ Evaluate = Callable[[str, Mapping[str, Array]], dict[str, Array]]
 
 def tape_evaluator(system: System) -> Evaluate:
     """Return the functions of a system, run operation by operation over NumPy arrays of any type and batch shape."""
+    evaluations: dict[str, Evaluation] = {}
 
     def run(function: str, inputs: Mapping[str, Array]) -> dict[str, Array]:
         blocks = system.functions[function].outputs
-        values = evaluate(system.tape, system.functions[function].refs, inputs)
+        if function not in evaluations:
+            evaluations[function] = Evaluation(system.tape, system.functions[function].refs)
+        values = evaluations[function].on_arrays(inputs)
         outputs, start = {}, 0
         for block in blocks:
             part = values[..., start : start + len(block.refs)]

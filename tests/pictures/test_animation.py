@@ -39,7 +39,7 @@ def stored(data: dict) -> tuple[np.ndarray, np.ndarray]:
 # -- poses of solutions ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow_cases("absolute")
+@pytest.mark.slow_cases("absolute", "flyer")
 @pytest.mark.parametrize("make", [pendulum, flyer, absolute])
 def test_poses_are_the_models(make) -> None:
     model = make()
@@ -79,6 +79,7 @@ def test_parts_of_a_run_are_drawn_as_one(tmp_path: Path) -> None:
     np.testing.assert_array_equal(whole.poses["link"], model.pose("link", whole.q, whole.t))
 
 
+@pytest.mark.slow
 def test_poses_are_compiled_when_they_are_asked_for_and_kept_from_then_on(tmp_path: Path) -> None:
     """A solution that was stored without them says what to do."""
     run = eomgen.build(pendulum_scene(), terms=["forward_dynamics"], profile="quick").simulate(0.1, 1e-2, method="rk4")

@@ -224,6 +224,7 @@ def test_coordinates_of_the_joint_between_absolute_bodies(kind: str, rng: np.ran
     np.testing.assert_allclose(found, [*known["q"][0], *known["v"][0]], atol=1e-8)
 
 
+@pytest.mark.slow
 def test_types_of_constraints_say_what_they_use_of_their_frames() -> None:
     """What is written of a frame beyond that is refused nowhere, and what is missing is asked for."""
     body = '[constraints.c]\ntype = "{}"\nfirst = {{ body = "base" }}\nsecond = {{ body = "a" }}\n'
