@@ -12,6 +12,8 @@ import pytest
 import eomgen
 from eomgen.products.pages import live
 from eomgen.products.pages.sliders import _round, sliders_of
+from eomgen.products.pages.web_module import _called, page_source
+from eomgen.simulation.stepping.stepper import Stepper
 
 
 @cache
@@ -141,3 +143,28 @@ def test_data_of_a_page_are_those_of_the_run() -> None:
     assert data["settings"] == [solution.metadata["settings"][name] for name in names]
     assert data["blocks"] == [["outputs_y", 4], ["base", 0]] and data["method"].endswith("steps of 0.01 s")
     assert data["error"].startswith("The error of the run with the scene's values is not known: ")
+
+
+def test_blocks_of_a_page_have_the_sizes_of_the_stepper() -> None:
+    """Those of the state, of rows and of settings; outputs and energies are of the model's functions."""
+    library = run()[0].stepper("rk4")
+    text, blocks = page_source(library.layout, left_to_stepper=False)
+    sizes, stepper = (
+        dict(blocks),
+        Stepper(library, run()[1].metadata["settings"] | {"step": 1e-2}, np.array([2.0, 0.0])),
+    )
+    assert sizes["state"] == len(stepper.state) and sizes["row_of_motion"] == stepper.sizes["row"]
+    assert (
+        sizes["settings"] == len(library.layout["method"]["settings"]) and sizes["parameters"] == sizes["present"] == 2
+    )
+    assert (sizes["u"], sizes["held"], sizes["inputs_u"]) == (6, 6, 6) and sizes["happened"] == 0
+    assert [sizes[f"start_{name}"] for name in "qvz"] == [8, 7, 1]
+    known = {item["name"]: item for item in library.layout["functions"]}
+    for name in set(known) & {"outputs", "energy", "poses"}:
+        for output in known[name]["outputs"]:
+            assert sizes[f"{name}_{output['name']}"] == output["size"]
+    assert all(f"{name}" in text for name in sizes)
+    called, results = _called(library.layout, {"vdot": slice(3, 5), "q": slice(1, 2), "v": slice(2, 3)})
+    assert all(item["number"] == library.index[item["name"]] for item in called)
+    (of_inputs,) = (item for item in called if item["name"] == "inputs")
+    assert of_inputs["outputs"] == ["inputs_u"] and "inputs_u" not in results

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from types import SimpleNamespace
 from typing import Any, cast
@@ -9,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.products.pictures.animation import FEWEST, LARGEST, RATE, _Carriers, _thinned
+from eomgen.products.pictures.animation import FEWEST, LARGEST, RATE, _Carriers, _packed_shape, _thinned
 from eomgen.products.pictures.beam_curves import drawn_beams, nearest_station, outline, pieces_of
 from eomgen.system.description import BASE, WORLD
 
@@ -118,3 +119,19 @@ def test_rows_without_a_finite_pose_are_left_out() -> None:
     poses[:] = math.inf
     with pytest.raises(ValueError, match="no pose is finite"):
         made.moved(solution, {"cabin": poses})
+
+
+@pytest.mark.parametrize("count", [4, 70_000])
+def test_shapes_are_packed_in_steps_of_their_size_and_triangles(count: int, rng: np.random.Generator) -> None:
+    vertices = np.add(rng.uniform(-0.3, 0.5, size=(count, 3)), [10.0, 0.0, 0.0])
+    shape = {"name": "hull", "vertices": vertices.tolist(), "faces": [[0, 1, 2, 3], [3, 2, 1]]}
+    packed, kind = _packed_shape(shape), "<u4" if count > 65_535 else "<u2"
+    steps = np.frombuffer(base64.b64decode(packed["vertices"]), "<u2").reshape(-1, 3)
+    size = np.max(vertices - vertices.min(axis=0))
+    np.testing.assert_array_equal(packed["low"], vertices.min(axis=0))
+    assert packed["step"] == pytest.approx(size / 65_535) and packed["wide"] is (count > 65_535)
+    np.testing.assert_allclose(packed["low"] + packed["step"] * steps, vertices, atol=0.51 * packed["step"])
+    triangles = np.frombuffer(base64.b64decode(packed["faces"]), kind).reshape(-1, 3)
+    assert triangles.tolist() == [[0, 1, 2], [0, 2, 3], [3, 2, 1]] and packed["name"] == "hull"
+    point = _packed_shape({"vertices": [[1.0, 2.0, 3.0]], "faces": []})
+    assert (point["low"], point["step"], point["faces"]) == ([1.0, 2.0, 3.0], 1.0, "")

@@ -242,3 +242,70 @@ def test_a_surface_is_drawn_once_below_a_ball_at_rest_with_a_legend(
         assert [part.get_alpha() for part in (surface, first, last)] == [1.0, 0.15, 1.0]
         ground = np.array([int("c2bcae"[k : k + 2], 16) for k in (0, 2, 4)]) / 255.0
         assert np.allclose(np.cross(surface.get_facecolor()[0, :3], ground), 0.0, atol=0.01)
+
+
+def seen(**scenery: Any) -> Any:
+    """Return poses of an arm, turned by a quarter about y and moved, and then at rest, with a scenery."""
+    half = math.sqrt(0.5)
+    poses = {"arm": np.array([[half, 0.0, half, 0.0, 1.0, 2.0, 3.0], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])}
+    return SimpleNamespace(poses=poses, scenery={"bodies": [], "joints": [], "rods": [], **scenery})
+
+
+def machine(monkeypatch: pytest.MonkeyPatch, **scenery: Any) -> Any:
+    monkeypatch.setattr(shapes, "poses_and_scenery", lambda *_: seen(**scenery))
+    return shapes._MachineLines(SimpleNamespace(bodies=["arm"]), 0.0, np.zeros(0), np.zeros((2, 1)))  # type: ignore[arg-type]
+
+
+def test_places_of_bodies_are_turned_and_moved_into_the_world(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A turn by a quarter about y takes x to -z and z to x."""
+    lines = machine(monkeypatch, bodies=[{"name": "arm", "hub": [0, 0, 0], "links": [[1.0, 0.5, 2.0]]}])
+    ends = [[[1.0, 2.0, 3.0], [3.0, 2.5, 2.0]], [[0.0, 0.0, 0.0], [1.0, 0.5, 2.0]]]
+    (line,) = lines.lines
+    np.testing.assert_allclose(line, ends, atol=1e-12)
+    np.testing.assert_allclose(lines.places, ends, atol=1e-12)
+    assert lines.size == pytest.approx(2.0) and not lines.roads
+    np.testing.assert_allclose(lines.all_at("world", [[1.0, 2.0, 3.0]]), np.tile([1.0, 2.0, 3.0], (2, 1, 1)))
+    alone = machine(monkeypatch)
+    np.testing.assert_allclose(alone.places[:, 0], [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0]])
+    assert alone.size == 1.0
+
+
+def test_bodies_with_whole_shapes_have_no_lines_and_supports_are_on_the_world(monkeypatch: pytest.MonkeyPatch) -> None:
+    part = {"body": "arm", "vertices": [[0.0, 0.0, 0.0], [0.0, 0.0, 4.0]], "whole": True}
+    joints = [{"parent": "world", "position": [0.0, 1.0, 0.0], "type": "revolute"},
+              {"parent": "base", "position": [0.0, 0.0, 0.0], "type": "free"},
+              {"parent": "arm", "position": [0.0, 0.0, 0.0], "type": "revolute"}]  # fmt: skip
+    rods = [{"ends": [{"body": "arm", "position": [0, 0, 0]}, {"body": "world", "position": [5.0, 0.0, 0.0]}]}]
+    body = {"name": "arm", "hub": [0, 0, 0], "links": [[1.0, 0.0, 0.0]]}
+    road = {"places": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
+    lines = machine(monkeypatch, bodies=[body], shapes=[part], joints=joints, rods=rods, roads=[road, {"heights": []}])
+    assert lines.lines == [] and lines.size == pytest.approx(4.0) and len(lines.roads) == 1
+    np.testing.assert_allclose(
+        lines.places, [[[1.0, 2.0, 3.0], [5.0, 2.0, 3.0]], [[0.0] * 3, [0.0, 0.0, 4.0]]], atol=1e-12
+    )
+    np.testing.assert_allclose(lines.supports(), np.tile([[0.0, 1.0, 0.0], [5.0, 0.0, 0.0]], (2, 1, 1)))
+    assert machine(monkeypatch).supports().shape == (2, 0, 3)
+    partly = machine(monkeypatch, bodies=[body], shapes=[{**part, "whole": False}])
+    assert len(partly.lines) == 1
+
+
+def test_faces_are_drawn_from_the_back_and_brighter_to_the_viewer() -> None:
+    """Of two squares across y, and of one along it, in the plane of x and z, which is seen from negative y."""
+    square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
+    side = np.add(square[:, [1, 0, 2]], [0.0, 5.0, 0.0])
+    places = np.concatenate([square, np.add(square, [0.0, 2.0, 0.0]), side])
+    part = {"faces": [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]], "color": "#ff0000", "opacity": 0.5}
+    axis = pyplot.figure().add_subplot()
+    shapes._fill(axis, part, places, (0, 2), thin=False, alpha=0.4)
+    shapes._fill(axis, {**part, "color": "", "opacity": 1.0}, places, (0, 1), thin=True, alpha=1.0)
+    shown, thin = axis.collections
+    assert [path.vertices[0].tolist() for path in shown.get_paths()] == [[0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
+    widths = [np.ptp(path.vertices[:, 0]) for path in shown.get_paths()]
+    assert widths == [0.0, 1.0, 1.0]  # the farthest is the side, which is seen on edge
+    np.testing.assert_allclose(shown.get_facecolor()[:, 0], [0.6, 1.0, 1.0])
+    assert shown.get_alpha() == pytest.approx(0.2) and thin.get_alpha() == pytest.approx(0.15)
+    np.testing.assert_allclose(thin.get_facecolor()[:, :3], 0x99 / 255.0)
+    line = axis.lines[0]
+    np.testing.assert_array_equal(line.get_xydata(), places[:, [0, 2]])
+    assert shapes._nearness(np.array([[1.0, 2.0, 3.0], [3.0, 6.0, 5.0]]), 1) == -4.0
+    assert shapes._nearness(np.array([[1.0, 2.0, 3.0], [3.0, 6.0, 5.0]]), 2) == 4.0

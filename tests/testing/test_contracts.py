@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from eomgen import testing
 from eomgen.formula.words import other_words
 from eomgen.integrators.families.register import families_of_others
 from eomgen.mechanics.forces import applied
+from eomgen.products.testing import demands, joint_types
 from eomgen.scene.joint_types import joint_types_of_others
 from eomgen.scene.load import from_data, load_toml
 from eomgen.scene.sections import others
@@ -88,6 +90,42 @@ def test_sound_rows_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     rng, scenes = np.random.default_rng(1), (wheel_scene(TYRE_LAW, tmp_path), wheel_scene(None))
     states = {"q": rng.uniform(-0.05, 0.05, (4, 5)), "v": np.array([0.1, 20.0, 0.5, 0.1, 60.0]) * np.ones((4, 1))}
     testing.check_law(*(from_data(scene) for scene in scenes), states)
+
+
+def test_a_sound_joint_type_passes_and_a_wrong_chain_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled: list[Any] = []
+    monkeypatch.setattr(joint_types, "check_c", compiled.append)
+    testing.check_joint_type("spherical")
+    assert [scene.joints[-1].kind.name for scene in compiled] == ["spherical"]
+    with (
+        monkeypatch.context() as patch,
+        pytest.raises(testing.ContractError, match="partials of the residual differ fr"),
+    ):
+        patch.setattr(joint_types, "PARTIALS", 1e-30)
+        testing.check_joint_type("helical")
+    with pytest.raises(testing.ContractError, match="helical: a joint without x_axis is taken"):
+        joint_types.check_needed(joint_types.JOINTS["helical"], "x_axis")
+
+
+@pytest.mark.parametrize("unused", ["", "int unused;"])
+def test_c_that_compiles_with_warnings_is_named(unused: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In place of the generated C, a program that prints."""
+
+    def written(_: Any, folder: Path) -> None:
+        text = f'#include <stdio.h>\nint main(void) {{ {unused} puts("there"); return 0; }}\n'
+        (folder / "main.c").write_text(text, encoding="utf-8")
+        (folder / "manifest.json").write_text('{"compile": "cc main.c -o one"}', encoding="utf-8")
+
+    monkeypatch.setattr(demands, "generate", written)
+    scene: Any = SimpleNamespace(name="one")
+    if unused:
+        with pytest.raises(
+            testing.ContractError, match=r"(?s)one: the generated C does not compile without warn.*unused"
+        ):
+            demands.check_c(scene)
+        return
+    program = demands.compile_c(scene, tmp_path)
+    assert subprocess.run([str(program)], capture_output=True, text=True, check=True).stdout == "there\n"
 
 
 @pytest.mark.usefixtures("installed")
