@@ -1,10 +1,10 @@
 """Functions for CasADi of some examples: Jacobians and Hessians against complex steps of the C, and
-sparsity at 1000 random states, as a table too. Steps against their formulas over complex functions of the model."""
+sparsity at 1000 random states, as a table too."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,9 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.compiled.functions import Functions
-from eomgen.lie import numeric
-from eomgen.lie.groups import group_named
-from eomgen.lie.product import Factor, update
+from eomgen.lie.product import Factor
 from tests.mechanics.test_argument_derivatives import given, state_of
 from tests.optimisers.test_casadi import derivatives
 
@@ -29,8 +27,6 @@ SCENES = [
     *("active_quarter_car", "four_bar", "free_spinning_body", "gear_with_backlash", "pi_servo", "slider_crank_spatial"),
     *("spin_up_beam", "vehicle_with_preview/model"),
 ]
-#: Examples with laws by cases.
-SWITCHING = {"active_quarter_car", "quarter_car_on_bump", "gear_with_backlash", "jerk_limited_arm", "bouncing_ball"}
 #: Random states for sparsity.
 STATES = 1000
 #: An imaginary step, the square of which is lost.
@@ -162,158 +158,6 @@ def largest(values: Array) -> float:
 def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Generator) -> None:
     for row in deviations(example, rng):
         assert max(row.differences) <= 1e-12, row
-
-
-def moved_by(factors: list[Factor], theta: Array, v: Array) -> Array:
-    """Return T(theta)^-1 v up to two brackets."""
-    result = v.copy()
-    for factor in (factor for factor in factors if factor.group != "R"):
-        group = group_named(factor.group, factor.v_size)
-        matrix = np.array(group.bracket_matrix(theta[factor.v]))
-        first = matrix @ v[factor.v]
-        result[factor.v] = v[factor.v] + 0.5 * first + matrix @ first / 12.0
-    return result
-
-
-def runge_kutta(model: eomgen.Model, state: Mapping[str, Array]) -> Array:
-    """Return a step of rk4 in the Lie algebra over complex functions of the model; ``state``: x, u, p, t and h."""
-    names = ("forward_dynamics", *(("internal_rate",) if model.nz else ()))
-    functions, factors, h = model.in_complex(names), list(model.factors), state["h"][0]
-    q, v, z = np.split(state["x"], [model.nq, model.nq + model.nv])
-    q = unit(factors, q)
-    slopes: list[tuple[Array, Array, Array]] = []
-    for share in (0.0, 0.5, 0.5, 1.0):
-        before = slopes[-1] if slopes else (np.zeros_like(v), np.zeros_like(v), np.zeros_like(z))
-        theta, v_here, z_here = share * h * before[0], v + share * h * before[1], z + share * h * before[2]
-        here = {**state, "q": update(factors, q, theta), "v": v_here, "z": z_here, "t": state["t"] + share * h}
-        rates = [called(functions, name, here) for name in names]
-        slopes.append((moved_by(factors, theta, v_here), rates[0], rates[1] if model.nz else np.zeros_like(z)))
-    sums = [h / 6.0 * (a + 2.0 * b + 2.0 * c + d) for a, b, c, d in zip(*slopes, strict=True)]
-    return np.concatenate([update(factors, q, sums[0]), v + sums[1], z + sums[2]])
-
-
-class Variational:
-    """A step of RATTLie over complex functions of the model, unknowns w, impulses, v', impulses and z'."""
-
-    def __init__(self, model: eomgen.Model) -> None:
-        names = ("momenta", "residual", "constraint", "constraint_velocity")
-        names = (*names, *(("internal_rate",) if model.nz else ()))
-        self.model, self.factors = model, list(model.factors)
-        self.functions, self.rows = model.in_complex(names), len(model.multipliers)
-
-    def cotangent(self, theta: Array, x: Array) -> Array:
-        result = x.copy()
-        for factor in (factor for factor in self.factors if factor.group != "R"):
-            group = group_named(factor.group, factor.v_size)
-            result[factor.v] = np.array(numeric.tangent_inverse(group, theta[factor.v])).T @ x[factor.v]
-        return result
-
-    def equations(self, unknown: Array, state: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Return the equations' residual and the end of the step."""
-        model, nv, nl, h = self.model, self.model.nv, self.rows, state["h"][0]
-        w, first, v_end, last, z_end = np.split(unknown, np.cumsum([nv, nl, nv, nl]))
-        q, v, z = np.split(state["x"], [model.nq, model.nq + nv])
-        q = unit(self.factors, q)
-        none = {"a": np.zeros(nv, complex), "lam": np.zeros(nl, complex)}
-        start = {**state, **none, "q": q, "z": z}
-        end = {**start, "q": update(self.factors, q, h * w), "z": z_end, "t": state["t"] + h}
-        call = self.functions
-
-        def pushed(at: Mapping[str, Array], impulse: Array) -> Array:
-            still = {**at, "v": np.zeros(nv, complex)}
-            return called(call, "residual", {**still, "lam": impulse}) - called(call, "residual", still)
-
-        momenta = [called(call, "momenta", {**at, "v": w}) for at in (start, end)]
-        middle = 0.5 * (momenta[0][:nv] + momenta[1][:nv])
-        rows = [
-            self.cotangent(-h * w, middle)
-            - called(call, "momenta", {**start, "v": v})[:nv]
-            - 0.5 * h * momenta[0][nv:]
-            + pushed(start, first),
-            called(call, "constraint", end),
-            called(call, "momenta", {**end, "v": v_end})[:nv]
-            - self.cotangent(h * w, middle)
-            - 0.5 * h * momenta[1][nv:]
-            + pushed(end, last),
-            called(call, "constraint_velocity", {**end, "v": v_end}),
-        ]
-        if model.nz:
-            slopes = [called(call, "internal_rate", {**at, "v": w}) for at in (start, end)]
-            rows.append(z_end - z - 0.5 * h * (slopes[0] + slopes[1]))
-        return np.concatenate(rows), np.concatenate([end["q"], v_end, z_end])
-
-    def __call__(self, state: Mapping[str, Array]) -> Array:
-        """Solve by Newton's method: the matrix is that of the real part, by complex steps."""
-        _, v, z = np.split(state["x"], [self.model.nq, self.model.nq + self.model.nv])
-        none = np.zeros(self.rows)
-        unknown = np.concatenate([v, none, v, none, z]).astype(complex)
-        real = {name: array.real.astype(complex) for name, array in state.items()}
-        for _ in range(12):
-            at = unknown.real.astype(complex)
-            steps = 1j * IMAGINARY * np.eye(len(at))
-            matrix = np.stack([self.equations(at + e, real)[0].imag / IMAGINARY for e in steps], axis=-1)
-            unknown = unknown - np.linalg.solve(matrix, self.equations(unknown, state)[0])
-        return self.equations(unknown, state)[1]
-
-
-@pytest.mark.slow
-@pytest.mark.long_except("pi_servo", "gear_with_backlash")
-@pytest.mark.parametrize("example", [name for name in SCENES if name != "slider_crank_spatial"])
-def test_derivatives_of_steps_are_those_of_their_formulas(example: str, rng: np.random.Generator) -> None:
-    """The Jacobian by complex steps of the method over the compiled functions, to 1e-12; the Hessian by differences of
-    this Jacobian."""
-    model, functions = model_of(example), functions_of(example)
-    if "step" not in functions:
-        assert model.library.layout["sampled"] or model.nq > sum(factor.q_size for factor in model.factors)
-        return
-    function, formula = functions["step"], Variational(model) if model.multipliers else None
-    random = state_of(model, rng)
-    q, v = (random["q"], random["v"]) if formula is None else consistent(model, rng)
-    p = np.where(random["p"] == 0.0, rng.uniform(0.5, 1.0, len(random["p"])), random["p"])  # laws have kinks at zero
-    known = {"x": np.concatenate([q, v, random["z"]]), "u": random["u"], "p": p, "t": random["t"]}
-    state = {**known, "h": np.array([1e-3])}
-    taken, weights = function.name_in(), rng.normal(size=function.size1_out(0))
-
-    def ends(state: Mapping[str, Array]) -> Array:
-        return runge_kutta(model, state) if formula is None else formula(state)
-
-    jacobian, hessian = derivatives(function, [state[block] for block in taken], weights)
-    found = np.array(function(*(state[block] for block in taken))).ravel()
-    expected = by_complex_steps(ends, taken, state)
-    whole = ends({name: array.astype(complex) for name, array in state.items()}).real
-    assert np.max(np.abs(found - whole)) <= 1e-12 * np.max(np.abs(whole))
-    assert np.max(np.abs(jacobian - expected)) <= 1e-12 * np.max(np.abs(expected))
-    fine, coarse = (differences(ends, taken, state, weights, size) for size in (2e-6, 4e-6))
-    scale = max(np.max(np.abs(weights @ expected)), np.max(np.abs(fine)))
-    smooth = np.abs(fine - coarse) <= 1e-7 * scale  # laws by cases change within some of the differences
-    assert np.all(smooth) or example in SWITCHING
-    assert np.max(np.abs(hessian - fine), where=smooth, initial=0.0) <= 1e-7 * scale
-
-
-def differences(
-    ends: Callable[[Mapping[str, Array]], Array],
-    taken: list[str],
-    state: Mapping[str, Array],
-    weights: Array,
-    part: float,
-) -> Array:
-    """Return the Hessian of weights . end by differences of gradients over a part of each argument."""
-    columns = []
-    for block in taken:
-        for k in range(len(state[block])):
-            size = part * max(abs(state[block][k]), 1e-2 if block == "h" else 0.1)
-            slopes = []
-            for distance in (-2, -1, 1, 2):
-                there = {name: array.copy() for name, array in state.items()}
-                there[block][k] += distance * size
-                slopes.append(weights @ by_complex_steps(ends, taken, there))
-            columns.append((slopes[0] - 8.0 * slopes[1] + 8.0 * slopes[2] - slopes[3]) / (12.0 * size))
-    return np.stack(columns, axis=-1)
-
-
-def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Array]:
-    state = model.consistent(model.initial_q, rng.normal(size=model.nv))
-    return state.q, state.v
 
 
 @pytest.mark.slow
