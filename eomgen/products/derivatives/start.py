@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +80,8 @@ def at_rest(
         B = equations.of("constraint_jacobian", values)["B"][0]
         values["lam"] = -np.linalg.lstsq(B.T, r[0], rcond=None)[0][np.newaxis]
     result = equations.partials(values)
-    matrix = _rest_matrix(equations, result)
+    # without rates of constraints, whose multipliers would leave rest to the way there
+    matrix = np.concatenate([result.Jq[0], result.Jz[0], result.Jlam[0, :, :nh]], axis=1)[: nv + nz + nh]
     M = result.Ja[0, :nv]
     scale = np.concatenate([1.0 / np.sqrt(np.diagonal(M)), np.ones(nz + nh)])
     scaled = scale[:, np.newaxis] * matrix * scale
@@ -92,22 +92,7 @@ def at_rest(
         fault = f"the scene starts at static equilibrium, which no force determines along {name} [E0636]"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
         raise UsageError(Problem("start", fault, hint))
-    return LinearizedRest(values, matrix, rest_slopes(equations, result))
-
-
-def rest_slopes(equations: StepEquations, partials: EquationPartials) -> Array:
-    """Return the partials of a rest in the parameters, (nv + nz + holonomic, parameters), from the partials of e."""
-    size = equations.nv + equations.nz + equations.holonomic
-    slopes: Array = -np.linalg.solve(_rest_matrix(equations, partials), partials.P[0, :size])
-    return slopes
-
-
-def _rest_matrix(equations: StepEquations, partials: EquationPartials) -> NDArray[Any]:
-    """Return the partials of forces, rates of z and constraints in q, z and multipliers; without rates of constraints,
-    whose multipliers would leave rest to the way there."""
-    nh = equations.holonomic
-    matrix: NDArray[Any] = np.concatenate([partials.Jq[0], partials.Jz[0], partials.Jlam[0, :, :nh]], axis=1)
-    return matrix[: equations.nv + equations.nz + nh]
+    return LinearizedRest(values, matrix, -np.linalg.solve(matrix, result.P[0, : len(matrix)]))
 
 
 def moved_positions(

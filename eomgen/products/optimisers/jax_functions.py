@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.calls import checked_call, checked_calls
+from eomgen.base.data import dataclass
 from eomgen.base.messages import Log
 from eomgen.base.products import optional_package
 from eomgen.base.threads import thread_count
@@ -326,6 +327,7 @@ class JaxFunctions(ModelFunctions):
         return value
 
 
+@dataclass(frozen=True, eq=False)  # JAX keys its programs by the object
 class _Function:
     """A term as a function of JAX arrays, with its rule of derivatives.
 
@@ -336,25 +338,21 @@ class _Function:
     tangents : function of arguments and tangents of one sample, which returns values and tangents
     """
 
-    def __init__(
-        self,
-        terms: Callable[[str], _TermCall],
-        name: str,
-        blocks: tuple[str, ...],
-        tangents: Callable[[Sequence[Array], Sequence[Array]], tuple[Array, Array]],
-    ) -> None:
-        self._terms, self._name, self._blocks, self.tangents = terms, name, blocks, tangents
+    terms: Callable[[str], _TermCall]
+    name: str
+    blocks: tuple[str, ...]
+    tangents: Callable[[Sequence[Array], Sequence[Array]], tuple[Array, Array]]
 
     @property
     def size(self) -> int:
-        return sum(self._terms(self._name).outputs[:1])  # none of a term without nonzeros
+        return sum(self.terms(self.name).outputs[:1])  # none of a term without nonzeros
 
     def values(self, package: Any, arguments: Sequence[Array]) -> Array:
         """Return the values (..., size) of the term at arguments (..., size) in order; a moving base follows the law of
         the scene. `package` is JAX."""
-        blocks, call = dict(zip(self._blocks, arguments, strict=True)), self._terms(self._name)
+        blocks, call = dict(zip(self.blocks, arguments, strict=True)), self.terms(self.name)
         if "base" in call.inputs:
-            base = self._terms("base")
+            base = self.terms("base")
             blocks["base"] = base(package, {block: blocks[block] for block in base.inputs})
         return call(package, blocks)
 

@@ -3,7 +3,6 @@ animation."""
 
 from __future__ import annotations
 
-import base64
 import html
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,7 +17,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass
 from eomgen.base.files import write_text
 from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.products.pictures.animation import animation_page, check_name, page_of
+from eomgen.products.pictures.animation import animation_page, base64_text, check_name, page_of
 from eomgen.simulation.simulate import simulate
 
 if TYPE_CHECKING:
@@ -154,14 +153,12 @@ class _Charts:
         packed = []
         for name, x, y in curves:
             rows = np.unique(np.linspace(0, len(x) - 1, min(len(x), 3000)).round().astype(int))
-            packed.append({"name": name, "x": _packed(x[rows]), "y": _packed(y[rows])})
+            packed.append(
+                {"name": name, **{k: base64_text(part[rows].astype("<f4")) for k, part in (("x", x), ("y", y))}}
+            )
         self.data.append({"id": number, "title": title, "unit": unit, "across": across, "curves": packed})
         label = html.escape(f"{title} over {across}")
         return f'<canvas id="{number}" role="img" aria-label="{label}"></canvas>'
-
-
-def _packed(values: Array) -> str:
-    return base64.b64encode(np.asarray(values).astype("<f4").tobytes()).decode("ascii")
 
 
 def _text(text: object) -> str:

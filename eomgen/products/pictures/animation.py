@@ -200,8 +200,8 @@ def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None =
         "gravity": scenery["gravity"],
         "base": carriers.numbers.get(BASE, -1),
         "carriers": carriers.count,
-        "times": _base64(solution.t[rows].astype("<f8")),
-        "poses": _base64(stacked.astype("<f4")),
+        "times": base64_text(solution.t[rows].astype("<f8")),
+        "poses": base64_text(stacked.astype("<f4")),
         "bodies": [carriers.body(body) for body in bodies],
         "joints": [
             {**joint, "seat": carriers.place(joint["parent"], joint["position"]), "child": carriers.of(joint["child"])}
@@ -332,13 +332,13 @@ def _packed_shape(shape: Mapping[str, Any]) -> dict[str, Any]:
     wide = len(vertices) > _STEPS
     return {
         **shape,
-        "vertices": _base64(np.round((vertices - low) / step).astype("<u2")),
+        "vertices": base64_text(np.round((vertices - low) / step).astype("<u2")),
         "low": low.tolist(),
         "step": step,
-        "faces": _base64(np.array(triangles, dtype="<u4" if wide else "<u2")),
+        "faces": base64_text(np.array(triangles, dtype="<u4" if wide else "<u2")),
         "wide": wide,
     }
 
 
-def _base64(array: NDArray[Any]) -> str:
+def base64_text(array: NDArray[Any]) -> str:
     return base64.b64encode(array.tobytes()).decode("ascii")
