@@ -13,7 +13,9 @@ import pytest
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
+from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
+from eomgen.products.derivatives.start import position_weights
 from tests.derivatives.checks import hold_adjoints, moved, sixth_order
 from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING
 from tests.derivatives.test_transition_sensitivities import hanging
@@ -45,7 +47,7 @@ def hold(found: Sensitivities, again: Callable[[Array], Sensitivities], sizes: A
     expected = sixth_order(lambda h: run(tuple(h * d)).outputs["y"], 1.0)
     assert np.max(np.abs(found.derivatives["y"] @ d - expected)) < error * np.max(np.abs(expected))
     hold_adjoints(found, found.derivatives["y"], 1e-11)
-    if found._run.start.slopes is None and not found._run.beginning.moved_far:
+    if isinstance(found._run, AlphaRun) and not found._run.beginning.moved_far:
         bent = sixth_order(lambda h: run(tuple(h * d)).gradients([of])[0], 1.0)
         hessian = found.hessian(of)
         assert np.max(np.abs(hessian @ d - bent)) < error * np.max(np.abs(bent))
@@ -91,3 +93,14 @@ def test_rest_moves_with_parameters_and_the_first_value_of_an_input() -> None:
     assert np.max(np.abs(found._run.asked.dq[:, :4])) > 1e-2 and not np.any(found._run.asked.dq[:, 4])
     by_rows, of = found.input_gradient("sum(y[1])")["push"], found.gradients(["sum(y[1])"])[0]
     np.testing.assert_allclose(by_rows[[0, 2]], of[3:], rtol=1e-10)
+
+
+def test_weights_of_positions_are_bounded_by_the_heaviest_part() -> None:
+    """Rotations count by the radius of gyration of all parts."""
+    least, angular = np.sqrt(np.finfo(float).eps), np.array([True, False, False])
+    M = np.array([np.diag([4.0, 1.0, 3.0]), np.diag([0.0, 1e-30, 2.0]), np.diag([1e-30, 9.0, 0.0])])
+    expected = [[1 / 4.0, 1.0, 1 / 3.0], [1 / (2.0 * least), 1 / (2.0 * least), 0.5], [0.0, 1 / 9.0, 1 / (9.0 * least)]]
+    found = position_weights(M, angular)
+    np.testing.assert_allclose(found[:2], expected[:2], rtol=1e-12)
+    gyration = 1e-30 / 9.0  # squared
+    np.testing.assert_allclose(found[2], [1 / max(1e-30, 9.0 * least * gyration), *expected[2][1:]], rtol=1e-12)

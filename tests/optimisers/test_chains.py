@@ -30,7 +30,7 @@ STEP, TINY = 0.01, 1e-30
 
 def swung() -> Any:
     """Return a cart with a pendulum whose torque a filter follows, with a parameter and an input."""
-    builder = eomgen.SceneBuilder("swung_chain").parameter("pull", 2.0, tunable=True).input("torque")
+    builder = eomgen.SceneBuilder("swung_chain").parameter("pull", 2.0, tunable=True).input("torque", "0.5")
     builder.body("cart", 1.5).body("bob", 0.5, center_of_mass=[0.2, 0, -0.4], inertia=[0.01, 0.02, 0.03])
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
     builder.joint("hinge", "revolute", "cart", "bob", axis=[0, 1, 0]).state("lag", "3*(torque - lag)*cos(t)")
@@ -198,7 +198,13 @@ def oracle(name: str, method: str, p: Array) -> ComplexRun:
 
 @pytest.mark.parametrize(
     ("name", "method"),
-    [("turned", "generalized_alpha"), ("held", "generalized_alpha"), ("sled", "trapezoidal"), ("springs", "hht")],
+    [
+        ("turned", "generalized_alpha"),
+        ("held", "generalized_alpha"),
+        ("sled", "trapezoidal"),
+        ("springs", "hht"),
+        ("swung", "generalized_alpha"),
+    ],
 )
 def test_steps_of_generalized_alpha_end_as_a_run_in_complex_numbers(
     name: str, method: str, rng: np.random.Generator
