@@ -13,7 +13,7 @@ from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from tests.derivatives.checks import moved, sixth_order
 from tests.derivatives.test_following_starts import resting_controller, resting_loop
 from tests.derivatives.test_input_gradients import driven
-from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
+from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, tree
 
 STEPS = 12
 #: Of inputs that jump from row to row, where rounding is not told from what is left at less.
@@ -103,43 +103,6 @@ def test_hessians_take_the_start_within_the_first_step_and_constraints(builder: 
     by = ["mass", "inputs.push[0]", "inputs.push[1]", "inputs.push[6]", "inputs.push"]
     found = model.sensitivities(STEPS * STEP, STEP, by=by, **options)
     hold_hessian(model, found, f"sum({output})", options)
-
-
-@pytest.mark.slow
-def test_rest_moves_with_the_first_value_of_an_input() -> None:
-    builder = tree().input("push").effort("pushed", "a", "push").simulation(start="equilibrium")
-    _, model = built(builder)
-    options = {**options_of("generalized_alpha", {"push": 0.3 + 0.1 * np.arange(STEPS + 1.0)}), "initial": None}
-    found = model.sensitivities(STEPS * STEP, STEP, by=["inputs.push[0]", "inputs.push[2]", "inputs.push"], **options)
-
-    def run(row: int | slice, size: float) -> Array:
-        inputs = options["inputs"]["push"].copy()
-        inputs[row] += size
-        given = {**options, "inputs": {"push": inputs}}
-        return model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["angle"]
-
-    for column, row in enumerate((0, 2, slice(None))):
-        expected = sixth_order(lambda size, row=row: run(row, size), 0.01)
-        error = np.max(np.abs(found.derivatives["angle"][:, column] - expected))
-        assert error <= 1e-8 * np.max(np.abs(expected))
-    assert np.any(found._run.asked.dq[:, [0, 2]]) and not np.any(found._run.asked.dq[:, 1])
-
-
-@pytest.mark.slow
-def test_names_that_are_no_samples_are_refused() -> None:
-    _, model = built(driven())
-    options = options_of("trapezoidal", samples("torque"))
-    for name, told in {
-        "inputs.torq": "there is no input 'torq'; try: torque",
-        "inputs.torque[a]": "by: 'inputs.torque[a]' is not a sample of an input; try: inputs.torque, inputs.torque[3],",
-        "inputs.torque[99]": "by: the run has rows 0 to 12, and inputs.torque[99] is none of them; try: inputs.torque",
-        "inputs.road": 'by: the input road follows a formula of the scene; try: inputs={"road": ...}, to give values',
-    }.items():
-        assert told in refusal(model, STEPS * STEP, STEP, by=[name], **options)
-    twice = refusal(model, STEPS * STEP, STEP, by=["inputs.torque[:]", "inputs.torque[3]"], **options)
-    assert "by: a name is given twice" in twice
-    told = refusal(built(tree())[1], STEPS * STEP, STEP, by=["inputs.push"])
-    assert told == "usage error: by: the scene has no inputs; try: parameters"
 
 
 def pushed(builder: Any) -> Any:

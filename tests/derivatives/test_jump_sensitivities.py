@@ -256,20 +256,6 @@ def test_second_derivatives_and_gradients_of_all_inputs_are_refused() -> None:
         found.input_gradient("final(y[0])")
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_quanta_and_functions_of_controllers_are_refused() -> None:
-    text = refused(eomgen.build(servo(quantum=0.01).build()))
-    assert "the sampled state force is rounded: its derivatives are 0 or infinite" in text
-    builder = tunable(SceneBuilder("jumps_called"), {"mass": 1.0}).body("cart", "mass")
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).output("way", formula="q.rail")
-    builder.controller("servo", type="sampled", sample=0.01, signals={"x": "q.rail"}, memory=0)
-    text = refused(eomgen.build(builder.effort("drive", "rail", "servo").build()))
-    assert "a function of a controller sets the sampled state servo_held, and its slopes are not known" in text
-    text = refused(eomgen.build(servo().build()), method="rk4")
-    assert "the scene has sampled states, across which this method has no derivatives" in text
-
-
 def cart(**event: Any) -> SceneBuilder:
     builder = tunable(SceneBuilder("jumps_cart"), {"at": 0.5, "mass": 1.0}).body("cart", "mass")
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 1.0})

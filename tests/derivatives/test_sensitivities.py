@@ -402,13 +402,6 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     assert "of: the scene has no outputs to differentiate" in refusal(built(silent)[1], 0.1, STEP)
 
 
-@pytest.mark.slow
-def test_internal_states_that_start_with_rates_of_rates() -> None:
-    _, model = built(controlled())
-    told = refusal(model, 0.1, STEP, method="generalized_alpha")
-    assert "generalized_alpha starts internal states with rates of their rates, which have no derivatives here" in told
-
-
 @pytest.mark.long
 def test_forces_that_jump_and_runs_that_fail() -> None:
     jumping = tree().effort("push", "a", "1 if t < 0.05 else 2")
