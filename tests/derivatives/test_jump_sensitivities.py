@@ -112,7 +112,7 @@ def switching() -> Model:
     values = {"on": 0.313, "level": 0.2, "k": 40.0, "new": -0.3, "shake": 0.3}
     builder = tunable(SceneBuilder("jumps_switch"), values).base(["shake*sin(5*t)", 0, 0]).body("cart", 1.0)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.5, "velocity": 0.1})
-    builder.mode("push", 0).state("lag", "(q.rail - lag)/0.2")
+    builder.mode("push", 0).state("lag", "(q.rail - lag)/0.2 + sin(3*t)")
     builder.effort("drive", "rail", "-k*q.rail + (3 + 3*lag + sin(7*t))*mode.push")
     builder.event("start", when="t - on", action="switch", mode="push", to=1)
     reset = {"v.rail": "new*v.rail", "lag": "0.5*lag + k*0.01"}

@@ -34,7 +34,8 @@ def swung() -> Any:
     builder.body("cart", 1.5).body("bob", 0.5, center_of_mass=[0.2, 0, -0.4], inertia=[0.01, 0.02, 0.03])
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
     builder.joint("hinge", "revolute", "cart", "bob", axis=[0, 1, 0]).state("lag", "3*(torque - lag)*cos(t)")
-    return builder.effort("motor", "hinge", "lag - pull*sin(q.hinge)*v.hinge").build()
+    builder.effort("motor", "hinge", "lag - pull*sin(q.hinge)*v.hinge")
+    return builder.effort("spring", "rail", "-9*q.rail**3").build()
 
 
 def turned(*, held: bool = False) -> Any:
