@@ -239,8 +239,8 @@ def _licence_text(file: str | Path | None) -> str:
 
 def _checked(asked: SimpleNamespace) -> Options:
     """Return the options of an FMU from the arguments of ``fmu``. Raises UsageError for faults."""
-    texts = (getattr(asked, name) for name in ("author", "model_version", "copyright", "license"))
-    about = About(*texts, _licence_text(asked.license_file), asked.description)
+    told = asked.author, asked.model_version, asked.copyright, asked.license
+    about = About(*told, _licence_text(asked.license_file), asked.description)
     version, types, dae, arrays, minimal = asked.version, asked.types, asked.dae, asked.arrays, asked.minimal
     number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
     if number is None:
