@@ -30,7 +30,7 @@ def sled(effort: str) -> SceneBuilder:
 def passing() -> Any:
     """Return a sled that runs at 1 m/s, whose force bends at 0.05 m and jumps beyond ``far``."""
     effort = "1e-3 - rate*(3 if q.slide > far else 0) + (1e-6*(q.slide - 0.055) if q.slide > 0.055 else 0)"
-    return eomgen.build(sled(effort).build(), profile="quick")
+    return eomgen.build(sled(effort).build(), profile="instant")
 
 
 def test_moments_of_jumps_move_as_far_over_speed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,7 @@ def driven() -> SceneBuilder:
     return builder.output("y", formula=["q.a*torque", "v.b", "a.b*command"])
 
 
+@pytest.mark.slow
 def test_a_number_for_the_whole_run_and_the_rows_of_a_part(monkeypatch: pytest.MonkeyPatch) -> None:
     _, model = built(driven())
     by, held = ["mass"], {"torque": 0.3, "command": 0.5}

@@ -203,7 +203,7 @@ def timed() -> Model:
     builder.effort("drive", "rail", "force*mode.push").state("lag", "(q.rail - lag)/0.1")
     builder.event("start", when="t - on", action="switch", mode="push", to=1)
     builder.output("y", formula=["q.rail", "v.rail"]).output("z", formula="lag")
-    return eomgen.build(builder.build(), profile="quick")
+    return eomgen.build(builder.build(), profile="instant")
 
 
 @pytest.mark.parametrize("on", [0.0327, 0.03 + 1e-11, 0.03, 0.04 - 1e-11])

@@ -25,7 +25,7 @@ STEPS = 5
 
 @cache
 def plate() -> Model:
-    return eomgen.build(hanging().build(), profile="quick")
+    return eomgen.build(hanging().build(), profile="instant")
 
 
 @cache
@@ -33,7 +33,7 @@ def resting() -> Model:
     """Return the plate with a spring and an input, which starts at rest and is then shaken."""
     builder = hanging().parameter("stiffness", 9.0, tunable=True).input("push")
     builder.effort("spring", "x", "-stiffness*(q.x - 0.5) + push*(1 + q.y) + 2*sin(7*t)")
-    return eomgen.build(builder.simulation(start="equilibrium").build(), profile="quick")
+    return eomgen.build(builder.simulation(start="equilibrium").build(), profile="instant")
 
 
 def run_of(model: Model, **given: Any) -> Sensitivities:

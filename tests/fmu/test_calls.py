@@ -114,6 +114,7 @@ def test_a_start_without_a_solution_names_the_constraint_that_it_misses(version:
     unit.fmu.exitInitializationMode()
 
 
+@pytest.mark.slow
 def test_steps_without_end_and_sizes_that_differ_are_errors() -> None:
     unit = unit_of("balls", 3, "cs")
     for size in (np.inf, 1e300, np.nan, -0.01):

@@ -39,6 +39,7 @@ def test_the_import_knows_states_inputs_and_parameters(builder: Any) -> None:
     assert sparsity[:2].tolist() == [[False, False, True, False], [False, False, False, True]]
 
 
+@pytest.mark.slow
 def test_rates_and_jacobians_are_those_of_the_model(builder: Any, rng: np.random.Generator) -> None:
     rate = rate_of(builder)
     y = ca.MX.sym("y", 8)

@@ -148,7 +148,7 @@ def test_unswitched_fmus_solve_for_the_same_algebraic_variables(name: str) -> No
         plain.unit.enterConfigurationMode()
 
 
-@pytest.mark.slow_cases("four_bar")
+@pytest.mark.slow
 @pytest.mark.long_except("pendulum", "four_bar")
 @pytest.mark.parametrize("name", SCENES)
 def test_residuals_are_the_terms_of_the_model(name: str, rng: np.random.Generator) -> None:

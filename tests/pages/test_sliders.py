@@ -32,7 +32,7 @@ def run() -> tuple[Any, Any]:
     builder.effort("drive", "rail", "wave + push + twist + held + shift + plain + lag + angle")
     builder.output("place", formula=["q.rail", "v.rail"], unit="m").output("speed", formula="v.rail", unit="m/s")
     builder.output("ratio", formula="q.rail/2")
-    model = eomgen.build(builder.build(), profile="quick")
+    model = eomgen.build(builder.build(), profile="instant")
     solution = model.simulate(0.1, 1e-2, inputs={"held": 2.5}, method="rk4", error_estimate=False)
     return model, solution
 

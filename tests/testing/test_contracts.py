@@ -170,6 +170,7 @@ def test_a_wrong_law_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         testing.check_law(from_data(scene), expected)
 
 
+@pytest.mark.slow
 def test_no_framework_of_tests_is_imported() -> None:
     program = "import sys, eomgen.testing; print('pytest' in sys.modules)"
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
