@@ -172,7 +172,7 @@ CASES: dict[str, tuple[Callable[[], Model], Sequence[str], float, str]] = {
 }
 
 
-@pytest.mark.slow_except("switch")
+@pytest.mark.slow
 @pytest.mark.long_cases("turns", "torque_inside")
 @pytest.mark.parametrize("case", CASES)
 def test_derivatives_across_jumps_are_differences_of_runs(case: str) -> None:
