@@ -39,7 +39,7 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
 
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow([numbered, *names] if numbered else names)
-        # numbers of Python take four times the memory of the array's, so they are made in parts
+        # numbers of Python take four times the memory of the array's, hence made in parts
         rows = max(1, 2**18 // max(1, columns.shape[1]))
         for start in range(0, len(columns), rows):
             for number, row in enumerate(columns[start : start + rows].tolist(), start):

@@ -75,7 +75,7 @@ def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], t
 
 @contextlib.contextmanager
 def variables(**values: str) -> Iterator[None]:
-    """Set variables of the environment within the block: for libraries that read them when they are loaded. Variables
+    """Set variables of the environment within the block: for libraries that read them when loaded. Variables
     of the user stay as they are, and no variable is set while other threads run, which might start processes or read
     the environment."""
     alone = threading.active_count() == 1

@@ -1,6 +1,6 @@
 """Register of verbs: jobs with their command on the command line and their methods of ``Model`` and ``Solution``.
 
-A row names functions and commands as ``module:name``; they are imported on first use. Signature and docstring of a
+A row names functions and commands as ``module:name``, imported on first use. Signature and docstring of a
 method are the function's own. Products add rows of the group ``eomgen.verbs``, and other distributions entry points of
 this group, named after the verb; entry points are read if a name is unknown, and for lists of all names.
 """

@@ -1,6 +1,6 @@
 """Draft of a file of robots: models with links, joints, frames and models within them, as all readers give them.
 
-Names are the names of the file; poses are as written, in the frames that they name. ``conversion`` makes a scene of a
+Names are the names of the file; poses are as written, in the named frames. ``conversion`` makes a scene of a
 draft.
 """
 
@@ -226,7 +226,7 @@ class Draft:
     loops : joints between links that close loops in any case
     root : ``free`` or ``fixed`` for the joint of a root link that stays a body; empty for links that move freely
     root_joint : name of this joint
-    legal : whether names are legal and unique as they are
+    legal : whether names are legal and unique unchanged
     tunable : links whose mass properties are parameters
     """
 

@@ -1,4 +1,4 @@
-"""Frames of drafts: poses in the frames that they name, and links that carry frames.
+"""Frames of drafts: poses in named frames, and links that carry frames.
 
 Poses are of the file's configuration, in which all coordinates are zero. A name may lead into a model: ``arm::hand``.
 Semantics of frames and poses: http://sdformat.org/tutorials?tut=pose_frame_semantics.

@@ -147,7 +147,7 @@ def _refuse_other_physics(draft: MjcfDraft) -> None:
 
 
 def _add_lines(draft: MjcfDraft) -> None:
-    """Give efforts and forces without a line of the file the line of the joint or body on which they act."""
+    """Give efforts and forces without a line of the file the line of their joint or body."""
     for section in ("efforts", "forces"):
         for name, entry in draft.data.get(section, {}).items():
             owner = next(f"{kind}.{entry[word]}" for word, kind in _OWNERS.items() if word in entry)

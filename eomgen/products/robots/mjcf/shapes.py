@@ -1,4 +1,4 @@
-"""Geoms of MJCF as shapes of pictures, if they are in the groups that MuJoCo shows."""
+"""Geoms of MJCF as shapes of pictures, if in the groups that MuJoCo shows."""
 
 from __future__ import annotations
 

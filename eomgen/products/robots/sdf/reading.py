@@ -1,4 +1,4 @@
-"""Reading of SDF files, with the files that they include."""
+"""Reading of SDF files, with included files."""
 
 from __future__ import annotations
 

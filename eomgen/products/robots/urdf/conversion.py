@@ -1,6 +1,6 @@
 """Conversion of a URDF to a scene: fixed joints are merged, mimic elements followed, unsupported elements listed.
 
-A link's frame is its joint's frame at zero, in URDF as here, so placements are taken over as they are.
+A link's frame is its joint's frame at zero, in URDF as here, so placements stay.
 
 A joint at rest (fixed, or locked by the user) may be followed too; its follower then rests at multiplier 0 + offset.
 """
