@@ -271,7 +271,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "run",
     ),
     "products.waves.second_order": (
-        "derivation derived motion",
+        "kernels motion",
         "pairs",
         "limits profiles routines",
         "sea",
@@ -452,7 +452,7 @@ LATE: dict[str, dict[str, str]] = {
         "toolchain.python_functions": "few models call functions in Python",
     },
 }
-SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.pages", "products.sympy_mechanics", "products.waves"}
+SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.pages", "products.sympy_mechanics"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 
 

@@ -17,6 +17,9 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
+from eomgen.formula.evaluate import evaluate
+from eomgen.products.fields.commands import _numbers, _print_data, show
+from eomgen.products.fields.documents.document import NamedNumber
 from eomgen.products.fields.documents.reading import hamiltonian_from_data, load_hamiltonian
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
 from eomgen.products.fields.hamiltonian.code import derive_hamiltonian, library_files, program_of
@@ -301,15 +304,65 @@ def test_a_model_is_built_with_a_method_for_its_runs() -> None:
     assert model("swinging").simulate(0.1).metadata["method"] == "gauss6"
 
 
-@pytest.mark.slow
 def test_signs_of_brackets_are_those_of_their_terms() -> None:
     data = changed(hamiltonian="p_x**2/2 + p_y**2/2 - (-(x**2 - y) - 3*(x + p_x)/coupling)")
     document = hamiltonian_from_data(data)
     assert document.separable and len(document.terms) == 6
-    compiled: Any = eomgen.build(data, profile="quick")
-    x, y, p_x, p_y = 0.3, 0.7, -0.4, 0.9
-    expected = p_x**2 / 2 + p_y**2 / 2 + x**2 - y + 3 * (x + p_x) / 2
-    assert compiled.energy([x, y], [p_x, p_y], {"coupling": 2.0}) == pytest.approx(expected, rel=1e-14)
+    x, y, p_x, p_y, coupling = 0.3, 0.7, -0.4, 0.9, 2.0
+    known = {"x": x, "y": y, "p_x": p_x, "p_y": p_y, "coupling": coupling}
+    parts = dict.fromkeys(("kinetic", "potential"), 0.0)
+    for term in document.terms:
+        parts[term.dependence] += evaluate(term.formula, lambda symbol: known[symbol.name])
+    assert parts["kinetic"] == pytest.approx(p_x**2 / 2 + p_y**2 / 2 + 3 * p_x / coupling, rel=1e-14)
+    assert parts["potential"] == pytest.approx(x**2 - y + 3 * x / coupling, rel=1e-14)
+
+
+def test_info_says_the_terms_the_functions_and_the_method(capsys: pytest.CaptureFixture[str]) -> None:
+    """As JSON, and the same as a table, of a separable system and of one that is not."""
+    document = hamiltonian_from_data(HENON_HEILES)
+    show(document, "leapfrog", as_json=True)
+    told = json.loads(capsys.readouterr().out)
+    assert told["separable"] is True and told["coupled"] == [] and told["outputs"] == ["angular_momentum"]
+    assert told["terms"] == {"kinetic": 2, "potential": 4} and told["parameters"] == {"coupling": 1.0}
+    second = {"name": "y", "momentum": "p_y", "position": 0.1, "momentum_value": 0.2, "unit": "", "momentum_unit": ""}
+    assert told["coordinates"][1] == second
+    assert told["method"] == {"name": "leapfrog", "order": 2, "gradients": 1, "stability_limit": pytest.approx(2.0)}
+    counts = derive_hamiltonian(document).counts
+    assert {name: entry["flops"] for name, entry in told["functions"].items()} == {
+        name: count.flops for name, count in counts.items()
+    }
+    show(document, None, as_json=False)
+    table = " ".join(capsys.readouterr().out.split())
+    assert table.startswith(
+        "henon_heiles coordinates name = x, momentum = p_x, position = 0, momentum_value = 0.4 name = y,"
+    )
+    assert f"kick rates of momenta, -dV/dq {counts['kick'].flops}" in table and "name = omf4 order = 4" in table
+    show(hamiltonian_from_data(SWINGING), None, as_json=False)
+    table = " ".join(capsys.readouterr().out.split())
+    assert "separable False" in table and "coupled turning" in table and "k = 40" in table
+
+
+def test_tables_show_the_first_entries_of_long_lists(capsys: pytest.CaptureFixture[str]) -> None:
+    _print_data(
+        {
+            "name": "n",
+            "files": ["f"],
+            "few_numbers": [1.5, 2.0],
+            "none": [],
+            "many": list(range(23)),
+            "t": {"a": [1, 2]},
+        }
+    )
+    rows = capsys.readouterr().out.splitlines()
+    assert [row.split() for row in rows[:2]] == [["n"], ["few", "numbers", "1.5,", "2"]]
+    assert " ".join(" ".join(rows[2:]).split()) == f"many {' '.join(map(str, range(20)))} 3 more t a = 1, 2"
+
+
+def test_numbers_of_the_command_line_have_the_unit_of_their_label() -> None:
+    items = [NamedNumber("length", 1.0, "m"), NamedNumber("w", 2.0)]
+    assert _numbers("--set", ["length=250 mm", "w=-3"], items) == {"length": 0.25, "w": -3.0}
+    with pytest.raises(eomgen.UsageError, match="w has no unit in the file, so '2 N/m' could be anything; try: the n"):
+        _numbers("--set", ["w=2 N/m"], items)
 
 
 @pytest.mark.slow
@@ -351,8 +404,6 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert main(["info", str(file), "--method", "leapfrog", "--json"]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert shown["separable"] and shown["method"]["stability_limit"] == pytest.approx(2.0)
-    assert main(["info", str(file)]) == 0
-    assert "yes: T(p) + V(q)" in capsys.readouterr().out
     assert main(["linearize", str(file)]) == 3
     assert "this is a Hamiltonian system, and this command or function is for mechanical" in capsys.readouterr().err
     assert main([*arguments, "--set", "w=2 N/m"]) == 2
@@ -527,6 +578,7 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
         ({"record_every": 0}, "a whole number from 1 on is needed, not 0"),
         ({"parameters": {"couplin": 1}}, "there is no parameter 'couplin'; try: coupling"),
         ({"initial": {"z": 1}}, "there is no coordinate or momentum 'z'"),
+        ({"initial": {"q": [1.0, 2.0], "y": 3}}, "the name y is given twice, in the array q too; try: one"),
         ({"initial": {"q": [1.0]}}, r"q has shape \(1,\), and finite numbers of shape \(2,\)"),
         ({"t_end": 1e12, "step": 1e-3}, r"1e\+15 rows of 4 numbers would take .* GB; try: record_every="),
     ],

@@ -243,7 +243,6 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"operators__k": {"white": True}}, "operators.k): formulas have k of their own"),
         ({"cell__where": {"pi": "3"}}, "cell.where.pi): the name pi is a word of formulas; try: pi_value"),
         ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
-        ({"operators__t": {"white": 1}}, "operators.t.white): true or false is needed here, not 1; try: white = true"),
         ({"prior": {"white": False}}, "try: white = true, independent standard normal numbers"),
         ({"truth": None}, "data.counts): counts is drawn about fields of a truth that is missing; try: [truth]"),
         ({"truth__seed": 2**63}, "try: 9223372036854775807 or less"),
@@ -330,7 +329,7 @@ def test_keys_have_examples_in_the_notation_of_files() -> None:
     keys = [(model, name, meaning) for model in tables.values() for name, (meaning, _) in fields_of(model).items()]
     assert {name for _, name, meaning in keys if not meaning.example} == {"choice", "difference", "repeat"}
     for model, name, meaning in keys:
-        if model.__name__ in ("Run", "Chains"):
+        if model.__name__ in ("RunDefaults", "Chains"):
             standard = model.model_fields[name].default
             assert tomllib.loads(meaning.example) == {name: "..." if standard == "" else standard}
 

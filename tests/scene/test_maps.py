@@ -389,11 +389,6 @@ SMALL = [(0.0, 0.0, 1.0), (0.0, 1.0, 2.0), (1.0, 0.0, 3.0), (1.0, 1.0, 4.0), (2.
     ("rows", "table", "message"),
     [
         (SMALL, {"x": "speed", "y": "speed"}, "(maps.torque.table): x and y are the same column 'speed'"),
-        (
-            [*SMALL[:3], (1.000000000001, 1.0, 4.0), *SMALL[4:]],
-            {},
-            "2 holes, the first at x = 1, y = 1; try: numbers of x rounded alike: 1.0 and 1.000000000001 are two nodes",
-        ),
         (SMALL, {"y_unit": "mm"}, "the argument y of map.torque is in m by its own entry, and is given here in rad"),
         (SMALL, {"x_unit": "rmp"}, "(maps.torque.table.x_unit): there is no unit 'rmp'"),
     ],

@@ -13,6 +13,8 @@ from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.scene.load import from_data
+from eomgen.system.system import System
+from tests.oracles.states import tape_evaluator
 
 RHO, G, D = 1025.0, 9.81, 2.0
 AREA = math.pi * D**2 / 4.0
@@ -57,21 +59,29 @@ def _model(*args: Any, **kwargs: Any) -> Model:
     return eomgen.build(from_data(_data(*args, **kwargs)))
 
 
-def _force(model: Model, t: float = 0.0, v: Array | None = None) -> Array:
-    """Return Q at rest where the buoy was built."""
-    nv = model.nv
-    q = np.zeros(model.nq) if model.nq == nv else np.array([1.0, 0, 0, 0, 0, 0, 0])
-    return -model.inverse_dynamics(q, np.zeros(nv) if v is None else v, np.zeros(nv), t)
+def _system(*args: Any, **kwargs: Any) -> System:
+    return eomgen.derive(from_data(_data(*args, **kwargs)), ["force", "mass"])
+
+
+def _at_start(system: System, function: str, t: float = 0.0, v: Any = None) -> Array:
+    """Return a function of a system on the tape, where the buoy was built, at rest by default."""
+    q = np.zeros(1) if system.nq == 1 else np.array([1.0, 0, 0, 0, 0, 0, 0])
+    state = {"q": q, "v": np.zeros(system.nv) if v is None else np.asarray(v, float), "t": np.array([t])}
+    (found,) = tape_evaluator(system)(function, state).values()
+    return found
+
+
+def test_a_buoy_floats_at_its_draught_with_the_mass_of_its_water() -> None:
+    system = _system()
+    assert _at_start(system, "mass")[0, 0] == pytest.approx(MASS + EXTRA, rel=1e-14)
+    assert _at_start(system, "force")[0] == pytest.approx(0.0, abs=1e-8 * MASS)
 
 
 @pytest.mark.slow
-def test_a_buoy_floats_at_its_draught_and_heaves_with_its_period() -> None:
+def test_a_buoy_heaves_with_its_period() -> None:
     """2 pi sqrt((m + a)/(rho g A)); the added mass is in the inertia matrix."""
-    model = _model()
-    assert model.mass(np.zeros(1))[0, 0] == pytest.approx(MASS + EXTRA, rel=1e-14)
-    assert _force(model)[0] == pytest.approx(0.0, abs=1e-8 * MASS)
     period = 2.0 * math.pi * math.sqrt((MASS + EXTRA) / (RHO * G * AREA))
-    run = model.simulate(period, period / 400, initial={"q": [0.01], "v": [0.0]})
+    run = _model().simulate(period, period / 400, initial={"q": [0.01], "v": [0.0]})
     assert run.q[-1, 0] == pytest.approx(0.01, rel=1e-4)
     assert run.q[200, 0] == pytest.approx(-0.01, rel=1e-4)
 
@@ -90,7 +100,6 @@ def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
     assert period < 60.0 or response == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.slow
 def test_a_fixed_column_has_the_force_of_morison() -> None:
     """In deep water rho (1 + C_a) A g a at the steepest slope, and rho C_d D a^2 w^2/(4 k) under a crest."""
     a, period = 0.05, 5.0
@@ -98,37 +107,53 @@ def test_a_fixed_column_has_the_force_of_morison() -> None:
     k = w**2 / G
     waves = {"regular": [{"amplitude": a, "period": period}], "stretching": "none"}
     column = COLUMN | {"start": [0, 0, -40], "end": [0, 0, 2], "stations": 42, "added_mass": 0.8, "wet": 40}
-    model = _model({"type": "prismatic", "axis": [1, 0, 0]}, waves, {"column": column})
+    smooth, rough = (
+        _system({"type": "prismatic", "axis": [1, 0, 0]}, waves, {"column": column | {"drag": drag}})
+        for drag in (0.0, 1.3)
+    )
     # a quarter of a period before a crest water is pushed along x
-    inertia = _force(model, 0.75 * period)[0]
-    assert inertia == pytest.approx(RHO * 1.8 * AREA * G * a, rel=0.02)
-    dragged = _model({"type": "prismatic", "axis": [1, 0, 0]}, waves, {"column": column | {"drag": 1.3}})
-    drag = _force(dragged)[0] - _force(_model({"type": "prismatic", "axis": [1, 0, 0]}, waves, {"column": column}))[0]
+    assert _at_start(smooth, "force", 0.75 * period)[0] == pytest.approx(RHO * 1.8 * AREA * G * a, rel=0.02)
+    drag = _at_start(rough, "force")[0] - _at_start(smooth, "force")[0]
     assert drag == pytest.approx(RHO * 1.3 * D * (a * w) ** 2 / (4.0 * k), rel=0.03)
 
 
-@pytest.mark.slow
 def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
-    model = _model({"type": "free"}, hulls={"column": COLUMN | {"drag": 1.2, "axial_drag": 300.0, "stations": 10}})
-    still = _force(model)
-    across = _force(model, v=np.array([0, 0, 0, 2.0, 0, 0])) - still
+    system = _system({"type": "free"}, hulls={"column": COLUMN | {"drag": 1.2, "axial_drag": 300.0, "stations": 10}})
+    still = _at_start(system, "force")
+    across = _at_start(system, "force", v=[0, 0, 0, 2.0, 0, 0]) - still
     assert across[3] == pytest.approx(-0.5 * RHO * 1.2 * D * DRAUGHT * 4.0, rel=1e-3)
     assert np.abs(across[[4, 5]]).max() < 1e-6
-    along = _force(model, v=np.array([0, 0, 0, 0, 0, 2.0])) - still
-    assert along[5] == pytest.approx(-300.0 * 4.0, rel=1e-3)
-    spun = _force(model, v=np.array([0, 0.5, 0, 0, 0, 0]))[1] - still[1]
-    assert spun < 0.0
+    for speed in (2.0, -3.0):  # at start, which is under water
+        along = _at_start(system, "force", v=[0, 0, 0, 0, 0, speed]) - still
+        assert along[5] == pytest.approx(-300.0 * abs(speed) * speed, rel=1e-3)
+    spun = _at_start(system, "force", v=[0, 0.5, 0, 0, 0, 0])[1] - still[1]
+    # filaments dz of the part under water at the depths 0 to 6 m: 1/2 rho C_d D w^2 z^3 dz, in ten slices of 1 m
+    depths = np.arange(6) + 0.5
+    assert spun == pytest.approx(-0.5 * RHO * 1.2 * D * 0.25 * np.sum(depths**3), rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("period", [5.0, 9.0])
+def test_the_end_of_a_column_is_pushed_along_it(period: float) -> None:
+    """By axial added mass a and drag c of the water at the end at the depth T: a a_w + c |u| u, beside the same column
+    with neither; under deep waves of amplitude A, a_w = A w^2 exp(-k T) down under a crest, and u = A w exp(-k T) up
+    a quarter of a period before."""
+    A, w = 0.3, 2.0 * math.pi / period
+    decay = math.exp(-(w**2) / G * DRAUGHT)
+    waves = {"regular": [{"amplitude": A, "period": period}], "stretching": "none"}
+    ends = {"with": {"axial_drag": 500.0, "axial_added_mass": EXTRA}, "none": {"axial_drag": 0, "axial_added_mass": 0}}
+    made = {name: _system(None, waves, {"column": COLUMN | more}) for name, more in ends.items()}
+    crest, rising = (
+        _at_start(made["with"], "force", t)[0] - _at_start(made["none"], "force", t)[0] for t in (0.0, 0.75 * period)
+    )
+    assert crest == pytest.approx(-EXTRA * A * w**2 * decay, rel=1e-9)
+    assert rising == pytest.approx(500.0 * (A * w * decay) ** 2, rel=1e-3)
+
+
 def test_added_mass_is_across_the_axis() -> None:
     """By hand, of an upright column: rho C_a A T across, its moments about the origin, and what moves along."""
-    model = _model({"type": "free"})
-    M = model.mass(np.array([1.0, 0, 0, 0, 0, 0, 0]))
+    bare = {"column": COLUMN | {"added_mass": 0, "axial_added_mass": 0}}
     own = RHO * AREA * DRAUGHT
-    added = M - _model({"type": "free"}, hulls={"column": COLUMN | {"added_mass": 0, "axial_added_mass": 0}}).mass(
-        np.array([1.0, 0, 0, 0, 0, 0, 0])
-    )
+    added = _at_start(_system({"type": "free"}), "mass") - _at_start(_system({"type": "free"}, hulls=bare), "mass")
     np.testing.assert_allclose(np.diag(added)[3:], [own, own, EXTRA], rtol=1e-10)
     np.testing.assert_allclose(np.diag(added)[:3], [own * DRAUGHT**2 / 3.0] * 2 + [0.0], rtol=1e-10, atol=1e-6 * own)
     assert added[1, 3] == pytest.approx(-own * DRAUGHT / 2.0, rel=1e-10)

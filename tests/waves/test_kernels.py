@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from mpmath import cosh, hypot, mpf
 
-from eomgen.products.waves.second_order import derivation, derived
-from eomgen.products.waves.second_order.derived import KERNELS
 from eomgen.products.waves.second_order.pairs import COLUMNS, Case, PairTape
 from eomgen.products.waves.second_order.routines import routines
 from eomgen.waves import Components, Sea
@@ -136,12 +133,6 @@ def test_pruned_kernels_are_the_whole_ones(c: float) -> None:
         for name in ("position", "velocity", "acceleration"):
             assert getattr(pruned, name) == pytest.approx(getattr(whole, name), rel=1e-13, abs=1e-13)
         assert pruned.pressure == pytest.approx(whole.pressure, abs=1e-12)
-
-
-@pytest.mark.slow
-def test_stored_kernels_are_those_that_the_equations_give() -> None:
-    assert Path(derived.__file__).read_text(encoding="utf-8") == derivation.module()
-    assert set(KERNELS) == {"sum", "difference", "degenerate"}
 
 
 @pytest.mark.long

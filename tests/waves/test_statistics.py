@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.stats import norm
 
 from eomgen.base.arrays import Array
 from eomgen.waves import Components, DiscreteSpectrum, Jonswap, Profile, Sea, SeaStatistics, discretized, statistics_of
@@ -49,6 +50,42 @@ def test_elevations_have_the_skewness_of_the_closed_form_of_second_order_alone()
     assert statistics_of(storm(2.0)).skewness == pytest.approx(0.06237, abs=5e-6)
     assert third / variance**1.5 == pytest.approx(known.skewness, rel=0.02)  # of 1500 pairs of seas
     assert abs(mean) < 0.005 * -known.mean
+
+
+def test_moments_of_elevations_are_means_over_gaussian_labels() -> None:
+    """By quadrature: z and the slope of displacements are normal with variances m0 and m2 and covariance -m1; labels
+    weigh 1 + slope."""
+    known = statistics_of(storm(7.0))
+    m0, m1, m2 = (known.moment(power) for power in range(3))
+    nodes, weights = np.polynomial.hermite_e.hermegauss(20)
+    one, other = np.meshgrid(nodes, nodes)
+    z, slope = math.sqrt(m0) * one, -m1 / math.sqrt(m0) * one + math.sqrt(m2 - m1**2 / m0) * other
+    weight = np.outer(weights, weights) * (1.0 + slope) / (2.0 * math.pi)
+    mean = np.sum(weight * z)
+    assert (np.sum(weight), known.mean) == pytest.approx((1.0, mean), rel=1e-12)
+    assert known.variance == pytest.approx(np.sum(weight * (z - mean) ** 2), rel=1e-12)
+    assert known.third_moment == pytest.approx(np.sum(weight * (z - mean) ** 3), rel=1e-9)
+    assert known.fold_probability == pytest.approx(norm.sf(1.0 / math.sqrt(m2)), rel=1e-12)
+
+
+@pytest.mark.parametrize("depth", [math.inf, 15.0])
+def test_labels_at_which_waves_fold_over_are_a_tail_of_their_slopes(depth: float) -> None:
+    k, amplitude = np.array([0.05, 0.09]), np.array([2.0, 1.5])
+    sea = Sea(Components(np.column_stack((k, 0.0 * k)), amplitude, np.zeros(2)), depth, order=1)
+    slopes = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
+    assert sea.mean_square_slope == pytest.approx(0.5 * slopes @ slopes, rel=1e-12)
+    assert sea.fold_probability == pytest.approx(norm.sf(1.0 / math.sqrt(0.5 * slopes @ slopes)), rel=1e-12)
+    assert Sea(Components(np.column_stack((k, 0.0 * k)), 0.0 * k, k), depth, order=1).fold_probability == 0.0
+
+
+def test_specular_points_are_as_many_as_slopes_of_profiles_pass() -> None:
+    spectrum = storm(7.0, 64.0 * 2.0 * math.pi / (0.2 * math.pi) ** 2 * 9.81)
+    slopes, crossings, length = np.array([0.0, -0.15, 0.25]), np.zeros(3), 0.0
+    for profile in profiles(spectrum, 1, 20, 8192):
+        length += float(profile.labels[1]) * 8192
+        above = profile.za - slopes[:, None] * profile.xa > 0.0
+        crossings += np.count_nonzero(above != np.roll(above, 1, axis=1), axis=1)
+    assert crossings / length == pytest.approx(statistics_of(spectrum).specular_points(slopes), rel=0.04)
 
 
 def test_skewness_of_the_closed_form_is_its_double_sum() -> None:

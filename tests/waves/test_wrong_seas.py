@@ -97,8 +97,8 @@ OF_SEAS: list[tuple[Callable[[], Any], str]] = [
     (lambda: SteppedSea(_sea(VECTORS[:, ::-1]), (100.0, 100.0), (9, 1)), "component 0 is (0, nan) times 2 pi/length"),
 ]
 OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
-    (lambda: Jonswap(0.0, 10.0), "Jonswap: height: 0 is not above 0"),
-    (lambda: Jonswap(2.0, math.inf), "Jonswap: period: inf is not a finite number"),
+    (lambda: Jonswap(0.0, 10.0), "Jonswap: height: 0 is not above 0; try: a number above 0"),
+    (lambda: Jonswap(2.0, math.inf), "Jonswap: period: inf is not a finite number; try: a finite number"),
     (lambda: Jonswap(1.0, 10.0, 0.99), "Jonswap: peakedness: 0.99 is not from 1 to 20; try: 3.3, or 1 for a fully"),
     (lambda: Jonswap(1.0, 10.0, 20.1), "Jonswap: peakedness: 20.1 is not from 1 to 20"),
     (lambda: PiersonMoskowitz(0.0), "PiersonMoskowitz: wind: 0 m/s is not above 0"),
@@ -119,8 +119,11 @@ OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
     ),
     (lambda: Spreading(10.0, directions=2.5), "Spreading: directions: 2.5 is not from 2 to"),  # type: ignore[arg-type]
     (lambda: Spreading(10.0, math.nan), "Spreading: heading: nan rad is not a finite number"),
-    (lambda: _long_crested(band=(2.0, 1.0)), "discretized: band: (2.0, 1.0) does not increase from above 0; try: (0.5"),
-    (lambda: _long_crested(band=(0.0, 1.0)), "discretized: band: (0.0, 1.0) does not increase"),
+    (
+        lambda: _long_crested(band=(2.0, 1.0)),
+        "band: 2 to 1 does not increase from above 0; try: band = [0.5, 3.0]",
+    ),
+    (lambda: _long_crested(band=(0.0, 1.0)), "discretized: band: 0 to 1 does not increase"),
     (lambda: _long_crested(depth=0.0), "discretized: depth: 0 m is not above 0; try: math.inf"),
     (lambda: _long_crested(gravity=0.0), "discretized: gravity: 0 m/s^2 is not above 0; try: 9.81"),
     (lambda: _long_crested(length=-2.0), "discretized: length: -2 m is not above 0; try: 500"),
@@ -132,7 +135,7 @@ OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
     (lambda: wave_number(1.0, 0.0), "wave_number: depth: 0 m is not above 0; try: math.inf for water without a bottom"),
     (lambda: divided(Jonswap(2.0, 10.0), 0), "divided: components: 0 is not from 1 to 1000000"),
     (lambda: divided(Jonswap(2.0, 10.0), 5, height=-2.0), "divided: height: -2 m is not above 0; try: the significant"),
-    (lambda: divided(Jonswap(2.0, 8.0), 4, band=(1.0, 1.0)), "divided: band: (1.0, 1.0) does not increase from above"),
+    (lambda: divided(Jonswap(2.0, 8.0), 4, band=(1.0, 1.0)), "divided: band: 1 to 1 does not increase from above"),
     (lambda: SWELL.realisation(1, "none"), "there is no 'none'; try: gaussian, or fixed"),  # type: ignore[arg-type]
     (lambda: SWELL.realisation(-1), "realisation: seed: -1 is not a whole number from 0 on"),
     (lambda: SWELL.realisation(1.5), "realisation: seed: 1.5 is not a whole number from 0 on"),  # type: ignore[arg-type]

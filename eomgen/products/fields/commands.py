@@ -6,14 +6,13 @@ import dataclasses
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from eomgen.base.json_text import json_text
-from eomgen.base.messages import counted, shown
+from eomgen.base.messages import shown
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, completed_files, debug_option, folder_option, json_option
@@ -30,10 +29,10 @@ if TYPE_CHECKING:
     from eomgen.products.fields.sampling import FieldSamples
 
 
-#: Kinds of the steps that are not compositions of drifts and kicks.
-_KINDS = {"COLLOCATION": "implicit", "EXPLICIT": "explicit, not symplectic", "PAIR": "steps by a tolerance"}
 #: Keys of a coordinate with its momentum in the output of ``info``.
 _PAIR = ("name", "momentum", "position", "momentum_value", "unit", "momentum_unit")
+#: Entries of a list or mapping that tables show.
+_MOST = 20
 #: Options of runs that these systems have; other options of ``simulate`` are refused.
 _TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
 
@@ -46,45 +45,56 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
 
     system = derive(document)
-    chosen = method_for(document, method)
     counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
-    parts = Counter(term.dependence for term in document.terms)
+    data = {
+        "system": document.name,
+        "description": document.description,
+        "coordinates": [
+            dict(zip(_PAIR, (q.name, p.name, q.value, p.value, q.unit, p.unit), strict=True))
+            for q, p in zip(document.coordinates, document.momenta, strict=True)
+        ],
+        "parameters": {item.name: item.value for item in document.parameters},
+        "definitions": dict(document.definitions),
+        "outputs": [item.name for item in document.outputs],
+        "notes": list(document.notes),
+        "separable": document.separable,
+        "terms": Counter(term.dependence for term in document.terms),
+        "coupled": document.coupled_terms,
+        "functions": counts,
+        "method": _method(method_for(document, method)),
+    }
     if as_json:
-        data = {
-            "system": document.name,
-            "description": document.description,
-            "coordinates": [
-                dict(zip(_PAIR, (q.name, p.name, q.value, p.value, q.unit, p.unit), strict=True))
-                for q, p in zip(document.coordinates, document.momenta, strict=True)
-            ],
-            "parameters": {item.name: item.value for item in document.parameters},
-            "definitions": dict(document.definitions),
-            "outputs": [item.name for item in document.outputs],
-            "notes": list(document.notes),
-            "separable": document.separable,
-            "terms": parts,
-            "coupled": document.coupled_terms,
-            "functions": counts,
-            "method": _method(chosen),
-        }
         print_json(data)
         return
-    names = [item.name for item in document.coordinates]
-    shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
-    rows = [("coordinates", f"{len(names)}: {shown}")]
-    rows += [("parameters", ", ".join(f"{item.name} = {item.value:.6g}" for item in document.parameters[:8]))]
-    rows += [("definition", f"{name} = {text}") for name, text in document.definitions.items()]
-    rows += [("terms of H", ", ".join(f"{count} {name}" for name, count in parts.items()))]
-    coupled = ", ".join(document.coupled_terms[:4])
-    rows += [("separable", f"no, by {coupled}" if coupled else "yes: T(p) + V(q)")]
-    evaluations = f"{counted(chosen.gradients, 'evaluation')} of forces a step"
-    steps = evaluations if chosen.gradients else _KINDS[chosen.kind]
-    limit = f", stable up to step x frequency = {chosen.stability_limit:.4g}" if chosen.stability_limit else ""
-    rows += [("method", f"{chosen.name}, order {chosen.order}, {steps}{limit}")]
-    rows += [("note", note) for note in document.notes]
-    print_table(document.name, ("", ""), [row for row in rows if row[1]])
+    _print_data(data)
     functions = ((name, system.functions[name].description, str(count["flops"])) for name, count in counts.items())
     print_table("functions", ("", "", "operations"), functions, numeric=(2,))
+
+
+def _print_data(data: Mapping[str, Any]) -> None:
+    """Print a table of JSON data, with the name of the system as title; entries that say nothing are left out."""
+    title, told = data.get("system") or data["name"], {**data}
+    if "memory" in data:
+        told["memory"] = f"{data['memory'] / 2**20:.4g} MiB at most"
+    rows = [
+        (key.replace("_", " "), text)
+        for key, value in told.items()
+        if key not in ("system", "name", "functions", "message", "files") and (text := _told(value))
+    ]
+    print_table(title, ("", ""), rows)
+
+
+def _told(value: object, mark: str = "\n") -> str:
+    """Return a value of JSON data in words: of a list or mapping the first entries alone, sentences separated by
+    ``mark``."""
+    if isinstance(value, Mapping):
+        value = [f"{name} = {text}" for name, entry in value.items() if (text := _told(entry, ", "))]
+    if not isinstance(value, list):
+        return f"{value:.9g}" if isinstance(value, float) else str(value)
+    texts = [_told(entry, ", ") for entry in value[:_MOST]]
+    if len(value) > _MOST:
+        texts.append(f"{len(value) - _MOST} more")
+    return (mark if any(" " in text for text in texts) else ", ").join(texts)
 
 
 def _method(chosen: Method | Composition) -> dict[str, Any]:
@@ -118,11 +128,11 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     summary = {**outcome_of(solution), "energy_error": solution.energy_error, "rows": len(solution.t)}
     summary["files"] = [file.name for file in files]
     write_text(files[-1], json_text(summary) + "\n")
+    final = {name: float(column[-1]) for name, column in solution.columns().items()}
     if as_json:
-        final = {name: float(column[-1]) for name, column in solution.columns().items()}
         print_json({**summary, "folder": str(target), "final": final})
     else:
-        _print(solution, document)
+        _print_data(_run_data(solution, document) | {"final": final})
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return 0 if solution.success else INTERRUPTED if solution.interrupted else NumericalError.exit_code
 
@@ -140,32 +150,23 @@ def _numbers(option: str, texts: Sequence[str], items: Iterable[NamedNumber]) ->
     return result
 
 
-def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
-    """Print a table of a run of a Hamiltonian system: method, counts, energies, errors, and up to 8 coordinates at the
-    end."""
-    stats, metadata, total = solution.stats, solution.metadata, solution.energy["total"]
-    changed = [
-        (f"parameter {item.name}", f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}")
+def _run_data(solution: HamiltonianSolution, document: Hamiltonian) -> dict[str, Any]:
+    """Return the table of a run of a Hamiltonian system: method, changed parameters, counts, energies and errors."""
+    metadata, total = solution.metadata, solution.energy["total"]
+    changed = {
+        f"parameter {item.name}": f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}"
         for item in document.parameters
         if (value := metadata["parameters"][item.name]) != item.value
-    ]
-    rows = [
-        ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
-        ("end", f"t = {solution.t[-1]:.9g}, {counted(len(solution.t), 'row')}"),
-        *changed,
-        ("steps", str(stats["steps"])),
-        ("gradients", str(stats["gradients"])),
-        ("time of computation", f"{stats['wall_time']:.3g} s"),
-        ("H", f"{total[0]:.12g} at the start, {total[-1]:.12g} at the end"),
-        ("largest change of H", f"{solution.energy_error:.3g} of it"),
-        ("errors of steps", str(solution.error_estimate)),
-    ]
-    names, units = metadata["names"], metadata["units"]
-    for name, unit, value in [*zip(names["q"], units["q"], solution.q[-1], strict=True)][:8]:
-        rows.append((f"{name} at the end", f"{value:.9g}{' ' + unit if unit else ''}"))
-    if len(names["q"]) > 8:
-        rows.append(("...", f"{len(names['q']) - 8} more in solution.csv"))
-    print_table(metadata["name"], ("", ""), rows)
+    }
+    return {
+        **{key: metadata[key] for key in ("name", "method", "order", "step")},
+        **changed,
+        **solution.stats,
+        "rows": len(solution.t),
+        "H": f"{total[0]:.12g} at the start, {total[-1]:.12g} at the end",
+        "largest change of H": f"{solution.energy_error:.3g} of it",
+        "errors of steps": str(solution.error_estimate),
+    }
 
 
 def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> None:
@@ -180,52 +181,30 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
         chosen = composition_named(system.sampling.method if method is None else method)
     widths = [length / count for length, count in zip(system.lengths, system.cells, strict=True)]
     low, high = 2.0 * math.pi / max(system.lengths), math.pi / max(widths)
-    transforms = 2 * len(system.fields)
     operators = {item.name: f"{item.kind}{f' after {item.of}' if item.of else ''}" for item in system.operators}
-    data = {item.name: item.kind + (f" {item.file}" if item.file else "") for item in system.data}
+    data = {
+        "system": system.name,
+        "description": system.description,
+        "cells": list(system.cells),
+        "lengths": list(system.lengths),
+        "memory": memory,
+        "wave_numbers": [low, high],
+        "operators": operators,
+        "data": {item.name: item.kind + (f" {item.file}" if item.file else "") for item in system.data},
+        "definitions": dict(system.definitions),
+        "energy": system.energy,
+        "where": dict(system.where),
+        "notes": list(system.notes),
+        "fields": list(system.fields),
+        "transforms_per_gradient": 2 * len(system.fields),
+        "mass": system.mass,
+        "sampling": dataclasses.asdict(system.sampling),
+        "method": _method(chosen),
+    }
     if as_json:
-        print_json(
-            {
-                "system": system.name,
-                "description": system.description,
-                "cells": list(system.cells),
-                "lengths": list(system.lengths),
-                "memory": memory,
-                "wave_numbers": [low, high],
-                "operators": operators,
-                "data": data,
-                "definitions": dict(system.definitions),
-                "energy": system.energy,
-                "where": dict(system.where),
-                "notes": list(system.notes),
-                "fields": list(system.fields),
-                "transforms_per_gradient": transforms,
-                "mass": system.mass,
-                "sampling": dataclasses.asdict(system.sampling),
-                "method": _method(chosen),
-            }
-        )
-        return
-    unit = f" {system.unit}" if system.unit else ""
-    rows = [
-        ("mesh", f"{' x '.join(map(str, system.cells))} cells of {' x '.join(f'{w:.6g}' for w in widths)}{unit}"),
-        ("wave numbers", f"{low:.4g} to {high:.4g} along the axes, radians per {system.unit or 'length'}"),
-        ("memory", f"{memory / 2**20:.4g} MiB at most, with {counted(system.sampling.chains, 'chain')}"),
-        *(("operator", f"{name}: {meaning}") for name, meaning in operators.items()),
-        *(("data", f"{name}: {meaning}") for name, meaning in data.items()),
-        *(("definition", f"{name} = {text}") for name, text in system.definitions.items()),
-        *(("where", f"{name} = {text}") for name, text in system.where.items()),
-        ("energy of a cell", system.energy),
-        ("gradient", f"{counted(transforms, 'transform')}, of {', '.join(system.fields)}"),
-        ("mass", system.mass),
-        (
-            "method",
-            f"{chosen.name}, order {chosen.order}, {counted(chosen.gradients, 'gradient')} a step, stable up to step x"
-            f" frequency = {chosen.stability_limit:.4g}",
-        ),
-        *(("note", note) for note in system.notes),
-    ]
-    print_table(system.name, ("", ""), rows)
+        print_json(data)
+    else:
+        _print_data(data)
 
 
 @click.command()
@@ -273,42 +252,9 @@ def sample(file: str, folder: str, resume: bool, plots: bool, as_json: bool, **o
     return INTERRUPTED if result.interrupted else 0
 
 
-_WORST = "gradients_per_independent_sample_of_worst_scale"
-#: Rows of figures of samples, by the keys of their summary.
-_FIGURES = {
-    "acceptance": "{acceptance:.3f}, {expected_acceptance:.3f} by the mean of errors",
-    "energy errors": "mean {mean_energy_error:.4g}, half variance {half_variance_of_energy_errors:.4g}",
-    "mean of exp(-error)": "{mean_weight:.4f} +- {mean_weight_error:.4f}, to be 1",
-    "split R-hat": "{r_hat_of_cells:.4f} of the worst of {watched}, {r_hat_of_scales:.4f} of the worst scale",
-    "autocorrelation time": "{autocorrelation_of_cells:.3g} trajectories in cells,"
-    " {autocorrelation_of_worst_scale:.3g} of the worst scale",
-    "gradients per independent sample": "{gradients_per_independent_sample_of_cells:.3g} in cells,"
-    f" {{{_WORST}:.3g}} +- {{worst_error:.2g}} of the worst scale",
-    "(truth - mean)/deviation": "mean {truth_over_deviation[mean]:.4f},"
-    " deviation {truth_over_deviation[deviation]:.4f}, to be 0 and 1",
-}
-
-
 def _print_samples(samples: FieldSamples) -> None:
     """Print tables of the settings, diagnostics and scales of samples."""
-    told, mesh = samples.summary(), samples.problem.mesh
-    unit = samples.problem.system.unit
-    box = " x ".join(f"{length:.6g}" for length in mesh.lengths)
-    rows = [
-        ("mesh", f"{' x '.join(map(str, mesh.cells))} cells, {box}{' ' + unit if unit else ''}"),
-        ("memory", f"{told['memory'] / 2**20:.4g} MiB at most"),
-        ("method", f"{samples.settings.method}, mass {samples.mass}, trajectories of {samples.settings.duration:.4g}"),
-        ("steps", ", ".join(f"{step:.4g}" for step in told["steps"][:6]) + f"; at most {samples.largest_step:.4g}"),
-        ("largest frequency", f"{samples.frequency:.4g}"),
-        ("gradients", f"{samples.gradients} in {samples.seconds:.3g} s"),
-    ]
-    told["watched"] = counted(samples.samples.cells.shape[2], "cell")
-    if "autocorrelation_error" in told:
-        told["worst_error"] = told[_WORST] * told["autocorrelation_error"]
-    for name, text in _FIGURES.items():
-        with suppress(KeyError):  # a few samples have no such figure
-            rows.append((name, text.format_map(told)))
-    print_table(f"{samples.name}: {samples.problem.watched}", ("", ""), rows)
+    _print_data(samples.summary())
     heads = ("k", "prior", "truth", "samples", "deviation", "of the mean", "correlation", "R-hat", "autocorrelation")
     scales = [vars(scale).values() for scale in samples.scales()]
     table = [tuple("-" if math.isnan(value) else f"{value:.4g}" for value in values) for values in scales]

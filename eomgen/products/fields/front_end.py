@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import replace
 from eomgen.base.files import open_file
-from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.front_end import FrontEnd, given_options
 from eomgen.products.fields.documents.document import Hamiltonian
@@ -78,19 +78,6 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
     return load_fields(path)
 
 
-def _check_method(document: Hamiltonian) -> None:
-    """Raise DescriptionError, at the file's line, if the file names an unknown method; a file may name none."""
-    if not (method := document.simulation.method):
-        return
-    from eomgen.products.fields.hamiltonian.methods import check_name  # noqa: PLC0415  # few files choose a method
-
-    try:
-        check_name(method)
-    except UsageError as error:
-        where = document.simulation.place or "simulation.method"
-        raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
-
-
 def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
     """Return the Hamiltonian system of an object: a Hamiltonian, nested data, or the path of a file; None for other
     documents. ``options`` are options of mechanical scenes, which may not be given.
@@ -114,8 +101,6 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
         result = load_hamiltonian(described)
     else:
         return None
-    if result is not described:
-        _check_method(result)
     if chosen := given_options(options or {}):
         fault = f"{', '.join(chosen)} belongs to mechanical scenes, and {result.name} is a Hamiltonian system [E0774]"
         raise UsageError(Problem(chosen[0], fault, "leave it out"))
@@ -135,9 +120,10 @@ def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -
     if builder.profile.on_tape:
         fault = f"the tape engine is for mechanical scenes, and {document.name} is a Hamiltonian system [E0775]"
         raise UsageError(Problem("profile", fault, "fast, reproducible or quick"))
+    method_for(document, method)
     if method is not None:
-        method_for(document, method)
-        document = replace(document, simulation=replace(document.simulation, method=method, place=""))
+        run = document.simulation.model_copy(update={"method": method})
+        document = replace(document, simulation=run, method_place="")
     content = library_content(document, HAMILTONIANS, Selection(None, ""), "rk4")
     return HamiltonianModel(document, built_library(document, content, builder))
 

@@ -15,7 +15,7 @@ from pydantic import Field
 from eomgen.base.arrays import Array
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import counted, is_number, key_of, listed, shown
-from eomgen.base.rounding import COMPUTED, WRITTEN
+from eomgen.base.rounding import COMPUTED
 from eomgen.errors import FileError
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import MapSurface
@@ -232,11 +232,6 @@ class _Grid:
             hint = "a row for each pair of the values of x and y that occur"
             if any(is_number(title) and math.isfinite(float(title)) for title in titles):
                 hint = "a row x, y, value for each node: a first row of numbers is of a matrix"
-            for axis, nodes in (("x", x), ("y", y)):
-                near = int(np.argmin([*np.diff(nodes), np.inf]))
-                if len(nodes) > 2 and nodes[near + 1] - nodes[near] < WRITTEN * (nodes[-1] - nodes[0]):
-                    pair = " and ".join(f"{float(node)}" for node in nodes[near : near + 2])
-                    hint = f"numbers of {axis} rounded alike: {pair} are two nodes"
             raise TableError(path.name, text, hint)
         z = np.zeros(count.shape)
         z[rows, places] = values

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from eomgen.cli.info import InfoPart
@@ -54,46 +55,24 @@ def described_hulls(scene: Scene) -> list[dict[str, Any]]:
     ]
 
 
-def print_waves(waves: list[dict[str, Any]], hulls: list[dict[str, Any]]) -> None:
+def print_waves(data: Mapping[str, Any]) -> None:
     """Print a table of seas, and one of hulls."""
-    if waves:
-        console().print()
-        rows = [
-            (
-                sea["name"],
-                f"{sea['waves']}" + (f" and {sea['bound_waves']} bound" if sea["bound_waves"] else ""),
-                f"{sea['height']:.6g} m",
-                _span(sea["periods"], "s"),
-                _span(sea["lengths"], "m"),
-                "no bottom" if sea["depth"] is None else f"{sea['depth']:.6g} m",
-                f"{sea['variables'][0]} to {sea['variables'][-1]}" if sea["variables"] else "none",
-            )
-            for sea in waves
-        ]
-        header = ("sea", "waves", "4 deviations", "periods", "lengths", "depth", "variables")
-        print_table("Waves", header, rows, numeric=(2,))
-    if hulls:
-        console().print()
-        parts = [
-            (
-                hull["name"],
-                hull["body"],
-                hull["waves"] or "water at rest",
-                hull["stations"],
-                "yes" if hull["moves_water"] else "no",
-            )
-            for hull in hulls
-        ]
-        print_table("Hulls", ("hull", "part of", "in", "stations", "added mass"), parts, numeric=(3,))
+    for title in ("waves", "hulls"):
+        if rows := data[title]:
+            console().print()
+            header = [key.replace("_", " ") for key in rows[0]]
+            print_table(title.capitalize(), header, [[_told(value) for value in row.values()] for row in rows])
 
 
-def _span(ends: list[float], unit: str) -> str:
-    low, high = ends
-    return f"{low:.4g} {unit}" if low == high else f"{low:.4g} to {high:.4g} {unit}"
+def _told(value: object) -> str:
+    """Return a value of a row in words, of a list its ends."""
+    if isinstance(value, list):
+        return " to ".join(dict.fromkeys(map(_told, value[:: max(len(value) - 1, 1)])))
+    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 SEAS = InfoPart(
     lambda scene: {"waves": described_waves(scene), "hulls": described_hulls(scene)},
-    lambda data: print_waves(data["waves"], data["hulls"]),
+    print_waves,
     lambda data: (name for item in data["waves"] for name in item["variables"]),
 )

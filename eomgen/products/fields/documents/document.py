@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import ZERO, Formula, infix
+
+if TYPE_CHECKING:
+    from eomgen.products.fields.documents.schema import PowerTable, RunDefaults
 
 #: Functions and commands for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
@@ -76,25 +79,6 @@ class StateOutput:
 
 
 @dataclass(frozen=True)
-class RunDefaults:
-    """The defaults of ``simulate``.
-
-    Attributes
-    ----------
-    place : str
-        File and line of the method, for messages; empty if the file names none.
-    """
-
-    duration: float = 10.0
-    step: float = 0.01
-    method: str = ""
-    record_every: int = 1
-    compensated: bool = False
-    tolerance: float = 1e-8
-    place: str = ""
-
-
-@dataclass(frozen=True)
 class Hamiltonian:
     """A system of q' = dH/dp, p' = -dH/dq.
 
@@ -106,6 +90,10 @@ class Hamiltonian:
         In the same order.
     terms : tuple of HamiltonianTerm
         The sum of the terms is H.
+    simulation : RunDefaults
+        Defaults of ``simulate``.
+    method_place : str
+        File and line of the method, for messages; empty if the file names none.
     content : bytes
         All that determines the equations and the start; not how runs are made.
     definitions : mapping
@@ -118,9 +106,10 @@ class Hamiltonian:
     coordinates: tuple[NamedNumber, ...]
     momenta: tuple[NamedNumber, ...]
     terms: tuple[HamiltonianTerm, ...]
+    simulation: RunDefaults
+    method_place: str = ""
     parameters: tuple[NamedNumber, ...] = ()
     outputs: tuple[StateOutput, ...] = ()
-    simulation: RunDefaults = field(default_factory=RunDefaults)
     description: str = ""
     content: bytes = b""
     metadata: Mapping[str, Any] = field(default_factory=dict)
@@ -215,14 +204,6 @@ VARIANCE = "_variance"
 
 
 @dataclass(frozen=True)
-class ColumnFile:
-    """A file of two columns, wave numbers and values, each column given by name or by index."""
-
-    file: str
-    columns: tuple[str, str] = ("", "")
-
-
-@dataclass(frozen=True)
 class Operator:
     """An operator from the white field, or from the result of the operator ``of``, to a field of cells.
 
@@ -239,7 +220,7 @@ class Operator:
     kind: OperatorKind
     formula: Formula = ZERO
     where: tuple[tuple[str, Formula], ...] = ()
-    table: ColumnFile | None = None
+    table: PowerTable | None = None
     axis: int = 0
     of: str = ""
 

@@ -21,7 +21,6 @@ from eomgen.products.fields.documents.document import (
     VARIANCE,
     VOLUME,
     Chains,
-    ColumnFile,
     Data,
     DataKind,
     FieldSystem,
@@ -243,7 +242,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         elif kind == "mask":
             formula = self.formula(f"{key}.mask", value, self.names(self.axes, data), _PLACES)
         elif isinstance(value, PowerTable):
-            more = {"table": ColumnFile(**dict(value))}
+            more = {"table": value}
         elif kind != "white":
             names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
             formula, more = self.formula(f"{key}.{kind}", value, names, _WAVES, inner), {"where": where}

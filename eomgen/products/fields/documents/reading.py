@@ -17,7 +17,6 @@ from eomgen.products.fields.documents.document import (
     Hamiltonian,
     HamiltonianTerm,
     NamedNumber,
-    RunDefaults,
     StateOutput,
 )
 from eomgen.products.fields.documents.entries import FieldEntries, toml_file
@@ -100,7 +99,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         names = replace(names, definitions=self.defined)
         terms = self.terms(names, momentum)
         outputs = self.outputs(names)
-        simulation = self.simulation()
+        self.check_simulation()
         if report.noted:
             return None
         self.check_start(terms, outputs, values)
@@ -110,9 +109,10 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             coordinates,
             momenta,
             tuple(terms),
+            file.simulation,
+            report.where("simulation.method") if "method" in file.simulation.model_fields_set else "",
             tuple(parameters),
             tuple(outputs),
-            simulation,
             file.description,
             self.content_without("simulation"),
             definitions={name: item.text for name, item in self.defined.items()},
@@ -167,15 +167,13 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
                 made.append(StateOutput(name, formula, entry.unit))
         return made
 
-    def simulation(self) -> RunDefaults:
-        keys = self.file.simulation.model_dump(exclude_unset=True)
-        method = keys.get("method")
-        if method == "":
+    def check_simulation(self) -> None:
+        run = self.file.simulation
+        if "method" in run.model_fields_set and not run.method:
             self.report.add("simulation.method", "the method has no name [E0771]", 'method = "omf4", or no key')
-        if "tolerance" in keys and method != "rk45":
+        if "tolerance" in run.model_fields_set and run.method != "rk45":
             fault = "a tolerance belongs to rk45, and other methods take equal steps [E0767]"
             self.report.add("simulation.tolerance", fault, 'method = "rk45"')
-        return RunDefaults(**keys, place=self.report.where("simulation.method") if "method" in keys else "")
 
     def check_start(
         self, terms: list[HamiltonianTerm], outputs: list[StateOutput], values: Mapping[str, float]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import (
@@ -18,10 +18,10 @@ from pydantic import (
     create_model,
     model_validator,
 )
-from pydantic_core import PydanticCustomError, PydanticKnownError
+from pydantic_core import PydanticCustomError
 
 from eomgen.base.messages import NAME_LENGTH
-from eomgen.products.fields.documents.document import LENGTHS, MOST_SEED, TOLERANCES, Chains, RunDefaults
+from eomgen.products.fields.documents.document import LENGTHS, MOST_SEED, TOLERANCES, Chains
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe, is_plain_number, list_of
 
@@ -56,13 +56,6 @@ def _sides(value: object) -> float | tuple[float, ...]:
     return tuple(lengths) if sides is value else lengths[0]
 
 
-def _truth_value(value: object) -> bool:
-    """Return true or false: a literal alone takes the number 1, which is equal to true."""
-    if not isinstance(value, bool):
-        raise PydanticKnownError("bool_type")
-    return value
-
-
 def value_text(value: object) -> str:
     """Return a value as messages say it, lists with their entries."""
     return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list | tuple) else describe(value)
@@ -81,7 +74,7 @@ _POSITIVE = WithJsonSchema({"type": "number", "minimum": 0})
 Positive = Annotated[Finite, Field(gt=0.0), _POSITIVE]
 Guard = Annotated[float, Field(gt=0.0), _POSITIVE]  # inf: none
 Counter = Annotated[int, Field(ge=0)]
-Yes = Annotated[Literal[True], BeforeValidator(_truth_value)]
+Yes = Literal[True]
 Legal = Annotated[str, WithJsonSchema({"type": "string", "pattern": f"^[A-Za-z_][A-Za-z0-9_]{{0,{NAME_LENGTH - 1}}}$"})]
 Counts = Annotated[tuple[int, ...], PlainValidator(_cells), WithJsonSchema(_either({"type": "integer", "minimum": 2}))]
 Sides = Annotated[
@@ -166,45 +159,23 @@ class File(_Named[Legal]):
     description: Description = key("text of one line for tables", "", example='description = "in words"')
 
 
-def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, Any]) -> type[Table]:
-    """Return the schema class of a table whose keys are the fields of the dataclass ``model``, with their defaults.
-    ``descriptions`` has the chosen keys (all if empty) and their descriptions; ``kinds`` has types by field, or by the
-    name of the dataclass's type."""
-    made: dict[str, Any] = {}
-    for item in fields(model):
-        if item.name in descriptions or not descriptions:
-            standard = None if item.default is MISSING else item.default
-            example = f"{item.name} = {json.dumps('...' if standard == '' else standard)}"
-            kind = kinds.get(item.name) or kinds[str(item.type)]
-            made[item.name] = kind, key(descriptions.get(item.name, item.name), standard, example=example)
-    return create_model(model.__name__, __base__=Table, __doc__=model.__doc__, **made)
+class RunDefaults(Table):
+    """The defaults of ``simulate``."""
 
-
-RunTable: Any = _table_of(
-    RunDefaults,
-    {
-        "duration": "time from t = 0 to the end",
-        "step": "length of equal steps",
-        "method": "a composition, implicit_midpoint, gauss<order>, rk4 or rk45",
-        "record_every": "steps between recorded rows",
-        "compensated": "carry rounding errors of sums over to the next ones",
-        "tolerance": "tolerance of rk45",
-    },
-    {
-        "duration": Positive,
-        "step": Positive,
-        "tolerance": Annotated[Positive, Field(ge=TOLERANCES[0], le=TOLERANCES[1])],
-        "record_every": Annotated[int, Field(ge=1)],
-        "str": str,
-        "bool": bool,
-    },
-)
+    duration: Positive = key("time from t = 0 to the end", 10.0, example="duration = 10.0")
+    step: Positive = key("length of equal steps", 0.01, example="step = 0.01")
+    method: str = key("a composition, implicit_midpoint, gauss<order>, rk4 or rk45", "", example='method = "..."')
+    record_every: Annotated[int, Field(ge=1)] = key("steps between recorded rows", 1, example="record_every = 1")
+    compensated: bool = key("carry rounding errors of sums over to the next ones", False, example="compensated = false")
+    tolerance: Annotated[Positive, Field(ge=TOLERANCES[0], le=TOLERANCES[1])] = key(
+        "tolerance of rk45", 1e-8, example="tolerance = 1e-08"
+    )
 
 
 class HamiltonianFile(_Sections[Legal], File):
     """A system of coordinates and momenta."""
 
-    simulation: RunTable = key("defaults of runs", RunTable.model_construct(), example="[simulation]")
+    simulation: RunDefaults = key("defaults of runs", RunDefaults.model_construct(), example="[simulation]")
     repeat: dict[str, Copies] = key("copies", {})
 
 
@@ -302,7 +273,24 @@ class MassTable(Table):
     choice: Literal["fisher", "prior", "unit"] = key("kind of the mass matrix of the momenta", "fisher")
 
 
-SamplingTable: Any = _table_of(Chains, {}, {"guard": Guard, "str": str, "int": Counter, "float": Finite})
+def _sampling_table() -> type[Table]:
+    """Return the schema class of a table whose keys are the fields of ``Chains``, with their defaults."""
+    kinds = {"guard": Guard, "str": str, "int": Counter, "float": Finite}
+    made: dict[str, Any] = {
+        item.name: (
+            kinds.get(item.name) or kinds[str(item.type)],
+            key(
+                item.name,
+                item.default,
+                example=f"{item.name} = {json.dumps('...' if item.default == '' else item.default)}",
+            ),
+        )
+        for item in fields(Chains)
+    }
+    return create_model("Chains", __base__=Table, __doc__=Chains.__doc__, **made)
+
+
+SamplingTable: Any = _sampling_table()
 
 
 class FieldFile(File):

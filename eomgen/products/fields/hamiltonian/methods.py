@@ -149,14 +149,14 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     DescriptionError
         The same fault in the method of the file.
     """
-    run, standard = document.simulation, STANDARD if document.separable else STANDARD_IMPLICIT
+    standard = STANDARD if document.separable else STANDARD_IMPLICIT
     if name is None:
         try:
-            return method_for(document, run.method or standard, first)
+            return method_for(document, document.simulation.method or standard, first)
         except UsageError as error:
-            if not run.place or any(problem.where != "method" for problem in error.problems):
+            if not document.method_place or any(problem.where != "method" for problem in error.problems):
                 raise
-            problems = [Problem(run.place, problem.what, problem.hint) for problem in error.problems]
+            problems = [Problem(document.method_place, problem.what, problem.hint) for problem in error.problems]
             raise DescriptionError(problems) from None
     if not isinstance(name, str):
         raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", '"omf4"'))
@@ -170,7 +170,10 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         return EXPLICIT[key]
     if first not in ("drift", "kick"):
         raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {first!r} [E0329]", "drift"))
-    check_name(key)
+    if not names_composition(key):
+        known = [*(item.name for item in every_composition()), *_STAGES, *EXPLICIT]
+        unknown = f"there is no method {key!r} of Hamiltonian systems [E0779]", nearest(key, known, ELSEWHERE)
+        raise UsageError([Problem("method", *(fault_of_removed("method", key) or unknown))])
     try:
         composition = composition_named(key, "drift" if first == "drift" else "kick")
     except UsageError as error:
@@ -190,12 +193,3 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
 def _collocation(name: str, order: int, fractions: tuple[float, ...], source: str, stages: int) -> Method:
     A, b = gauss_collocation(stages)
     return Method(name, order, "COLLOCATION", fractions, source, stages=stages, A=A, b=b)
-
-
-def check_name(name: str) -> None:
-    """Raise UsageError if no method has a name; makes no method."""
-    key = name.lower().replace("-", "_")
-    if not (key in _STAGES or key in EXPLICIT or names_composition(key)):
-        known = [*(item.name for item in every_composition()), *_STAGES, *EXPLICIT]
-        unknown = f"there is no method {key!r} of Hamiltonian systems [E0779]", nearest(key, known, ELSEWHERE)
-        raise UsageError([Problem("method", *(fault_of_removed("method", key) or unknown))])

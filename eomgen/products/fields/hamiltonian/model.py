@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import Defaults, NamedAttributes, NamedResults, checked_calls
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
@@ -142,17 +142,12 @@ class HamiltonianModel(NamedAttributes):
         self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None = None
     ) -> float:
         """Return the largest modulus of the eigenvalues of the motion linearised about a state, per unit of time."""
-        flow = self._flow(q, p, parameters)
-        return float(np.abs(np.linalg.eigvals(flow)).max()) if np.isfinite(flow).all() else math.inf
-
-    def _flow(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None) -> Array:
-        """Return the matrix (2 n, 2 n) of the linearised motion about a state: d/dt of (dq, dp) is its product with
-        (dq, dp)."""
         n = self.n
         rows = np.eye(2 * n)
         states = [np.broadcast_to(np.asarray(x, float), (2 * n, n)) for x in (q, p)]
         by_q, by_p = self._call("hessian_product", [*states, rows[:, :n], rows[:, n:]], parameters)
-        return np.hstack([by_p, -by_q]).T
+        flow = np.hstack([by_p, -by_q]).T
+        return float(np.abs(np.linalg.eigvals(flow)).max()) if np.isfinite(flow).all() else math.inf
 
     def simulate(
         self,
@@ -362,14 +357,7 @@ class HamiltonianModel(NamedAttributes):
         coordinates."""
         if not method.stability_limit or self.n > 100:
             return ""
-        here = state[: self.n], state[self.n :]
-        flow = self._flow(*here, values)
-        with np.errstate(all="ignore"):
-            twice = np.abs(flow @ flow)
-            bound = math.sqrt(min(twice.sum(axis=0).max(), twice.sum(axis=1).max()))
-        if abs(step) * bound <= method.stability_limit:  # a bound that takes no eigenvalues
-            return ""
-        result = self.largest_frequency(*here, values)
+        result = self.largest_frequency(state[: self.n], state[self.n :], values)
         if not abs(step) * result > method.stability_limit:
             return ""
         return (
@@ -398,6 +386,9 @@ class HamiltonianModel(NamedAttributes):
                     fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed [E0782]"
                     raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
                 rest = {name: value for name, value in given.items() if name != key}
+                if twice := [name for name in of_array if name in rest]:
+                    fault = f"the name {listed(twice)} is given twice, in the array {key} too [E0730]"
+                    raise UsageError(Problem("initial", fault, "one of both"))
                 given = {**dict(zip(of_array, array.tolist(), strict=True)), **rest}
         example = f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays'
         known = _by_name("initial", "coordinate or momentum", given, names, example)

@@ -16,6 +16,7 @@ from eomgen.base.csv_tables import write_table
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import write_arrays
+from eomgen.base.json_text import finite
 from eomgen.base.rounding import SUMMED
 from eomgen.errors import Problem, UsageError
 
@@ -76,12 +77,8 @@ class StepErrors:
 
     def summary(self) -> dict[str, Any]:
         """Return all but the arrays, in JSON types; unknown values are None."""
-        numbers = asdict(self)
-        del numbers["t"], numbers["relative_at"]
-        return {
-            key: None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in numbers.items()
-        }
+        told: dict[str, Any] = finite({k: item for k, item in asdict(self).items() if k not in ("t", "relative_at")})
+        return told
 
 
 def estimate_errors(

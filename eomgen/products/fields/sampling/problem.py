@@ -26,11 +26,11 @@ from eomgen.products.fields.documents.document import (
     OF_PLACES,
     OF_WAVES,
     VARIANCE,
-    ColumnFile,
     Data,
     FieldSystem,
     Operator,
 )
+from eomgen.products.fields.documents.schema import PowerTable
 from eomgen.products.fields.posteriors import (
     CellEnergy,
     FieldPosterior,
@@ -333,7 +333,7 @@ class _FileObjects:
         result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
         return np.array(np.broadcast_to(result, mesh.half))
 
-    def interpolate_power(self, table: ColumnFile) -> Array:
+    def interpolate_power(self, table: PowerTable) -> Array:
         """Return the power spectrum of a file of k and P at the wave numbers, shape ``mesh.half``, linear in the
         logarithms; 0 at k = 0. Raises FileError for a table that is faulty or does not cover the mesh."""
         path = self.system.folder / table.file

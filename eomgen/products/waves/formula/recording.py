@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -141,42 +142,29 @@ class _WaveKernel:
     def __init__(self) -> None:
         self.tape = Tape()
         self.algebra = Algebra(self.tape)
-        self.columns: dict[tuple[float, ...], Scalar] = {}
-        self.references: dict[int, Scalar] = {}
-        self.gathers: dict[tuple[int, ...], Scalar] = {}
+        self.inputs: dict[str, dict[Any, Scalar]] = {"element": {}, "shared": {}, "gather": {}}
+
+    def _input(self, kind: str, key: Any) -> Scalar:
+        known = self.inputs[kind]
+        if key not in known:
+            known[key] = Scalar(self.tape, self.tape.input(kind, len(known)))
+        return known[key]
 
     def column(self, values: tuple[float, ...]) -> Scalar:
         """Return an input of the kernel for numbers that differ from wave to wave; a constant if all are equal."""
-        if len(set(values)) == 1:
-            return self.algebra.scalar(values[0])
-        if values not in self.columns:
-            self.columns[values] = Scalar(self.tape, self.tape.input("element", len(self.columns)))
-        return self.columns[values]
+        return self.algebra.scalar(values[0]) if len(set(values)) == 1 else self._input("element", values)
 
     def share(self, value: Scalar) -> Scalar:
         """Return an input of the kernel for a scalar of the outer tape that is the same for all waves; a constant for a
         constant."""
-        if value.constant is not None:
-            return self.algebra.scalar(value.constant)
-        if value.ref not in self.references:
-            self.references[value.ref] = Scalar(self.tape, self.tape.input("shared", len(self.references)))
-        return self.references[value.ref]
+        constant = value.constant
+        return self._input("shared", value.ref) if constant is None else self.algebra.scalar(constant)
 
     def gather(self, values: Sequence[Scalar]) -> Scalar:
         """Return an input of the kernel for scalars of the outer tape, one for each wave."""
-        slot = tuple(value.ref for value in values)
-        if slot not in self.gathers:
-            self.gathers[slot] = Scalar(self.tape, self.tape.input("gather", len(self.gathers)))
-        return self.gathers[slot]
+        return self._input("gather", tuple(value.ref for value in values))
 
     def loop(self, term: Scalar, count: int, label: str) -> Map:
         """Return the loop that sums a term over the waves."""
-        return Map(
-            self.tape,
-            count,
-            elements=tuple(self.columns),
-            shared=tuple(self.references),
-            gather=tuple(self.gathers),
-            sums=(term.ref,),
-            label=label,
-        )
+        elements, shared, gather = map(tuple, self.inputs.values())
+        return Map(self.tape, count, elements, shared, gather, sums=(term.ref,), label=label)

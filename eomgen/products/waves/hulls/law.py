@@ -24,7 +24,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from eomgen.base.data import dataclass
 from eomgen.formula.nodes import ZERO_VECTOR, Formula
 from eomgen.mechanics.forces.cosserat_beams import LoopInputs
 from eomgen.mechanics.forces.forces import add_load
@@ -66,9 +65,15 @@ _SLIGHT = 1e-9
 _GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 
 
-@dataclass(frozen=True)
 class Member:
-    """A hull in numbers, in SI units; without its axial drag, level and waves.
+    """The geometry, density and coefficients of a hull as scalars, in SI units; without its axial drag, level and
+    waves.
+
+    A missing area is the area of the circle, a missing wet length the whole length.
+
+    Parameters
+    ----------
+    number : gives the scalar of a formula
 
     Attributes
     ----------
@@ -79,17 +84,20 @@ class Member:
     across, along : added mass across the axis, in all, and along it, at the start, kg
     """
 
-    start: Vector
-    axis: Vector
-    length: Scalar
-    diameter: Scalar
-    area: Scalar
-    density: Scalar
-    added: Scalar
-    drag: Scalar
-    wet: Scalar
-    across: Scalar
-    along: Scalar
+    def __init__(self, algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> None:
+        self.start, end = (algebra.vector([number(part) for part in point]) for point in (hull.start, hull.end))
+        span = minus(end, self.start)
+        self.length = algebra.length(span)
+        self.diameter, self.density, self.added = number(hull.diameter), number(hull.density), number(hull.added_mass)
+        if hull.area is None:
+            self.area = (0.25 * math.pi) * (self.diameter * self.diameter)
+        else:
+            self.area = number(hull.area)
+        self.wet = self.length if hull.wet is None else number(hull.wet)
+        self.axis = scaled(algebra.one / self.length, span)
+        self.drag = number(hull.drag)
+        self.across = self.density * self.added * self.area * self.wet
+        self.along = number(hull.axial_added_mass)
 
     @property
     def places(self) -> tuple[Scalar, Scalar]:
@@ -97,37 +105,10 @@ class Member:
         return _GAUSS[0] * self.wet, _GAUSS[1] * self.wet
 
 
-def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> Member:
-    """Return the geometry, density and coefficients of a hull as scalars; ``number`` gives the scalar of a formula.
-
-    A missing area is the area of the circle, a missing wet length the whole length. The added mass across the axis is a
-    mass in kg. Axial drag, level and waves of the hull are not evaluated.
-    """
-    start, end = (algebra.vector([number(part) for part in point]) for point in (hull.start, hull.end))
-    span = minus(end, start)
-    length = algebra.length(span)
-    diameter, density, added = number(hull.diameter), number(hull.density), number(hull.added_mass)
-    area = number(hull.area) if hull.area is not None else (0.25 * math.pi) * (diameter * diameter)
-    wet = number(hull.wet) if hull.wet is not None else length
-    return Member(
-        start=start,
-        axis=scaled(algebra.one / length, span),
-        length=length,
-        diameter=diameter,
-        area=area,
-        density=density,
-        added=added,
-        drag=number(hull.drag),
-        wet=wet,
-        across=density * added * area * wet,
-        along=number(hull.axial_added_mass),
-    )
-
-
 def added_masses(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> tuple[AddedMass, ...]:
     """Return the added mass of a hull in the body's frame: across the axis as two points, along the axis at the start;
     none if 0."""
-    member = member_of(algebra, hull, number)
+    member = Member(algebra, hull, number)
     result: list[AddedMass] = []
     along = outer(member.axis, member.axis)
     across = matrix_plus(algebra.identity, outer(scaled(-1.0, member.axis), member.axis))
@@ -156,11 +137,6 @@ def add_hulls(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> Se
         with quantities.algebra.tape.block(f"water on {'hulls' if len(group) > 1 else 'hull'} {names}"):
             _add_group(loads, group, quantities)
     return ()
-
-
-def add_hull(loads: Loads, item: Hull, quantities: Quantities) -> None:
-    """Add the forces of water on a hull, and the power of these forces."""
-    add_hulls(loads, [item], quantities)
 
 
 def _add_group(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> None:
@@ -199,7 +175,7 @@ class _Axle:
     def __init__(self, item: Hull, quantities: Quantities) -> None:
         kinematics, tree = quantities.kinematics, quantities.tree
         self.item = item
-        self.member: Member = member_of(quantities.algebra, item, quantities.formula)
+        self.member = Member(quantities.algebra, item, quantities.formula)
         mount = tree.mounts[item.body]
         orientation = multiply(kinematics.base.orientation, kinematics.pose(mount.link)[0])
         to_world = multiply(orientation, mount.orientation)
@@ -386,4 +362,4 @@ def _clamp(algebra: Algebra, x: Scalar, least: Scalar) -> Scalar:
     return algebra.call(Op.MIN, algebra.call(Op.MAX, x, least), algebra.one)
 
 
-LAW = Law(Hull, add_hull, together=add_hulls)
+LAW = Law(Hull, lambda loads, item, quantities: None, together=add_hulls)

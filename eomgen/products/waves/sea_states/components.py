@@ -233,14 +233,15 @@ def _with_directions(
 def _check_energy(where: str, energy: Array, band: tuple[float, float]) -> None:
     if not energy.sum() > 0.0:
         fault = f"the spectrum is zero from {band[0]:.6g} to {band[1]:.6g} rad/s [E1173]"
-        raise UsageError(Problem(f"{where}: band", fault))
+        raise UsageError(Problem(f"{where}: band", fault, "a band in which the spectrum has energy"))
 
 
 def _check_division(
     where: str, band: tuple[float, float], depth: float, gravity: float, heading: float, height: float | None
 ) -> None:
     if not 0.0 < band[0] < band[1]:
-        raise UsageError(Problem(f"{where}: band", f"{band} does not increase from above 0 [E1169]", f"{BAND}"))
+        fault = f"{band[0]:.6g} to {band[1]:.6g} does not increase from above 0 [E1169]"
+        raise UsageError(Problem(f"{where}: band", fault, f"band = [{BAND[0]}, {BAND[1]}]"))
     check_depth(where, depth)
     check_number(f"{where}: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
     check_number(f"{where}: heading", heading, "rad")

@@ -26,9 +26,9 @@ def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, abov
         raise UsageError(Problem(where, f"a number is needed, not {type(value).__name__} [E0852]", hint)) from None
     said = f"{number:.6g} {unit}".strip()
     if not math.isfinite(number):
-        raise UsageError(Problem(where, f"{said} is not a finite number [E1040]", hint))
+        raise UsageError(Problem(where, f"{said} is not a finite number [E1040]", hint or "a finite number"))
     if above_zero and not number > 0.0:
-        raise UsageError(Problem(where, f"{said} is not above 0 [E1174]", hint))
+        raise UsageError(Problem(where, f"{said} is not above 0 [E1174]", hint or "a number above 0"))
 
 
 def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -> None:
@@ -182,9 +182,12 @@ class SpectrumTable:
             fault = f"shapes {self.frequencies.shape} and {self.densities.shape} [E1179]"
             raise UsageError(Problem(where, fault, "as many densities as frequencies, two at least"))
         if not np.all(np.diff(self.frequencies) > 0.0) or not self.frequencies[0] > 0.0:
-            raise UsageError(Problem(f"{where}: frequencies", "they have to increase from above 0 [E1183]"))
+            fault = "they have to increase from above 0 [E1183]"
+            raise UsageError(Problem(f"{where}: frequencies", fault, "0.4, 0.7, 1.5"))
         if not np.all(np.isfinite(self.densities)) or not np.all(np.isfinite(self.frequencies)):
-            raise UsageError(Problem(where, "a frequency or a density is not a finite number [E1184]"))
+            raise UsageError(
+                Problem(where, "a frequency or a density is not a finite number [E1184]", "finite numbers")
+            )
         if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
             least, greatest = self.densities.min(), self.densities.max()
             fault = f"the least is {least:.6g} m^2 s/rad, the greatest {greatest:.6g} [E1182]"

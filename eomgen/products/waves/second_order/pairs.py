@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 
 from eomgen.base.data import dataclass
-from eomgen.products.waves.second_order.derived import KERNELS
+from eomgen.products.waves.second_order.kernels import KERNELS
 from eomgen.symbolic.operations import Counts, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
@@ -219,7 +220,7 @@ class PairTape:
         ``names``, with differences of nearly equal numbers in exact form."""
         (i, j), call = self._rows(names), self._algebra.call
         unity, zero = self._algebra.one, self._algebra.zero
-        case, values = self.case, {"g": self._g}
+        case, values = self.case, {"g": self._g, "one": unity}
         for row, name in ((i, "i"), (j, "j")):
             values |= {f"{key}_{name}": row[key] for key in ("kx", "ky", "k", "w", "C", "s", "Ch", "Sh")}
         if case.spread:
@@ -297,4 +298,4 @@ class PairTape:
         return tuple(x.ref for x in (*twice, half * k * Ch * Sh, drift * values["kx_i"], drift * values["ky_i"]))
 
     def _kernel(self, name: str, values: dict[str, Scalar], sign: str) -> list[Scalar]:
-        return KERNELS[name].instantiate(self._algebra, values | self._vector(values, sign))
+        return KERNELS[name](SimpleNamespace(**values | self._vector(values, sign)))

@@ -68,7 +68,7 @@ MOST_WITH_PAIRS = 100
 MOST_WITH_VARIABLES = 500
 Made = TypeVar("Made")
 #: Periods of waves in s: far outside of this range numbers overflow.
-_PERIODS = (1e-6, 1e9)
+PERIODS = (1e-6, 1e9)
 #: Keys that are of spectra alone.
 _OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes", "variables")
 
@@ -76,19 +76,6 @@ _OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes
 def no_waves(name: str) -> WaveField:
     """Return waves in place of refused waves, so that reading can continue to the next problem."""
     return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
-
-
-def _setting(key: str, entry: written.SeaWaves, values: Values) -> tuple[float, float, float]:
-    """Return the depth of the water, m, infinite without a bottom, the time over which waves grow, s, and the level of
-    the water at rest, m; impossible numbers are reported."""
-    numbers: dict[str, float] = {"depth": math.inf} | values.keys(key, entry, "depth", "ramp", "level")
-    depth, ramp = numbers["depth"], numbers["ramp"]
-    if depth <= 0.0:
-        fault = f"the depth {depth:.6g} m is not positive [E1229]"
-        values.report.add(f"{key}.depth", fault, "no depth for water without a bottom")
-    if ramp < 0.0:
-        values.report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative [E1230]", "ramp = 20")
-    return depth, ramp, numbers["level"]
 
 
 def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
@@ -106,7 +93,8 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
         both = "both spectrum and regular say" if entry.spectrum is not None else "neither spectrum nor regular says"
         hint = 'spectrum = { type = "jonswap", height = 3, period = 9 }'
         report.add(key, f"{both} which waves there are [E1231]", hint)
-    depth, ramp, level = _setting(key, entry, values)
+    numbers: dict[str, float] = {"depth": math.inf} | values.keys(key, entry, "depth", "ramp", "level")
+    depth, ramp, level = numbers.values()
     if not gravity > 0.0:
         report.add(key, "waves need gravity, and the scene has none [E1232]", "gravity = [0, 0, -9.81]")
     components: Sequence[WaveComponent] = ()
@@ -190,10 +178,7 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     for number, wave in enumerate(entry.regular or ()):
         path = f"{key}.regular[{number}]"
         amplitude, period, heading, phase = values.keys(path, wave, "amplitude", "period", "heading", "phase").values()
-        if amplitude < 0.0:
-            report.add(f"{path}.amplitude", f"the amplitude {amplitude:.6g} m is negative [E1191]", "the phase + pi")
-        fits = _check_period(f"{path}.period", period, report)
-        if not fits or not amplitude >= 0.0 or math.isnan(period + heading + phase):
+        if report.concerns(path) or math.isnan(amplitude + period + heading + phase):
             continue
         w = 2.0 * math.pi / period
         k = wave_number(w, depth, gravity)
@@ -236,19 +221,19 @@ def _irregular(
     spread, spreading = entry.spreading, None
     exponent = 1.0 if spread is None else values.constant(f"{key}.spreading.exponent", spread.exponent)
     if spread is not None and len(report.noted) == before:
-        spreading = _attempt(f"{key}.spreading", report, "", lambda: Spreading(exponent, heading, spread.directions))
+        spreading = _attempt(f"{key}.spreading", report, lambda: Spreading(exponent, heading, spread.directions))
     if spectrum is None or len(report.noted) > before or math.isnan(heading):
         return [], None
-    if not _check_period(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
+    shortest, longest = PERIODS
+    if not shortest <= (period := 2.0 * math.pi / spectrum.peak) <= longest:
+        fault = f"at the peak the period {period:.6g} s is not from {shortest:g} to {longest:g} s [E1246]"
+        report.add(f"{key}.spectrum", fault, "period = 8")
         return [], None
     if entry.variables and not _can_have_variables(f"{key}.variables", entry, report):
         return [], None
     options: dict[str, Any] = {"depth": depth, "gravity": gravity, "band": (low, high), "spreading": spreading}
     parts = _attempt(
-        key,
-        report,
-        "a band in which the spectrum has energy",
-        lambda: divided(spectrum, entry.components, heading=heading, height=height, **options),
+        key, report, lambda: divided(spectrum, entry.components, heading=heading, height=height, **options)
     )
     if parts is None:
         return [], None
@@ -268,19 +253,6 @@ def _irregular(
     return rows, of_height / height if tunable else None
 
 
-def _check_period(key: str, period: float, report: Report) -> bool:
-    """Return whether the period of waves, or the peak period of a spectrum, in s, is a period of water waves; report
-    other periods."""
-    shortest, longest = _PERIODS
-    if math.isnan(period) or shortest <= period <= longest:
-        return True
-    fault = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s [E1245]"
-    if not key.endswith("period"):
-        fault = f"at the peak the period {period:.6g} s is not from {shortest:g} to {longest:g} s [E1246]"
-    report.add(key, fault, "period = 8")
-    return False
-
-
 def _spectrum(
     key: str, entry: written.SeaSpectrum, gravity: float, values: Values
 ) -> tuple[Spectrum | None, Formula | None]:
@@ -295,25 +267,24 @@ def _spectrum(
     if report.concerns(key) or any(map(math.isnan, number.values())):
         return None, None
     if entry.type == "jonswap":
-        return _attempt(key, report, "", lambda: Jonswap(**number)), height
+        return _attempt(key, report, lambda: Jonswap(**number)), height
     if entry.type == "pierson_moskowitz":
-        return _attempt(key, report, "", lambda: PiersonMoskowitz(number["wind"], gravity)), height
+        return _attempt(key, report, lambda: PiersonMoskowitz(number["wind"], gravity)), height
     points = [values.constants(f"{key}.points[{index}]", pair) for index, pair in enumerate(entry.points or ())]
     if len(points) < 2:
         fault = f"a spectrum needs two points or more, not {len(points)} [E1257]"
         report.add(f"{key}.points", fault, "[[0.4, 0], [0.7, 2], [1.5, 0]]")
         return None, None
-    hint = "frequencies that increase, and no density below 0"
-    return _attempt(f"{key}.points", report, hint, lambda: SpectrumTable(*np.array(points).T), at_key=True), height
+    return _attempt(f"{key}.points", report, lambda: SpectrumTable(*np.array(points).T), at_key=True), height
 
 
-def _attempt(key: str, report: Report, hint: str, make: Callable[[], Made], *, at_key: bool = False) -> Made | None:
+def _attempt(key: str, report: Report, make: Callable[[], Made], *, at_key: bool = False) -> Made | None:
     """Return an object of ``sea_states``; None for a fault, which is reported at the key of the argument with the
-    fault, below ``key``, or ``at_key``. ``hint`` is for faults without a remedy."""
+    fault, below ``key``, or ``at_key``."""
     try:
         return make()
     except UsageError as error:
         problem = error.problems[0]
         word = problem.where.partition(": ")[2]
-        report.add(key if at_key else f"{key}.{word}", problem.what, problem.hint or hint)
+        report.add(key if at_key else f"{key}.{word}", problem.what, problem.hint)
         return None

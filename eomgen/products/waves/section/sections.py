@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from eomgen.base.arrays import Flags, Numbers
 from eomgen.formula.evaluate import symbols
 from eomgen.products.waves.section.level_water import level_gravity
-from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
+from eomgen.products.waves.section.reading import PERIODS, no_waves, read_waves, variables_as_parameters
+from eomgen.scene.reading.requirements import Outside
 from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault_of_variables
 
 if TYPE_CHECKING:
@@ -63,15 +62,23 @@ class _Waves(Section):
         return {"parts": {"waves": tuple(reading.items["waves"].values())}}
 
 
-def _no_height(height: Numbers) -> Flags:
-    return np.less_equal(height, 0.0)
-
+_POSITIVE = Outside(math.ulp(0.0), math.inf)
 
 WAVES = _Waves(
     key="waves",
     entry="eomgen.products.waves.section.schema:SeaWaves",
     method="waves",
-    bounds={"spectrum.height": (_no_height, "the height {0} is not positive [E1258]", "3")},
+    bounds={
+        "spectrum.height": (_POSITIVE, "the height {0} is not positive [E1258]", "3"),
+        "depth": (_POSITIVE, "the depth {0} m is not positive [E1229]", "no depth for water without a bottom"),
+        "ramp": (Outside(0.0, math.inf), "the time {0} s is negative [E1230]", "ramp = 20"),
+        "regular.amplitude": (Outside(0.0, math.inf), "the amplitude {0} m is negative [E1191]", "the phase + pi"),
+        "regular.period": (
+            Outside(*PERIODS),
+            f"the period {{0}} s is not from {PERIODS[0]:g} to {PERIODS[1]:g} s [E1245]",
+            "period = 8",
+        ),
+    },
     after=("random",),
     before=("bodies", "definitions"),
     documentation="""
