@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.integrators.families.adaptive import LARGEST_TOLERANCE, SMALLEST_TOLERANCE
-from eomgen.products.fields.documents.document import TOLERANCES
+from eomgen.products.fields.documents.tables import TOLERANCES
 from tests.hamiltonian.systems import rows_of_program, system
 from tests.hamiltonian.test_hamiltonian import reference
 from tests.hamiltonian.test_implicit_steps import PENDULUM, model

@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``products.fields`` as well.
-WITHIN = ["document", "entries", "field_reading", "reading", "recording", "schema"]
+WITHIN = ["document", "entries", "field_reading", "reading", "recording", "tables"]

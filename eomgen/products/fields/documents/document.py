@@ -17,14 +17,12 @@ from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import ZERO, Formula, infix
 
 if TYPE_CHECKING:
-    from eomgen.products.fields.documents.schema import PowerTable, RunDefaults
+    from eomgen.products.fields.documents.tables import PowerTable, RunDefaults
 
 #: Functions and commands for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
 #: Causes of an H that is infinite or not a number at a start.
 NO_START = "another start, or other parameters: two bodies in one place, a mass of 0, the root of a negative number"
-#: Least and largest tolerance of the adaptive steps of rk45.
-TOLERANCES = (1e-14, 0.1)
 #: Least and largest length of a box: volumes, and squares of wave numbers, have to be numbers.
 LENGTHS = (1e-100, 1e100)
 #: Largest number of steps of a run or trajectory: above it, times of rows are not distinct doubles.

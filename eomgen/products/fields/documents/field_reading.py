@@ -33,9 +33,9 @@ from eomgen.products.fields.documents.schema import (
     KIND,
     FieldFile,
     OperatorTable,
-    PowerTable,
     value_text,
 )
+from eomgen.products.fields.documents.tables import PowerTable
 from eomgen.scene.formula.namespaces import mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.reading.report import Report

@@ -9,7 +9,6 @@ from dataclasses import fields
 from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import (
-    BeforeValidator,
     Discriminator,
     Field,
     PlainValidator,
@@ -21,9 +20,10 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from eomgen.base.messages import NAME_LENGTH
-from eomgen.products.fields.documents.document import LENGTHS, MOST_SEED, TOLERANCES, Chains
+from eomgen.products.fields.documents.document import LENGTHS, MOST_SEED, Chains
+from eomgen.products.fields.documents.tables import NOT_NEGATIVE, PowerTable, RunDefaults
 from eomgen.scene.reading.key_metadata import Table, key, optional
-from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe, is_plain_number, list_of
+from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe, is_plain_number
 
 #: Value of the key ``kind`` in files of Hamiltonian systems.
 KIND = "hamiltonian"
@@ -70,9 +70,7 @@ def _shape(value: object) -> str:
     return "#table" if isinstance(value, Mapping) else "#formula"
 
 
-_POSITIVE = WithJsonSchema({"type": "number", "minimum": 0})
-Positive = Annotated[Finite, Field(gt=0.0), _POSITIVE]
-Guard = Annotated[float, Field(gt=0.0), _POSITIVE]  # inf: none
+Guard = Annotated[float, Field(gt=0.0), NOT_NEGATIVE]  # inf: none
 Counter = Annotated[int, Field(ge=0)]
 Yes = Literal[True]
 Legal = Annotated[str, WithJsonSchema({"type": "string", "pattern": f"^[A-Za-z_][A-Za-z0-9_]{{0,{NAME_LENGTH - 1}}}$"})]
@@ -159,19 +157,6 @@ class File(_Named[Legal]):
     description: Description = key("text of one line for tables", "", example='description = "in words"')
 
 
-class RunDefaults(Table):
-    """The defaults of ``simulate``."""
-
-    duration: Positive = key("time from t = 0 to the end", 10.0, example="duration = 10.0")
-    step: Positive = key("length of equal steps", 0.01, example="step = 0.01")
-    method: str = key("a composition, implicit_midpoint, gauss<order>, rk4 or rk45", "", example='method = "..."')
-    record_every: Annotated[int, Field(ge=1)] = key("steps between recorded rows", 1, example="record_every = 1")
-    compensated: bool = key("carry rounding errors of sums over to the next ones", False, example="compensated = false")
-    tolerance: Annotated[Positive, Field(ge=TOLERANCES[0], le=TOLERANCES[1])] = key(
-        "tolerance of rk45", 1e-8, example="tolerance = 1e-08"
-    )
-
-
 class HamiltonianFile(_Sections[Legal], File):
     """A system of coordinates and momenta."""
 
@@ -188,15 +173,6 @@ class MeshTable(Table):
         example="a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0",
     )
     unit: str = key("unit of length, a label", "", example='unit = "m"')
-
-
-class PowerTable(Table):
-    """A file of two columns, wave numbers and values, each column given by name or by index."""
-
-    file: str = key("k and P", example='file = "power.csv", a table of k and P')
-    columns: Annotated[tuple[str, str], BeforeValidator(list_of(2))] = key(
-        "columns of k and of P", ("", ""), example='columns = ["k", "P"]; the first two if nothing is said'
-    )
 
 
 _Power = Annotated[Annotated[Value, Tag("#formula")] | Annotated[PowerTable, Tag("#table")], Discriminator(_shape)]

@@ -30,7 +30,7 @@ from eomgen.products.fields.documents.document import (
     FieldSystem,
     Operator,
 )
-from eomgen.products.fields.documents.schema import PowerTable
+from eomgen.products.fields.documents.tables import PowerTable
 from eomgen.products.fields.posteriors import (
     CellEnergy,
     FieldPosterior,
