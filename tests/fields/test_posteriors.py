@@ -21,6 +21,7 @@ from eomgen.fields import (
     Record,
     Sampler,
     amplitude,
+    autocorrelation_time,
     difference,
     gaussian,
     lognormal_amplitude,
@@ -28,6 +29,7 @@ from eomgen.fields import (
     negative_binomial,
     poisson,
     smoothing,
+    split_r_hat,
     white,
 )
 from tests.fields.density import counted, density
@@ -297,6 +299,32 @@ def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
         (
             lambda: FieldPosterior(Mesh((4096, 4096, 4096), 1.0), "0", {}),
             "memory: a trajectory on 4096 x 4096 x 4096 cells takes 4.61e+03 GiB, and this machine has",
+        ),
+        (lambda: lognormal_amplitude(MESH, lambda k: -1.0 + 0.0 * k), "power: the power is -1 at k = 0"),
+        (lambda: lognormal_amplitude(MESH, 5e3 * (MESH.wave_numbers > 0.0)), "is not lognormal; try: a covariance abo"),
+        (lambda: made("1/(s - s)"), "cell energy: div(1, 0) in a formula has no finite value for any state"),
+        (
+            lambda: made("exp(exp(9*s))").mass("fisher"),
+            "mass: the curvature of the energy of a cell has no finite mean",
+        ),
+        (lambda: FieldPosterior(MESH, "0", {}).mass("unit"), "mass: a unit mass of the field needs one field"),
+        (
+            lambda: FieldPosterior(MESH, "s", {"s": difference(MESH, 0)}).mass("unit"),
+            "mass: a unit mass of the field needs one field whose filter is 0 at no wave number",
+        ),
+        (
+            lambda: made("exp(exp(9*s))").largest_frequency(9.0 * MESH.white(stream())),
+            "largest_frequency: second derivatives of U are not finite here",
+        ),
+        (lambda: autocorrelation_time(np.ones((2, 3))), "chains: samples of the shape (2, 3) are not chains of four"),
+        (lambda: split_r_hat(np.ones(9)), "chains: samples of the shape (9,) are not chains of four samples or more"),
+        (
+            lambda: Sampler(made("exp(exp(9*s))"), start=[9.0 * MESH.white(stream())], mass="prior"),
+            "Sampler: start: U is inf at the start of chain 0",
+        ),
+        (
+            lambda: Sampler(made("s**2"), start=None).take({}, {}, "file"),
+            "file: this is not a file of chains: spectra is missing; try: a file of Sampler.save",
         ),
         (lambda: made("log(1e-300*s - 1)").mode(), "mode: U is nan at the start; try: another start, or an energy"),
         (lambda: made("log(1 + s**2)").mode(iterations=0, tolerance=-1.0), "mode: Newton's method has left a gradient"),

@@ -16,6 +16,7 @@ from eomgen.errors import EomgenError
 from eomgen.fields import (
     FieldPosterior,
     Mesh,
+    Outcome,
     Sampler,
     Samples,
     amplitude,
@@ -190,6 +191,32 @@ def test_a_warm_up_finds_the_step() -> None:
     samples = sampler.draw(120)
     assert samples.acceptance == pytest.approx(0.651, abs=0.12)
     assert samples.steps[0] <= sampler.largest_step
+
+
+def test_steps_of_a_warm_up_are_halved_and_then_changed_less_and_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By outcomes that are given; frequencies are looked at after each 20th trajectory that was accepted."""
+    mesh = Mesh((4, 4), 1.0)
+    sampler = Sampler(
+        FieldPosterior(mesh, "s**4", {"s": white(mesh)}), step=0.5, start="zero", mass="prior", jitter=0.0
+    )
+    (chain,) = sampler.chains
+    first, most = chain.step, sampler.largest_step
+    errors = [math.inf, math.inf, 0.2, -1.0, *[3.0] * 17]
+    ends = iter(Outcome(error, error < 2.0 or number == 20, 1) for number, error in enumerate(errors, 1))
+    monkeypatch.setattr(sampler, "_trajectory", lambda chain, stop: next(ends, None))
+    monkeypatch.setattr(type(sampler.posterior), "largest_frequency", lambda self, spectrum, mass: 7.0)
+    seen: list[float] = []
+    assert not sampler.warm_up(30, 0.8, seen=lambda number, outcome, potential: seen.append(chain.step))
+    expected = [first / 2, first / 4]
+    for tried, error in enumerate(errors[2:]):
+        gain = math.exp((math.exp(-max(error, 0.0)) - 0.8) / math.sqrt(1.0 + tried))
+        expected.append(min(expected[-1] * gain, most if tried < 17 else sampler.largest_step))
+    assert seen == pytest.approx(expected, rel=1e-13)
+    assert chain.warmed == 21 and sampler.frequency == 7.0 and sampler.largest_step < most
+    kept = list(chain.tried)
+    assert sampler.warm_up(21, 0.8, goes_on=True)
+    assert chain.step == pytest.approx(min(math.exp(np.mean(kept[9:])), sampler.largest_step), rel=1e-13)
+    assert len(kept) == 19 and chain.tried == []
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from eomgen.base.threads import share
 from eomgen.errors import EomgenError
 from eomgen.fields import FieldPosterior, Mesh, Sampler, amplitude, difference, follow, mask, white
 from eomgen.integrators.compositions import composition_named
+from eomgen.products.fields.posteriors.cells import CellRoutines
 from tests.fields.density import counted, optimised
 
 __all__ = ["optimised"]
@@ -102,6 +103,22 @@ def test_trajectories_go_back_and_samples_come_again(transforms: str, precision:
     assert np.array_equal(one.cells, again.cells) and np.array_equal(one.energy_errors, again.energy_errors)
     assert one.energy_errors == pytest.approx(other.energy_errors, abs=1e-4 if precision == "single" else 1e-10)
     assert one.power == pytest.approx(other.power, rel=1e-5 if precision == "single" else 1e-10, nan_ok=True)
+
+
+def test_threads_get_the_same_parts_of_each_array(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 1024 numbers or a multiple, but for the last; small arrays, and those of one thread, are not cut."""
+    routines = CellRoutines.__new__(CellRoutines)
+    one, two = np.arange(5000.0).reshape(50, 100), np.arange(5000.0) + 0.5
+    parts: list[tuple[Any, ...]] = []
+    for threads, shared, lengths in ((2, 5000, [3072, 1928]), (2, 5001, [50]), (1, 1, [50]), (4, 1, [2048, 2048, 904])):
+        parts.clear()
+        monkeypatch.setattr("eomgen.products.fields.posteriors.cells._SHARED", shared)
+        routines.threads = threads
+        routines._share(lambda *arrays: parts.append(arrays), None, one, two)
+        parts.sort(key=lambda arrays: float(arrays[2][0]))
+        assert [len(arrays[1]) for arrays in parts] == lengths and all(arrays[0] is None for arrays in parts)
+        for number, whole in ((1, one), (2, two)):
+            assert np.array_equal(np.concatenate([arrays[number].ravel() for arrays in parts]), whole.ravel())
 
 
 @pytest.mark.slow_cases("single")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import netCDF4
@@ -15,6 +16,7 @@ from scipy.io import netcdf_file
 
 import eomgen
 from eomgen.errors import DescriptionError, ModelError
+from eomgen.products.maps.section import MapEntry, _Grid, _GridError
 from eomgen.products.maps.surface import MapSurface
 from tests.models.cache import shared_cache
 
@@ -268,6 +270,51 @@ def test_netcdf_files_are_scaled_turned_and_without_missing_values(tmp_path: Pat
     assert "a node of the arguments is not a number" in refusal(_file(tmp_path, table))
     (tmp_path / "grid.nc").write_bytes((tmp_path / "grid.nc").read_bytes()[:60])
     assert "the file cannot be read as NetCDF" in refusal(_file(tmp_path, table))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"value": "w"}, "there is no variable 'w'; try: one of "),
+        (
+            {"value": "flat"},
+            "the variables have the shapes (3,), (2,) and (3,), not (n,), (m,) and (n, m); try: the arg",
+        ),
+        ({"x": "z"}, "the variables have the shapes (3, 2), (2,) and (3, 2), not"),
+        ({}, "the value at x = 1, y = 1 is not a number, or the file's mark of a missing value; try: a grid without"),
+    ],
+)
+def test_variables_of_netcdf_that_are_no_grid(change: dict[str, str], message: str, tmp_path: Path) -> None:
+    with netcdf_file(tmp_path / "grid.nc", "w") as file:
+        file.createDimension("x", 3)
+        file.createDimension("y", 2)
+        for name, axes, data in (
+            ("x", ("x",), np.arange(3.0)),
+            ("y", ("y",), np.arange(2.0)),
+            ("z", ("x", "y"), np.ones((3, 2))),
+            ("flat", ("x",), np.ones(3)),
+        ):
+            file.createVariable(name, "d", axes)[:] = data
+        file.variables["z"][1, 1] = np.nan
+    assert message in refusal(_file(tmp_path, {"file": "grid.nc", "x": "x", "y": "y", "value": "z", **change}))
+
+
+@pytest.mark.parametrize(
+    ("shape", "fits"),
+    [((200, 3), True), ((201, 200), True), ((201, 201), False), ((500, 200), True), ((501, 200), False)],
+)
+def test_grids_have_so_many_nodes_at_most(shape: tuple[int, int], fits: bool) -> None:
+    grid = _Grid("maps.m", "m", MapEntry(outside="hold"), SimpleNamespace(report=None), Path())  # type: ignore[arg-type]
+    x, y = (np.arange(float(count)) for count in shape)
+    if fits:
+        grid._check(x, y, np.zeros(shape))
+        return
+    with pytest.raises(_GridError) as raised:
+        grid._check(x, y, np.zeros(shape))
+    assert (
+        f"the grid has {shape[0]} x {shape[1]} nodes, more than 100000 or than 200 along both axes"
+        in raised.value.args[1]
+    )
 
 
 def test_files_of_netcdf_4_and_their_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

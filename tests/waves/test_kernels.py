@@ -12,7 +12,10 @@ from mpmath import cosh, hypot, mpf
 
 from eomgen.products.waves.second_order.pairs import COLUMNS, Case, PairTape
 from eomgen.products.waves.second_order.routines import routines
-from eomgen.waves import Components, Sea
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.scalar import Algebra
+from eomgen.symbolic.tape import Tape
+from eomgen.waves import Components, Sea, WaveNumber, gravity_waves
 from tests.waves import oracle
 from tests.waves.residuals import second_order_residuals
 
@@ -90,6 +93,16 @@ def _compare(
             expected *= 2 * cosh(length * (c + mpf(depth))) / cosh(length * mpf(depth))
         floor = 1e-15 * natural.get(name[0], k / abs(math.tanh(k * depth)) ** 2)
         assert abs(found[name] - expected) <= 1e-9 * abs(expected) + floor, (name, vectors, c)
+
+
+def test_functions_of_dispersion_relations_are_those_of_numpy() -> None:
+    algebra = Algebra(Tape())
+    wave = WaveNumber(*algebra.block("w", 5), algebra)
+    found = [wave.sqrt(wave.k), wave.tanh(wave.kx), wave.exp(wave.ky), wave.gravity_waves, gravity_waves(wave)]
+    kx, ky, k, g, h = numbers = np.array([0.3, -0.4, 0.5, 9.81, 1.7])
+    values = evaluate(algebra.tape, [item.ref for item in found], {"w": numbers})
+    w = math.sqrt(g * k * math.tanh(k * h))
+    assert values == pytest.approx([math.sqrt(k), math.tanh(kx), math.exp(ky), w, w], rel=1e-15)
 
 
 def test_operations_of_a_pair_are_within_their_budgets() -> None:

@@ -44,6 +44,18 @@ def test_velocity_and_acceleration_are_those_of_positions(sea: Sea) -> None:
     assert now.acceleration == pytest.approx((after.velocity - before.velocity) / (2.0 * d), abs=1e-8)
 
 
+def test_fixed_points_have_the_motion_of_the_particles_there(sea: Sea) -> None:
+    """In the shape of the points; the surface rises by w less the slope along the motion."""
+    x, y, t, d = *np.meshgrid([-20.0, 5.0, 9.0], [1.0, 30.0]), 3.0, 1e-4
+    there = sea.at(np.column_stack((x.ravel(), y.ravel())), t)
+    assert np.array_equal(sea.velocity(x, y, t), there.velocity.reshape(2, 3, 3))
+    assert np.array_equal(sea.acceleration(x, y, t), there.acceleration.reshape(2, 3, 3))
+    slope = sea.surface(sea.labels_at(np.column_stack((x.ravel(), y.ravel())), t), t).slope.reshape(2, 3, 2)
+    u, v, w = np.moveaxis(sea.velocity(x, y, t), -1, 0)
+    rising = (sea.elevation(x, y, t + d) - sea.elevation(x, y, t - d)) / (2.0 * d)
+    assert rising == pytest.approx(w - u * slope[..., 0] - v * slope[..., 1], abs=1e-7)
+
+
 def test_slopes_and_curvature_are_those_of_elevations(sea: Sea) -> None:
     points, t, d = LABELS[:5], 3.0, 1e-2
     labels = sea.labels_at(points, t)

@@ -22,6 +22,7 @@ from eomgen.formula.prescribed_motion import smooth
 from eomgen.formula.recording import record
 from eomgen.mechanics.describe import describe
 from eomgen.products.waves.formula.fields import WaveField
+from eomgen.products.waves.info import described_hulls, described_waves, print_waves
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, SceneNames
 from eomgen.scene.load import from_data
@@ -31,6 +32,7 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Tape
+from eomgen.waves import Jonswap, divided
 
 GRAVITY = 9.81
 SEA: dict[str, Any] = {
@@ -404,6 +406,36 @@ def test_a_base_may_go_up_and_down_alone() -> None:
     up = run.outputs["mast"] - run.outputs["deck"]
     np.testing.assert_allclose(up, np.tile([0.0, 0.0, 1.0], (len(run.t), 1)), rtol=0, atol=1e-14)
     assert np.ptp(run.outputs["deck"][:, 2]) > 1e-3
+
+
+def test_a_base_that_follows_without_tilt_has_no_rotations() -> None:
+    for tilt, turns in ((False, 0), (True, 2)):
+        scene = from_data(_pendulum_on({"follow": {"waves": "sea", "tilt": tilt}, "position": [3, -1, 0.25]}))
+        assert len(scene.base.rotations) == turns
+        height = evaluate_batch(scene.base.position[2], lambda symbol: np.array([4.0]))
+        expected = 0.25 + 0.5 + _waves(from_data(_data(SEA | {"ramp": 3}))).value("elevation", 0, 3.0, -1.0, 4.0)
+        assert height == pytest.approx(expected, rel=1e-12)
+
+
+def test_info_has_the_height_the_periods_and_the_lengths_of_seas(capsys: pytest.CaptureFixture[str]) -> None:
+    regular = [{"amplitude": 1.0, "period": 8}, {"amplitude": 0.5, "period": 10, "heading": 1}]
+    lengths = [GRAVITY * period**2 / (2 * math.pi) for period in (8, 10)]
+    hull = {"body": "float", "start": [0, 0, -1], "end": [0, 0, 1], "diameter": 1, "waves": "sea", "stations": 3}
+    scene = _scene({"regular": regular, "order": 2, "level": 0.5}, hulls={"h": hull})
+    (row,) = described_waves(scene)
+    assert (row["waves"], row["bound_waves"], row["level"], row["depth"]) == (2, 4, 0.5, None)
+    assert row["height"] == pytest.approx(4 * math.sqrt(1.25 / 2))
+    assert row["periods"] == pytest.approx([8, 10]) and row["lengths"] == pytest.approx(lengths)
+    hulls = described_hulls(scene)
+    assert hulls == [{"name": "h", "body": "float", "waves": "sea", "stations": 3, "moves_water": True}]
+    varied = SEA | {"variables": True, "spreading": None}
+    (known,) = described_waves(_scene(varied))
+    parts = divided(Jonswap(3.0, 9.0), 7, depth=30.0, height=3.0)
+    assert known["height"] == pytest.approx(parts.height) and len(known["variables"]) == 14
+    print_waves({"waves": [row, known], "hulls": hulls})
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert lines[3][:7] == ["sea", "2", "4", "3.16228", "8", "to", "10"] and "none" in lines[3]
+    assert lines[-1] == ["h", "float", "sea", "3", "True"]
 
 
 def test_a_base_follows_waves_that_are_there() -> None:

@@ -80,6 +80,10 @@ OF_SEAS: list[tuple[Callable[[], Any], str]] = [
     (lambda: _sea().motion([[0.0, 0.0]], "now"), "Sea: time: a number is needed, not str"),  # type: ignore[arg-type]
     (lambda: _sea().elevation(np.zeros(3), 0.0, math.inf), "Sea: time: inf s is not a finite number"),
     (lambda: _sea().elevation(np.zeros(3), np.zeros(2), 0.0), "Sea: x and y: shapes (3,) and (2,) do not go together"),
+    (
+        lambda: _sea(VECTORS * [[1.0, 1.0], [0.0, 1.0]] + [[0.0, 0.02], [0.06, 0.0]]).profile(64, 0.0),
+        "several directions",
+    ),
     (lambda: Sea(SWELL.realisation(0)).profile(512, math.nan), "Sea: time: nan s is not a finite number"),
     (lambda: Sea(SWELL.realisation(0)).profile(16, 0.0), "Sea.profile: count: 16 labels are too few; try:"),
     (lambda: Sea(SWELL.realisation(0)).profile(4096.5, 0.0), "count: 4096.5 is not a whole number from 1 on; try: 69"),  # type: ignore[arg-type]
