@@ -36,26 +36,6 @@ def test_shares_of_folded_images_are_those_of_the_table(over_velocity: float, he
     assert Radar(over_velocity, INCIDENCE).fold_probability(swell) == pytest.approx(table, abs=1e-4)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("over_velocity", [30.0, 60.0, 120.0])
-def test_images_fold_as_often_as_the_closed_form_says(over_velocity: float) -> None:
-    radar = Radar(over_velocity, INCIDENCE)
-    random = np.random.default_rng(7)
-    for heading, direction in ((0.0, 1), (math.pi, -1)):
-        swell = discretized(Jonswap(2.0, 10.0), height=2.0, heading=heading)
-        probability = radar.fold_probability(swell)
-        sea, folded, labels = Sea(swell.realisation(1), order=1), 0, 0
-        for _ in range(400):
-            normal = random.normal(size=(len(swell.energy), 2))
-            amplitude, phase = np.sqrt(swell.energy) * np.hypot(*normal.T), np.arctan2(*normal.T)
-            profile = sea.with_waves(Components(swell.vectors, amplitude, phase)).profile(1024, 0.0)
-            k = 2.0 * math.pi * np.fft.rfftfreq(1024, profile.labels[1])
-            rate = np.fft.irfft(1j * k * np.fft.rfft(profile.w), 1024)
-            seen = direction * profile.xa + radar.range_to_velocity * math.cos(INCIDENCE) * rate
-            folded, labels = folded + np.count_nonzero(direction * seen < 0.0), labels + len(seen)
-        assert folded / labels == pytest.approx(probability, abs=0.002)
-
-
 def test_the_velocity_and_the_cut_off_are_those_of_the_benchmark() -> None:
     swell = discretized(Jonswap(2.0, 10.0), height=2.0)
     assert Radar(120.0, INCIDENCE).velocity_deviation(swell) == pytest.approx(0.353, abs=5e-4)

@@ -102,22 +102,3 @@ def test_the_density_of_slopes_is_one() -> None:
     tail, _ = quad(lambda s: float(known.slope_density(s)), 0.5, np.inf)
     assert 2.0 * tail == pytest.approx(4.21e-4, rel=5e-3)
     assert math.log10(known.fold_probability) == pytest.approx(math.log10(4.9e-15), abs=0.02)
-
-
-@pytest.mark.slow
-def test_slopes_and_specular_points_are_those_of_the_closed_forms() -> None:
-    """On labels 0.3 m apart: points between two of which the slope passes through its value twice are missed."""
-    spectrum = storm(7.0, 64.0 * 2.0 * math.pi / (0.2 * math.pi) ** 2 * 9.81)
-    known, labels = statistics_of(spectrum), 32768
-    slopes = np.array([0.0, 0.1, 0.2, 0.3, 0.5])
-    crossings, length, steep = np.zeros(len(slopes)), 0.0, 0.0
-    for profile in profiles(spectrum, 1, 300, labels):
-        length += float(profile.labels[1]) * labels
-        steep += float(np.sum(profile.xa * (np.abs(profile.slope) > 0.5)) * profile.labels[1])
-        for number, slope in enumerate(slopes):
-            above = profile.za - slope * profile.xa > 0.0
-            crossings[number] += np.count_nonzero(above != np.roll(above, 1))
-    expected = known.specular_points(slopes)
-    assert crossings[:4] / length == pytest.approx(expected[:4], rel=8e-3)
-    assert crossings[4] / length == pytest.approx(expected[4], rel=0.1)  # about 900 points
-    assert steep / length == pytest.approx(4.21e-4, rel=0.08)  # of 300 pairs of seas

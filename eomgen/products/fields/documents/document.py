@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -110,7 +110,6 @@ class Hamiltonian:
     outputs: tuple[StateOutput, ...] = ()
     description: str = ""
     content: bytes = b""
-    metadata: Mapping[str, Any] = field(default_factory=dict)
     definitions: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 

@@ -18,7 +18,7 @@ import importlib
 import math
 import os
 from collections.abc import Sequence
-from typing import Any, Literal, overload
+from typing import Any, overload
 
 import numpy as np
 import scipy.fft
@@ -295,10 +295,7 @@ def _bins(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], 
         return number, inside, np.asarray(count, float), of_k / count
 
 
-Library = Literal["scipy", "fftw"]
-LIBRARIES: tuple[Library, ...] = ("scipy", "fftw")
-Precision = Literal["double", "single"]
-PRECISIONS: tuple[Precision, ...] = ("double", "single")
+LIBRARIES, PRECISIONS = ("scipy", "fftw"), ("double", "single")
 
 
 #: Number of cells from which on columns along the first of three axes are copied to a buffer: the distances of columns
