@@ -9,10 +9,9 @@ from typing import Any
 from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.errors import Message
-from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Operation
 from eomgen.products.fields.documents.document import (
-    NO_START,
     Dependence,
     Hamiltonian,
     HamiltonianTerm,
@@ -86,7 +85,6 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             return None
         coordinates, momenta = zip(*pairs, strict=True)
         momentum = {item.name for item in momenta}
-        values = {item.name: item.value for item in (*parameters, *coordinates, *momenta)}
         keyed_names = [(f"coordinates.{q.name}", item.name) for q, p in pairs for item in (q, p)]
         time = "t is the time, of which H does not depend [E0764]", "another name"
         self.check_names([*self.keys_in("parameters"), *keyed_names, *self.keys_in("definitions")], {"t": time})
@@ -102,7 +100,6 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         self.check_simulation()
         if report.noted:
             return None
-        self.check_start(terms, outputs, values)
         resting = self.check_momenta({symbol.name for term in terms for symbol in symbols(term.formula)}, pairs)
         return Hamiltonian(
             file.name,
@@ -174,24 +171,6 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         if "tolerance" in run.model_fields_set and run.method != "rk45":
             fault = "a tolerance belongs to rk45, and other methods take equal steps [E0767]"
             self.report.add("simulation.tolerance", fault, 'method = "rk45"')
-
-    def check_start(
-        self, terms: list[HamiltonianTerm], outputs: list[StateOutput], values: Mapping[str, float]
-    ) -> None:
-        """Report terms and outputs that have no finite real value at the start; ``values`` has all numbers by name."""
-        named = [(f"hamiltonian.{term.name}", term.formula) for term in terms]
-        named += [(f"outputs.{output.name}", output.formula) for output in outputs]
-        for key, formula in named:
-            where = "hamiltonian" if key == "hamiltonian.hamiltonian" else key
-            if self.report.concerns(where):
-                continue
-            try:
-                evaluate(formula, lambda symbol: values[symbol.name])
-            except ArithmeticError as error:
-                of_states = sorted({symbol.name for symbol in symbols(formula)})
-                at = ", ".join(f"{name} = {values[name]:.6g}" for name in of_states[:6])
-                fault = f"it has no finite real value at the start, where {at}: {error} [E0772]"
-                self.report.add(where, fault, NO_START)
 
     def check_momenta(self, used: Collection[str], pairs: Sequence[tuple[NamedNumber, NamedNumber]]) -> list[str]:
         """Report coordinates that stay at rest: neither the coordinate nor the momentum is among the names ``used`` by

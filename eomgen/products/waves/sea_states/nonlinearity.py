@@ -97,10 +97,7 @@ def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:
 def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
     """Return the indices of both free waves, and the sign of the second phase, for each bound wave of n free waves. The
     order is as in ``bound_waves``."""
-    result = []
-    for sign, first, second in _pairs(n):
-        result += [(int(i), int(j), int(sign)) for i, j in zip(first, second, strict=True)]
-    return result
+    return [(int(i), int(j), int(sign)) for sign, *pairs in _pairs(n) for i, j in zip(*pairs, strict=True)]
 
 
 def bound_waves(

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 from eomgen.base.data import dataclass
 from eomgen.products.waves.second_order.kernels import KERNELS
-from eomgen.symbolic.operations import Counts, Op
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
@@ -156,11 +156,6 @@ class PairTape:
         self.pair = self._pair()
         self.degenerate = self._degenerate() if case.spread else ()
         self.own = self._own()
-
-    @property
-    def counts(self) -> Counts:
-        """The operations of a pair."""
-        return self.tape.counts(self.pair)
 
     # -- components -------------------------------------------------------------------------------------------------
 

@@ -114,26 +114,16 @@ class Routines:
         """How many labels are taken side by side."""
         return int(self._sums[1].eomgen_wave_lanes())
 
-    def components(self, vectors: Array, p: Array) -> Array:
-        """Return the table of components, (len(COLUMNS), n), of wave vectors (n, 2) and (g, h, c)."""
-        n = len(vectors)
-        return self._table("components", n, (len(COLUMNS), n), np.ascontiguousarray(vectors, dtype=float), p)
-
-    def own(self, columns: Array, p: Array) -> Array:
-        """Return the self-interactions of components, (len(OWN), n)."""
-        n = columns.shape[1]
-        return self._table("own", n, (len(OWN), n), columns, p)
-
-    def pairs(self, columns: Array, p: Array) -> Array:
-        """Return the table of pairs, (entries, n (n - 1)/2)."""
-        n = columns.shape[1]
-        return self._table("pairs", n, (len(self.case.entries), n * (n - 1) // 2), columns, p)
-
-    def _table(self, name: str, n: int, shape: tuple[int, int], *arrays: Array) -> Array:
+    def table(self, name: Literal["components", "own", "pairs"], rows: Array, p: Array) -> Array:
+        """Return a table, of (g, h, c): of ``components``, (len(COLUMNS), n), by their wave vectors (n, 2); by this
+        table of their self-interactions (``own``), (len(OWN), n), or of ``pairs``, (entries, n (n - 1)/2)."""
         ffi, lib = self._tables
-        table = np.empty(shape)
-        getattr(lib, f"eomgen_wave_{name}")(n, *(ffi.from_buffer("double[]", x) for x in (*arrays, table)))
-        return table
+        n = len(rows) if name == "components" else rows.shape[1]
+        entries = len(self.case.entries), n * (n - 1) // 2
+        result = np.empty({"components": (len(COLUMNS), n), "own": (len(OWN), n), "pairs": entries}[name])
+        arrays = (np.ascontiguousarray(rows, dtype=float), p, result)
+        getattr(lib, f"eomgen_wave_{name}")(n, *(ffi.from_buffer("double[]", array) for array in arrays))
+        return result
 
     def sums(
         self,

@@ -84,7 +84,7 @@ class Sea:
         self.spread = bool(np.any(np.abs(across) > 1e-14 * np.abs(along)) or np.any(along <= 0.0))
         #: columns: the direction of the waves and the orthogonal direction, for waves of one direction
         self._axes = np.eye(2) if self.spread else np.array([heading, [-heading[1], heading[0]]]).T
-        columns = self._of(surface=True).components(vectors, self._numbers(0.0))
+        columns = self._of(surface=True).table("components", vectors, self._numbers(0.0))
         self._order = np.argsort(columns[COLUMNS.index("w")], kind="stable")
         self.vectors = np.ascontiguousarray(vectors[self._order])
         self.amplitude, self.phase = self._in_order(components)
@@ -196,9 +196,9 @@ class Sea:
             raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
         routines, p = self._of(surface=c == 0.0), self._numbers(c)
         constants = np.array([self.gravity, p[1], p[2]])
-        columns = routines.components(self.vectors, constants)
-        self_table = routines.own(columns, p)
-        table = routines.pairs(columns, p) if self.order == 2 else None
+        columns = routines.table("components", self.vectors, constants)
+        self_table = routines.table("own", columns, p)
+        table = routines.table("pairs", columns, p) if self.order == 2 else None
         if self.vorticity == "gerstner":
             # a steady shear flow against the drift: free of divergence, without effect on second order
             for names, rows in ((OWN, self_table), (self._entries, table)):
