@@ -399,15 +399,6 @@ def test_a_base_that_follows_waves_has_their_height_and_tilt() -> None:
     np.testing.assert_allclose(run.outputs["tip"], other.outputs["tip"], rtol=0, atol=1e-10)
 
 
-@pytest.mark.slow
-def test_a_base_may_go_up_and_down_alone() -> None:
-    level = {"follow": {"waves": "sea", "tilt": False}, "position": [3, 0, 0]}
-    run = eomgen.build(from_data(_pendulum_on(level))).simulate(0.5)
-    up = run.outputs["mast"] - run.outputs["deck"]
-    np.testing.assert_allclose(up, np.tile([0.0, 0.0, 1.0], (len(run.t), 1)), rtol=0, atol=1e-14)
-    assert np.ptp(run.outputs["deck"][:, 2]) > 1e-3
-
-
 def test_a_base_that_follows_without_tilt_has_no_rotations() -> None:
     for tilt, turns in ((False, 0), (True, 2)):
         scene = from_data(_pendulum_on({"follow": {"waves": "sea", "tilt": tilt}, "position": [3, -1, 0.25]}))

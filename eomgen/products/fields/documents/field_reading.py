@@ -124,15 +124,15 @@ class _FieldReader(FieldEntries[FieldFile]):
         operator_names = self.names_in("operators")
         more = (*self.axes, *_with_variances(operator_names), *self.names_in("data"))
         self.definitions(self.names(self.waves, more), _ANYWHERE)
-        numbers = self.columns()
-        operators = self.operators([item.name for item in numbers if item.kind not in DRAWN])
+        kinds = self.kinds_of_data()
+        operators = self.operators([name for name, kind in kinds.items() if kind not in DRAWN])
+        numbers = self.numbers_in_cells(kinds, operators)
         truth = self.truth(numbers)
         energy, where = _text(file.cell.energy), {name: _text(text) for name, text in file.cell.where.items()}
         before = {item.of for item in operators}
         fields = tuple(item.name for item in operators if item.name not in before)
         columns: tuple[str, ...] = ()
         if not (report.concerns("operators") or report.concerns("data")):  # else names are unknown because of faults
-            numbers = self.read_random_data(numbers, operators)
             named, columns = self.names_in_cell(energy, where, operators, numbers)
             fields = named or fields
         sampling = self.sampling(fields)
@@ -279,47 +279,39 @@ class _FieldReader(FieldEntries[FieldFile]):
 
     # -- data --------------------------------------------------------------------------------------------------------
 
-    def columns(self) -> list[Data]:
-        """Return data of all kinds, without the formulas of random data, which ``read_random_data`` reads later. Faults
-        are reported; entries without exactly one kind are left out."""
+    def kinds_of_data(self) -> dict[str, DataKind]:
+        """Return the kind of each entry; entries without exactly one are reported and left out."""
+        kinds = {name: self.kind_of(f"data.{name}", entry, DATA_KINDS) for name, entry in self.file.data.items()}
+        return {name: kind for name, kind in kinds.items() if kind is not None}
+
+    def numbers_in_cells(self, kinds: Mapping[str, DataKind], operators: Sequence[Operator]) -> list[Data]:
+        """Return the data of all kinds; random data have formulas of mean and spread, which may use fields of the
+        truth, and are read if no operator or entry has a fault. Faults, such as a missing spread, are reported."""
         made: list[Data] = []
-        for name, entry in self.file.data.items():
-            key = f"data.{name}"
-            kind: DataKind | None = self.kind_of(key, entry, DATA_KINDS)
-            if kind is None:
-                continue
+        faulty = self.report.concerns("operators") or self.report.concerns("data")
+        operator_names = _with_variances(item.name for item in operators)
+        for name, kind in kinds.items():
+            key, entry = f"data.{name}", self.file.data[name]
             least = 0.0 if name in _NOT_NEGATIVE else None
             if entry.minimum is not None:
                 least, _ = self.number(f"{key}.minimum", entry.minimum, self.known)
             inner = f"{key}.{kind}" if isinstance(self.data["data"][name], Mapping) else key
             read: Formula | None = ZERO
+            spread: Formula | None = None
             if kind == "file" and not str(entry.file).lower().endswith(DATA_FILES):
                 fault = f"{shown(entry.file)} is not a file of data [E0742]"
                 self.report.add(inner, fault, "a path that ends with .npy or .csv")
             elif kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
                 read = self.formula(inner, getattr(entry, kind), self.names(self.axes, above), _PLACES)
-            made.append(Data(name, kind, read or ZERO, None, entry.file or "", entry.column, least))
-        return made
-
-    def read_random_data(self, data: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
-        """Return the data again, random data with the formulas of their mean and spread, which may use fields of the
-        truth; a missing spread is reported."""
-        made: list[Data] = []
-        operator_names = _with_variances(item.name for item in operators)
-        for item in data:
-            key, entry = f"data.{item.name}", self.file.data[item.name]
-            if item.kind not in DRAWN:
-                made.append(item)
-                continue
-            names = self.names(self.axes, [*operator_names, *(datum.name for datum in made)])
-            mean = self.formula(f"{key}.{item.kind}", getattr(entry, item.kind), names, _DRAWN)
-            needed, spread = DRAWN[item.kind], None
-            if needed and getattr(entry, needed) is None:
-                self.report.add(key, f"{needed} is missing [E0743]", f'{item.kind} = "...", {needed} = 0.5')
-            elif needed:
-                spread = self.formula(f"{key}.{needed}", getattr(entry, needed), names, _DRAWN)
-            made.append(Data(item.name, item.kind, mean or ZERO, spread, minimum=item.minimum))
+            elif kind in DRAWN and not faulty:
+                names = self.names(self.axes, [*operator_names, *(item.name for item in made)])
+                read, needed = self.formula(f"{key}.{kind}", getattr(entry, kind), names, _DRAWN), DRAWN[kind]
+                if needed and getattr(entry, needed) is None:
+                    self.report.add(key, f"{needed} is missing [E0743]", f'{kind} = "...", {needed} = 0.5')
+                elif needed:
+                    spread = self.formula(f"{key}.{needed}", getattr(entry, needed), names, _DRAWN)
+            made.append(Data(name, kind, read or ZERO, spread, entry.file or "", entry.column, least))
         return made
 
     def truth(self, data: Sequence[Data]) -> int | None:

@@ -308,7 +308,7 @@ class Radar:
         moved = math.sqrt(float(np.sum(spectrum.energy * change**2)))
         # lags that resolve the wave number asked for, the sea, and the decay of exp(-k^2 V/2)
         finest = max(4.0 * wanted[-1], 4.0 * float(k.max()) * (1.0 + float(wanted[-1]) * moved))
-        points = 2 ** math.ceil(math.log2(max(16.0, finest * length / math.pi)))
+        points = 2 ** math.ceil(math.log2(finest * length / math.pi))
         if points * count > 1e9:
             fault = f"{count} wave numbers need {points} lags each [E1211]"
             raise UsageError(Problem("Radar.intensity_spectrum: count", fault, "fewer, or a shorter length"))
