@@ -219,7 +219,6 @@ def test_steps_of_a_warm_up_are_halved_and_then_changed_less_and_less(monkeypatc
     assert len(kept) == 19 and chain.tried == []
 
 
-@pytest.mark.slow
 def test_numbers_of_steps_and_splittings_are_drawn() -> None:
     posterior, truth = counted(8, 0.3)
 

@@ -579,6 +579,26 @@ def test_a_call_may_not_tilt_the_water() -> None:
         check(np.array([0.01]))
 
 
+@pytest.mark.parametrize(
+    ("changes", "taken", "refused"),
+    [
+        ({}, "swell_z28", True),  # of seven frequencies in two directions
+        ({}, "swell_z29", False),
+        ({"spreading": None}, "swell_z14", True),
+        ({"spreading": None}, "swell_z15", False),
+        ({"variables": False}, "swell_z1", False),
+    ],
+)
+def test_variables_of_waves_have_names_of_their_own(changes: dict[str, Any], taken: str, refused: bool) -> None:
+    sections: Any = {"waves": {"swell": SEA | {"variables": True} | changes}, "parameters": {taken: 1.0}, "outputs": {}}
+    if not refused:
+        assert taken not in _scene(**sections).parts["waves"][0].variables
+        return
+    text = f"the sea swell has the parameter {taken}, and there is a parameter of that name; try: another name for one"
+    with pytest.raises(DescriptionError, match=text):
+        _scene(**sections)
+
+
 TURNS = 'to 30 rad, 4.77 turns: angles without a unit are radians, "30 deg" is in degrees'
 WAVE, SHALLOW = {"amplitude": 1, "period": 8}, {"regular": [{"amplitude": 0.5, "period": 9}], "depth": 3, "order": 2}
 HIGH = [{"amplitude": 3.0, "period": period, "phase": period} for period in (7.0, 7.5, 8.0)]
