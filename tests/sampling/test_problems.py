@@ -273,7 +273,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"operators__s__power": "1e308"}, "operators.s): the variance of the field s is inf; try: a smaller power"),
         ({"operators__s__power": "exp(-(kx - 0.1)**2)"}, "operators.s): the power is not the same at k and at -k,"),
         ({"operators__s": {"lognormal_power": "2 + ky*k/abs(k + 1)"}}, "operators.s): the power is not the same at k"),
-        ({"operators__s": {"filter": "kx"}}, "operators.s): the filter is not the same at k and at -k"),
+        ({"operators__s": {"filter": "kx"}}, "operators.s): the filter is not the same at k and at -k, and the filter"),
         ({"operators__s": {"filter": "1/k"}}, "operators.s): the filter has no finite value at k = 0"),
         (
             {"operators__m": {"mask": "1"}, "operators__t": {"smoothing": 1.0, "of": "m"}},
@@ -357,7 +357,7 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
     for file in ("text.npy", "objects.npy", "empty.npy"):
         assert of_data(file).endswith("this is not a .npy file of numbers; try: numpy.save of an array of real numbers")
     assert "none.npy: cannot be read" in of_data("none.npy")
-    assert "it has the columns a, b; try: column" in of_data("two.csv")
+    assert "there is no column 'counts'; try: column = one of a, b in data.counts" in of_data("two.csv")
     assert "two.csv has 1 row, and the mesh 240 cells" in of_data({"file": "two.csv", "column": "a"})
     for entry in ("counts.txt", {"file": "counts.txt"}, "data/counts.fits"):
         assert ".txt' is not a file of data; try: a path that ends" in of_data(entry).replace("fits", "txt")

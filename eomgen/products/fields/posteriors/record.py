@@ -329,10 +329,13 @@ class Record:
             ``squares`` (sum of squares about the mean), shape of the mesh; ``wave_numbers`` and ``counts`` (samples of
             each chain). Not copied, except ``counts``.
         """
-        done = int(self.counts.max())
-        kept = {name: array[:, :done] for name, array in self._arrays.items()}
-        more = {"mean": self._mean, "squares": self._squares, "wave_numbers": self._wave_numbers}
-        return {**kept, **more, "counts": self.counts.astype(float)}
+        return {**self._views(int(self.counts.max())), "counts": self.counts.astype(float)}
+
+    def _views(self, count: int) -> dict[str, NDArray[Any]]:
+        """Return all arrays by name, of the first ``count`` samples of each chain."""
+        whole = {"counts": self.counts, "mean": self._mean, "squares": self._squares}
+        whole["wave_numbers"] = self._wave_numbers
+        return {name: array[:, :count] for name, array in self._arrays.items()} | whole
 
     def take(self, arrays: Mapping[str, Array]) -> None:
         """Replace the samples of this record by ``arrays`` of a record with the same chains, watched cells and bins.
@@ -343,10 +346,7 @@ class Record:
             Arrays by name, of ``arrays``, of at most ``size`` samples of each chain, else ValueError; KeyError for a
             missing name. The record is unchanged after either error. Other names are ignored.
         """
-        last = int(arrays["counts"].max())
-        places: dict[str, NDArray[Any]] = {name: array[:, :last] for name, array in self._arrays.items()}
-        places |= {"counts": self.counts, "mean": self._mean}
-        places |= {"squares": self._squares, "wave_numbers": self._wave_numbers}
+        places = self._views(int(arrays["counts"].max()))
         if wrong := [name for name, array in places.items() if arrays[name].shape != array.shape]:
             raise ValueError(f"the shapes of {', '.join(wrong)} are of another record, or of more samples")
         for name, array in places.items():

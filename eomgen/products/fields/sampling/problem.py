@@ -315,11 +315,9 @@ class _FileObjects:
             fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[cell]:.6g} [E0836]"
             raise ModelError(Problem("filter", fault, "a formula with finite values, at k = 0 too"))
         if not np.allclose(values[finite], turned[finite], rtol=SUMMED, atol=1e-300):
-            fault, hint = "the power is not the same at k and at -k, and the power of a real field is [E0835]", ""
-            if item.kind == "filter":
-                fault = "the filter is not the same at k and at -k, so the filtered real field is not real [E0837]"
-                hint = '; difference = "x" for slopes'
-            raise ModelError(Problem("power", fault, f"a formula of k, or of squares of kx{hint}"))
+            noun = "filter" if item.kind == "filter" else "power"
+            fault = f"the {noun} is not the same at k and at -k, and the {noun} of a real field is [E0835]"
+            raise ModelError(Problem(noun, fault, 'a formula of k, or of squares of kx; difference = "x" for slopes'))
         return values
 
     def symbol_values(self, item: Operator, sign: float) -> Array:
@@ -396,9 +394,8 @@ class _FileObjects:
             names, rows = read_table(path)
             column = item.column or (item.name if item.name in names else names[0] if len(names) == 1 else "")
             if column not in names:
-                fault = f"there is no column {column!r} [E0669]"
-                fault = fault if column else f"it has the columns {listed(names)} [E0842]"
-                raise FileError(Problem(str(path), fault, f'column = "..." in data.{item.name}'))
+                fault = f"there is no column {column or item.name!r} [E0669]"
+                raise FileError(Problem(str(path), fault, f"column = one of {listed(names)} in data.{item.name}"))
             numbers = rows[:, names.index(column)]
             if len(numbers) != self.mesh.size:
                 fault = f"{path} has {counted(len(numbers), 'row')}, and the mesh {self.mesh.size} cells [E0843]"
