@@ -264,6 +264,18 @@ def test_spectra_in_another_order_or_precision_are_the_same_field() -> None:
     assert np.array_equal(to, 2.0 * spectrum)
 
 
+@pytest.mark.parametrize("name", ["add", "add_gradient", "drift", "energy_and_gradient"])
+def test_spectra_that_are_changed_have_to_be_arrays_of_c(name: str) -> None:
+    """A converted copy would be changed in their place."""
+    posterior, x = made("s**2"), MESH.white(stream())
+    before = {"add": (1.0, x), "add_gradient": (1.0, x), "drift": (1.0, None, x), "energy_and_gradient": (x,)}[name]
+    for wrong in (x.astype(np.complex64), np.asfortranarray(x), np.zeros((3, 3), complex)):
+        with pytest.raises(UsageError, match=r"are not a half spectrum; try: complex128 of the shape \(8, 4\)"):
+            getattr(posterior, name)(*before, wrong)
+    getattr(posterior, name)(*before, to := np.zeros_like(x))
+    assert np.any(to)
+
+
 def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
     assert FieldPosterior(MESH, "0", {"s": white(MESH)}).mean_curvature() == [0.0]
     assert LinearOperator("zero", MESH, np.zeros(MESH.half)).dot_test(stream()) == 0.0

@@ -350,6 +350,16 @@ def test_units_of_lists_beside_a_table_are_refused(tmp_path: Path) -> None:
     assert f'{fault} {{ file = ..., x_unit = "rpm" }}' in refusal(path)
 
 
+@pytest.mark.parametrize(
+    ("units", "noted"),
+    [({"unit": "N mm"}, True), ({"unit": "N m"}, False), ({"unit": "", "value_unit": "N mm"}, False)],
+)
+def test_labels_that_are_no_units_in_si_are_noted(units: dict[str, str], noted: bool) -> None:
+    notes = [note for note in eomgen.load(scene({**LINEAR, **units})).notes if note.startswith("maps.torque.unit")]
+    text = "maps.torque.unit: its unit N mm is a label, so formulas take its numbers as they are; try: value_unit = "
+    assert notes == [f'{text}"N mm", which converts the values'] * noted
+
+
 def test_lists_have_units() -> None:
     entry = {"x": [0, 30], "x_unit": "rpm", "y": [0, 90], "y_unit": "deg", "values": [[0, 1], [2, 3]]}
     entry |= {"value_unit": "kN m"}
