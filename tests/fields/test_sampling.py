@@ -9,7 +9,6 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
@@ -27,7 +26,7 @@ from eomgen.fields import (
 )
 from eomgen.integrators.compositions import composition_named
 from eomgen.products.fields.posteriors.sampling import First
-from eomgen.products.fields.sampling.result import FieldSamples, _chains
+from eomgen.products.fields.sampling.result import FieldSamples
 from tests.fields.density import alone, counted, optimised
 
 __all__ = ["optimised"]
@@ -318,24 +317,6 @@ def test_errors_of_autocorrelation_times_are_their_scatter() -> None:
     expected = float(autocorrelation_error(3.0, 2000))
     assert expected == pytest.approx(math.sqrt(2 * 31 / 2000))
     assert found.std() / found.mean() == pytest.approx(expected, rel=0.15)
-
-
-def test_the_picture_of_energy_errors_has_the_normal_density_beside_them() -> None:
-    """Of variance twice the mean, as of long trajectories at stationarity."""
-    errors = np.random.default_rng(1).normal(0.8, np.sqrt(1.6), size=(2, 50))
-    samples = SimpleNamespace(
-        gradients=np.full((2, 50), 4), potential=np.ones((2, 50)), energy_errors=errors, acceptance=0.7,
-        accepted=np.ones((2, 50), bool),
-    )  # fmt: skip  # a table
-    result = SimpleNamespace(
-        samples=samples, count=50, warm_up=np.ones((2, 0, 4)), r_hats=lambda: np.zeros(0), name="n",
-        settings=SimpleNamespace(method="leapfrog"),
-    )  # fmt: skip  # a table
-    result.trajectories = lambda: FieldSamples.trajectories(cast(FieldSamples, result))
-    (line,) = _chains(cast(FieldSamples, result)).axes[1].get_lines()
-    mean = errors.mean()
-    np.testing.assert_allclose(line.get_ydata(), norm(mean, np.sqrt(2.0 * mean)).pdf(line.get_xdata()), rtol=1e-12)
-    assert (min(line.get_xdata()), max(line.get_xdata())) == (errors.min(), errors.max())
 
 
 @pytest.mark.parametrize("count", [3, 4])

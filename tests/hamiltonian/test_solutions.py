@@ -57,38 +57,31 @@ def test_the_error_of_the_energy_is_relative_to_its_start_or_its_largest_part(to
 
 
 def test_pictures_have_ten_curves_and_the_change_of_the_energy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of long motions by 4000 rows."""
     figures: list[Any] = []
-    monkeypatch.setattr(
-        "eomgen.products.fields.hamiltonian.solution.save_figure", lambda figure, path: figures.append(figure) or path
-    )
+    saved = "eomgen.products.fields.hamiltonian.solution.save_figure"
+    monkeypatch.setattr(saved, lambda figure, path: figures.append(figure.axes) or path)
     assert draw(solution(), Path("folder")) == [Path("folder/motion.png")]
-    assert draw(solution(outputs={}), Path()) == [Path("motion.png")]
-    figure, without = (figure.axes for figure in figures)
+    draw(solution(outputs={}), Path())
+    t = np.arange(9000.0)
+    draw(
+        HamiltonianSolution(t, *2 * (np.tile(t[:, None], N),), {"total": t}, {}, {}, True, "", solution().metadata),
+        Path(),
+    )
+    figure, without, long = figures
     labels = ["coordinates, m", "momenta", "outputs", "change of H"]
     assert [axes.get_ylabel() for axes in figure] == labels
     assert [axes.get_ylabel() for axes in without] == [labels[0], labels[1], labels[3]]
-    for axes, values in ((figure[0], Q), (figure[1], P)):
+    for axes, values, name in ((figure[0], Q, "q"), (figure[1], P, "p")):
         lines = axes.get_lines()
-        assert len(lines) == 10 and axes.get_legend().get_title().get_text() == "2 more in the table"
+        assert [line.get_label() for line in lines] == [f"{name}{k}" for k in range(10)]
+        assert axes.get_legend().get_title().get_text() == "2 more in the table"
         for number, line in enumerate(lines):
             np.testing.assert_array_equal(line.get_xydata().T, [T, values[:, number]])
-    assert [line.get_label() for line in figure[0].get_lines()][:2] == ["q0", "q1"]
     np.testing.assert_array_equal(figure[2].get_lines()[0].get_ydata(), T**2)
-    assert figure[2].get_legend().get_title().get_text() in ("", "None")
     np.testing.assert_array_equal(figure[3].get_lines()[0].get_ydata(), TOTAL - TOTAL[0])
     assert figure[0].get_title() == "chain: omf4, step 0.5"
-
-
-def test_long_motions_are_drawn_by_4000_of_their_rows(monkeypatch: pytest.MonkeyPatch) -> None:
-    figures: list[Any] = []
-    monkeypatch.setattr(
-        "eomgen.products.fields.hamiltonian.solution.save_figure", lambda figure, path: figures.append(figure) or path
-    )
-    t = np.arange(9000.0)
-    long = np.tile(t[:, None], N)
-    run = HamiltonianSolution(t, long, long, {"total": t}, {}, {}, True, "", solution().metadata)
-    draw(run, Path())
-    x = figures[0].axes[0].get_lines()[0].get_xdata()
+    x = long[0].get_lines()[0].get_xdata()
     assert len(x) == 4000 and (x[0], x[-1]) == (0.0, 8999.0) and np.diff(x).max() == 3.0
 
 
@@ -107,24 +100,28 @@ def test_errors_by_a_tolerance_are_differences_as_parts_of_the_range() -> None:
 
 
 @pytest.mark.parametrize(
-    ("total", "said", "failed"),
+    ("sizes", "total", "said", "failed"),
     [
-        ([1.0, 1.29, 1.0], False, False),
-        ([1.0, 1.31, 1.0], True, False),
-        ([1.0, 1.0, -9.5], True, True),
-        ([1.0, 1.0, -8.5], True, False),
+        ([1, 1, 1], [1, 1.29, 1], False, False),
+        ([1, 1, 1], [1, 1.31, 1], True, False),
+        ([1, 1, 1], [1, 1, -9.5], True, True),
+        ([1, 1, 1], [1, 1, -8.5], True, False),
+        ([1e-9, 1, 1], [0, 0.29, 0.1], False, False),  # from a hilltop, where all parts of H are next to 0
+        ([1, 1000, 1, 1, 1], [-1, 290, -1, -1, -1], False, False),  # through an encounter with parts of 1000
+        ([1, 1000, 1, 1, 1], [-1, -1, 290, -1, -1], True, True),
     ],
 )
-def test_changes_of_energy_are_held_against_its_parts(total: list[float], said: bool, failed: bool) -> None:
-    """Parts of 1 in all, at the start and in most rows."""
-    parts = {"kinetic": np.full(3, 0.6), "potential": np.full(3, -0.4), "total": np.array(total)}
-    method = method_for(hamiltonian_from_data(OSCILLATOR), "leapfrog")
-    text, exploded = _change_of_energy(parts, method, -0.25)
-    worst = max(total, key=lambda value: abs(value - 1.0))
+def test_changes_of_energy_are_held_against_its_parts(
+    sizes: list[float], total: list[float], said: bool, failed: bool
+) -> None:
+    parts = {"kinetic": 0.6 * np.array(sizes), "potential": -0.4 * np.array(sizes), "total": np.array(total)}
+    document = hamiltonian_from_data(OSCILLATOR)
+    text, exploded = _change_of_energy(parts, method_for(document, "leapfrog"), -0.25)
+    worst = max(total, key=lambda value: abs(value - total[0]))
     assert (text != "", exploded) == (said, failed)
-    assert not said or (f"goes from 1 to {worst:.6g}:" in text and "a step smaller than 0.25, or rk45" in text)
-    adaptive = method_for(hamiltonian_from_data(OSCILLATOR), "rk45")
-    assert not said or _change_of_energy(parts, adaptive, 0.25)[0].endswith("try: a smaller tolerance")
+    assert not said or (f"goes from {total[0]:.6g} to {worst:.6g}:" in text and "a step smaller than 0.25, or" in text)
+    adaptive, _ = _change_of_energy(parts, method_for(document, "rk45"), 0.25)
+    assert not said or adaptive.endswith("try: a smaller tolerance")
 
 
 def test_gradients_of_a_step_are_counted_for_compositions_alone() -> None:

@@ -111,22 +111,3 @@ def test_a_run_whose_energy_explodes_has_failed(tmp_path: Path, capsys: pytest.C
     said = capsys.readouterr()
     assert "goes from -1 to" in said.out + said.err
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["success"] is False
-
-
-@pytest.mark.slow_cases("p_x**2/2 + x**2/2-start0-0.1-False")
-@pytest.mark.parametrize(
-    ("hamiltonian", "start", "step", "said"),
-    [
-        ("p_x**2/2 + x**2/2", [1.0, 0.0], 0.1, False),
-        ("p_x**2/2 + x**2/2", [1.0, 0.0], 1.8, True),  # stable, and its energies are off by four fifths
-        ("p_x**2/2 - x**2/2 + x**4/4", [0.0, 1e-9], 0.05, False),  # from a hilltop, where all parts of H are next to 0
-        ("p_x**2/2 - 1/sqrt(x**2 + 1e-6)", [1.0, 0.0], 1e-5, False),  # through an encounter with parts of 1000
-    ],
-)
-def test_changes_of_energy_are_doubted_beside_the_parts_of_it(
-    hamiltonian: str, start: list[float], step: float, said: bool
-) -> None:
-    data = {**COLLISION, "hamiltonian": hamiltonian, "coordinates": {"x": {"initial": start}}, "name": "doubted"}
-    end, every = (400 * step, 1) if step > 1e-3 else (3.0, 100)
-    run = eomgen.build(data, profile="quick").simulate(end, step, method="leapfrog", record_every=every)
-    assert run.success and ("which nothing changes" in run.message) is said, run.message

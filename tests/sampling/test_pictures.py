@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import read_table
@@ -115,8 +116,12 @@ def test_chains_are_drawn_over_their_gradients() -> None:
         along = np.cumsum(potentials[number, :, 5])
         np.testing.assert_array_equal(line.get_xydata().T, [along, potentials[number, :, 6]])
         assert end.get_xdata()[0] == along[5]  # of six trajectories of warm-up
-    counts = sum(patch.get_height() * patch.get_width() for patch in middle.patches)
-    assert counts == pytest.approx(1.0)
+    assert sum(patch.get_height() * patch.get_width() for patch in middle.patches) == pytest.approx(1.0)
+    (density,) = middle.get_lines()  # of variance twice the mean, as of long trajectories at stationarity
+    errors = result.samples.energy_errors
+    x, y = density.get_xydata().T
+    np.testing.assert_allclose(y, norm(errors.mean(), np.sqrt(2.0 * errors.mean())).pdf(x), rtol=1e-12)
+    assert (x.min(), x.max()) == (errors.min(), errors.max())
     r_hats = result.r_hats()
     assert sum(patch.get_height() for patch in right.patches) == np.isfinite(r_hats).sum()
     assert right.get_title("left").endswith(f"largest {np.nanmax(r_hats):.3f}")
