@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -109,14 +109,6 @@ class FieldEntries(Generic[Kind]):
                 self.report.add(key, f"the name {name} is given twice, in [{seen[name]}] too [E0730]", hint)
             seen.setdefault(name, key.partition(".")[0])
         return seen
-
-    def check_inner_name(self, key: str, name: str, taken: Collection[str], fault: str) -> None:
-        """Report the name of a formula in a table of named formulas: with ``fault`` for one not legal or among
-        ``taken``, or as a word of formulas."""
-        if not is_legal(name) or name in taken:
-            self.report.add(key, fault, NAME_RULE)
-        elif name in self.words:
-            self.report.add(key, f"the name {name} is a word of formulas [E0729]", f"{name}_value")
 
     def parameters(self) -> list[NamedNumber]:
         made: list[NamedNumber] = []

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, listed, nearest, shown
 from eomgen.errors import DescriptionError, Message
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number  # ZERO: in place of refused values, which are reported
@@ -265,7 +265,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         made: list[tuple[str, Formula]] = []
         for name, text in entry.items():
             taken = (*_OWN_NAMES, *(item.name for item in self.known), *self.defined)
-            self.check_inner_name(f"{key}.{name}", name, taken, f"the name {shown(name)} cannot be taken here [E0741]")
+            fault = f"the name {shown(name)} cannot be taken here [E0741]", NAME_RULE
+            self.check_names([(f"{key}.{name}", name)], dict.fromkeys(taken, fault))
             names = self.names(names_of_cell, [known_name for known_name, _ in made])
             result = self.formula(f"{key}.{name}", text, names, _WAVES, self.names(names_of_cell, ()))
             if result is not None:
@@ -342,7 +343,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         of_where: list[str] = []
         for name, text in where.items():
             key, taken = f"cell.where.{name}", (*known, *of_where, *self.defined)
-            self.check_inner_name(key, name, taken, f"the name {shown(name)} is taken, or not legal [E0751]")
+            fault = f"the name {shown(name)} is taken [E0751]", NAME_RULE
+            self.check_names([(key, name)], dict.fromkeys(taken, fault))
             result |= self.named_in_cell(key, text, known, of_where)
             of_where.append(name)
         result |= self.named_in_cell("cell.energy", energy, known, of_where)
