@@ -274,9 +274,9 @@ def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixtur
     (tmp_path / "buoy.toml").write_text(text)
     assert main(["info", str(tmp_path / "buoy.toml"), "--terms", "mass"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "sea 10 and 100 bound 3 m" in said, said
-    assert "30 m sea_z1 to sea_z20" in said
-    assert "hull buoy sea 2 yes" in said
+    assert "sea 10 100 3 " in said, said
+    assert "30 0.5 0 sea_z1 to sea_z20" in said
+    assert "hull buoy sea 2 True" in said
     assert "Hs 3 m" in said and "sea_z3 " not in said
     assert main(["info", str(tmp_path / "buoy.toml"), "--terms", "mass", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

@@ -174,11 +174,10 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
     ``method`` (None: the file's). No array as large as the mesh is made. ``as_json`` prints one JSON object instead of
     a table."""
     from eomgen.integrators.compositions import composition_named  # noqa: PLC0415
-    from eomgen.products.fields.sampling import at_settings, memory_of  # noqa: PLC0415
+    from eomgen.products.fields.sampling import memory_of  # noqa: PLC0415
 
     memory = memory_of(system)
-    with at_settings(system, () if method is None else ("method",)):
-        chosen = composition_named(system.sampling.method if method is None else method)
+    chosen = composition_named(system.sampling.method if method is None else method)
     widths = [length / count for length, count in zip(system.lengths, system.cells, strict=True)]
     low, high = 2.0 * math.pi / max(system.lengths), math.pi / max(widths)
     operators = {item.name: f"{item.kind}{f' after {item.of}' if item.of else ''}" for item in system.operators}
@@ -198,7 +197,7 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
         "fields": list(system.fields),
         "transforms_per_gradient": 2 * len(system.fields),
         "mass": system.mass,
-        "sampling": dataclasses.asdict(system.sampling),
+        "sampling": vars(system.sampling),
         "method": _method(chosen),
     }
     if as_json:

@@ -17,7 +17,7 @@ from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import ZERO, Formula, infix
 
 if TYPE_CHECKING:
-    from eomgen.products.fields.documents.tables import PowerTable, RunDefaults
+    from eomgen.products.fields.documents.tables import Chains, PowerTable, RunDefaults
 
 #: Functions and commands for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
@@ -244,28 +244,6 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Chains:
-    """Defaults of the arguments of ``sample``."""
-
-    method: str = "minimum_norm2"
-    step: float = 0.0
-    duration: float = 1.5
-    first: str = "random"
-    jitter: float = 0.2
-    guard: float = 0.9
-    chains: int = 2
-    start: str = "mode"
-    warm_up: int = 50
-    samples: int = 200
-    seed: int = 0
-    field: str = ""
-    watched: int = 500
-    bins: int = 8
-    transforms: str = "scipy"
-    precision: str = "double"
-
-
-@dataclass(frozen=True)
 class FieldSystem:
     """Fields on a periodic mesh by a white prior and the energy of a cell.
 
@@ -287,6 +265,7 @@ class FieldSystem:
     lengths: tuple[float, ...]
     energy: str
     operators: tuple[Operator, ...]
+    sampling: Chains
     data: tuple[Data, ...] = ()
     where: Mapping[str, str] = field(default_factory=dict)
     fields: tuple[str, ...] = ()
@@ -294,7 +273,6 @@ class FieldSystem:
     parameters: tuple[NamedNumber, ...] = ()
     truth: int | None = None
     mass: str = "fisher"
-    sampling: Chains = field(default_factory=Chains)
     unit: str = ""
     description: str = ""
     folder: Path = Path()

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.messages import NAME_RULE, listed, nearest, shown
-from eomgen.errors import DescriptionError, Message
+from eomgen.errors import DescriptionError, Message, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number  # ZERO: in place of refused values, which are reported
 from eomgen.formula.words import RESERVED
+from eomgen.integrators.compositions import composition_named
 from eomgen.products.fields.documents.document import (
     DATA_KINDS,
     DRAWN,
@@ -20,7 +21,6 @@ from eomgen.products.fields.documents.document import (
     OPERATOR_KINDS,
     VARIANCE,
     VOLUME,
-    Chains,
     Data,
     DataKind,
     FieldSystem,
@@ -35,7 +35,7 @@ from eomgen.products.fields.documents.schema import (
     OperatorTable,
     value_text,
 )
-from eomgen.products.fields.documents.tables import PowerTable
+from eomgen.products.fields.documents.tables import Chains, PowerTable
 from eomgen.scene.formula.namespaces import mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.reading.report import Report
@@ -53,6 +53,8 @@ _DRAWN = Scope(f"operators, {', '.join(OF_PLACES)} of a cell's centre, parameter
 _ANYWHERE = Scope("wave numbers, places, operators, data, parameters and other definitions", _KINDS)
 #: Data that cannot be below 0, by name.
 _NOT_NEGATIVE = ("counts", "response")
+#: Starts of chains, besides files.
+STARTS = ("mode", "prior", "zero")
 
 
 def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
@@ -144,6 +146,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             lengths,
             energy,
             tuple(operators),
+            sampling,
             tuple(numbers),
             where,
             fields,
@@ -151,7 +154,6 @@ class _FieldReader(FieldEntries[FieldFile]):
             tuple(self.known),
             truth,
             file.mass.choice,
-            sampling,
             file.mesh.unit,
             file.description,
             self.folder,
@@ -364,20 +366,23 @@ class _FieldReader(FieldEntries[FieldFile]):
         return set()
 
     def sampling(self, watched: Sequence[str]) -> Chains:
-        """Return the defaults of ``sample`` by the file; report empty names, and a field that is not among
-        ``watched``."""
-        keys = self.file.sampling.model_dump(exclude_unset=True)
-        for name, value in keys.items():
-            if value == "" and (standard := getattr(Chains(), name)):
-                hint = f"{name} = {standard!r}, or no {name}"
-                self.report.add(f"sampling.{name}", f"the name of {name} is empty [E0754]", hint)
-        unknown = keys.get("field") and keys["field"] not in watched
-        if unknown and not (self.report.concerns("operators") or self.report.concerns("data")):
+        """Return the defaults of ``sample`` by the file; report an unknown method or start, and a field that is not
+        among ``watched``."""
+        chosen, report = self.file.sampling, self.report
+        try:
+            composition_named(chosen.method)
+        except UsageError as error:
+            report.add_error("sampling.method", error)
+        unknown = chosen.field and chosen.field not in watched
+        if unknown and not (report.concerns("operators") or report.concerns("data")):
             hint = listed(watched) or "no field"
-            self.report.add("sampling.field", f"there is no field {shown(keys['field'])} in the energy [E0757]", hint)
-        if keys.get("start", "").endswith(".npy"):
-            keys["start"] = str(self.folder / keys["start"])
-        return Chains(**keys)
+            report.add("sampling.field", f"there is no field {shown(chosen.field)} in the energy [E0757]", hint)
+        if chosen.start.endswith(".npy"):
+            return chosen.model_copy(update={"start": str(self.folder / chosen.start)})
+        if chosen.start not in STARTS:
+            hint = f"{listed(STARTS)} or the path of a .npy file of white fields"
+            report.add("sampling.start", f"{shown(chosen.start)} is not a start [E0754]", hint)
+        return chosen
 
 
 def _with_variances(operators: Iterable[str]) -> list[str]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
-from dataclasses import fields
 from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import (
@@ -14,16 +12,15 @@ from pydantic import (
     PlainValidator,
     Tag,
     WithJsonSchema,
-    create_model,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
 from eomgen.base.messages import NAME_LENGTH
-from eomgen.products.fields.documents.document import LENGTHS, MOST_SEED, Chains
-from eomgen.products.fields.documents.tables import NOT_NEGATIVE, PowerTable, RunDefaults
+from eomgen.products.fields.documents.document import LENGTHS, MOST_SEED
+from eomgen.products.fields.documents.tables import Chains, PowerTable, RunDefaults
 from eomgen.scene.reading.key_metadata import Table, key, optional
-from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe, is_plain_number
+from eomgen.scene.reading.kinds import Description, Pair, Value, describe, is_plain_number
 
 #: Value of the key ``kind`` in files of Hamiltonian systems.
 KIND = "hamiltonian"
@@ -70,8 +67,6 @@ def _shape(value: object) -> str:
     return "#table" if isinstance(value, Mapping) else "#formula"
 
 
-Guard = Annotated[float, Field(gt=0.0), NOT_NEGATIVE]  # inf: none
-Counter = Annotated[int, Field(ge=0)]
 Yes = Literal[True]
 Legal = Annotated[str, WithJsonSchema({"type": "string", "pattern": f"^[A-Za-z_][A-Za-z0-9_]{{0,{NAME_LENGTH - 1}}}$"})]
 Counts = Annotated[tuple[int, ...], PlainValidator(_cells), WithJsonSchema(_either({"type": "integer", "minimum": 2}))]
@@ -249,26 +244,6 @@ class MassTable(Table):
     choice: Literal["fisher", "prior", "unit"] = key("kind of the mass matrix of the momenta", "fisher")
 
 
-def _sampling_table() -> type[Table]:
-    """Return the schema class of a table whose keys are the fields of ``Chains``, with their defaults."""
-    kinds = {"guard": Guard, "str": str, "int": Counter, "float": Finite}
-    made: dict[str, Any] = {
-        item.name: (
-            kinds.get(item.name) or kinds[str(item.type)],
-            key(
-                item.name,
-                item.default,
-                example=f"{item.name} = {json.dumps('...' if item.default == '' else item.default)}",
-            ),
-        )
-        for item in fields(Chains)
-    }
-    return create_model("Chains", __base__=Table, __doc__=Chains.__doc__, **made)
-
-
-SamplingTable: Any = _sampling_table()
-
-
 class FieldFile(File):
     """Fields on a periodic mesh by a white prior and the energy of a cell."""
 
@@ -281,4 +256,4 @@ class FieldFile(File):
     data: dict[Legal, DataTable] = key("numbers in the cells", {}, example='[data] and NAME = "counts.npy"')
     cell: CellTable = key("the energy", example='[cell] and energy = "exp(e) - counts*e"')
     mass: MassTable = key("mass matrix of momenta", MassTable.model_construct(), example='[mass] and choice = "fisher"')
-    sampling: SamplingTable = key("defaults of sample", SamplingTable.model_construct(), example="[sampling]")
+    sampling: Chains = key("defaults of sample", Chains.model_construct(), example="[sampling]")

@@ -1,8 +1,8 @@
-"""Tables of files that documents hold as they are: defaults of runs, and files of power spectra."""
+"""Tables of files that documents hold as they are: defaults of runs and chains, and files of power spectra."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
@@ -12,6 +12,7 @@ from eomgen.scene.reading.kinds import Finite, list_of
 #: Least and largest tolerance of the adaptive steps of rk45.
 TOLERANCES = (1e-14, 0.1)
 NOT_NEGATIVE = WithJsonSchema({"type": "number", "minimum": 0})
+Counter = Annotated[int, Field(ge=0)]
 Positive = Annotated[Finite, Field(gt=0.0), NOT_NEGATIVE]
 
 
@@ -26,6 +27,29 @@ class RunDefaults(Table):
     tolerance: Annotated[Positive, Field(ge=TOLERANCES[0], le=TOLERANCES[1])] = key(
         "tolerance of rk45", 1e-8, example="tolerance = 1e-08"
     )
+
+
+class Chains(Table):
+    """The defaults of the arguments of ``sample``."""
+
+    method: str = key("composition of a trajectory's steps", "minimum_norm2", example='method = "minimum_norm2"')
+    step: Finite = key("length of steps; 0: found by the warm-up", 0.0, example="step = 0.0")
+    duration: Finite = key("time of a trajectory", 1.5, example="duration = 1.5")
+    first: Literal["random", "drift", "kick"] = key("first part of trajectories", "random")
+    jitter: Finite = key("spread of steps, as a part of the step", 0.2, example="jitter = 0.2")
+    guard: Annotated[float, Field(gt=0.0), NOT_NEGATIVE] = key(
+        "largest step, as a part of the stability limit; inf: none", 0.9, example="guard = 0.9"
+    )
+    chains: Counter = key("number of chains", 2, example="chains = 2")
+    start: str = key("mode, prior, zero, or a .npy file of white fields", "mode", example='start = "mode"')
+    warm_up: Counter = key("trajectories before the samples", 50, example="warm_up = 50")
+    samples: Counter = key("samples of each chain", 200, example="samples = 200")
+    seed: Counter = key("seed of all random numbers", 0, example="seed = 0")
+    field: str = key("the field whose samples are recorded; the first by default", "", example='field = "..."')
+    watched: Counter = key("number of cells whose values are kept", 500, example="watched = 500")
+    bins: Counter = key("number of bins of wave numbers", 8, example="bins = 8")
+    transforms: Literal["scipy", "fftw"] = key("library of Fourier transforms", "scipy")
+    precision: Literal["double", "single"] = key("precision of gradients", "double")
 
 
 class PowerTable(Table):

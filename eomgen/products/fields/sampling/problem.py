@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.files import nearby, open_file
 from eomgen.base.messages import counted, listed, nearest
 from eomgen.base.rounding import COMPUTED, SUMMED
-from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
+from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
 from eomgen.products.fields.documents.document import (
@@ -201,50 +201,6 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
         purpose = f"sampling with {counted(chains, 'chain')}"
         # a trajectory and Newton's method hold nine half spectra at most, besides the chains
         return mesh.require_memory(9 + chains + slopes + single, fields, purpose, numbers)
-
-
-#: Keys of ``[sampling]`` by the beginnings of messages about the keys.
-_SETTINGS = {
-    "transforms": "transforms",
-    "precision": "precision",
-    "composition": "method",
-    "Sampler: first": "first",
-    "Sampler: start": "start",
-}
-
-
-@contextlib.contextmanager
-def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[None]:
-    """Add the line of the file to errors of its settings, within a ``with`` statement.
-
-    Parameters
-    ----------
-    system : FieldSystem
-        The file.
-    given : collection of str, optional
-        Settings of the caller, whose errors stay as they are.
-
-    Yields
-    ------
-    None
-        Within the statement.
-
-    Raises
-    ------
-    DescriptionError
-        In place of a UsageError about ``transforms``, ``precision``, ``method``, ``first`` or ``start`` in the file.
-        All other errors stay, and an error of several problems if any is about something else.
-    """
-    try:
-        yield
-    except UsageError as error:
-        keys = [_SETTINGS.get(problem.where, "") for problem in error.problems]
-        if any(key in given or f"sampling.{key}" not in system.places for key in keys):
-            raise
-        told = zip(keys, error.problems, strict=True)
-        raise DescriptionError(
-            [Problem(system.place(f"sampling.{key}"), item.what, item.hint) for key, item in told]
-        ) from None
 
 
 @contextlib.contextmanager

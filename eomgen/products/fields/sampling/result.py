@@ -15,7 +15,7 @@ from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_arrays, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted
-from eomgen.products.fields.documents.document import Chains
+from eomgen.products.fields.documents.tables import Chains
 from eomgen.products.fields.posteriors import Samples, autocorrelation_time, split_r_hat
 from eomgen.products.fields.posteriors.record import largest
 from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem

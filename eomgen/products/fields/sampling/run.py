@@ -18,10 +18,11 @@ from eomgen.base.messages import listed, nearest
 from eomgen.base.messages import shown as quoted
 from eomgen.base.progress import Interrupts, Progress, show_progress
 from eomgen.errors import FileError, Problem, UsageError
-from eomgen.products.fields.documents.document import Chains, FieldSystem
+from eomgen.products.fields.documents.document import FieldSystem
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
+from eomgen.products.fields.documents.tables import Chains
 from eomgen.products.fields.posteriors import Outcome, Sampler
-from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem, at_settings, field_problem, start_fields
+from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem, field_problem, start_fields
 from eomgen.products.fields.sampling.result import FieldSamples
 
 #: The file of a folder from which a run goes on.
@@ -99,11 +100,10 @@ def sample(
     chosen = _settings(system.sampling, settings)
     if resume and folder is None:
         raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder [E0849]", 'folder="out"'))
-    with at_settings(system, settings):
-        problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
-        if (field := problem.watched) not in (known := list(problem.posterior.operators)):
-            raise UsageError(Problem("sample: field", f"there is no field {field!r} [E0827]", nearest(field, known)))
-        run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
+    problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
+    if (field := problem.watched) not in (known := list(problem.posterior.operators)):
+        raise UsageError(Problem("sample: field", f"there is no field {field!r} [E0827]", nearest(field, known)))
+    run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
     with show_progress(progress, system.name) as bar, Interrupts() as interrupts:
         return run.go(bar, interrupts, checkpoint_every)
 
@@ -111,7 +111,7 @@ def sample(
 def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
     """Return the settings of a run: ``standard`` with the given options. Raises UsageError for an unknown name, a wrong
     type, and a count that is too small."""
-    known = [item.name for item in dataclasses.fields(Chains)]
+    known = [*Chains.model_fields]
     for name, value in options.items():
         if name not in known:
             raise UsageError(Problem(f"sample: {name}", "there is no such setting [E0850]", nearest(name, known)))
@@ -120,7 +120,7 @@ def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
             kind = {int: "a whole number", float: "a number", str: "a text"}[wanted]
             fault = f"{kind} is needed, not {quoted(value)} [E0853]"
             raise UsageError(Problem(f"sample: {name}", fault, f"{getattr(standard, name)!r}"))
-    made = dataclasses.replace(standard, **options)
+    made = standard.model_copy(update=options)
     for key, least in (("samples", 0), ("warm_up", 0), ("chains", 1), ("watched", 1), ("bins", 1)):
         if getattr(made, key) < least:
             raise UsageError(Problem(f"sample: {key}", f"{getattr(made, key)} is invalid [E0819]", f"from {least} on"))
