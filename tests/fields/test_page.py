@@ -44,5 +44,5 @@ def test_the_page_names_every_public_name() -> None:
     text = PAGE.read_text(encoding="utf-8")
     every = {*eomgen.fields.__all__, *eomgen.sampling.__all__}
     missing = {name for name in every if not re.search(rf"\b{name}\b", text)}
-    of_other_rooms = {"follow"}
+    of_other_rooms = {"follow", "at_settings"}
     assert missing <= {"OPERATORS", "LinearOperator", "Samples", "autocorrelation_time", "split_r_hat", *of_other_rooms}

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import signal
+import sys
 import tracemalloc
 import warnings
 from pathlib import Path
@@ -372,3 +373,20 @@ def test_settings_of_a_file_are_named_with_their_line(
     assert f"counts.toml:{line} (sampling.{key}): {text}" in said
     assert main(["info", str(file)]) == DescriptionError.exit_code
     assert f"counts.toml:{line} (sampling.{key}): {text}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({}, "description error: small.toml:5 (sampling.transforms): FFTW comes with the package pyfftw, which is not"),
+        ({"transforms": "fftw"}, "usage error: transforms: FFTW comes with the package pyfftw, which is not installed"),
+    ],
+)
+def test_transforms_without_their_package_are_named_where_they_are_chosen(
+    options: dict[str, Any], text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyfftw", None)  # an import fails
+    system = fields_from_data(changed(sampling__transforms="fftw"), file="small.toml", lines={"sampling.transforms": 5})
+    with pytest.raises(EomgenError) as caught:
+        sample(system, **options)
+    assert str(caught.value).startswith(text)

@@ -381,7 +381,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             return chosen.model_copy(update={"start": str(self.folder / chosen.start)})
         if chosen.start not in STARTS:
             hint = f"{listed(STARTS)} or the path of a .npy file of white fields"
-            report.add("sampling.start", f"{shown(chosen.start)} is not a start [E0754]", hint)
+            report.add("sampling.start", f"{shown(chosen.start)} is not a start [E0829]", hint)
         return chosen
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from eomgen.products.fields.sampling.problem import FieldProblem, field_problem, memory_of
+from eomgen.products.fields.sampling.problem import FieldProblem, at_settings, field_problem, memory_of
 from eomgen.products.fields.sampling.result import FieldSamples, Scale, draw
 from eomgen.products.fields.sampling.run import sample
 
-__all__ = ["FieldProblem", "FieldSamples", "Scale", "draw", "field_problem", "memory_of", "sample"]
+__all__ = ["FieldProblem", "FieldSamples", "Scale", "at_settings", "draw", "field_problem", "memory_of", "sample"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.files import nearby, open_file
 from eomgen.base.messages import counted, listed, nearest
 from eomgen.base.rounding import COMPUTED, SUMMED
-from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem
+from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
 from eomgen.products.fields.documents.document import (
@@ -201,6 +201,36 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
         purpose = f"sampling with {counted(chains, 'chain')}"
         # a trajectory and Newton's method hold nine half spectra at most, besides the chains
         return mesh.require_memory(9 + chains + slopes + single, fields, purpose, numbers)
+
+
+@contextlib.contextmanager
+def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[None]:
+    """Add the line of the file to the error of transforms whose package is not installed, within a ``with`` statement.
+
+    Parameters
+    ----------
+    system : FieldSystem
+        The file, whose other settings have been checked.
+    given : collection of str, optional
+        Settings of the caller, whose errors stay as they are.
+
+    Yields
+    ------
+    None
+        Within the statement.
+
+    Raises
+    ------
+    DescriptionError
+        In place of a UsageError about ``transforms`` in the file. All other errors stay.
+    """
+    try:
+        yield
+    except UsageError as error:
+        key, (problem, *_) = "sampling.transforms", error.problems
+        if problem.where != "transforms" or "transforms" in given or key not in system.places:
+            raise
+        raise DescriptionError(Problem(system.place(key), problem.what, problem.hint)) from None
 
 
 @contextlib.contextmanager

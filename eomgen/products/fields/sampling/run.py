@@ -22,7 +22,7 @@ from eomgen.products.fields.documents.document import FieldSystem
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
 from eomgen.products.fields.documents.tables import Chains
 from eomgen.products.fields.posteriors import Outcome, Sampler
-from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem, field_problem, start_fields
+from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem, at_settings, field_problem, start_fields
 from eomgen.products.fields.sampling.result import FieldSamples
 
 #: The file of a folder from which a run goes on.
@@ -100,10 +100,11 @@ def sample(
     chosen = _settings(system.sampling, settings)
     if resume and folder is None:
         raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder [E0849]", 'folder="out"'))
-    problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
-    if (field := problem.watched) not in (known := list(problem.posterior.operators)):
-        raise UsageError(Problem("sample: field", f"there is no field {field!r} [E0827]", nearest(field, known)))
-    run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
+    with at_settings(system, settings):
+        problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
+        if (field := problem.watched) not in (known := list(problem.posterior.operators)):
+            raise UsageError(Problem("sample: field", f"there is no field {field!r} [E0827]", nearest(field, known)))
+        run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
     with show_progress(progress, system.name) as bar, Interrupts() as interrupts:
         return run.go(bar, interrupts, checkpoint_every)
 
