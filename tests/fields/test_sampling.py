@@ -135,41 +135,6 @@ def test_leapfrogs_win_where_stability_bounds_steps(
 
 
 @pytest.mark.slow
-def test_cells_that_are_not_seen_keep_the_prior() -> None:
-    response = np.ones((16, 16, 16))
-    response[:8] = 0.0
-    posterior, truth = counted(16, 1.0, response=response)
-    samples = Sampler(posterior, start=[truth], step=0.6, seed=5).draw(120)
-    seen, unseen = samples.deviation[8:], samples.deviation[2:6]
-    prior = math.sqrt(posterior.operators["s"].variance)
-    assert np.sqrt(np.mean(unseen**2)) == pytest.approx(prior, rel=0.06)
-    assert np.sqrt(np.mean(seen**2)) == pytest.approx(0.605, rel=0.06)
-
-
-@pytest.mark.slow
-def test_without_data_samples_have_the_power_of_the_prior() -> None:
-    posterior = alone(16)
-    sampler = Sampler(posterior, start="prior", step=0.5, chains=2, seed=5, bins=4)
-    samples = sampler.draw(150)
-    operator = posterior.operators["s"]
-    _, exact = operator.mesh.power(operator.symbol, 4)
-    power = samples.power.reshape(-1, 4)
-    error = power.std(axis=0) * np.sqrt(autocorrelation_time(samples.power) / len(power))
-    assert np.all(np.abs(power.mean(axis=0) - exact) <= 3.0 * error)
-    assert np.all(error < 0.05 * exact)
-
-
-@pytest.mark.slow
-def test_deviations_of_samples_are_those_of_errors() -> None:
-    """Calibration (check 9): the truth is as far from the mean as samples are."""
-    posterior, truth = counted(32, 0.04)
-    samples = Sampler(posterior, start=[truth], step=0.75, seed=7).draw(400)
-    z = (posterior.operators["s"].apply(truth) - samples.mean) / samples.deviation
-    assert abs(z.mean()) < 0.05
-    assert z.std() == pytest.approx(1.0, abs=0.03)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("method", "step"), [("suzuki4", 0.75), ("leapfrog", 0.14)])
 def test_chains_of_scattered_starts_come_together(method: str, step: float) -> None:
     """Random splitting: four chains from 0 to 1.2 times the prior agree within 220 samples (check 8)."""

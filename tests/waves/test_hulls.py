@@ -77,15 +77,6 @@ def test_a_buoy_floats_at_its_draught_with_the_mass_of_its_water() -> None:
     assert _at_start(system, "force")[0] == pytest.approx(0.0, abs=1e-8 * MASS)
 
 
-@pytest.mark.slow
-def test_a_buoy_heaves_with_its_period() -> None:
-    """2 pi sqrt((m + a)/(rho g A)); the added mass is in the inertia matrix."""
-    period = 2.0 * math.pi * math.sqrt((MASS + EXTRA) / (RHO * G * AREA))
-    run = _model().simulate(period, period / 400, initial={"q": [0.01], "v": [0.0]})
-    assert run.q[-1, 0] == pytest.approx(0.01, rel=1e-4)
-    assert run.q[200, 0] == pytest.approx(-0.01, rel=1e-4)
-
-
 @pytest.mark.parametrize("period", [6.0, 60.0])
 def test_waves_lift_a_column_as_in_linear_theory(period: float) -> None:
     """By (rho g A - a w^2) exp(-k T) times the elevation: pressure on the end, and the inertia of the water there."""

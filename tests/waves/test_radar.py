@@ -93,25 +93,6 @@ def test_the_spectrum_of_images_of_one_wave_is_a_mean_over_its_amplitudes(direct
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("heading", [0.0, math.pi])
-def test_the_spectrum_of_images_is_that_of_many_seas(heading: float) -> None:
-    """Of first order it is exact, caustics and all."""
-    length, direction = 600.0, 1 if heading == 0.0 else -1
-    spectrum = discretized(Jonswap(1.5, 8.0), length=length, band=(0.7, 2.0), heading=heading)
-    radar, sea, cells = Radar(40.0, INCIDENCE), Sea(spectrum.realisation(0), order=1), 512
-    closed, found = radar.intensity_spectrum(spectrum, length, 30), np.zeros(30)
-    for seed in range(1500):
-        profile = sea.with_waves(spectrum.realisation(seed)).profile(2048, 0.0)
-        found += np.abs(np.fft.rfft(radar.line(profile, length, cells, direction))[1:31] / cells) ** 2 / 1500
-    # cells average over themselves
-    closed *= np.sinc(np.arange(1, 31) / cells) ** 2
-    for band in (slice(0, 8), slice(8, 16), slice(16, 30)):
-        assert found[band].sum() == pytest.approx(closed[band].sum(), rel=0.03)
-    # a still radar sees water of even brightness
-    assert np.abs(Radar(0.0, INCIDENCE).intensity_spectrum(spectrum, length, 30)).max() < 1e-9
-
-
-@pytest.mark.slow
 def test_an_image_has_the_area_of_the_sea_and_its_bunching() -> None:
     swell = discretized(Jonswap(1.0, 9.0), length=700.0, band=(0.8, 1.4), spreading=Spreading(20.0, 0.3, 5))
     sea, radar = Sea(swell.realisation(2), order=1), Radar(60.0, INCIDENCE)
