@@ -160,6 +160,8 @@ def test_files_have_the_samples_and_their_figures(tmp_path: Path) -> None:
     assert rows[:, names.index("k")].tolist() == [scale.k for scale in result.scales()]
     told = json.loads(files[3].read_text(encoding="utf-8"))
     assert told["acceptance"] == result.samples.acceptance and len(told["scales"]) == len(rows)
+    each = [told[f"gradients_per_independent_sample_of_{name}"] for name in ("cells", "worst_scale")]
+    np.testing.assert_array_equal(np.array(each, float), result.samples.gradients_per_sample)
 
 
 def test_tables_of_samples_are_printed(capsys: pytest.CaptureFixture[str]) -> None:

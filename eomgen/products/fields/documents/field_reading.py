@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.messages import NAME_RULE, listed, nearest, shown
-from eomgen.errors import DescriptionError, Message, UsageError
+from eomgen.errors import Message, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number  # ZERO: in place of refused values, which are reported
 from eomgen.formula.words import RESERVED
@@ -27,7 +27,7 @@ from eomgen.products.fields.documents.document import (
     NamedNumber,
     Operator,
 )
-from eomgen.products.fields.documents.entries import FieldEntries, cell_formula, toml_file
+from eomgen.products.fields.documents.entries import FieldEntries, toml_file
 from eomgen.products.fields.documents.schema import (
     DATA_FILES,
     KIND,
@@ -36,7 +36,6 @@ from eomgen.products.fields.documents.schema import (
     value_text,
 )
 from eomgen.products.fields.documents.tables import Chains, PowerTable
-from eomgen.scene.formula.namespaces import mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.reading.report import Report
 
@@ -50,6 +49,7 @@ _KINDS = frozenset({"parameter", "state"})
 _WAVES = Scope(f"{', '.join(OF_WAVES)}, {VOLUME} of a cell, parameters, definitions and names of where", _KINDS)
 _PLACES = Scope(f"{', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
 _DRAWN = Scope(f"operators, {', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
+_CELL = Scope("fields, data, parameters, definitions and names of where", _KINDS)
 _ANYWHERE = Scope("wave numbers, places, operators, data, parameters and other definitions", _KINDS)
 #: Data that cannot be below 0, by name.
 _NOT_NEGATIVE = ("counts", "response")
@@ -334,36 +334,20 @@ class _FieldReader(FieldEntries[FieldFile]):
         """Return the operators and the data that the energy, or the formulas of ``where``, name, each in the order of
         the file. Operators are named also by their variances."""
         operator_names, columns = [item.name for item in operators], [item.name for item in data]
-        known = [
-            *_with_variances(operator_names),
-            *columns,
-            VOLUME,
-            *(item.name for item in self.known),
-            *self.left_out,
-        ]
+        known = [*_with_variances(operator_names), *columns]
+        inner, of_where = self.names(known, ()), list[str]()
+        taken = [*known, *inner.parameters, *self.left_out, *self.defined]
         result: set[str] = set()
-        of_where: list[str] = []
-        for name, text in where.items():
-            key, taken = f"cell.where.{name}", (*known, *of_where, *self.defined)
-            fault = f"the name {shown(name)} is taken [E0751]", NAME_RULE
-            self.check_names([(key, name)], dict.fromkeys(taken, fault))
-            result |= self.named_in_cell(key, text, known, of_where)
+        for name, text in [*where.items(), ("", energy)]:
+            key = f"cell.where.{name}" if name else "cell.energy"
+            if name:
+                fault = f"the name {shown(name)} is taken [E0751]", NAME_RULE
+                self.check_names([(key, name)], dict.fromkeys([*taken, *of_where], fault))
+            formula = self.formula(key, text, self.names(known, of_where), _CELL, inner) if text else None
+            result |= {symbol.name for symbol in symbols(formula)} if formula is not None else set()
             of_where.append(name)
-        result |= self.named_in_cell("cell.energy", energy, known, of_where)
         in_order = [tuple(name for name in every if name in result) for every in (operator_names, columns)]
         return in_order[0], in_order[1]
-
-    def named_in_cell(self, key: str, text: str, known: Sequence[str], of_where: Sequence[str]) -> set[str]:
-        """Return the names in a formula of a cell; none for an empty one or a faulty one, which is reported. ``known``
-        are allowed names, ``of_where`` further ones that definitions do not have."""
-        try:
-            if text:
-                formula = cell_formula(self.report.where(key), text, known, self.defined, of_where)
-                return {symbol.name for symbol in symbols(formula)}
-        except DescriptionError as error:
-            for problem in error.problems if not mentions_any(text, self.refused) else ():
-                self.report.add(key, problem.what, problem.hint)
-        return set()
 
     def sampling(self, watched: Sequence[str]) -> Chains:
         """Return the defaults of ``sample`` by the file; report an unknown method or start, and a field that is not
