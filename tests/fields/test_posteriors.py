@@ -60,10 +60,10 @@ def test_adjoints(mesh: Mesh) -> None:
         assert operator.dot_test(stream()) <= 1e-13, operator.name
 
 
-def test_differences_are_those_of_neighbouring_cells() -> None:
-    mesh = MESHES[1]
+@pytest.mark.parametrize("mesh", [MESHES[1], Mesh((5, 7), (25.0, 7.0))])
+def test_differences_are_those_of_neighbouring_cells(mesh: Mesh) -> None:
     field = stream().standard_normal(mesh.cells)
-    for axis, width in enumerate((5.0, 25.0 / 6)):
+    for axis, width in enumerate(np.array(mesh.lengths) / mesh.cells):
         by_cells = (np.roll(field, -1, axis) - np.roll(field, 1, axis)) / (2.0 * width)
         assert difference(mesh, axis).apply(mesh.spectrum(field)) == pytest.approx(by_cells, abs=1e-14)
 

@@ -129,6 +129,11 @@ def test_quantities_are_derivatives_of_the_potential(depth: float) -> None:
     np.testing.assert_allclose(found, [*gradient, *rates, *of_surface], rtol=0, atol=1e-12)
 
 
+def test_spectra_without_a_heading_run_along_x() -> None:
+    kx, ky, *_ = np.array(_waves(_scene({key: SEA[key] for key in ("spectrum", "components")})).components).T
+    assert np.all(kx > 0.0) and not np.any(ky)
+
+
 @pytest.mark.parametrize(
     "changes", [{}, {"ramp": 20}, {"stretching": "none"}, {"order": 2}, {"spreading": None, "heading": 0}]
 )

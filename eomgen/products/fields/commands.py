@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 #: Keys of a coordinate with its momentum in the output of ``info``.
 _PAIR = ("name", "momentum", "position", "momentum_value", "unit", "momentum_unit")
-#: Entries of a list or mapping that tables show.
-_MOST = 20
 #: Options of runs that these systems have; other options of ``simulate`` are refused.
 _TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
 
@@ -72,28 +70,28 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
 
 
 def _print_data(data: Mapping[str, Any]) -> None:
-    """Print a table of JSON data, with the name of the system as title; entries that say nothing are left out."""
+    """Print a table of JSON data, with the name of the system as title; empty entries are left out."""
     title, told = data.get("system") or data["name"], {**data}
     if "memory" in data:
         told["memory"] = f"{data['memory'] / 2**20:.4g} MiB at most"
     rows = [
         (key.replace("_", " "), text)
         for key, value in told.items()
-        if key not in ("system", "name", "functions", "message", "files") and (text := _told(value))
+        if key not in ("system", "name", "functions", "message", "files") and (text := _as_text(value))
     ]
     print_table(title, ("", ""), rows)
 
 
-def _told(value: object, mark: str = "\n") -> str:
-    """Return a value of JSON data in words: of a list or mapping the first entries alone, sentences separated by
+def _as_text(value: object, mark: str = "\n") -> str:
+    """Return a value of JSON data in words: of a list or mapping the first 20 entries alone, sentences separated by
     ``mark``."""
     if isinstance(value, Mapping):
-        value = [f"{name} = {text}" for name, entry in value.items() if (text := _told(entry, ", "))]
+        value = [f"{name} = {text}" for name, entry in value.items() if (text := _as_text(entry, ", "))]
     if not isinstance(value, list):
         return f"{value:.9g}" if isinstance(value, float) else str(value)
-    texts = [_told(entry, ", ") for entry in value[:_MOST]]
-    if len(value) > _MOST:
-        texts.append(f"{len(value) - _MOST} more")
+    texts = [_as_text(entry, ", ") for entry in value[:20]]
+    if more := len(value[20:]):
+        texts.append(f"{more} more")
     return (mark if any(" " in text for text in texts) else ", ").join(texts)
 
 

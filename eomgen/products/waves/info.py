@@ -61,13 +61,13 @@ def print_waves(data: Mapping[str, Any]) -> None:
         if rows := data[title]:
             console().print()
             header = [key.replace("_", " ") for key in rows[0]]
-            print_table(title.capitalize(), header, [[_told(value) for value in row.values()] for row in rows])
+            print_table(title.capitalize(), header, [[_as_text(value) for value in row.values()] for row in rows])
 
 
-def _told(value: object) -> str:
+def _as_text(value: object) -> str:
     """Return a value of a row in words, of a list its ends."""
     if isinstance(value, list):
-        return " to ".join(dict.fromkeys(map(_told, value[:: max(len(value) - 1, 1)])))
+        return " to ".join(dict.fromkeys(map(_as_text, value[:: max(len(value) - 1, 1)])))
     return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

@@ -151,13 +151,7 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     """
     standard = STANDARD if document.separable else STANDARD_IMPLICIT
     if name is None:
-        try:
-            return method_for(document, document.simulation.method or standard, first)
-        except UsageError as error:
-            if not document.method_place or any(problem.where != "method" for problem in error.problems):
-                raise
-            problems = [Problem(document.method_place, problem.what, problem.hint) for problem in error.problems]
-            raise DescriptionError(problems) from None
+        return _method_of_file(document, document.simulation.method or standard, first)
     if not isinstance(name, str):
         raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", '"omf4"'))
     if not name:
@@ -188,6 +182,16 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         hint = f"{MIDPOINT}, gauss4 or gauss6, or yoshida4 or suzuki4, whose parts are implicit midpoint steps then"
         raise UsageError(Problem("method", fault, hint))
     return _collocation(composition.name, composition.order, composition.leapfrogs, composition.source, 1)
+
+
+def _method_of_file(document: Hamiltonian, name: str, first: str) -> Method:
+    try:
+        return method_for(document, name, first)
+    except UsageError as error:
+        if not document.method_place or any(problem.where != "method" for problem in error.problems):
+            raise
+        problems = [Problem(document.method_place, problem.what, problem.hint) for problem in error.problems]
+        raise DescriptionError(problems) from None
 
 
 def _collocation(name: str, order: int, fractions: tuple[float, ...], source: str, stages: int) -> Method:

@@ -1,4 +1,4 @@
-"""Kernels of a pair of waves i and j of amplitudes 1 at one depth, on values of any algebra.
+"""Kernels of two waves i and j with amplitudes 1 at one depth, on values of any algebra.
 
 Labels are (a, b, c) with c = 0 at the free surface; positions are labels + e xi + e^2 eta, pressure over density is
 -g c + e p1 + e^2 p2. Irrotational flow: eta_t = (xi . grad) u + grad Phi, u = xi_t, with Phi harmonic, which

@@ -115,8 +115,8 @@ class Routines:
         return int(self._sums[1].eomgen_wave_lanes())
 
     def table(self, name: Literal["components", "own", "pairs"], rows: Array, p: Array) -> Array:
-        """Return a table, of (g, h, c): of ``components``, (len(COLUMNS), n), by their wave vectors (n, 2); by this
-        table of their self-interactions (``own``), (len(OWN), n), or of ``pairs``, (entries, n (n - 1)/2)."""
+        """Return a table by (g, h, c): ``components``, (len(COLUMNS), n), from their wave vectors (n, 2); from this
+        table their self-interactions (``own``), (len(OWN), n), or ``pairs``, (entries, n (n - 1)/2)."""
         ffi, lib = self._tables
         n = len(rows) if name == "components" else rows.shape[1]
         entries = len(self.case.entries), n * (n - 1) // 2
