@@ -101,6 +101,11 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
         result = load_hamiltonian(described)
     else:
         return None
+    if result.method_place:
+        from eomgen.products.fields.hamiltonian.methods import check_name, method_of_file  # noqa: PLC0415  # few files have one
+
+        with method_of_file(result):
+            check_name(result.simulation.method)
     if chosen := given_options(options or {}):
         fault = f"{', '.join(chosen)} belongs to mechanical scenes, and {result.name} is a Hamiltonian system [E0774]"
         raise UsageError(Problem(chosen[0], fault, "leave it out"))

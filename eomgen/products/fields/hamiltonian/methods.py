@@ -3,8 +3,10 @@ points: symplectic and symmetric implicit steps of any even order, for any H."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
+from collections.abc import Iterator
 from itertools import chain
 from typing import Any, Literal, get_args
 
@@ -151,7 +153,8 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     """
     standard = STANDARD if document.separable else STANDARD_IMPLICIT
     if name is None:
-        return _method_of_file(document, document.simulation.method or standard, first)
+        with method_of_file(document):
+            return method_for(document, document.simulation.method or standard, first)
     if not isinstance(name, str):
         raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", '"omf4"'))
     if not name:
@@ -164,10 +167,7 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         return EXPLICIT[key]
     if first not in ("drift", "kick"):
         raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {first!r} [E0329]", "drift"))
-    if not names_composition(key):
-        known = [*(item.name for item in every_composition()), *_STAGES, *EXPLICIT]
-        unknown = f"there is no method {key!r} of Hamiltonian systems [E0779]", nearest(key, known, ELSEWHERE)
-        raise UsageError([Problem("method", *(fault_of_removed("method", key) or unknown))])
+    check_name(key)
     try:
         composition = composition_named(key, "drift" if first == "drift" else "kick")
     except UsageError as error:
@@ -184,9 +184,20 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     return _collocation(composition.name, composition.order, composition.leapfrogs, composition.source, 1)
 
 
-def _method_of_file(document: Hamiltonian, name: str, first: str) -> Method:
+def check_name(name: str) -> None:
+    """Raise UsageError if no method has a name; makes no method."""
+    key = name.lower().replace("-", "_")
+    if not (key in _STAGES or key in EXPLICIT or names_composition(key)):
+        known = [*(item.name for item in every_composition()), *_STAGES, *EXPLICIT]
+        unknown = f"there is no method {key!r} of Hamiltonian systems [E0779]", nearest(key, known, ELSEWHERE)
+        raise UsageError([Problem("method", *(fault_of_removed("method", key) or unknown))])
+
+
+@contextlib.contextmanager
+def method_of_file(document: Hamiltonian) -> Iterator[None]:
+    """Within a ``with`` statement, change errors about the method to name its line in the file, if there is one."""
     try:
-        return method_for(document, name, first)
+        yield
     except UsageError as error:
         if not document.method_place or any(problem.where != "method" for problem in error.problems):
             raise
