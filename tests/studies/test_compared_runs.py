@@ -14,8 +14,8 @@ from eomgen.integrators.newton.signs import _parity, _pivots
 from eomgen.lie.product import Factor
 from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
-from eomgen.products.studies.work_precision.observation import Observation, errors, known_errors, with_arrays
-from eomgen.products.studies.work_precision.reference import _extrapolate
+from eomgen.products.studies.work_precision.observation import Observation, errors, with_arrays
+from eomgen.products.studies.work_precision.reference import RunReference, _extrapolate
 from eomgen.simulation.accuracy.motion_size import RunNames
 from eomgen.simulation.judgement.invariants import _is_pulse
 
@@ -112,10 +112,10 @@ def test_errors_are_relative_to_the_motion_of_each_coordinate_state_and_output(r
         assert (size.largest, size.rms, size.final) == pytest.approx(measured(series), rel=1e-9)
     assert list(result) == list(expected)
     bars = {name: type(result["q"])(1e9, 0.0, 2e9) for name in ("q", "tip")}
-    known = known_errors(run, true, bars)
+    known = RunReference(true, "", "", bars).errors_of(run)
     for name in result:
-        bounded = (1e9, result[name].rms, 2e9) if name in bars else tuple(result[name].to_dict().values())
-        assert tuple(known[name].to_dict().values()) == bounded
+        bounded = (1e9, result[name].rms, 2e9) if name in bars else tuple(vars(result[name]).values())
+        assert tuple(vars(known[name]).values()) == bounded
 
 
 def test_errors_of_other_coordinates_are_of_poses_and_twists(rng: np.random.Generator) -> None:

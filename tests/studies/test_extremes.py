@@ -9,7 +9,6 @@ import json
 import os
 import signal
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -112,84 +111,28 @@ def right() -> RunEnding:
     return RunEnding(REACHED, f"by process {os.getpid()}", arrays, finite=False)
 
 
-def late() -> RunEnding:
-    time.sleep(5.0)
-    return RunEnding(REACHED, "")
-
-
-def nothing(request: object) -> None:
-    pass
-
-
 @pytest.fixture
-def runner() -> Iterator[RunnerProcess]:
-    made = RunnerProcess(nothing, lambda call: call())
-    yield made
-    made.close()
+def runner(monkeypatch: pytest.MonkeyPatch) -> RunnerProcess:
+    monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 0.3)
+    return RunnerProcess(lambda call: time.sleep(0.15 if call is right else 0.0), lambda call: call())
 
 
-@pytest.mark.slow
-def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 1.0)
-    assert runner.execute(deaf, 0.2).how == HANG
-    assert runner.execute(slow, 0.2).how == UNFINISHED
+def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess) -> None:
+    assert runner.execute(deaf, 0.1).how == HANG
+    assert runner.execute(slow, 0.1).how == UNFINISHED
     crashed = runner.execute(killed, 20.0)
     assert crashed.how == CRASH and crashed.said == "killed by signal 11"
     raised = runner.execute(wrong, 20.0)
     assert raised.how == RAISED and raised.said == "ValueError: no"
-    expected, answer = right().arrays, runner.execute(right, 20.0)
-    assert answer.arrays is not None and expected is not None and not answer.finite
-    np.testing.assert_array_equal(answer.arrays["q"], expected["q"])
+    assert RunnerProcess(lambda call: wrong(), right).execute(right, 20.0) == RunEnding(RAISED, "ValueError: no")
 
 
-@pytest.mark.slow
-def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: RunnerProcess) -> None:
-    first, used = runner.execute(right, 20.0), runner.used
-    assert not used and runner.execute(right, 20.0).said == first.said and runner.used
-    assert runner.execute(killed, 20.0).how == CRASH and runner.used
-    assert runner.execute(right, 20.0).said != first.said and not runner.used
-
-
-@pytest.mark.slow
-def test_the_time_limit_is_not_for_compiling() -> None:
-    compiled = RunnerProcess(lambda _: time.sleep(0.8), lambda call: call())
-    assert compiled.execute(right, 0.7).how == REACHED
-    assert compiled.execute(late, 0.7).how == UNFINISHED
-    compiled.close()
-    broken = RunnerProcess(lambda _: wrong(), lambda call: call())
-    assert broken.execute(right, 20.0) == RunEnding(RAISED, "ValueError: no")
-    broken.close()
-
-
-@pytest.mark.slow
-def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process that others have run in may be broken: here the third run of each crashes."""
-    runs: list[float] = []
-
-    def fragile(*given: Any, **more: Any) -> RunEnding:
-        runs.append(1.0)
-        if len(runs) == 3:
-            os.kill(os.getpid(), signal.SIGSEGV)
-        return run_ending(*given, **more)
-
-    monkeypatch.setattr("eomgen.products.studies.ladders.study.run_ending", fragile)
-    found = eomgen.extremes(PENDULUM, cells=["length:1000:rk4", "length:0.001:rk4"])
-    assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
-
-
-@pytest.mark.slow
-def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[tuple[str, str]] = []
-
-    def noted(self: RunnerProcess, request: Any, limit: float) -> RunEnding:
-        asked.append((request.conditions.model, request.method))
-        return run_ending(subject.model(request.conditions.model), request.conditions, request.method, **request.more)
-
-    subject = Subject(PENDULUM, {})
-    monkeypatch.setattr(RunnerProcess, "execute", noted)
-    found = eomgen.extremes(PENDULUM, cells=["float:0.01:rk4"])
-    assert [cell.verdict for cell in found.cells] == ["holds"]
-    assert asked[0] == ("single", "rk4") and {model for model, _ in asked[1:]} == {"own"}
+def test_runs_have_processes_of_their_own_and_a_limit_without_compiling(runner: RunnerProcess) -> None:
+    first, expected = runner.execute(right, 0.1), right().arrays
+    assert first.arrays is not None and expected is not None and not first.finite
+    np.testing.assert_array_equal(first.arrays["q"], expected["q"])
+    assert 0.0 < first.seconds < 0.1 and 0.15 <= runner.compiling < 0.3
+    assert runner.execute(right, 0.1).said not in (first.said, right().said)
 
 
 @pytest.mark.slow

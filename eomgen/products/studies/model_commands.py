@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.files import make_folder
-from eomgen.base.messages import counted
+from eomgen.base.messages import counted, first_of
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
@@ -97,8 +97,7 @@ def _print_report(report: CheckReport) -> None:
     for note in (*report.remarks, *report.notes):
         say(note)
     if report.corners:
-        more = len(report.corners) - 20
-        say(f"not smooth everywhere: {', '.join(report.corners[:20])}{f' and {more} more' if more > 0 else ''}")
+        say(f"not smooth everywhere: {first_of(report.corners, 20)}")
     say(report.summary)
 
 

@@ -68,14 +68,6 @@ class CubicInterpolation:
         return np.asarray(np.einsum("nk,nk...->n...", self.weights, table[self.places]))
 
 
-@dataclass(frozen=True)
-class ExperimentStart:
-    """Start of a run: the given initial values, if any, and the whole state that follows from these."""
-
-    given: Mapping[str, Any] | None
-    state: InitialState
-
-
 class Experiment:
     """The simulation of one measured run, with derivatives in unknown parameters and initial states; callable.
 
@@ -84,7 +76,7 @@ class Experiment:
     model, data : the model, and times with measured outputs and inputs
     parameters : names of unknown parameters
     states : unknown components of the initial state; without any, the start follows from parameters as in any run
-    initial : the other components, and start values of the unknown components
+    initial : the given initial values, if any, and the whole state that follows, where unknown components start
     step : s
     start : time at which the run begins, s; None for the first measured time
     options : of ``sensitivities``
@@ -96,7 +88,7 @@ class Experiment:
         data: Measurements,
         parameters: Sequence[str],
         states: Sequence[str],
-        initial: ExperimentStart,
+        initial: tuple[Mapping[str, Any] | None, InitialState],
         step: float,
         start: float | None,
         options: Mapping[str, Any],
@@ -107,7 +99,7 @@ class Experiment:
         if data.t[0] < self._start - WRITTEN * step:
             fault = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s [E1055]"
             raise UsageError(Problem("t_start", fault, f"t_start = {data.t[0]:.9g}, or none"))
-        self.step, self._initial, self._given = step, initial.state, initial.given
+        self.step, (self._given, self._initial) = step, initial
         self._rows = CubicInterpolation.of(data.t, self._start, step)
         self._parameters = tuple(parameters)
         known = [*(f"q{name[1:]}" for name in model.v_names), *model.v_names, *model.z_names]

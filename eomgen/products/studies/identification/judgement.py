@@ -24,10 +24,9 @@ from eomgen.products.studies.identification.estimation import (
     words,
 )
 from eomgen.products.studies.identification.experiment import ExperimentUnknowns
+from eomgen.products.studies.identification.measurements import NAMED
 from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
 
-#: Number of combinations, and of members of a combination, written out in the message.
-_NAMED = 4
 #: Standard deviations by which steps may move an estimate.
 _BIASED = 0.25
 
@@ -268,14 +267,14 @@ def column_of(label: str, unit: str, deviation: float, residuals: Sequence[Array
 
 
 def notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]:
-    for combination in combinations[:_NAMED]:
-        if len(combination.members) <= _NAMED:
+    for combination in combinations[:NAMED]:
+        if len(combination.members) <= NAMED:
             to_first = ", to first order" if combination.form == "first order" else ""
             yield f"only {combination.text} is determined{to_first} [W0076]"
         else:
             yield f"{combination.members[0]} cannot be distinguished from {len(combination.members) - 1} others [W0077]"
-    if len(combinations) > _NAMED:
-        yield f"{len(combinations) - _NAMED} more combinations"
+    if len(combinations) > NAMED:
+        yield f"{len(combinations) - NAMED} more combinations"
 
 
 def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:

@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import names_of
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.messages import close_names, listed, nearest, shown
+from eomgen.base.messages import close_names, first_of, listed, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import component_names
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 #: A file, or columns by name, including t.
 Data = str | os.PathLike[str] | Mapping[str, Any]
 MISSING = ("refuse", "drop")
+#: Largest number of names in a message.
+NAMED = 4
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,9 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
             raise UsageError(Problem(where, "it is neither an output nor an input of the scene [E1069]", hint))
     if not outputs:
         fault = f"no column is an output of the scene: {listed(columns)} [E1070]"
-        hint = f"columns named {listed_plain(known)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
+        hint = (
+            f"columns named {first_of(known, NAMED)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
+        )
         raise UsageError(Problem(name, fault, hint))
     absent = [item for item in wanted or () if item not in outputs]
     if absent:
@@ -151,19 +155,13 @@ def times_of(name: str, columns: Mapping[str, Array]) -> Array:
     return t
 
 
-def listed_plain(texts: Sequence[str]) -> str:
-    """Return the first texts, and how many more there are."""
-    more = f" and {len(texts) - 4} more" if len(texts) > 4 else ""
-    return ", ".join(texts[:4]) + more
-
-
 def _near(name: str, known: Sequence[str]) -> str:
     """Return the components of an output of this name, else the nearest known names."""
     parts = [label for label in known if label.partition("[")[0] == name.partition("[")[0]]
     if parts:
-        return listed_plain(parts)
+        return first_of(parts, NAMED)
     close = close_names(name[:64], known)
-    return " or ".join(close) or (f"one of {listed_plain(known)}" if known else "")
+    return " or ".join(close) or (f"one of {first_of(known, NAMED)}" if known else "")
 
 
 def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]:

@@ -17,7 +17,6 @@ from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.studies.identification.estimation import LeastSquares, Predictions
 from eomgen.products.studies.identification.experiment import (
     Experiment,
-    ExperimentStart,
     ExperimentUnknowns,
     bounds_of,
     check_effect,
@@ -163,7 +162,7 @@ def identify(
     starts = _starts(initial, len(runs))
     for start_values in starts:
         _check_start(model, start_values, parameters, states)
-    begun = [ExperimentStart(start, initial_state(model, start, p, asked=True)) for start in starts]
+    begun = [(start, initial_state(model, start, p, asked=True)) for start in starts]
 
     def at(h: float) -> ExperimentUnknowns:
         experiments = [

@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import first_of, nearest, shown
 from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Message, Problem, UsageError
@@ -32,7 +32,7 @@ from eomgen.products.studies.identification.judgement import (
     interval,
     notes_of_combinations,
 )
-from eomgen.products.studies.identification.measurements import Data, columns_of, listed_plain, times_of
+from eomgen.products.studies.identification.measurements import NAMED, Data, columns_of, times_of
 from eomgen.products.studies.identification.result import Column, Identification, Record
 
 if TYPE_CHECKING:
@@ -218,7 +218,7 @@ def _notes(
     mixed = {name for combination in combinations for name in combination.members}
     lost = [names[k] for k in parts.others if names[k] not in mixed]
     if lost:
-        notes.append(f"these motions do not depend on {listed_plain(lost)} [W0085]")
+        notes.append(f"these motions do not depend on {first_of(lost, NAMED)} [W0085]")
     condition = float(np.linalg.cond(whole / np.linalg.norm(whole, axis=0))) if whole.size else 1.0
     if condition > 100.0:  # Gautier and Khalil (1992) ask for less
         notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g} [W0086]")
@@ -240,17 +240,19 @@ def _check_columns(model: Model, name: str, columns: Mapping[str, Array], needed
     efforts = efforts_of(model)
     absent = [label for label in needed if label not in columns]
     if absent:
-        fault = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a [E1093]"
-        raise UsageError(Problem(name, fault, f"columns named {listed_plain(needed)}"))
+        fault = (
+            f"the columns {first_of(absent, NAMED)} are missing, and inverse dynamics needs all of q, v and a [E1093]"
+        )
+        raise UsageError(Problem(name, fault, f"columns named {first_of(needed, NAMED)}"))
     lost = [label for label in efforts if label not in columns]
     if len(lost) == len(efforts) and not driven:
         fault = "there is neither a column of efforts nor one of an input [E1094]"
-        raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *model.inputs])}"))
+        raise UsageError(Problem(name, fault, f"columns named {first_of([*efforts, *model.inputs], NAMED)}"))
     if 0 < len(lost) < len(efforts):
-        raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing [E1095]", "0 without one"))
+        raise UsageError(Problem(name, f"the efforts {first_of(lost, NAMED)} are missing [E1095]", "0 without one"))
     strange = next((label for label in columns if label.startswith("tau.") and label not in efforts), None)
     if strange is not None:
-        hint = nearest(strange, efforts) or listed_plain(efforts)
+        hint = nearest(strange, efforts) or first_of(efforts, NAMED)
         raise UsageError(Problem(f"{name}, column {shown(strange)}", "no joint has this effort [E1096]", hint))
 
 

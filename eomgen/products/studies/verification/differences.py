@@ -29,6 +29,7 @@ from typing import Any, SupportsIndex
 import numpy as np
 
 from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import first_of
 from eomgen.products.studies.verification.claims.claim import (
     COMPLEX_STEP,
     Array,
@@ -341,8 +342,7 @@ class Remarks:
             alike.setdefault((remark, tuple(where)), []).append(of)
         texts = []
         for (remark, states), formulas in alike.items():
-            more = f" and {len(formulas) - _NAMED} more" if len(formulas) > _NAMED else ""
-            named = f" ({', '.join(formulas[:_NAMED])}{more})" if formulas[0] else ""
+            named = f" ({first_of(formulas, _NAMED)})" if formulas[0] else ""
             texts.append(f"{remark} at {', '.join(states)}{named}")
         return tuple(texts)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import asdict, dataclass
+from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
@@ -32,9 +32,6 @@ class ErrorSize:
     largest: float
     rms: float
     final: float
-
-    def to_dict(self) -> dict[str, float]:
-        return asdict(self)
 
 
 def error_in(sizes: Mapping[str, ErrorSize], quantity: str, measure: str) -> float:
@@ -202,16 +199,6 @@ def _places(t: Array, among: Array) -> slice:
     """Return the indices of the times of a run among a reference's times, equally spaced from the first time on."""
     every = round(float((t[1] - t[0]) / (among[1] - among[0]))) if len(t) > 1 else 1
     return slice(0, every * (len(t) - 1) + 1, every)
-
-
-def known_errors(of: Observation, reference: Observation, uncertainty: Mapping[str, ErrorSize]) -> dict[str, ErrorSize]:
-    """Return the errors of a run against a reference by quantity, none below the uncertainty of the reference."""
-    result = errors(of, reference)
-    for name, size in result.items():
-        if (bar := uncertainty.get(name)) is not None:
-            sizes = (max(getattr(size, measure), getattr(bar, measure)) for measure in MEASURES)
-            result[name] = ErrorSize(*sizes)
-    return result
 
 
 def _size(series: Array) -> ErrorSize:

@@ -17,7 +17,6 @@ from eomgen.products.studies.work_precision.observation import (
     ErrorSize,
     Observation,
     errors,
-    known_errors,
     with_arrays,
 )
 from eomgen.products.studies.work_precision.running import Runner
@@ -75,13 +74,16 @@ class RunReference:
 
     def errors_of(self, observation: Observation) -> dict[str, ErrorSize]:
         """Return the errors of a run by quantity, none below the uncertainty of this reference."""
-        return known_errors(observation, self.observation, self.uncertainty)
+        result = errors(observation, self.observation)
+        for name in result.keys() & self.uncertainty.keys():
+            result[name] = ErrorSize(*map(max, vars(result[name]).values(), vars(self.uncertainty[name]).values()))
+        return result
 
     def to_dict(self) -> dict[str, Any]:
         return {
             "by": self.described,
             "held against": self.second,
-            "uncertainty": {name: size.to_dict() for name, size in self.uncertainty.items()},
+            "uncertainty": {name: dict(vars(size)) for name, size in self.uncertainty.items()},
         }
 
 

@@ -96,7 +96,7 @@ class Point:
         return {
             **self.configuration.to_dict(),
             **{name: getattr(self, name) for name in _SAID},
-            "errors": {name: size.to_dict() for name, size in self.error.items()},
+            "errors": {name: dict(vars(size)) for name, size in self.error.items()},
             "seconds": self.seconds,
             "least_seconds": self.least,
             **{name: getattr(self, name) for name in _COUNTED},
