@@ -46,7 +46,7 @@ CHECKED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip  # a table
 
 
-@pytest.mark.slow_cases("rod", "striker")
+@pytest.mark.slow_cases("reed", "rod", "striker")
 @pytest.mark.long_cases("gate", "drone")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> None:
@@ -60,7 +60,7 @@ def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> 
     assert errors or scene == "reed"  # loads along its section have no partials to check
 
 
-@pytest.mark.slow_cases("rod", "drone", "striker")
+@pytest.mark.slow_cases("reed", "rod", "drone", "striker")
 @pytest.mark.long_cases("gate")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_a_wrong_entry_of_one_state_fails_each_claim(scene: str, rng: np.random.Generator) -> None:

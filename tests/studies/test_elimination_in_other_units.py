@@ -46,7 +46,7 @@ def in_units(scene: dict[str, Any], units: SceneUnits) -> dict[str, Any]:
     return scaled | {"parameters": {name: {"value": value} for name, value in units.parameters.items()}}
 
 
-@pytest.mark.slow_cases("cosserat-mm-g-ms", "kirchhoff-Mm-Gt-d")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "system_of_units"), [("kirchhoff", "Mm-Gt-d"), ("cosserat", "mm-g-ms"), ("inextensible", "SI")]
 )

@@ -70,6 +70,18 @@ def striker() -> eomgen.Scene:
     return builder.event("swing", "v.x * lag + cos(t)", action="reset", reset={"lag": "0.5*lag"}).build()
 
 
+def reed() -> eomgen.Scene:
+    """Return a curved beam of two elements that bends, twists and stretches in the wind, on a shaft."""
+    builder = eomgen.SceneBuilder("reed")
+    builder.beam(
+        "reed", model="kirchhoff", length=1.2, elements=2, curvature=[0.3, -0.4, 0.2], mass_per_length=0.6,
+        rotary_inertia=[2e-3, 1e-3, 1e-3], stiffness={"stretch": 900, "torsion": 15, "bending_y": 20, "bending_z": 30},
+        damping={"stretch": 0.3, "bending_y": 0.1},
+    )  # fmt: skip  # the section on a line
+    builder.joint("flight", "free", "base", "reed").distributed_load("wind", "reed", [0, 0, -3])
+    return builder.build()
+
+
 _RATES = ("rates", "mass_rates", "coupling_rates", "force_rates", "base_motion_rates", "forward_rates")
 #: Scenes, and the terms that each is derived with.
 SCENES: dict[str, tuple[Callable[[], eomgen.Scene], tuple[str, ...]]] = {
@@ -98,6 +110,7 @@ SCENES: dict[str, tuple[Callable[[], eomgen.Scene], tuple[str, ...]]] = {
         "events", "event_impulse", "internal_rate", "residual", "inverse_dynamics", "regressor", "regressor_parameters",
         "mass", "rates", "rates_closed", "mass_rates", "mass_rates_closed", "system_jacobian", "system_jacobian_rates",
     )),
+    "reed": (reed, ("section_loads", "residual", "poses", "jacobians", "force", "equations", "constraint")),
 }  # fmt: skip  # a table
 
 
@@ -118,6 +131,7 @@ OTHERS = {
     "loop": {"mass.M, definite", "energy", "base", "constraint_jacobian.B by w"},
     "door": {"base"},
     "mast": {"mass.M, definite", "energy"},
+    "reed": {"section_loads.load_at_ends, at nodes", "-equations.w", "-residual.r", "-section_loads.x"},
     "striker": {"mass.M, definite", "regressor.Y, power", "-inverse_dynamics.tau", "-mass.M", "-residual.r"},
 }
 #: Forms that are zero in these scenes: deviations from symmetry, planar couplings, outputs without multipliers.

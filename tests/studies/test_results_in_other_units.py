@@ -90,7 +90,7 @@ def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     alike(values * units.time, of)
 
 
-@pytest.mark.slow_cases("small")
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
     ends = []
@@ -132,7 +132,7 @@ def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
     alike(np.sort_complex(gains[0]), np.sort_complex(gains[1]), 1e-6)
 
 
-@pytest.mark.slow_except("small")
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
     """Two equal links L on hinges k: k/L (3 - sqrt(5))/2 and k/L (3 + sqrt(5))/2 (Timoshenko, Gere 1961, 2.10)."""

@@ -117,6 +117,7 @@ def test_builds_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "not built: builds have taken" in found.left_out["rk4, joint"]
 
 
+@pytest.mark.slow
 def test_studies_take_for_auto_the_method_of_a_run_with_the_parameters_that_it_has() -> None:
     """A pendulum is smooth and slow beside its step: its run takes the explicit method of order 4."""
     simulation = {"method": "auto", "duration": 1, "step": 1e-3}
