@@ -201,8 +201,9 @@ class LadderSubject(SimpleNamespace):
 
     def model(self, kind: str) -> Any:
         return SimpleNamespace(
-            factors=FACTORS, q_units=UNITS, nq=9, v_units=["rad/s"] * 3 + ["m/s"] * 3 + ["rad/s", "m/s"]
-        )
+            factors=FACTORS, q_units=UNITS, nq=9, v_units=["rad/s"] * 3 + ["m/s"] * 3 + ["rad/s", "m/s"],
+            multipliers=self.multipliers,
+        )  # fmt: skip
 
     def conditions(self, **given: Any) -> Any:
         given = {"step": 0.25, **given}
@@ -211,7 +212,7 @@ class LadderSubject(SimpleNamespace):
 
 def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     q, v = rng.normal(size=9), rng.normal(size=8)
-    subject: Any = LadderSubject(start=(q, v), period=3.0, fine=0.01, has_constraints=False)
+    subject: Any = LadderSubject(start=(q, v), period=3.0, fine=0.01, multipliers=())
     assert register._angles(subject) == [7] and register._has_angles(subject) == ""
     turned = register._turn_angles(subject, 100.0)
     assert (turned.q - q).tolist() == pytest.approx(
@@ -224,7 +225,7 @@ def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     assert np.abs(spun.v[turns]).max() * 0.25 == pytest.approx(0.5)
     np.testing.assert_allclose(spun.v * v[0], spun.v[0] * v, rtol=1e-12)
     assert spun.q is q and spun.steps == 2 * register.ROWS
-    still: Any = LadderSubject(start=(q, np.where(np.isin(np.arange(8), turns), 0.0, v)), has_constraints=True)
+    still: Any = LadderSubject(start=(q, np.where(np.isin(np.arange(8), turns), 0.0, v)), multipliers=("a",))
     rotating = register._spin(still, 0.5).v
     assert rotating[turns].tolist() == [2.0] * 4 and rotating[[3, 4, 5, 7]].tolist() == v[[3, 4, 5, 7]].tolist()
     assert register._spins(still) == "it is held by constraints at rest"

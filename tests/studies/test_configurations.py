@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -15,10 +16,10 @@ PLAIN = Configuration("joint", "rk4")
     ("configuration", "keys", "label"),
     [
         (PLAIN, {}, "rk4, joint"),
-        (PLAIN.vary(real="float"), {"real": "float"}, "rk4, joint, float"),
-        (PLAIN.vary(settings={"iterations": 3}), {"settings": {"iterations": 3}}, "rk4, joint"),
-        (PLAIN.vary(profile="another"), {}, "rk4, joint, another"),
-        (PLAIN.vary(policy="frozen"), {}, "rk4, joint, frozen"),
+        (replace(PLAIN, real="float"), {"real": "float"}, "rk4, joint, float"),
+        (replace(PLAIN, settings={"iterations": 3}), {"settings": {"iterations": 3}}, "rk4, joint"),
+        (replace(PLAIN, profile="another"), {}, "rk4, joint, another"),
+        (replace(PLAIN, policy="frozen"), {}, "rk4, joint, frozen"),
         (Configuration("", "alpha", {"rho": 0.5}), {"rho": 0.5}, "alpha rho 0.5"),
     ],
 )
@@ -29,6 +30,11 @@ def test_values_that_differ_from_the_defaults_are_named(
 
 
 def test_no_two_configurations_have_one_key() -> None:
-    several = [PLAIN, PLAIN.vary(real="float"), PLAIN.vary(profile="another"), PLAIN.vary(settings={"a": 1.0})]
+    several = [
+        PLAIN,
+        replace(PLAIN, real="float"),
+        replace(PLAIN, profile="another"),
+        replace(PLAIN, settings={"a": 1.0}),
+    ]
     assert len({one.key for one in several}) == len(several)
     assert all(json.loads(one.key)["method"] == "rk4" for one in several)

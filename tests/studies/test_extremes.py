@@ -30,14 +30,10 @@ from eomgen.products.studies.ladders.runs import (
     REFUSED,
     STOPPED,
     UNFINISHED,
-    Request,
     RunEnding,
     RunnerProcess,
-    run_ending,
 )
 from eomgen.products.studies.ladders.scaling import ORIGIN, with_factors
-from eomgen.products.studies.ladders.study import reference
-from eomgen.products.studies.ladders.subject import Subject
 from tests.models.library import scene_file
 
 PENDULUM: dict[str, Any] = {
@@ -135,29 +131,6 @@ def test_runs_have_processes_of_their_own_and_a_limit_without_compiling(runner: 
     assert runner.execute(right, 0.1).said not in (first.said, right().said)
 
 
-@pytest.mark.slow
-def test_notes_of_a_run_are_no_warnings() -> None:
-    subject = Subject(PENDULUM, {})
-    model, conditions = subject.model("own"), subject.conditions(step=1e-3, steps=200)
-    plain = model.simulate(0.2, 1e-3, method="auto")
-    assert [one.severity for one in plain.findings] == ["note"] and "; " in plain.message
-    assert run_ending(model, conditions, "auto").said == ""
-
-
-@pytest.mark.slow
-def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
-    subject = Subject(PENDULUM, {})
-    conditions = subject.conditions(step=1e-3, steps=200)
-    still = {"t": np.linspace(0.0, 0.2, 21), "q": np.full((21, 1), 0.5), "v": np.full((21, 1), 1e-3)}
-
-    def ended(request: Request, limit: float) -> RunEnding:
-        return RunEnding(REACHED, "", still)
-
-    near, far = (reference(subject, conditions.vary(q=np.array([turn])), ended) for turn in (0.5, 2e9 * np.pi))
-    assert near.arrays is not None and far.arrays is None
-    assert "of the step: steps change the coordinates by their rounding only" in far.by
-
-
 def test_the_origin_moves_all_that_the_base_and_the_world_carry_and_no_more() -> None:
     """Written places move from where they are, absent ones from zero; factors can be set without a new build."""
     places = {"written": {"position": [0.5, 0.25, 0.125]}, "absent": {}}
@@ -203,12 +176,6 @@ def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     assert again.cells[:2] == first.cells[:2]
     with pytest.raises(eomgen.FileError, match="holds the cells of a study of another scene"):
         eomgen.extremes(PENDULUM | {"gravity": [0, 0, -1]}, folder=tmp_path, resume=True)
-
-
-@pytest.mark.slow
-def test_what_the_budget_leaves_out_is_said() -> None:
-    found = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], budget=1e-9)
-    assert not found.cells and set(found.left_out.values()) == {"the budget is spent"}
 
 
 def test_unknown_names_are_refused() -> None:

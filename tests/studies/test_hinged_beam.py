@@ -53,7 +53,7 @@ def test_a_beam_bent_too_far_is_named() -> None:
     (problem,) = caught.value.problems
     assert problem.what == f"the inertia matrix at the start of the search {said}" and problem.hint == "order = 2"
     (form,) = check(scene, states=1, only=["mass.M, definite"], profile="quick").failures
-    assert str(form.worst) == f"the inertia matrix at initial state {said}; try: order = 2"
+    assert form.worst is not None and form.worst.entry == "1 - smallest eigenvalue of M" and form.worst.value > 1.0
     assert np.linalg.eigvalsh(eomgen.build(blade((0.0, 3.0, 0.0), 2), profile="quick").mass(model.initial_q))[0] > 0.0
 
 

@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from eomgen.errors import UsageError
+from eomgen.errors import NumericalError, UsageError
+from eomgen.products.studies.identification.estimation import (
+    DependentColumns,
+    LeastSquares,
+    Predictions,
+    form_of,
+    words,
+)
 from eomgen.products.studies.identification.torques import identified_by_torque
 
 #: Names, values of the scene and units of the parameters of the regressor.
@@ -205,3 +212,53 @@ def test_samples_are_as_many_as_unknowns_at_least(rng: np.random.Generator) -> N
         identified_by_torque(model_of(), [gap], NAMES, VALUES, 1.0, "drop", 0.95)
     with pytest.raises(UsageError, match="parameter of the regressor 'waight'; try: weight"):
         identified_by_torque(model_of(), [data], ["waight"], VALUES, 1.0, "refuse", 0.95)
+
+
+@pytest.mark.parametrize(
+    ("values", "coefficients", "text", "value"),
+    [
+        ([6.0, 3.0], [-2.0], "k / m", 2.0), ([6.0, 3.0], [2.0], "k m", 18.0), ([6.0, 3.0], [4.0], "k m^2", 54.0),
+        ([6.0, 3.0], [-1.0], "k / m^0.5", 6.0 / 3.0**0.5), ([6.0, 3.0], [0.5], "k m^0.25", 6.0 * 3.0**0.25),
+    ],
+)  # fmt: skip  # a table
+def test_products_that_data_determine_are_read_with_their_exponents(
+    values: list[float], coefficients: list[float], text: str, value: float
+) -> None:
+    """Changes of m by dm act as changes of k by c dm: k m^e is determined, e = c m / k."""
+    parts = DependentColumns((0,), (1,), np.array([coefficients]))
+    told, number = words(parts, 0, ["k", "m"], np.array(values), "product")
+    assert (told, number) == (text, pytest.approx(value))
+    x, J = np.array(values), np.array([[2.0, 2.0 * coefficients[0]]])
+    exponent = coefficients[0] * values[1] / values[0]
+
+    def change(at: np.ndarray) -> float:
+        product = (at[0] / x[0]) * (at[1] / x[1]) ** exponent
+        return float(abs(2.0 * x[0] * (product - 1.0)))
+
+    assert form_of(parts, 1, x, J, change) == "product"
+    assert form_of(parts, 1, x, J, lambda at: float(abs(J[0] @ (at - x)))) == ("product" if exponent == -1.0 else "sum")
+    assert form_of(parts, 1, x, J, lambda at: float(abs(J[0] @ (at - x)) + 0.1 * abs(at[1] - x[1]))) == "first order"
+    sums, total = words(parts, 0, ["k", "m"], x, "sum")
+    factor = "" if abs(coefficients[0]) == 1.0 else f"{abs(coefficients[0]):g} "
+    assert sums == f"k {'-' if coefficients[0] < 0.0 else '+'} {factor}m"
+    assert total == pytest.approx(values[0] + coefficients[0] * values[1])
+
+
+def test_runs_that_fail_on_the_way_are_kept_and_the_last_result_is_repeated() -> None:
+    asked: list[float] = []
+
+    def run(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        asked.append(float(x[0]))
+        if x[0] < 0.0:
+            raise UsageError("no such run", "another")
+        return np.array([np.inf if x[0] > 9.0 else x[0]]), np.ones((1, 1))
+
+    predict = Predictions(run)
+    assert predict(np.array([1.0])) is not None and predict(np.array([1.0])) is not None and asked == [1.0]
+    assert predict(np.array([-1.0])) is None and predict(np.array([10.0])) is None
+    assert (predict.runs, predict.failures) == (3, ["no such run", "outputs are not finite numbers"])
+    with pytest.raises(UsageError, match="no such run"):
+        Predictions(run)(np.array([-1.0]))
+    search = LeastSquares(predict, np.zeros(1), np.zeros(1, int), (np.zeros(1), np.ones(1)), None, 9)
+    with pytest.raises(NumericalError, match="identify: the run fails: no such run; try: a smaller step"):
+        search._values_and_jacobian(np.array([-1.0]))

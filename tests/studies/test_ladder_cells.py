@@ -34,6 +34,7 @@ from eomgen.products.studies.ladders.runs import (
     Request,
     RunConditions,
     RunEnding,
+    compile_stepper,
     run_ending,
 )
 from eomgen.products.studies.ladders.scaling import (
@@ -53,6 +54,7 @@ from eomgen.products.studies.ladders.study import MOST_STEPS, _LadderStudy, refe
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, StructuralZeros, Subject
 from eomgen.results.finding import NOTE, WARNING
 from tests.models.scenes import SWING
+from tests.studies.runs_of_laws import model_of
 
 FINE = 0.01
 
@@ -160,6 +162,18 @@ def test_references_of_long_runs_have_steps_of_their_own() -> None:
     many = subject.conditions(step=1.0, steps=MOST_STEPS // 8)
     ((_, two, one),) = study._pairs(subject, many)
     assert one.conditions.steps == 2 * MOST_STEPS // 8 and two.conditions.steps == 4 * MOST_STEPS // 8
+
+
+@pytest.mark.parametrize(("place", "resolved"), [(0.5, True), (1e8, True), (1e10, False)])
+def test_runs_that_stand_still_by_rounding_are_no_reference(place: float, resolved: bool) -> None:
+    """Steps of 0.0025 s at 1e-3 rad/s change angles by 2.5e-6 rad; doubles at 1e10 are 2e-6 apart."""
+    subject: Any = Swing()
+    still = {"t": np.linspace(0.0, 2.0, ROWS + 1), "q": np.full((ROWS + 1, 1), 0.5), "v": np.full((ROWS + 1, 1), 1e-3)}
+    held = reference(subject, subject.conditions(q=np.array([place])), lambda *_: RunEnding(REACHED, "", still))
+    assert (held.arrays is not None) is resolved
+    assert resolved or held.by.count(": steps change the coordinates by their rounding only") == 4
+    scaled = subject.conditions(q=np.array([1e10]), sizes=(np.ones(1), np.full(1, 1e3)))
+    assert reference(subject, scaled, lambda *_: RunEnding(REACHED, "", still)).arrays is not None
 
 
 class Process:
@@ -306,7 +320,7 @@ def test_methods_of_ladders(kind: str, wanted: tuple[str, ...], names: list[str]
 def test_the_verb_runs_ladders_and_says_what_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    subject = Swing(has_constraints=False, factors=(), used=frozenset(), why_not={}, data=None)
+    subject = Swing(factors=(), used=frozenset(), why_not={}, data=None)
     subject.has = lambda which: False
     subject.why_not = {FACTORS: "a Scene", SINGLE: "no floats"}
     monkeypatch.setattr(study, "Subject", lambda scene, reading: subject)
@@ -353,7 +367,7 @@ def solution(**changes: Any) -> Any:
     table = {
         "t": np.linspace(0.0, 1.0, 3), "q": np.full((3, 2), 6.0), "v": np.full((3, 1), 8.0), "z": np.full((3, 1), 2.0),
         "a": np.zeros((3, 1)), "outputs": {"y": np.zeros(3)}, "interrupted": False, "success": True, "message": "m",
-        "findings": [SimpleNamespace(severity=WARNING, __str__=None), SimpleNamespace(severity=NOTE)],
+        "findings": [],
     } | changes  # fmt: skip  # a table
     return SimpleNamespace(**table)
 
@@ -375,7 +389,7 @@ CONDITIONS = RunConditions(OWN, 0.25, 3 * ROWS, np.array([1.0, 2.0]), np.array([
 
 
 def test_runs_have_the_arguments_of_their_conditions() -> None:
-    model: Any = Model(solution(findings=[]))
+    model: Any = Model(solution())
     conditions = CONDITIONS.vary(
         z=np.array([4.0]), parameters={"p": 5.0}, start=6.0, given={"rho_inf": 0.5, "tolerance": 1.0}
     )
@@ -396,7 +410,7 @@ def test_runs_have_the_arguments_of_their_conditions() -> None:
 
 
 def test_states_are_compared_in_the_units_and_at_the_place_of_the_scene() -> None:
-    model: Any = Model(solution(findings=[]))
+    model: Any = Model(solution())
     sizes = np.array([2.0, 3.0]), np.array([4.0])
     scaled = run_ending(model, CONDITIONS.vary(sizes=sizes, shift=np.array([2.0, 0.0])), "rk4").arrays
     assert scaled is not None and list(scaled) == ["t", "q", "v"]
@@ -418,9 +432,18 @@ def test_runs_that_do_not_reach_the_end(run: Any, how: str, said: str) -> None:
     assert (ended.how, ended.arrays, ended.finite) == (how, None, True) and said in ended.said
 
 
+def test_warnings_are_said_and_notes_are_not() -> None:
+    class Finding(SimpleNamespace):
+        def __str__(self) -> str:
+            return str(self.text)
+
+    findings = [Finding(severity=kind, text=text) for kind, text in ((WARNING, "a"), (NOTE, "b"), (WARNING, "c"))]
+    assert run_ending(cast(Any, Model(solution(findings=findings))), CONDITIONS, "rk4").said == "a; c"
+
+
 @pytest.mark.parametrize("name", ["t", "q", "v", "z", "a", "outputs"])
 def test_numbers_that_are_not_finite_are_told(name: str) -> None:
-    run = solution(findings=[])
+    run = solution()
     (run.outputs["y"] if name == "outputs" else getattr(run, name))[1] = np.nan
     assert not run_ending(cast(Any, Model(run)), CONDITIONS, "rk4").finite
 
@@ -535,6 +558,68 @@ def test_factors_multiply_numbers_by_their_units() -> None:
 def test_ladders_that_a_scene_has_not(name: str, facts: dict[str, Any], why: str) -> None:
     known = {"has": lambda which: True, "why_not": {FACTORS: "fixed"}, "factors": subjects._SETS[0], "used": set()}
     assert register.BY_NAME[name].applies(cast(Any, SimpleNamespace(**known | facts))) == why
+
+
+def test_conditions_of_factors_units_and_places() -> None:
+    asked: list[Any] = []
+    factors = (
+        Factor("R", "pin.position", 0, 1, 0, 1),
+        Factor("SE3", "free", 1, 7, 1, 6),
+        Factor("R", "arm", 8, 1, 7, 1),
+    )
+
+    def conditions(**given: Any) -> RunConditions:
+        return RunConditions(**{"model": OWN, "step": 1.0, "steps": ROWS, "q": np.ones(9), "v": np.ones(8), **given})
+
+    subject: Any = SimpleNamespace(
+        model=lambda which: SimpleNamespace(factors=factors, nq=9), scene=SimpleNamespace(coordinates="absolute"),
+        conditions=conditions, in_units=lambda units, given: asked.append(units) or given,
+    )  # fmt: skip  # a table
+    moved = register.BY_NAME["origin"].conditions(subject, 100.0)
+    assert moved.q.tolist() == [101.0, 1, 1, 1, 1, 101.0, 1, 1, 1] and moved.parameters == {ORIGIN: 100.0}
+    assert (
+        moved.shift is not None
+        and moved.shift.tolist() == [100.0, 0, 0, 0, 0, 100.0, 0, 0, 0]
+        and moved.model == FACTORS
+    )
+    subject.scene.coordinates = "joint"
+    assert register.BY_NAME["origin"].conditions(subject, 100.0).q.tolist() == [101.0, *[1.0] * 8]
+    stiff = register.BY_NAME["stiffness"].conditions(subject, 1e3)
+    assert (stiff.model, stiff.parameters) == (FACTORS, {STIFFNESS: 1e3})
+    for name, units in (
+        ("length", SceneUnits(length=7.0)),
+        ("mass", SceneUnits(mass=7.0)),
+        ("time", SceneUnits(time=7.0)),
+    ):
+        register.BY_NAME[name].conditions(subject, 7.0)
+        assert asked[-1] == units
+
+
+def test_methods_of_subjects_are_those_that_can_step_the_scene() -> None:
+    subject = Subject.__new__(Subject)
+    subject._models = {OWN: model_of()}
+    assert set(subject.methods(ladders="few")) == {"rk4", "generalized_alpha"}
+    assert subject.methods(fine_by="tolerance") == ["taylor"] and subject.methods(fine_by="damping") == [
+        "generalized_alpha"
+    ]
+    assert subject.runs("rk4") and not subject.runs("auto") and not subject.runs("rk4_partitioned")
+
+
+def test_rates_of_constrained_scenes_are_those_with_their_reactions() -> None:
+    model: Any = SimpleNamespace(
+        multipliers=("a",), nz=1, constrained_dynamics=lambda q, v, z, parameters: (q + parameters["x"], None),
+        internal_rates=lambda q, v, z, parameters: 2.0 * z,
+    )  # fmt: skip
+    found = subjects._rates(model, np.array([1.0, 2.0]), np.zeros(2), np.array([4.0]), {"x": 3.0})
+    assert found.tolist() == [4.0, 5.0, 8.0]
+
+
+def test_steppers_are_compiled_unless_they_are_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    model: Any = SimpleNamespace(library=SimpleNamespace(layout={"built_method": "RKMK4"}), stepper=made.append)
+    for method in ("rk4", "generalized_alpha", "no such method"):
+        compile_stepper(model, method)
+    assert made == ["generalized_alpha"]
 
 
 def test_results_by_ladder(tmp_path: Path) -> None:

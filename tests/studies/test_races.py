@@ -44,7 +44,7 @@ def contenders_of(runner: LawRunner, *methods: str) -> list[Contender]:
 
 
 def entries_of(race: Race, *methods: str, others: tuple[str, ...] = (), axes: tuple[str, ...] = ()) -> RaceEntries:
-    runner = cast(Any, race.runner)
+    runner = cast(Any, race.judge.runner)
     own = candidates("joint", runner.model("joint"), methods, {})
     defaults = runner.formulations.description.simulation
     return RaceEntries(race, own, others, axes, methods, replace(defaults, step=0.01))
@@ -117,25 +117,6 @@ def test_a_run_counts_if_it_meets_the_demand_under_all_conditions_of_the_trainin
     trained = [given for *_, given in runner.made if "initial" in given]
     assert {float(given["initial"]["q"][0]) for given in trained} == {0.1, 0.2}
     assert all((given["timed"], given["estimated"]) == (False, False) for given in trained)
-
-
-def test_near_runs_are_timed_in_turns_at_the_end() -> None:
-    runner = LawRunner(law_of({"rk4": Law(1.0, 4, 4e-6), "generalized_alpha": Law(1e-3, 2, 1e-6)}), GRID)
-    contenders = contenders_of(runner, "rk4", "generalized_alpha")
-    contenders[0].runs = [RaceRun(10.0, 1e-5, 1.0)]
-    contenders[1].runs = [RaceRun(20.0, 1e-5, 1.2), RaceRun(5.0, 1.0, 0.1)]
-    race = race_of(runner, 1e-4)
-    race.finish(contenders[:1])
-    assert not runner.repeated
-    race.finish(contenders)
-    # of whole rows: 100 rows of 10 and of 20 steps
-    assert contenders[0].runs == [RaceRun(10.0, 1e-5, pytest.approx(4e-3))]  # type: ignore[arg-type]
-    assert contenders[1].runs == [RaceRun(20.0, 1e-5, pytest.approx(2e-3)), RaceRun(5.0, 1.0, 0.1)]  # type: ignore[arg-type]
-    assert [repeated.taken for repeated in runner.repeated] == [3, 3]
-    contenders[1].runs[0] = RaceRun(20.0, 1e-5, 1.3 * contenders[0].runs[0].seconds)
-    before = len(runner.made)
-    race.finish(contenders)
-    assert len(runner.made) == before  # beyond a quarter more
 
 
 def test_relatives_and_settings_of_the_best_race_from_its_steps_on() -> None:

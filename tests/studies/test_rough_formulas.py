@@ -38,8 +38,3 @@ def test_corners_that_no_state_is_near_are_listed() -> None:
     assert report.remarks == () and report.summary == "all agree"
     assert sorted(report.corners) == ["comparison in effort push", "min in effort push", "select in effort push"]
     assert check(swing("-3 * q.pin").build(), states=1, only=["partials.K"], profile="quick").corners == ()
-
-
-def test_agreement_is_claimed_only_where_functions_are_defined() -> None:
-    report = check(swing("-3 * abs(q.pin)").build(), states=2, only=["partials"], profile="quick")
-    assert report.passed and report.summary == "all agree where defined" and report.corners == ("abs in effort push",)

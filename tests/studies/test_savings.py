@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from functools import wraps
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,7 +11,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.formula.nodes import Number
 from eomgen.mechanics.derive import derive
@@ -105,28 +103,6 @@ def test_costs_and_ratios(measured: eomgen.products.studies.savings.Savings, tmp
     lines = table.read_text(encoding="utf-8").splitlines()
     assert lines[0].startswith("variant,step_operations,c_bytes,build_seconds,step_seconds,observed_seconds,")
     assert [line.split(",")[0] for line in lines[1:]] == [cost.name for cost in measured.costs]
-
-
-@pytest.mark.slow
-def test_the_verb_prints_a_table(
-    measured: eomgen.products.studies.savings.Savings,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    @wraps(eomgen.products.studies.savings.savings)
-    def measured_before(*_: Any, **__: Any) -> eomgen.products.studies.savings.Savings:
-        return measured
-
-    monkeypatch.setattr("eomgen.products.studies.savings.savings", measured_before)
-    assert main(["savings", BEAM, "--out", str(tmp_path / "out")]) == 0
-    printed = capsys.readouterr()
-    assert "flops of a step's terms" in printed.out
-    assert "forward_dynamics" in printed.out
-    assert "absolute: description error" in printed.out
-    assert "savings.csv" in printed.err
-    assert main(["savings", BEAM, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["variants"][2]["name"] == "moving base"
 
 
 def costs(name: str, seconds: list[float]) -> VariantCost:

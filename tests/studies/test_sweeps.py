@@ -194,8 +194,8 @@ def test_the_best_three_are_refined_one_setting_at_a_time() -> None:
     found = result_of(study_of(LawRunner(law, GRID), ("generalized_alpha",), axes=axes))
     plain = Configuration("joint", "generalized_alpha")
     varied = [
-        one.configuration.vary(parameters={}) for one in found.points
-        if one.configuration.vary(parameters={}, policy="", settings={}) != plain or one.configuration.policy
+        replace(one.configuration, parameters={}) for one in found.points
+        if replace(one.configuration, parameters={}, policy="", settings={}) != plain or one.configuration.policy
     ]  # fmt: skip
     policies = ("rtol 1e-08", "rtol 1e-06", "rtol 0.0001", "factors at every step")
     assert {(one.policy, one.real, one.profile) for one in varied if one.method == plain.method} == {
@@ -337,7 +337,7 @@ def test_slopes_are_fitted_over_the_smallest_steps_that_tell(order: float, off: 
 
 def test_files_have_a_row_for_each_point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = replace(point("a", 0.1, 1e-2, 1.5, said="doubtful"), repeats=3, stats={"steps": 7.0}, took=2.5)
-    one = replace(one, configuration=one.configuration.vary(parameters={"rho_inf": 0.5}, policy="frozen"))
+    one = replace(one, configuration=replace(one.configuration, parameters={"rho_inf": 0.5}, policy="frozen"))
     two = replace(point("b", 0.2, math.inf, ended="refused"), error={})
     found = study_by_hand(one, two)
     monkeypatch.setattr(results, "draw", lambda study, path: path)

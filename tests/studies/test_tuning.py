@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import re
 import tomllib
 from dataclasses import replace
@@ -16,16 +15,16 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.products.studies.tuning import race, tune
-from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, VerificationRun, conditions
+from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, conditions
 from eomgen.products.studies.tuning.race import MARGIN, Contender, RaceRun
 from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.tuning.tune import _shortest
 from eomgen.products.studies.work_precision.axes import candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
-from eomgen.simulation.timing import RepeatedRun
 from tests.models.scenes import SWING
 from tests.models.toml_text import toml_text
+from tests.studies.runs_of_laws import model_of
 
 SCENE = """\
 format = 1
@@ -66,20 +65,6 @@ def tuned(path: Path) -> eomgen.Tuned:
 
 
 SCENE_DATA = tomllib.loads(SCENE)
-
-
-@pytest.mark.slow
-def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
-    assert " meets 0.0001 in " in tuned.why and len(tuned.verified) == 3
-    for run in tuned.verified:
-        assert 0.0 < run.error <= 1e-4 > run.uncertainty
-    assert "one digit more costs" in tuned.why
-    missed = replace(tuned, verified=(VerificationRun("other", 1.0, 0.0, ""),))
-    assert not missed.met and "; verification runs miss it, by an error of 1; " in missed.why
-    assert "; no other run has a reference to verify it; " in replace(tuned, verified=()).why
-    assert f"measured on {tuned.machine['processor']}" in tuned.why
-    data = json.loads(json.dumps(tuned.to_dict()))
-    assert {"why", "verified", "simulation", "rivals", "next_digit", "machine", "spent", "met"} <= set(data)
 
 
 @pytest.mark.slow
@@ -229,7 +214,7 @@ def test_methods_of_low_order_begin_with_as_many_steps_as_others() -> None:
 
 
 def test_contenders_expect_what_their_order_says() -> None:
-    candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
+    candidate = next(c for c in candidates("joint", model_of(), ["rk4"], {}))
     contender = Contender(candidate, candidate.configuration({}), "step", 4.0)
     assert contender.predict_resolution(1e-6) == 4.0
     contender.add(RaceRun(4.0, 1e-3, 1e-3), 1e-6)
@@ -250,7 +235,7 @@ def test_contenders_expect_what_their_order_says() -> None:
 
 def test_a_tolerance_that_has_not_met_the_demand_is_dropped_by_measured_times_alone() -> None:
     """Errors that follow tolerances badly made extrapolated times five times too long."""
-    candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk45"], {}))
+    candidate = next(c for c in candidates("joint", model_of(), ["rk45"], {}))
     contender = Contender(candidate, candidate.configuration({}), "tolerance", 1e3)
     demand = 1e-3
     contender.add(RaceRun(1e3, 0.19, 1e-4), demand)
@@ -264,9 +249,30 @@ def test_a_tolerance_that_has_not_met_the_demand_is_dropped_by_measured_times_al
     assert contender.least_seconds(demand) == contender.predict_seconds(demand)
 
 
+def test_steps_lie_between_runs_that_miss_a_demand_and_runs_that_meet_it() -> None:
+    candidate = next(c for c in candidates("joint", model_of(), ["rk4"], {}))
+    contender = Contender(candidate, candidate.configuration({}), "step", 4.0)
+    contender.runs = [RaceRun(10.0, 1e-3, 1.0), RaceRun(40.0, 1e-7, 4.0)]
+    assert contender._between(8.0, 1e-5) == pytest.approx(20.0)  # the geometric mean
+    assert contender._between(12.0, 1e-5) == 12.0
+    contender.runs = contender.runs[:1]
+    assert contender._between(8.0, 1e-5) == pytest.approx(13.0) and contender._between(8.0, 1e-2) == 8.0
+    refused = Contender(
+        candidate, candidate.configuration({}), "step", 4.0, runs=[RaceRun(4.0, np.inf, 1.0)], closed=True
+    )
+    refused.reopen(1e-2)
+    assert refused.closed
+    contender.closed, contender.taken = True, 3
+    contender.reopen(1e-5)
+    assert (contender.closed, contender.taken) == (False, 0)
+    for number in range(7):
+        contender.add(RaceRun(10.0 + number, 1.0, 1.0), 1e-5)
+    assert (contender.closed, contender.why) == (True, "enough runs")
+
+
 def test_the_margin_is_not_bought_with_twice_the_steps() -> None:
     """Steps of two rows would miss the margin by a little, steps of one row are the next: two rows are tried first."""
-    candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
+    candidate = next(c for c in candidates("joint", model_of(), ["rk4"], {}))
     contender = Contender(candidate, candidate.configuration({}), "step", 0.125, 8)
     demand = 1e-8
     contender.add(RaceRun(0.125, 0.9 * 4.0**4 * demand, 1e-3), demand)
@@ -293,31 +299,6 @@ def _runner(inputs: Any = None) -> Runner:
     return Runner(formulations(PUSHED, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3), None, inputs)
 
 
-@pytest.mark.slow
-def test_conditions_have_other_states_parameters_and_inputs() -> None:
-    def pull(t: float) -> float:
-        return 2.0 * t
-
-    runner = _runner({"pull": pull})
-    judge = Judge(runner, candidates("joint", runner.model("joint"), ["rk4"], {}), DEMAND, 5.0, lambda _: None)
-    motion = judge.reference().observation
-    first, second = (dict(c.arguments) for c, _ in zip(conditions(runner, motion), range(2), strict=False))
-    swing = np.abs(motion.q - motion.q[0]).max()
-    for one in (first, second):
-        assert abs(one["initial"]["q"][0] - 1.0) == pytest.approx(0.05 * swing)
-        assert abs(one["initial"]["v"][0]) == pytest.approx(0.05 * np.abs(motion.v).max())
-        assert set(one["inputs"]) == {"push", "pull"}  # what is over time is met later in place of being multiplied
-        assert one["inputs"]["push"] / 0.4 in (pytest.approx(0.97), pytest.approx(1.03))
-        assert one["inputs"]["pull"](1.0) in (pytest.approx(1.94), pytest.approx(2.06))
-        assert 0.01 * runner.grid.rows < one["later"] <= 0.03 * runner.grid.rows
-    assert "parameters" not in first
-    assert abs(second["parameters"]["length"] - 0.5) == pytest.approx(0.015)
-    again = [c.label for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
-    assert again == [c.label for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
-    assert "inputs by 3 %" in again[0]
-    assert "parameters by 3 %" in again[1]
-
-
 #: In a demand's own words.
 DEMAND = Demand(1e-4, "angle", "largest")
 
@@ -335,25 +316,6 @@ def test_a_run_under_other_conditions_is_that_of_simulate() -> None:
     assert held.t == pytest.approx(exact.t)
     size = np.abs(exact.outputs["angle"]).max()
     assert np.abs(held.outputs["angle"][:, 0] - exact.outputs["angle"]).max() <= KNOWN * 1e-4 * size
-
-
-def _halved_in_single(repeated: RepeatedRun, count: int) -> list[float]:
-    """Return times of a machine on which single precision takes half the time."""
-    return [1e-6 * repeated.steps * (0.5 if repeated.real == "float" else 1.0)] * count
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("error", "real"), [(1e-3, "float"), (1e-9, "double")])
-def test_single_precision_is_chosen_where_it_suffices(
-    error: float, real: str, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(race, "measure_seconds", _halved_in_single)
-    monkeypatch.setattr(race, "SINGLE", 0.0)  # it races for every demand, and floors of its error decide
-    tuned = eomgen.tune(path, error, output="angle", methods=["rk4"], axes=["resolution", "arithmetic"])
-    assert tuned.met
-    assert tuned.configuration.real == real
-    assert eomgen.build(tuned.save(tmp_path / "tuned.toml")).library.real == real
-    assert tuned.simulation.get("real", "double") == real
 
 
 @pytest.mark.parametrize(
@@ -394,19 +356,6 @@ def test_where_the_file_cannot_be_written_is_found_before_the_work(
     assert "a demand on the error is needed; try: --error 1e-4" in capsys.readouterr().err
     assert main(["tune", str(path), "--real-time", "5ns", "--error", "1e-3"]) == 2
     assert "no such option '--real-time': the option tune --real-time was removed; try:" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = [str(path), "--error", "1e-3", "--output", "angle", "--methods", "rk4,generalized_alpha"]
-    assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.toml")]) == 0
-    printed = capsys.readouterr()
-    assert "swing: largest error of angle below 0.001" in printed.out
-    assert "one digit more" in printed.out
-    assert "written: " in printed.err
-    assert eomgen.load(tmp_path / "tuned.toml").simulation.step != 1e-3
-    assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.json")]) == 2
-    assert "a scene is written as a .toml file; try: --out tuned.toml" in capsys.readouterr().err
 
 
 def test_steps_are_written_in_the_digits_that_they_have() -> None:

@@ -110,7 +110,9 @@ def _spins(subject: Subject) -> str:
     if not np.any(turns):
         return "nothing in it turns by a velocity of its own"
     return (
-        "it is held by constraints at rest" if subject.has_constraints and not np.any(subject.start[1][turns]) else ""
+        "it is held by constraints at rest"
+        if subject.model(OWN).multipliers and not np.any(subject.start[1][turns])
+        else ""
     )
 
 

@@ -167,10 +167,6 @@ class Subject:
         same = np.abs(rates * scale - expected) <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + least
         return "" if np.all(same) else faulty
 
-    @property
-    def has_constraints(self) -> bool:
-        return bool(self.model(OWN).multipliers)
-
     def runs(self, method: str) -> bool:
         """Return whether the scene has the properties that a method, given by name, needs."""
         return bool(method != AUTO and candidates(OWN, self.model(OWN), [method], {}))

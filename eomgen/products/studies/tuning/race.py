@@ -26,12 +26,10 @@ from eomgen.products.studies.work_precision.axes import (
 from eomgen.products.studies.work_precision.running import (
     REACHED,
     REFUSED,
-    Runner,
     fraction_of,
     measure_seconds,
     whole_steps,
 )
-from eomgen.simulation.timing import RepeatedRun
 from eomgen.system.description import Simulation
 
 #: Part of the demanded error that a run is expected to stay below, since the errors of verification runs may be larger.
@@ -243,10 +241,6 @@ class Race:
     left_out: dict[str, str] = field(default_factory=dict)
     entered: list[Contender] = field(default_factory=list)
 
-    @property
-    def runner(self) -> Runner:
-        return self.judge.runner
-
     def run(self, contenders: Sequence[Contender], best: float = math.inf) -> Contender | None:
         """Return the contender that meets the demand at the least cost; None if none does.
 
@@ -276,27 +270,9 @@ class Race:
         self.say(f"building: {contender.configuration.label}")
         self.entered.append(contender)
         try:
-            self.runner.prepare(contender.configuration)
+            self.judge.runner.prepare(contender.configuration)
         except EomgenError as error:
             self._leave_out(contender, reason(error))
-
-    def finish(self, contenders: Sequence[Contender]) -> None:
-        """Time the cheapest runs that meet the demand again, in turns, and set their median times. At most three
-        contenders within 25 % of the cheapest take part; no change for a single one."""
-        able = sorted((c for c in contenders if c.best(self.demand)), key=lambda c: c.seconds(self.demand))
-        close = [c for c in able if c.seconds(self.demand) <= 1.25 * able[0].seconds(self.demand)][:3]
-        if len(close) < 2:
-            return
-        entered: list[tuple[Contender, RaceRun, RepeatedRun, list[float]]] = []
-        for contender in close:
-            if (run := contender.best(self.demand)) is not None:
-                repeated = self.runner.run(**contender.how(run), estimated=False).repeated
-                entered += [] if repeated is None else [(contender, run, repeated, [])]
-        for _ in range(_repeats(able[0].seconds(self.demand))):
-            for *_, repeated, taken in entered:
-                taken.extend(measure_seconds(repeated, 1))
-        for contender, run, _, taken in entered:
-            contender.runs[contender.runs.index(run)] = replace(run, seconds=statistics.median(taken))
 
     def _least(self, contenders: Sequence[Contender]) -> float:
         """Return the least seconds of a run that meets the demand under all conditions of the training; infinite if
@@ -332,7 +308,7 @@ class Race:
         times the seconds `best` are tried under the training and timed repeatedly."""
         self.runs += 1
         tried = RaceRun(resolution, math.inf, 1e-3)
-        outcome = self.runner.run(**contender.how(tried), estimated=False)
+        outcome = self.judge.runner.run(**contender.how(tried), estimated=False)
         if outcome.ended == REFUSED:
             self._leave_out(contender, outcome.said)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
@@ -391,7 +367,7 @@ class RaceEntries:
         best = self.race_with_neighbours(contenders, self.race.run(contenders))
         for name in self.others:
             best = self._also(contenders, best, self._contenders_on(name, best))
-            if name in self.race.runner.formulations.simplified:
+            if name in self.race.judge.runner.formulations.simplified:
                 continue
             if best is not None and any(self._dearer(c, best) for c in contenders if c.candidate.formulation == name):
                 rest = self.others[self.others.index(name) + 1 :]
@@ -420,7 +396,7 @@ class RaceEntries:
             return Contender(
                 candidate, configuration, TOLERANCE, 1.0 / first_tolerance(candidate.method.order, self.race.demand)
             )
-        grid = self.race.runner.grid
+        grid = self.race.judge.runner.grid
         first = whole_steps(grid.row / (8.0 * self.defaults.step), grid.coarsest)
         return Contender(candidate, configuration, "step", first, grid.coarsest)
 
@@ -456,9 +432,9 @@ class RaceEntries:
         policies = facts_of(best.configuration.method).policies
         varied = []
         if "policy" in self.axes:
-            varied += [best.configuration.vary(policy=name, settings=s) for name, s in policies.items()]
+            varied += [replace(best.configuration, policy=name, settings=s) for name, s in policies.items()]
         if "arithmetic" in self.axes and self.race.demand >= SINGLE:
-            varied.append(best.configuration.vary(real="float"))
+            varied.append(replace(best.configuration, real="float"))
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
     def _contenders_on(self, name: str, best: Contender | None) -> list[Contender]:
@@ -466,7 +442,7 @@ class RaceEntries:
         family. Empty, with the reason in ``left_out``, if the formulation cannot be built."""
         self.race.say(f"building: {name}")
         try:
-            there = candidates(name, self.race.runner.model(name), self.methods, self.race.left_out)
+            there = candidates(name, self.race.judge.runner.model(name), self.methods, self.race.left_out)
         except EomgenError as error:
             self.race.left_out[name] = reason(error)
             return []

@@ -19,7 +19,7 @@ from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, Verif
 from eomgen.products.studies.tuning.race import COARSE, Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
-from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
+from eomgen.products.studies.work_precision.formulations import JOINT, formulations
 from eomgen.products.studies.work_precision.observation import check_measure, check_output
 from eomgen.products.studies.work_precision.running import (
     MOST_TIMES,
@@ -143,14 +143,9 @@ class _Tuning:
     left_out: dict[str, str] = field(default_factory=dict)
 
     @property
-    def formulations(self) -> Formulations:
-        """Formulations of the scene."""
-        return self.runner.formulations
-
-    @property
     def own(self) -> str:
         """The name of the scene's own formulation."""
-        return self.formulations.own
+        return self.runner.formulations.own
 
     def result(self, source: Path | None) -> Tuned:
         """Race and verify the configurations, and return the cheapest that meets the demand, with rivals, checks and
@@ -158,7 +153,7 @@ class _Tuning:
         the demand."""
         demand = self.demand
         began = time.process_time()
-        self.left_out |= self.formulations.refused
+        self.left_out |= self.runner.formulations.refused
         model = self.runner.model(self.own)
         check_output("output", demand.quantity, model)
         scene_candidates = candidates(self.own, model, self.methods, self.left_out)
@@ -193,8 +188,8 @@ class _Tuning:
     def _others(self) -> list[str]:
         """Return the names of other formulations that may win: simplified ones first, then other coordinates. Other
         coordinates are left out, with a reason, if joint coordinates have no constraints."""
-        less = self.formulations.simplified
-        others = [name for name in self.formulations.scenes if name != self.own and name not in less]
+        less = self.runner.formulations.simplified
+        others = [name for name in self.runner.formulations.scenes if name != self.own and name not in less]
         if self.own == JOINT and not self.runner.model(JOINT).multipliers and others:
             self.left_out |= dict.fromkeys(others, "joint coordinates have no constraints")
             return list(less)
@@ -217,7 +212,6 @@ class _Tuning:
         """
         race = entries.race
         for left in reversed(range(4)):  # conditions missed in one round are tuned on in the next
-            race.finish(contenders)
             winner = min(contenders, key=lambda c: c.seconds(race.demand))
             run = winner.best(race.demand)
             if run is None:
@@ -256,7 +250,7 @@ class _Tuning:
         name = winner.configuration.formulation
         told = (c for c in contenders if any(each.error < COARSE for each in c.runs))
         finer = [contender.predict_seconds(0.1 * demand.error) for contender in told]
-        elsewhere = name != self.own and name not in self.formulations.simplified
+        elsewhere = name != self.own and name not in self.runner.formulations.simplified
         return Tuned(
             scene=self.runner.model(self.own).name,
             quantity=demand.quantity,
@@ -283,7 +277,7 @@ class _Tuning:
             built=sum(self.runner.compiled.values()),
             left_out=dict(self.left_out),
             source=source,
-            simplified=name if name in self.formulations.simplified else "",
+            simplified=name if name in self.runner.formulations.simplified else "",
         )
 
     def _value(self, winner: Contender, run: RaceRun) -> float:

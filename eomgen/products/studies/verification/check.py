@@ -14,7 +14,6 @@ from eomgen.base.arrays import count_of
 from eomgen.base.calls import meant_term
 from eomgen.base.data import replace
 from eomgen.base.messages import nearest, shown
-from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import documents, pipeline
 from eomgen.products.studies.defaults import CHECK_SEED, CHECK_STATES
@@ -54,7 +53,6 @@ from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.pipeline.documents import Described
-    from eomgen.pipeline.model import Model
     from eomgen.system.system import System
 
 
@@ -296,7 +294,7 @@ def check(
         for claim in claims:
             if progress is not None:
                 progress(len(reports), len(claims), claim.name)
-            reports.append(_explain_inertia(judge_claim(claim, engine, tape, system, result, rng), model, result))
+            reports.append(judge_claim(claim, engine, tape, system, result, rng))
     except KeyboardInterrupt:
         if not reports:
             raise
@@ -305,18 +303,6 @@ def check(
         system, tuple(name for name in _OF_FORMULAS if name in system.functions)
     ).kinks_and_jumps()
     return CheckReport(model.name, result.names, seed, tuple(reports), result.notes, tuple(corners), unchecked)
-
-
-def _explain_inertia(report: FormReport, model: Model, states: CheckedStates) -> FormReport:
-    """Return a claim's report, with an explanation if the inertia matrix is not positive definite at its worst
-    state."""
-    if report.name != "mass.M, definite" or report.worst is None:
-        return report
-    q = states.blocks["q"][states.names.index(report.worst.state)]
-    inertia = inertia_warning(model, q, model.parameter_array(), where=f"at {report.worst.state}")
-    if inertia is None:
-        return report
-    return replace(report, worst=replace(report.worst, explained=f"{inertia.text}; try: {inertia.hint}"))
 
 
 def _terms(scene: Described, only: Sequence[str]) -> list[str]:

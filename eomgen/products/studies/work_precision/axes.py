@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.calls import names_of
-from eomgen.base.data import dataclass, field, replace
+from eomgen.base.data import dataclass, field
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family, MethodName
@@ -57,9 +57,6 @@ class Configuration:
     def key(self) -> str:
         """A text that no other configuration has."""
         return json.dumps(self.to_dict(), sort_keys=True)
-
-    def vary(self, **changes: Any) -> Configuration:
-        return replace(self, **changes)
 
     def simulation_keys(self) -> dict[str, Any]:
         """Return the keys of a scene's section ``simulation`` besides the method that differ from the defaults."""

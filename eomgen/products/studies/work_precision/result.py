@@ -425,24 +425,18 @@ def _groups(study: Tradeoff) -> list[list[Point]]:
     groups: dict[str, list[Point]] = {}
     for point in study.usable:
         groups.setdefault(point.configuration.key, []).append(point)
-    ranked = sorted(groups.values(), key=lambda members: _rank(study, members))
+    ranked = sorted(groups.values(), key=lambda members: _costs(study, members))
     first: dict[str, list[Point]] = {}  # the best of each method has a name before the second best of another
     for members in ranked:
         first.setdefault(members[0].configuration.method, members)
     return [*first.values(), *(members for members in ranked if members not in first.values())]
 
 
-def _rank(study: Tradeoff, members: list[Point]) -> float:
-    """Return the cost of a configuration's points relative to the cheapest, in decades, summed over the demands. A
-    demand that is not met counts four decades."""
-    total = 0.0
-    for demand in DEMANDS:
-        best = study.best(demand)
-        if best is None or not best.seconds:
-            continue
-        able = [p.seconds for p in members if p.seconds and study.error(p) <= demand]
-        total += min(math.log10(min(able) / best.seconds), 4.0) if able else 4.0
-    return total
+def _costs(study: Tradeoff, members: list[Point]) -> list[float]:
+    """Return the least seconds of a configuration's points for each demand, the smallest demand first; infinite for
+    demands that are not met."""
+    known = [(study.error(p), p.seconds) for p in members if p.seconds]
+    return [min((cost for error, cost in known if error <= demand), default=math.inf) for demand in DEMANDS[::-1]]
 
 
 def _curves(axis: Any, study: Tradeoff) -> None:

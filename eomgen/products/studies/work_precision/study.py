@@ -326,11 +326,6 @@ class _WorkPrecisionStudy:
     done: int = 0
 
     @property
-    def formulations(self) -> Formulations:
-        """Formulations of the scene."""
-        return self.runner.formulations
-
-    @property
     def coarsest(self) -> float:
         """The coarsest step, s."""
         return self.runner.grid.row * self.runner.grid.coarsest
@@ -340,10 +335,10 @@ class _WorkPrecisionStudy:
         front. `outputs` are the quantities of errors, `began` is the start of the call by ``time.perf_counter``. Raises
         NumericalError if the reference has no uncertainty in the first quantity."""
         self.journal = journal
-        self.left_out |= self.formulations.refused
+        self.left_out |= self.runner.formulations.refused
         every = self._candidates()
         for name in outputs:
-            check_output("outputs", name, self.runner.model(self.formulations.own))
+            check_output("outputs", name, self.runner.model(self.runner.formulations.own))
         self.quantity, self.measure = (outputs or (STATE,))[0], measure
         ladders = [self._own(), *self._ladders(every)]
         if self.announce is not None:
@@ -352,7 +347,7 @@ class _WorkPrecisionStudy:
             self.announce(f"methods to build, or to take from the cache: {len(builds)}; then {runs}")
         held = journal.reference()
         if held is None:
-            exact = [c for c in every if c.formulation not in self.formulations.simplified]
+            exact = [c for c in every if c.formulation not in self.runner.formulations.simplified]
             held = reference(self.runner, exact, 0.25 * self.budget, self._say)
             journal.keep_reference(held)
         self.reference = held
@@ -369,7 +364,7 @@ class _WorkPrecisionStudy:
     def _tradeoff(self) -> Tradeoff:
         grid = self.runner.grid
         return Tradeoff(
-            self.runner.model(self.formulations.own).name,
+            self.runner.model(self.runner.formulations.own).name,
             self.quantity,
             self.measure,
             (grid.start, grid.end, grid.rows),
@@ -386,9 +381,9 @@ class _WorkPrecisionStudy:
         own formulation cannot be built."""
         every: list[Candidate] = []
         methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
-        scene_formulation = self.formulations.own
-        for name in list(self.formulations.scenes):
-            is_other = name != scene_formulation and name not in self.formulations.simplified
+        scene_formulation = self.runner.formulations.own
+        for name in list(self.runner.formulations.scenes):
+            is_other = name != scene_formulation and name not in self.runner.formulations.simplified
             constrained = self.absolute or self.runner.model(scene_formulation).multipliers
             if is_other and scene_formulation == JOINT and not constrained:
                 self.left_out[name] = "joint coordinates have no constraints; studied with the axis formulation named"
@@ -403,7 +398,9 @@ class _WorkPrecisionStudy:
                 continue
             every += candidates(name, model, methods, self.left_out)
         if not every:
-            why = "; ".join(text for name, text in self.left_out.items() if name not in self.formulations.refused)
+            why = "; ".join(
+                text for name, text in self.left_out.items() if name not in self.runner.formulations.refused
+            )
             raise ModelError(Problem("methods", f"no method runs on this scene: {why} [E1128]", "other methods"))
         return tuple(every)
 
@@ -445,11 +442,11 @@ class _WorkPrecisionStudy:
             policies = facts_of(configuration.method).policies
             varied = []
             if "policy" in self.axes:
-                varied += [configuration.vary(policy=name, settings=s) for name, s in policies.items()]
+                varied += [replace(configuration, policy=name, settings=s) for name, s in policies.items()]
             if "arithmetic" in self.axes:
-                varied.append(configuration.vary(real="float"))
+                varied.append(replace(configuration, real="float"))
             if "profile" in self.axes:
-                varied += [configuration.vary(profile=name) for name in ("reproducible", "quick")]
+                varied += [replace(configuration, profile=name) for name in ("reproducible", "quick")]
             kind = members[0].kind
             values = [p.value if kind == TOLERANCE else round(self.coarsest / p.value) for p in members]
             values = sorted(values, reverse=kind == TOLERANCE)
