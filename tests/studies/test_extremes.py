@@ -162,22 +162,6 @@ def test_the_origin_moves_all_that_the_base_and_the_world_carry_and_no_more() ->
     assert moved["constraints"]["loop"]["second"]["position"] == [f"{ORIGIN} + (3.0)", 0, 0]
 
 
-@pytest.mark.slow
-def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
-    first = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], folder=tmp_path)
-    assert len(first.cells) == 5
-    with pytest.raises(eomgen.FileError, match=r"holds the cells of a study, cells\.jsonl; try: --resume"):
-        eomgen.extremes(PENDULUM, ladders=["gravity"], folder=tmp_path)
-    path = tmp_path / "cells.jsonl"
-    lines = path.read_text(encoding="utf-8").splitlines()
-    path.write_text("\n".join(lines[:3]) + "\n" + lines[3][:20], encoding="utf-8")
-    again = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], folder=tmp_path, resume=True)
-    assert [cell.name for cell in again.cells] == [cell.name for cell in first.cells]
-    assert again.cells[:2] == first.cells[:2]
-    with pytest.raises(eomgen.FileError, match="holds the cells of a study of another scene"):
-        eomgen.extremes(PENDULUM | {"gravity": [0, 0, -1]}, folder=tmp_path, resume=True)
-
-
 def test_unknown_names_are_refused() -> None:
     with pytest.raises(eomgen.UsageError, match="there is no ladder 'stif'; try: stiffness"):
         eomgen.extremes(PENDULUM, ladders=["stif"])

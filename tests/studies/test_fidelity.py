@@ -26,18 +26,6 @@ def _tip(model: eomgen.Model, end: float = END, step: float = 0.01) -> Any:
     return model.simulate(end, step, method="taylor", tolerance=1e-13, error_estimate=False).outputs["tip_deflection"]
 
 
-def test_what_there_is_less_of() -> None:
-    assert [what for what, _ in simplify(eomgen.load(BEAM))] == [
-        "at most 2 modes",
-        "at most 1 mode",
-        "no stiffening",
-        "rigid",
-    ]
-    plain = {"format": 1, "name": "x", "bodies": {"rod": {"mass": 1.0}}, "joints": {}}
-    plain["joints"] = {"pin": {"type": "prismatic", "parent": "base", "child": "rod", "axis": [0, 0, 1]}}
-    assert list(simplify(eomgen.load(plain))) == []
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("what", ["at most 1 mode", "no stiffening"])
 def test_a_simplified_scene_is_the_one_that_a_file_would_say(what: str) -> None:

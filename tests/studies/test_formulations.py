@@ -309,7 +309,7 @@ def test_other_formulations_start_where_the_scene_does(runner: Runner, monkeypat
     assert other.given["initial"] == {"q": 1.0, "v": 2.0}
     assert runner._start("joint, rigid", 0.5, None, None, None) is None
     assert runner._start("joint, rigid", 0.5, initial, None, None) == ("short", initial)
-    own.functions = ()
+    own.functions = ("poses",)
     assert runner._start("SE3", 9.0, None, None, None) is None
 
 

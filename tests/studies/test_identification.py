@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -13,13 +11,11 @@ import pytest
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.cli import main
 from eomgen.errors import FileError, NumericalError, UsageError
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.studies.identification.estimation import structure
 from eomgen.products.studies.identification.experiment import CubicInterpolation
 from eomgen.scene.load import from_data, load
-from tests.models.toml_text import toml_text
 
 
 def unknown(value: float, unit: str = "1") -> dict[str, Any]:
@@ -267,33 +263,6 @@ def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() ->
     measured = {"t": run.t, "tip[0]": run.outputs["tip"][:, 0], "tip[2]": run.outputs["tip"][:, 2]}
     found = eomgen.identify(model, measured, ["lower_mass"], step=1e-2)
     assert found.estimates[0].value == pytest.approx(0.7, abs=1e-4)
-
-
-@pytest.mark.slow
-def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene, out = tmp_path / "two_masses.toml", tmp_path / "out"
-    scene.write_text(toml_text(SCENE), encoding="utf-8")
-    given = data()
-    lines = [f"{t!r};{x!r};" for t, x in zip(given["t"].tolist(), given["x"].tolist(), strict=True)]
-    (tmp_path / "run.csv").write_text("# measured\nt;x;force\n" + "\n".join(lines), encoding="utf-8")
-    words = ["identify", str(scene), "--data", str(tmp_path / "run.csv"), "--parameters", "stiffness,damping"]
-    words += ["--set", "stiffness=25", "--step", "10 ms", "--output", "x", "--bounds", "damping=0:", "--out", str(out)]
-    assert main([*words, "--deviation", "x=1 mm"]) == 0
-    told = capsys.readouterr()
-    assert "deviation, given" in told.out and "95 % from" in told.out
-    assert "2 of 2 unknowns determined by 201 samples" in told.err
-    saved = json.loads((out / "identification.json").read_text(encoding="utf-8"))
-    assert saved["estimates"][0]["low"] < 30.0 < saved["estimates"][0]["high"]
-    rows = list(csv.DictReader((out / "estimates.csv").open(encoding="utf-8")))
-    assert [row["name"] for row in rows] == ["stiffness", "damping"]
-    assert float(rows[0]["value"]) == saved["estimates"][0]["value"]
-    left = list(csv.DictReader((out / "residuals_run.csv").open(encoding="utf-8")))
-    assert float(left[7]["x.residual"]) == float(left[7]["x"]) - float(left[7]["x.model"])
-    assert (out / "fit_run.png").stat().st_size > 5000
-    assert main([*words[:-2], "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["noise"] == "estimated"
-    assert main([*words[:-2], "--bounds", "damping"]) == 2
-    assert "--bounds damping: a name and two numbers are needed" in capsys.readouterr().err
 
 
 @pytest.mark.slow_cases("-the file is empty; try: a first line of names")

@@ -521,7 +521,7 @@ def test_factors_multiply_numbers_by_their_units() -> None:
     scene = {
         **SWING, "gravity": [0, 0, -9.81],
         "joints": {"pin": {**SWING["joints"]["pin"], "stiffness": 3.0}},
-        "bodies": {"rod": {"mass": 1.0, "inertia": [1.0, 2.0, 3.0]}, "bob": {"mass": 2.0}},
+        "bodies": {"rod": {"mass": 1.0, "inertia": [1.0, 2.0, 3.0]}, "arm": {"mass": 7.0}, "bob": {"mass": 2.0}},
     }  # fmt: skip
     scaled = with_factors(scene, (LENGTH, MASS, TIME, STIFFNESS, GRAVITY, RATIO, RATIO_LAST))
     bodies = scaled["bodies"]

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
-from pathlib import Path
-from typing import Any, cast
-
 import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import UsageError
 from eomgen.formula.nodes import Number
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.documents import load
@@ -72,39 +66,6 @@ def test_variants_have_the_same_motion() -> None:
         np.testing.assert_allclose(poses, asked, rtol=0, atol=1e-6 if name in ("absolute", "everything") else 1e-12)
 
 
-@pytest.fixture(scope="module")
-def measured() -> eomgen.products.studies.savings.Savings:
-    seen: list[tuple[Any, ...]] = []
-    only = ["terms of a step", "moving base", "absolute"]
-    found = eomgen.savings(BEAM, rounds=1, only=only, profile="quick", progress=lambda *work: seen.append(work))
-    assert seen == [(k, 4, name) for k, name in enumerate(["as asked", *only])]
-    return found
-
-
-@pytest.mark.slow
-def test_costs_and_ratios(measured: eomgen.products.studies.savings.Savings, tmp_path: Path) -> None:
-    asked, step, moving, absolute = measured.costs
-    assert [cost.name for cost in measured.costs] == ["as asked", "terms of a step", "moving base", "absolute"]
-    assert (asked.operations["forward_dynamics"], moving.operations["forward_dynamics"]) == (43, 94)
-    assert set(step.operations) < set(asked.operations)
-    assert step.step_operations == asked.step_operations
-    assert step.c_bytes < asked.c_bytes < moving.c_bytes
-    for cost in (asked, step, moving):
-        assert cost.step_seconds > 0.0
-        assert cost.observed_seconds > 0.0
-        assert cost.problem == ""
-    assert measured.ratio(asked, "c_bytes") == 1.0
-    assert measured.ratio(moving, "c_bytes") == moving.c_bytes / asked.c_bytes
-    assert "absolute coordinates know rigid bodies only, and this is a beam" in absolute.problem
-    assert absolute.step_seconds is None
-    assert measured.ratio(absolute, "c_bytes") is None
-    table, data = measured.write(tmp_path / "out")
-    assert json.loads(data.read_text(encoding="utf-8")) == measured.to_dict()
-    lines = table.read_text(encoding="utf-8").splitlines()
-    assert lines[0].startswith("variant,step_operations,c_bytes,build_seconds,step_seconds,observed_seconds,")
-    assert [line.split(",")[0] for line in lines[1:]] == [cost.name for cost in measured.costs]
-
-
 def costs(name: str, seconds: list[float]) -> VariantCost:
     return VariantCost(name, "", {}, 1, 1, 1.0, float(np.median(seconds)), step_quartiles=_quartiles(seconds))
 
@@ -120,14 +81,3 @@ def test_a_ratio_of_times_is_told_if_rounds_tell_the_times_apart(capsys: pytest.
     _print_costs(study)
     lines = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
     assert "1 to 6" in lines["scattered"] and "2.1 to 2.3" in lines["slower"] and "1.9" in lines["slower"]
-
-
-@pytest.mark.slow
-def test_mistakes_are_answered() -> None:
-    with pytest.raises(UsageError, match="rounds: a whole number from 1 on is needed, not '7'"):
-        eomgen.savings(BEAM, rounds=cast(Any, "7"))
-    with pytest.raises(UsageError, match="only: no variant is called moving; try: some of a run, terms of a step"):
-        eomgen.savings(BEAM, only=["moving"])
-    with pytest.raises(UsageError, match="the scene as it is asked cannot be measured"):
-        scene = load(QUARTER)
-        eomgen.savings(replace(scene, simulation=replace(scene.simulation, step=0.5)), method="rk4", only=["tunable"])

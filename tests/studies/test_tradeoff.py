@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,19 +17,8 @@ from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.observation import errors
 from eomgen.products.studies.work_precision.result import Point, _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
-from tests.models.library import scene_file
 from tests.models.scenes import SWING
 
-#: A rod on a ball joint, thrown: no constraint in joint coordinates, three rows in absolute ones.
-THROWN: dict[str, Any] = {
-    "format": 1,
-    "name": "thrown_rod",
-    "bodies": {"rod": {"mass": 2.0, "center_of_mass": [0.1, 0, -0.3], "inertia": [0.05, 0.06, 0.02]}},
-    "joints": {"ball": {"type": "spherical", "parent": "base", "child": "rod", "initial": {"velocity": [1, 2, 3]}}},
-    "points": {"tip": {"body": "rod", "position": [0, 0, -0.6]}},
-    "outputs": {"tip": {"position": "tip", "unit": "m"}},
-    "simulation": {"step": 0.01, "duration": 0.64},
-}
 STEPS = (0.02, 0.01, 0.005, 0.0025)
 
 
@@ -43,34 +31,6 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[eomgen.Tradeoff, Pa
     )  # fmt: skip  # a call of one study
     made.save(folder)
     return made, folder
-
-
-@pytest.mark.slow
-def test_points_have_errors_times_and_counts_against_a_reference_of_known_uncertainty(
-    study: tuple[eomgen.Tradeoff, Path],
-) -> None:
-    found = study[0]
-    assert found.reference["by"].startswith("taylor, joint")
-    assert found.reference["held against"].startswith("rk4, joint")
-    assert 0.0 < found.uncertainty < 1e-11 and found.best(0.5 * found.uncertainty) is None
-    for point in found.usable:
-        assert 0.0 < point.least <= point.seconds < 1.0
-        assert point.repeats >= 3
-        assert point.stats["steps"] > 0
-        sizes = point.error["angle"]
-        assert sizes.rms <= sizes.largest * (1.0 + 1e-12)
-        assert sizes.final <= sizes.largest
-        assert {"q", "v", "state", "angle"} == set(point.error)
-
-
-@pytest.mark.long
-def test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked_for() -> None:
-    options: dict[str, Any] = {"methods": ["rk4", "taylor"], "steps": [0.02, 0.01], "t_end": 0.2, "repeats": 1}
-    said: list[str] = []
-    found = eomgen.tradeoff(THROWN, announce=said.append, **options)
-    assert {point.configuration.formulation for point in found.points} == {"joint"}
-    assert found.left_out["SE3"] == "joint coordinates have no constraints; studied with the axis formulation named"
-    assert said == ["methods to build, or to take from the cache: 3; then up to 2 min of runs"]
 
 
 def test_curves_are_ranked_by_their_cost_of_the_demands() -> None:
@@ -113,25 +73,6 @@ def test_errors_are_those_of_runs_made_by_hand(study: tuple[eomgen.Tradeoff, Pat
 
 
 @pytest.mark.slow
-def test_a_study_goes_on_where_it_was_left(study: tuple[eomgen.Tradeoff, Path]) -> None:
-    found, folder = study
-    journal = folder / "points.jsonl"
-    lines = journal.read_text().splitlines(keepends=True)
-    cut = "".join(lines[:6]) + lines[6][:40]  # killed in the middle of a line
-    journal.write_text(cut)
-    again = eomgen.tradeoff(
-        SWING, outputs=["angle"], methods=["rk4", "generalized_alpha", "taylor"], steps=STEPS, folder=folder, repeats=3,
-        axes=["formulation", "method", "resolution"], resume=True,
-    )  # fmt: skip  # a call of one study
-    kept = [json.loads(line) for line in lines[1:6]]
-    times = {point.label: point.seconds for point in again.points}
-    assert all(point["point"]["seconds"] in times.values() for point in kept)
-    assert {p.label for p in again.points} <= {p.label for p in found.points}
-    assert journal.read_text().startswith("".join(lines[:6]))
-    assert all(json.loads(line) for line in journal.read_text().splitlines())
-
-
-@pytest.mark.slow
 def test_formulations_of_a_loop_begin_in_one_state() -> None:
     path = Path(__file__).resolve().parents[2] / "examples" / "four_bar" / "scene.toml"
     runner = Runner(formulations(path, {}, others=True), Grid(0.02, 10))
@@ -166,38 +107,3 @@ def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
 def test_an_error_by_an_unknown_measure_is_refused() -> None:
     with pytest.raises(eomgen.UsageError, match="measure: there is no measure 'mean'; try: one of largest, rms, final"):
         Point.error_of(cast(Any, None), "q", "mean")
-
-
-@pytest.mark.slow
-def test_folders_of_studies_are_not_taken_by_mistake(study: tuple[eomgen.Tradeoff, Path]) -> None:
-    folder = study[1]
-    with pytest.raises(eomgen.FileError, match=r"holds the points of a study, points.jsonl; try: --resume"):
-        eomgen.tradeoff(SWING, folder=folder)
-    with pytest.raises(eomgen.FileError, match="of another scene, other times or other parameters; try: another"):
-        eomgen.tradeoff(SWING, folder=folder, resume=True, t_end=0.64)
-    points = folder / "points.jsonl"
-    points.write_text(re.sub(r'"seconds": [^,]*', '"seconds": "x"', points.read_text()))
-    with pytest.raises(eomgen.FileError, match=r"these are not the points of a study; try: another folder"):
-        eomgen.tradeoff(SWING, folder=folder, resume=True)
-    points.write_text("nothing of the kind\n")
-    with pytest.raises(eomgen.FileError, match=r"these are not the points of a study; try: another folder"):
-        eomgen.tradeoff(SWING, folder=folder, resume=True)
-
-
-@pytest.mark.slow
-def test_the_command_prints_one_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = scene_file(tmp_path, "pendulum", simulation={"step": 0.01, "duration": 1.28})
-    arguments = [str(scene), "--out", str(tmp_path / "out"), "--output", "angle", "--methods", "rk4,taylor"]
-    assert (
-        main(["tradeoff", *arguments, "--steps", "0.02,0.01,0.005", "--repeats", "3", "--axes", "method,resolution"])
-        == 0
-    )
-    printed = capsys.readouterr()
-    assert "pendulum: largest error of angle, 1.28 s" in printed.out
-    assert len(printed.out.splitlines()) < 20
-    assert "pendulum: methods to build, or to take from the cache: 3; then up to " in printed.err
-    for words in ("reference: taylor, joint", "the scene's own", "order as declared", "written to"):
-        assert words in printed.err
-    assert main(["tradeoff", *arguments]) == 7
-    assert main(["tradeoff", *arguments[:3], "--steps", "fast"]) == 2
-    assert "these are not numbers of seconds; try: --steps 1e-3,5e-4" in capsys.readouterr().err
