@@ -9,6 +9,7 @@ import json
 import os
 import signal
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -108,9 +109,11 @@ def right() -> RunEnding:
 
 
 @pytest.fixture
-def runner(monkeypatch: pytest.MonkeyPatch) -> RunnerProcess:
+def runner(monkeypatch: pytest.MonkeyPatch) -> Iterator[RunnerProcess]:
     monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 0.3)
-    return RunnerProcess(lambda call: time.sleep(0.15 if call is right else 0.0), lambda call: call())
+    made = RunnerProcess(lambda call: wrong() if call is None else None, lambda call: call())
+    yield made
+    made.close()
 
 
 def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess) -> None:
@@ -118,17 +121,24 @@ def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess) ->
     assert runner.execute(slow, 0.1).how == UNFINISHED
     crashed = runner.execute(killed, 20.0)
     assert crashed.how == CRASH and crashed.said == "killed by signal 11"
-    raised = runner.execute(wrong, 20.0)
-    assert raised.how == RAISED and raised.said == "ValueError: no"
-    assert RunnerProcess(lambda call: wrong(), right).execute(right, 20.0) == RunEnding(RAISED, "ValueError: no")
+    for call in (wrong, None):  # in the run, and before it
+        raised = runner.execute(call, 20.0)
+        assert (raised.how, raised.said) == (RAISED, "ValueError: no")
 
 
-def test_runs_have_processes_of_their_own_and_a_limit_without_compiling(runner: RunnerProcess) -> None:
-    first, expected = runner.execute(right, 0.1), right().arrays
-    assert first.arrays is not None and expected is not None and not first.finite
+def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: RunnerProcess) -> None:
+    first, used, expected = runner.execute(right, 20.0), runner.used, right().arrays
+    assert first.arrays is not None and expected is not None and not first.finite and 0.0 < first.seconds < 20.0
     np.testing.assert_array_equal(first.arrays["q"], expected["q"])
-    assert 0.0 < first.seconds < 0.1 and 0.15 <= runner.compiling < 0.3
-    assert runner.execute(right, 0.1).said not in (first.said, right().said)
+    assert not used and runner.execute(right, 20.0).said == first.said != right().said and runner.used
+    assert runner.execute(killed, 20.0).how == CRASH and runner.used
+    assert runner.execute(right, 20.0).said != first.said and not runner.used
+
+
+def test_the_time_limit_is_not_for_compiling() -> None:
+    compiled = RunnerProcess(lambda _: time.sleep(0.3), lambda call: call())
+    assert compiled.execute(right, 0.2).how == REACHED and 0.3 <= compiled.compiling < 3.0
+    compiled.close()
 
 
 def test_the_origin_moves_all_that_the_base_and_the_world_carry_and_no_more() -> None:

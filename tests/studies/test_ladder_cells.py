@@ -180,12 +180,16 @@ class Process:
     """Runs requests in this process, as ``RunnerProcess`` does in another."""
 
     def __init__(self, ended: Callable[[Request, float], RunEnding]) -> None:
-        self.ended, self.compiling = ended, 0.0
+        self.ended, self.used, self.compiling, self.closed = ended, False, 0.0, 0
         self.asked: list[tuple[Request, float]] = []
 
     def execute(self, request: Request, limit: float) -> RunEnding:
         self.asked.append((request, limit))
         return self.ended(request, limit)
+
+    def close(self) -> None:
+        self.closed += 1
+        self.used = False
 
 
 def study_of(subject: Any, ended: Callable[[Request, float], RunEnding], limit: float = 7.0) -> Any:
@@ -222,14 +226,15 @@ def test_cells_have_the_error_and_verdict_of_their_runs(size: float, said: str, 
     assert len(made.runner.asked) == count + 4
 
 
-def test_runs_that_do_not_reach_their_end_have_no_error() -> None:
+def test_a_fail_in_a_used_process_is_run_again() -> None:
     endings = [RunEnding(CRASH, "killed"), RunEnding(STOPPED, "stopped at t"), RunEnding(RAISED, "no")]
     made = study_of(Swing(), lambda request, limit: endings[len(made.runner.asked) - 1])
-    cells = [made.cell(ladder(), 0.1, "method") for _ in endings]
-    assert [(cell.verdict, cell.said) for cell in cells] == [
-        ("fails", "killed"), ("stopped", "stopped at t"), ("fails", "no")
-    ]  # fmt: skip
-    assert {(cell.error, cell.velocity_error, cell.reference) for cell in cells} == {(None, None, "")}
+    made.runner.used = True
+    cell = made.cell(ladder(), 0.1, "method")
+    assert (cell.verdict, cell.said, made.runner.closed) == ("stopped", "stopped at t", 1)
+    assert (cell.error, cell.velocity_error, cell.reference) == (None, None, "")
+    cell = made.cell(ladder(), 0.1, "method")
+    assert (cell.verdict, cell.said, made.runner.closed) == ("fails", "no", 1)  # in a new process once
 
 
 def test_cells_in_other_units_are_held_against_the_scene_as_it_is() -> None:

@@ -10,6 +10,7 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -140,65 +141,104 @@ def _arrays(run: Solution, conditions: RunConditions) -> dict[str, Array]:
 
 
 class RunnerProcess:
-    """Runs requests, each in a process of its own, forked with the models and modules that are there.
+    """A process that runs one request after another; a lost process is replaced.
 
+    The server is forked at the first request, with all modules loaded so far, and keeps the modules that requests load.
     Compiling has no limit; the limit is for the time after compiling.
 
     Parameters
     ----------
-    prepare : needs of a request before its run, such as compiling, which stay for later requests
+    prepare : needs of a request before its run, such as compiling
     run : returns the answer to a request
 
     Attributes
     ----------
-    compiling : s spent in ``prepare``
+    used : whether the process of the last request had answered earlier requests
+    compiling : s spent in these
     """
 
     def __init__(self, prepare: Callable[[Any], None], run: Callable[[Any], RunEnding]) -> None:
         self._prepare, self._run = prepare, run
-        self.compiling = 0.0
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self.used, self.compiling = False, 0.0
 
     def execute(self, request: Any, limit: float) -> RunEnding:
-        """Run a request in a process and return its end; a hang or a crash is an end, too. After ``limit``, in s, the
-        process is interrupted, and killed if it does not answer."""
+        """Run a request in the process and return its end; a hang or a crash is an end, too, and closes the process.
+
+        Parameters
+        ----------
+        request : picklable data
+        limit : s; then the process is interrupted, and killed if it does not answer
+        """
+        pipe, process = self._there()
         began = time.perf_counter()
         try:
-            self._prepare(request)
-        except Exception as error:
-            return _raised(error)
-        self.compiling += time.perf_counter() - began
-        fork = multiprocessing.get_context("fork")  # the models are there already
-        pipe, child_pipe = fork.Pipe(duplex=False)
-        process = fork.Process(target=_answer, args=(child_pipe, self._run, request), daemon=True)
-        process.start()
-        child_pipe.close()
-        began = time.perf_counter()
-        try:
-            if not pipe.poll(limit):
-                os.kill(process.pid or 0, signal.SIGINT)
-                if not pipe.poll(GRACE):
-                    return RunEnding(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit)
-            return replace(pipe.recv(), seconds=time.perf_counter() - began)
-        except EOFError:
+            pipe.send(request)
+            if not pipe.poll(600.0):
+                return self._close_with(RunEnding(HANG, "more than 600 s to compile", seconds=600.0))
+            raised: RunEnding | None = pipe.recv()
+            self.compiling += time.perf_counter() - began
+            if raised is not None:
+                return raised
+            began = time.perf_counter()
+            if pipe.poll(limit):
+                ending: RunEnding = replace(pipe.recv(), seconds=time.perf_counter() - began)
+                return ending
+            os.kill(process.pid or 0, signal.SIGINT)
+            if pipe.poll(GRACE):
+                return self._close_with(replace(pipe.recv(), seconds=time.perf_counter() - began))
+            text = f"more than {limit:g} s, and no answer to an interrupt"
+            return self._close_with(RunEnding(HANG, text, seconds=limit))
+        except (EOFError, OSError):
             process.join()
-            return RunEnding(CRASH, f"killed by signal {-(process.exitcode or 0)}")
-        finally:
-            process.kill()
-            process.join()
-            pipe.close()
+            return self._close_with(RunEnding(CRASH, f"killed by signal {-(process.exitcode or 0)}"))
+
+    def close(self) -> None:
+        """End the process; the next request gets a new one."""
+        if self._process is not None and self._pipe is not None:
+            self._pipe.close()
+            self._process.kill()
+            self._process.join()
+        self._process, self._pipe = None, None
+
+    def _there(self) -> tuple[Connection, BaseProcess]:
+        if self._process is None or self._pipe is None:
+            fork = multiprocessing.get_context("fork")  # the models are there already
+            self._pipe, child_pipe = fork.Pipe()
+            self._process = fork.Process(
+                target=_serve, args=(child_pipe, self._pipe, self._prepare, self._run), daemon=True
+            )
+            self._process.start()
+            child_pipe.close()
+            self.used = False
+        else:
+            self.used = True
+        return self._pipe, self._process
+
+    def _close_with(self, ended: RunEnding) -> RunEnding:
+        self.close()
+        return ended
 
 
-def _answer(pipe: Connection, run: Callable[[Any], RunEnding], request: Any) -> None:
-    """Send the end of a run from the child process; an exception is an end, too."""
+def _serve(
+    pipe: Connection, parent_pipe: Connection, prepare: Callable[[Any], None], run: Callable[[Any], RunEnding]
+) -> None:
+    """Answer requests in the child process until the other end of the pipe is closed. After `prepare`, None is sent,
+    then the RunEnding of `run`; an exception is sent as a RunEnding, too."""
+    parent_pipe.close()
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        ended = run(request)
-    except KeyboardInterrupt:
-        ended = RunEnding(UNFINISHED, "interrupted")
-    except Exception as error:
-        ended = _raised(error)
-    pipe.send(ended)
-
-
-def _raised(error: Exception) -> RunEnding:
-    return RunEnding(RAISED, f"{type(error).__name__}: {error}")
+    while True:
+        try:
+            request = pipe.recv()
+        except (EOFError, KeyboardInterrupt):
+            return
+        try:
+            prepare(request)
+            pipe.send(None)
+            ended = run(request)
+        except KeyboardInterrupt:
+            ended = RunEnding(UNFINISHED, "interrupted")
+        except Exception as error:
+            ended = RunEnding(RAISED, f"{type(error).__name__}: {error}")
+        pipe.send(ended)

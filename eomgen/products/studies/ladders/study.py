@@ -278,7 +278,7 @@ def extremes(
     limit : float
         Seconds that a run with the method may take, compiling aside; a longer run is interrupted, and the verdict is
         ``unfinished``, or ``fails`` if the run does not answer. A cell may take longer: runs for references have 10 s
-        each (or ``limit``).
+        each (or ``limit``), and a run that fails may be made again in a new process.
     folder : path
         Folder in which each finished cell is kept (``cells.jsonl``), also at Ctrl-C; see also ``Extremes.save``.
     resume : bool
@@ -326,6 +326,8 @@ def extremes(
         if folder is not None:
             stop.add_note(f"finished cells are kept in {folder}: --resume goes on with them")
         raise
+    finally:
+        study.runner.close()
     source = str(scene) if isinstance(scene, str | Path) else study.subject.name
     return Extremes(
         study.subject.name, source, tuple(result), left_out, study.subject.period, time.perf_counter() - began
@@ -408,13 +410,21 @@ class _LadderStudy:
         return result, left_out
 
     def cell(self, ladder: Ladder, value: float, method: str) -> Cell:
-        """Run the scene at one value of a ladder with one method in a separate process, and return the judged cell."""
+        """Run the scene at one value of a ladder with one method in the separate process, and return the judged cell. A
+        failure is confirmed in a fresh process."""
         if ladder.against == EQUATIONS:
             return self._equations(ladder, value, method)
         conditions = ladder.conditions(self.subject, value)
         self.subject.model(conditions.model)  # a model that cannot be built raises here
-        ended = self.runner.execute(Request(conditions, method), self.limit)
-        return self._judge(ladder, value, method, conditions, ended)
+        request = Request(conditions, method)
+        ended = self.runner.execute(request, self.limit)
+        used = self.runner.used
+        result = self._judge(ladder, value, method, conditions, ended)
+        if result.verdict == FAILS and used:  # earlier runs of the process must not be the reason
+            self.runner.close()
+            ended = self.runner.execute(request, self.limit)
+            result = self._judge(ladder, value, method, conditions, ended)
+        return result
 
     def _judge(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: RunEnding) -> Cell:
         error, by = None, ""

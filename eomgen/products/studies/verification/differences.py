@@ -51,8 +51,6 @@ LADDER = 10.0 ** (-0.5 * np.arange(23))
 _SCATTER = int(np.flatnonzero(LADDER < 5e-8)[0])
 #: One-sided differences are compared at steps this many rungs distant: a hundred times.
 _APART = 4
-#: Numbers that are held at once.
-_HELD = 2**23
 
 
 @dataclass(frozen=True)
@@ -117,9 +115,7 @@ class Differences:
 def differences(at: ClaimAtStates) -> Differences:
     """Return central differences of the claim's function at its states, each with the best step and an error bar. The
     ladder of steps, the bars and the search for kinks follow the description of this module."""
-    parts = [_difference_quotients(part) for part in _in_parts(at)]
-    central, sided = (np.concatenate(values, axis=1) for values in zip(*parts, strict=True))
-    floor = _last_place(at)
+    (central, sided), floor = _difference_quotients(at), _last_place(at)
     with np.errstate(all="ignore"):
         change = np.abs(np.diff(central, axis=0))
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
@@ -172,15 +168,6 @@ def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
     near, far = (np.take_along_axis(gap, np.maximum(at - apart, 0), axis=0)[0] for apart in (0, _APART))
     kink = (at[0] >= _APART) & (near > 1e-3 * size) & (near > 0.3 * far)
     return kink, LADDER[np.maximum(at[0], 0)]
-
-
-def _in_parts(at: ClaimAtStates) -> Iterator[ClaimAtStates]:
-    """Yield the states in parts that memory can hold."""
-    first = replace(at, state={name: array[:1] for name, array in at.state.items()})
-    count = max(rate.shape[-2] for rate in first.rates.values())
-    part = max(1, _HELD // max(1, count * max(at.source(first.state).shape[-1], 8) * 8))
-    for start in range(0, len(at.state["q"]), part):
-        yield replace(at, state={name: array[start : start + part] for name, array in at.state.items()})
 
 
 def _difference_quotients(at: ClaimAtStates) -> tuple[Array, Array]:
