@@ -184,7 +184,8 @@ def test_unknown_names_are_refused() -> None:
             eomgen.extremes(PENDULUM, **unknown)
 
 
-def test_a_table_of_infinite_errors_is_json(tmp_path: Path) -> None:
+def test_a_table_of_infinite_errors_is_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.products.studies.ladders.result.draw", lambda scene, cells, path: path)
     cell = Cell("step", 1.0, "rk4", "fails", np.inf, np.nan, 0.1, "", "", 1.0)
     Extremes("swing", "", (cell,)).save(tmp_path)
     assert "Infinity" not in (text := (tmp_path / "extremes.json").read_text()) and "NaN" not in text
@@ -219,6 +220,7 @@ def test_decades_go_from_the_first_to_the_last() -> None:
     assert _decades(4, 4, 2) == (1e4,)
 
 
+@pytest.mark.slow_cases("1")
 @pytest.mark.parametrize("ladders", [1, 3])
 def test_ladders_of_a_map_stand_apart(ladders: int, tmp_path: Path) -> None:
     cell = Cell("gravity", 1.0, "rk4", "holds", 1e-9, None, 1e-2, "", "", 0.1)

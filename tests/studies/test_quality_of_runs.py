@@ -55,7 +55,7 @@ TOLD: dict[str, Callable[[], str]] = {
 }
 
 
-@pytest.mark.slow_cases("savings", "extremes")
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", TOLD)
 def test_friction_that_steps_do_not_resolve_is_told_by_every_study(verb: str) -> None:
     assert UNRESOLVED in TOLD[verb]()

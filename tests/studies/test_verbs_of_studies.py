@@ -21,11 +21,13 @@ from eomgen.products.studies import savings as saving
 from eomgen.products.studies.identification import result as identified
 from eomgen.products.studies.identification.estimation import Combination
 from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
+from eomgen.products.studies.ladders import result as mapped
 from eomgen.products.studies.ladders.result import Cell, Extremes
 from eomgen.products.studies.savings import Savings, VariantCost
 from eomgen.products.studies.tuning.judge import VerificationRun
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.verification.report import CheckReport, Disagreement, FormReport
+from eomgen.products.studies.work_precision import result as compared
 from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.result import Tradeoff
 from tests.models import library
@@ -251,6 +253,13 @@ def test_savings_prints_costs_and_writes_files(scene: str, answered: Any, capsys
 # -- tradeoff, tune, extremes ------------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compared, "draw", lambda study, path: path)
+    monkeypatch.setattr(mapped, "draw", lambda scene, cells, path: path)
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_tradeoff_asks_and_tells(scene: str, answered: Any, capsys: pytest.CaptureFixture[str]) -> None:
     known = {"by": "a", "held against": "b", "uncertainty": {}}
     found = Tradeoff("pendulum", "q", "rms", (0.0, 2.0, 8), (), known, {"processor": "p", "compiler": "c"})
@@ -342,6 +351,7 @@ def test_tune_asks_tells_and_writes(scene: str, answered: Any, capsys: pytest.Ca
         tuned(simplified="rigid").save("tuned.toml")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_extremes_ends_by_its_fails(scene: str, answered: Any, capsys: pytest.CaptureFixture[str]) -> None:
     fine = Cell("step", 1.0, "rk4", "holds", 1e-5, 1e-6, 0.01, "", "taylor", 0.5)
     wrong = replace(fine, value=2.0, verdict="fails", error=0.25, said="odd")

@@ -10,17 +10,16 @@ import statistics
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import count_of
 from eomgen.base.csv_tables import write_rows
-from eomgen.base.data import asdict, dataclass, field, fields, is_dataclass, replace
+from eomgen.base.data import asdict, dataclass, field, fields, replace
 from eomgen.base.files import make_folder, write_text
 from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Node, Number, Operation, Symbol
 from eomgen.pipeline.documents import as_document, load_scene
 from eomgen.pipeline.generation import generate
@@ -118,9 +117,10 @@ def _with_name(scene: Scene, name: str) -> Scene:
 
 
 def _tunable(scene: Scene) -> Scene:
-    """Return the scene with all numbers tunable that bodies, joints, force elements and gravity have, except zeros."""
-    along = _along_beams(scene)
-    parameters = [replace(item, tunable=item.tunable or item.name not in along) for item in scene.parameters]
+    """Return the scene with all numbers tunable that bodies, joints, force elements and gravity have, except zeros. In
+    scenes with beams, parameters stay as they are, and so do numbers of objects that may stand on beams."""
+    beams = {body.name for body in scene.bodies if body.beam is not None}
+    parameters = [replace(item, tunable=item.tunable or not beams) for item in scene.parameters]
 
     def change(value: Any) -> Any:
         if not isinstance(value, Number) or value.value == 0.0:  # other formulas stay, and data by name
@@ -136,7 +136,6 @@ def _tunable(scene: Scene) -> Scene:
         body if body.beam is not None else replace(body, **fresh(body, ("mass", "center_of_mass", "inertia")))
         for body in scene.bodies
     )
-    beams = {body.name for body in scene.bodies if body.beam is not None}
     kept = ("mimic", "pitch")  # ratios of coordinates are constants of the tree
     joints = tuple(
         joint
@@ -146,29 +145,6 @@ def _tunable(scene: Scene) -> Scene:
     )
     others = fresh(scene, ("gravity",) if beams else ("elements", "gravity"))
     return replace(scene, parameters=tuple(parameters), bodies=bodies, joints=joints, **others)
-
-
-def _along_beams(scene: Scene) -> set[str]:
-    """Return the names of parameters that formulas of beams, and of objects that may stand on beams, contain. These
-    remain fixed. Empty for a scene without beams."""
-    beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
-    if not beams:
-        return set()
-    on_beams = (joint for joint in scene.joints if joint.parent in beams)
-    holders = (*on_beams, *scene.points, *scene.elements, *scene.constraints, *beams.values())
-    return {symbol.name for item in _formulas(holders) for symbol in symbols(item) if symbol.kind == "parameter"}
-
-
-def _formulas(value: Any) -> Iterator[Formula]:
-    """Yield all formulas within a value, also within tuples and fields of dataclasses."""
-    if isinstance(value, Node):
-        yield value  # type: ignore[misc]  # every node is a formula
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from _formulas(item)
-    elif is_dataclass(value) and not isinstance(value, type):
-        for item in fields(value):
-            yield from _formulas(getattr(value, item.name))
 
 
 def _moving_base(scene: Scene) -> Scene:

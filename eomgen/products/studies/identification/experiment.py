@@ -76,7 +76,7 @@ class Experiment:
     model, data : the model, and times with measured outputs and inputs
     parameters : names of unknown parameters
     states : unknown components of the initial state; without any, the start follows from parameters as in any run
-    initial : the given initial values, if any, and the whole state that follows, where unknown components start
+    initial : the given initial values, if any, and the whole state that follows, with starts of unknown components
     step : s
     start : time at which the run begins, s; None for the first measured time
     options : of ``sensitivities``
