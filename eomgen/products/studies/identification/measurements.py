@@ -182,10 +182,10 @@ def _belongs_to_solution(model: Model, column: str) -> bool:
     return column in (*states, *model.multipliers) or column.startswith(("energy.", "multipliers"))
 
 
-def check_missing(missing: str) -> None:
-    """Raise UsageError for a value that is none of ``MISSING``."""
-    if missing not in MISSING:
-        raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices [E1077]", " or ".join(MISSING)))
+def check_choice(argument: str, value: str, choices: Sequence[str]) -> None:
+    """Raise UsageError for a value of an argument that is none of the choices."""
+    if value not in choices:
+        raise UsageError(Problem(argument, f"{shown(value)} is none of the choices [E1077]", " or ".join(choices)))
 
 
 def _without_gaps(

@@ -23,7 +23,7 @@ from eomgen.products.studies.identification.experiment import (
     deviations_of,
 )
 from eomgen.products.studies.identification.judgement import Judgement
-from eomgen.products.studies.identification.measurements import Data, Measurements, check_missing, measurements
+from eomgen.products.studies.identification.measurements import MISSING, Data, Measurements, check_choice, measurements
 from eomgen.products.studies.identification.result import Identification
 from eomgen.products.studies.identification.torques import identified_by_torque
 from eomgen.scene.scene import Scene
@@ -139,9 +139,8 @@ def identify(
     check_options("identify", options, _OF_RUNS, _OF_OTHER_RUNS, _OWN)
     model = scene if isinstance(scene, Model) else build_for_run(scene, options.get("method"))
     _check_lists(parameters=parameters, states=states)
-    check_missing(missing)
-    if by not in _WAYS:
-        raise UsageError(Problem("by", f"{by!r} is none of the choices [E1077]", " or ".join(_WAYS)))
+    check_choice("missing", missing, MISSING)
+    check_choice("by", by, _WAYS)
     if by == "torque":
         of_runs = {"states": states or None, "bounds": bounds, "initial": initial, "outputs": outputs}
         _check_unused({**of_runs, "step": step, "t_start": t_start, **options})

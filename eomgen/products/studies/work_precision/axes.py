@@ -67,17 +67,8 @@ class Configuration:
         return {**vars(self), "parameters": dict(self.parameters), "settings": dict(self.settings)}
 
 
-#: The axes of a study, and the varied quantities of each.
-AXES: Mapping[str, str] = {
-    "formulation": "coordinates: joint coordinates, absolute ones on SE(3) and on R^3 x SO(3)",
-    "method": "the method, its form for constraints and its variant",
-    "parameters": "parameters of the method, as rho_inf",
-    "resolution": "step, or tolerance of methods that choose their steps",
-    "policy": "settings of Newton's iteration",
-    "arithmetic": "double and float",
-    "profile": "profile of the compiler",
-    "fidelity": "modes of beams, their order, stiffening, rigid beams; errors are against the scene described",
-}
+#: The axes of a study; ``fidelity`` is of beams, with errors against the scene described.
+AXES = ("formulation", "method", "parameters", "resolution", "policy", "arithmetic", "profile", "fidelity")
 #: Axes that are varied only by request.
 NAMED = ("fidelity",)
 #: The parameter of methods with adaptive steps.
