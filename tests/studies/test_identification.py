@@ -183,17 +183,6 @@ def test_masses_that_move_together_are_known_by_their_sum(slider: eomgen.Model) 
     assert np.isnan(found.correlation[1]).all() and found.correlation[0, 0] == pytest.approx(1.0)
 
 
-@pytest.mark.slow
-def test_motion_without_forces_decides_ratios_alone(slider: eomgen.Model) -> None:
-    found = found_by(slider, data(), "mass_a", "stiffness", "damping", values={"mass_b": 0.0})
-    texts = {one.text: one for one in found.combinations}
-    assert set(texts) == {"mass_a / damping", "stiffness / damping"}
-    one = texts["stiffness / damping"]
-    assert one.form == "product" and one.low < 30.0 < one.high
-    held = found_by(slider, data(), "mass_a", "stiffness", values={"mass_b": 0.0})  # damping is 0.5
-    assert one.deviation == pytest.approx(held["stiffness"].deviation / 0.5, rel=1e-3)
-
-
 def test_what_the_start_does_not_decide_is_found_at_the_end(slider: eomgen.Model) -> None:
     """Where both factors are 1 their derivatives are the same, where they end they are not."""
     t = np.linspace(0.0, 4.0, 41)

@@ -22,17 +22,6 @@ from tests.models.scenes import SWING
 STEPS = (0.02, 0.01, 0.005, 0.0025)
 
 
-@pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[eomgen.Tradeoff, Path]:
-    folder = tmp_path_factory.mktemp("study")
-    made = eomgen.tradeoff(
-        SWING, outputs=["angle"], methods=["rk4", "generalized_alpha", "taylor"], steps=STEPS, folder=folder, repeats=3,
-        axes=["formulation", "method", "resolution", "arithmetic"],
-    )  # fmt: skip  # a call of one study
-    made.save(folder)
-    return made, folder
-
-
 def test_curves_are_ranked_by_their_cost_of_the_demands() -> None:
     """The cheapest of each method for the smallest demand comes first, then the others."""
 
@@ -59,14 +48,17 @@ def test_help_names_the_axes_that_there_are(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.slow
-def test_errors_are_those_of_runs_made_by_hand(study: tuple[eomgen.Tradeoff, Path]) -> None:
+def test_errors_are_those_of_runs_made_by_hand() -> None:
+    methods = ["rk4", "generalized_alpha", "taylor"]
+    axes = ["formulation", "method", "resolution", "arithmetic"]
+    study = eomgen.tradeoff(SWING, outputs=["angle"], methods=methods, steps=STEPS, repeats=3, axes=axes)
     model = eomgen.build(SWING)
     exact = model.simulate(1.28, 0.02, method="taylor", tolerance=1e-15)
     coarse = model.simulate(1.28, 0.01, method="rk4", record_every=2)
     largest = np.abs(coarse.outputs["angle"] - exact.outputs["angle"]).max() / np.ptp(exact.outputs["angle"])
     point = next(
         p
-        for p in study[0].points
+        for p in study.points
         if p.configuration.method == "rk4" and p.value == 0.01 and p.configuration.real == "double"
     )
     assert point.error["angle"].largest == pytest.approx(largest, rel=1e-3)  # the range is known at rows
