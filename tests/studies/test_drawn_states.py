@@ -126,6 +126,7 @@ def test_half_of_the_states_are_of_a_motion_and_the_others_near_it() -> None:
     places = space.system.second_blocks.places("direction")
     of = {name: np.abs(blocks["direction"][:, columns]).max(axis=0) for name, columns in places.items()}
     assert np.all(of["q"] <= [1, 1, 1, 3]) and of["q"][3] > 1.0 and of["p"][0] <= 0.05 and 0.0 < of["u"][0] <= 1.0
+    assert blocks["direction"][:, 0].min() < 0.0 < blocks["direction"][:, 0].max()
     assert of["u"][1] == 0.0 and np.all(of["z"] <= 0.27)
 
 

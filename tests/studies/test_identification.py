@@ -336,7 +336,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["stiffness"], {"missing": "skip"}, "missing: 'skip' is none of the choices; try: refuse or drop"),
         (["stiffness"], {"confidence": 95}, "confidence: 95 is not a probability; try: confidence=0.95"),
         (["stiffness"], {"t_start": 1.0}, "t_start: run1 begins at t = 0 s, before the run at 1 s"),
-        (["stiffness"], {"step": -1.0}, "step: -1 s is not a step"),
+        (["stiffness"], {"step": 0.0}, "step: 0 s is not a step"),
         (["stiffness"], {"initial": ["q.slide"]}, "initial: the state that runs start at is needed, not the name"),
         (["stiffness"], {"initial": [{}, {}]}, "initial: there are 2 initial states for 1 runs"),
         (["stiffness"], {"method": "tdg2"}, "tdg2 has no derivatives of runs here"),

@@ -18,6 +18,7 @@ from eomgen.products.studies.identification.estimation import (
     form_of,
     words,
 )
+from eomgen.products.studies.identification.judgement import combinations_of
 from eomgen.products.studies.identification.torques import identified_by_torque
 
 #: Names, values of the scene and units of the parameters of the regressor.
@@ -238,6 +239,10 @@ def test_products_that_data_determine_are_read_with_their_exponents(
     assert form_of(parts, 1, x, J, change) == "product"
     assert form_of(parts, 1, x, J, lambda at: float(abs(J[0] @ (at - x)))) == ("product" if exponent == -1.0 else "sum")
     assert form_of(parts, 1, x, J, lambda at: float(abs(J[0] @ (at - x)) + 0.1 * abs(at[1] - x[1]))) == "first order"
+    (one,) = combinations_of(parts, ["k", "m"], x, np.array([0.1, np.inf]), 2.0, lambda k: "product")
+    assert (one.text, one.form, one.members) == (text, "product", ("k", "m"))
+    assert (one.value, one.deviation) == pytest.approx((value, 0.1 * value / values[0]))
+    assert (one.low, one.high) == pytest.approx((value - 2.0 * one.deviation, value + 2.0 * one.deviation))
     sums, total = words(parts, 0, ["k", "m"], x, "sum")
     factor = "" if abs(coefficients[0]) == 1.0 else f"{abs(coefficients[0]):g} "
     assert sums == f"k {'-' if coefficients[0] < 0.0 else '+'} {factor}m"

@@ -169,6 +169,7 @@ def test_runs_that_stand_still_by_rounding_are_no_reference(place: float, resolv
     """Steps of 0.0025 s at 1e-3 rad/s change angles by 2.5e-6 rad; doubles at 1e10 are 2e-6 apart."""
     subject: Any = Swing()
     still = {"t": np.linspace(0.0, 2.0, ROWS + 1), "q": np.full((ROWS + 1, 1), 0.5), "v": np.full((ROWS + 1, 1), 1e-3)}
+    still["v"][0] = 0.0
     held = reference(subject, subject.conditions(q=np.array([place])), lambda *_: RunEnding(REACHED, "", still))
     assert (held.arrays is not None) is resolved
     assert resolved or held.by.count(": steps change the coordinates by their rounding only") == 4
@@ -328,7 +329,7 @@ def test_the_verb_runs_ladders_and_says_what_fails(
     subject = Swing(factors=(), used=frozenset(), why_not={}, data=None)
     subject.has = lambda which: False
     subject.why_not = {FACTORS: "a Scene", SINGLE: "no floats"}
-    monkeypatch.setattr(study, "Subject", lambda scene, reading: subject)
+    monkeypatch.setattr(study, "Subject", lambda scene, reading: {("swing.toml", 0): subject}[scene, len(reading)])
     ended = runs_of(taylor=0.0, rk4=1.0, hht=1e-30, wbz=1e9)
     monkeypatch.setattr(study, "RunnerProcess", lambda prepare, run: Process(ended))
     found = eomgen.extremes("swing.toml", ladders=["step", "float"], methods=["rk4", "hht"], folder=tmp_path)

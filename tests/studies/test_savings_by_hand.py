@@ -143,7 +143,9 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.setattr(measuring, "build_in", build_in)
     monkeypatch.setattr(measuring, "generate", generate)
     counts = {name: SimpleNamespace(flops=flops) for name, flops in COSTS.items()}
-    monkeypatch.setattr(measuring, "derive", lambda scene, terms: SimpleNamespace(counts=counts))
+    monkeypatch.setattr(
+        measuring, "derive", lambda scene, terms: SimpleNamespace(counts=counts, of=(scene.content, *(terms or ())))
+    )
     monkeypatch.setattr(measuring, "terms_of_step", lambda scene, method: ("residual", "partials", "outside"))
     return made
 

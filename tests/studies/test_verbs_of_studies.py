@@ -342,7 +342,7 @@ def test_tune_asks_tells_and_writes(scene: str, answered: Any, capsys: pytest.Ca
         2.0,
     )
     assert (list(options["axes"]), options["parameters"], options["inputs"]) == (["method"], {"length": 0.4}, None)
-    assert tuned().why in printed.err and "written: made/tuned.toml" in printed.err
+    assert tuned().why in printed.err and "written: made/tuned.toml" in printed.err and "cheapest" in printed.out
     assert eomgen.load("made/tuned.toml").simulation.method == "rk4"
     answered("tune", tuned(verified=(VerificationRun("a", 2e-4, 0.0, ""),)))
     assert main([*words, "--json"]) == 6
