@@ -238,6 +238,7 @@ def test_a_bound_that_holds_an_estimate_is_named(slider: eomgen.Model) -> None:
     assert "residuals are not white noise (correlation at lag 1: x 0." in found.message
 
 
+@pytest.mark.slow
 def test_runs_that_fail_on_the_way_are_counted(slider: eomgen.Model) -> None:
     """From far away the first steps lead to stiffnesses that the scene forbids."""
     found = found_by(slider, data(), "stiffness", "damping", values={"stiffness": 300.0, "damping": 0.2})

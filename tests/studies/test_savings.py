@@ -26,7 +26,7 @@ def _variants(path: str) -> dict[str, Variant]:
     return {variant.name: variant for variant in variants(load(path), ("residual", "partials"), absolute)}
 
 
-@pytest.mark.slow_except("examples/quarter_car/scene.toml")
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [QUARTER, ARM, BEAM])
 def test_variants_ask_for_more_and_differ_in_content(path: str) -> None:
     made = _variants(path)
