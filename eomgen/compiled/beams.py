@@ -4,8 +4,7 @@ and loads of their sections along the axes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol, Self
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,63 +12,30 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
 from eomgen.base.data import dataclass, fields
-from eomgen.compiled.functions import Functions
 from eomgen.compiled.terms import ExtensibleModel, Inputs, Parameters, States
 from eomgen.errors import Problem, UsageError
-from eomgen.lie.product import Factor
 from eomgen.solvers.beams import Beams, beams_of
-from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES
 
 
-class ModelWithBeams(Protocol):
-    """A ``CompiledModel``: see there."""
-
-    description: Description
-
-    @property
-    def functions(self) -> Functions: ...
-    @property
-    def bodies(self) -> Sequence[str]: ...
-    @property
-    def factors(self) -> tuple[Factor, ...]: ...
-    @property
-    def v_units(self) -> Sequence[str]: ...
-    @property
-    def parameters(self) -> Mapping[str, float]: ...
-    @property
-    def nq(self) -> int: ...
-    @property
-    def nv(self) -> int: ...
-    @property
-    def evaluate(self) -> Callable[..., Mapping[str, Array]]: ...
-
-    def parameter_array(self) -> Array: ...
-
-    def having(self, terms: Sequence[str]) -> Self: ...
-
-
-def beams_at(model: ModelWithBeams, t: float, p: Array) -> Beams | None:
+def beams_at(model: ExtensibleModel, t: float, p: Array) -> Beams | None:
     """Return the geometrically exact beams of a model at parameters p (np,) and time t in s, for assembly. None if the
     model has no such beams, or no term ``poses``."""
-    description = model.description
-    if not description.element_stiffness:
-        return None
-    able = model.having(("poses",))
-    if "poses" not in able.functions:
+    description, terms = model.evaluator.description, model.having(("poses",)).evaluator
+    if not description.element_stiffness or "poses" not in terms.functions:
         return None
     return beams_of(
         description.element_stiffness,
-        description.values(dict(zip(model.parameters, p.tolist(), strict=True))),
-        model.bodies,
-        model.factors,
-        lambda q: np.asarray(able.evaluate("poses", q, t=t, parameters=p)["pose"]),
+        description.values(dict(zip(terms.parameter_names, p.tolist(), strict=True))),
+        terms.bodies,
+        terms.factors,
+        lambda q: terms.call("poses", q=q, t=t, parameters=p)[0],
         absolute=bool(description.joints),
     )
 
 
 def placed_nodes(
-    model: ModelWithBeams, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, bodies: Sequence[str]
+    model: ExtensibleModel, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, bodies: Sequence[str]
 ) -> tuple[Array, Array]:
     """Return q and v with the nodes of each beam placed, and moving, rigidly with the first node of the beam.
 
@@ -80,16 +46,17 @@ def placed_nodes(
     p : (np,) parameters
     bodies : names of the bodies whose coordinates stay
     """
-    shapes, beams = beams_at(model, 0.0, model.parameter_array()), beams_at(model, 0.0, p)
+    terms = model.evaluator
+    shapes, beams = beams_at(model, 0.0, terms.parameters(None)), beams_at(model, 0.0, p)
     if shapes is None or beams is None:
         return after
     from eomgen.solvers.rigid_beams import RigidBeams  # noqa: PLC0415  # few models have exact beams
 
-    rigid = RigidBeams(shapes, model.factors, np.array([unit == "rad/s" for unit in model.v_units]), before[0])
+    rigid = RigidBeams(shapes, terms.factors, np.array([unit == "rad/s" for unit in terms.v_units]), before[0])
     at_start = rigid.velocities(before[0], before[1][np.newaxis])[0]
     rigid = rigid.of(beams)
-    kept_q, kept_v = (np.zeros(size, dtype=bool) for size in (model.nq, model.nv))
-    for factor in model.factors:
+    kept_q, kept_v = (np.zeros(terms.functions.sizes[block], dtype=bool) for block in "qv")
+    for factor in terms.factors:
         if factor.name in bodies:
             kept_q[factor.q], kept_v[factor.v] = True, True
     q = np.where(kept_q, after[0], rigid.place(after[0]))

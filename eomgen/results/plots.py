@@ -124,8 +124,8 @@ def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]
         The figure cannot be written.
     """
     abscissa = only_curve(solution, over, "--over")
-    curves, left_out = _over(solution, (), abscissa)
-    figure = _figure(solution, _panels(curves)[:_PANELS], abscissa, _heading(solution, abscissa, left_out))
+    panels = _panels(_curves_over(solution, (), abscissa))
+    figure = _figure(solution, panels[:_PANELS], abscissa, _heading(solution, abscissa))
     return [save_figure(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
 
 
@@ -145,8 +145,7 @@ def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | No
         The figure cannot be written.
     """
     abscissa = None if over is None else only_curve(solution, over, "--over")
-    panels, left_out = _chosen_panels(solution, names, abscissa)
-    figure = _figure(solution, panels, abscissa, _heading(solution, abscissa, left_out))
+    figure = _figure(solution, _chosen_panels(solution, names, abscissa), abscissa, _heading(solution, abscissa))
     words = [*(names or ["outputs"]), *([] if over is None else ["over", over])]
     file = re.sub(r"[^A-Za-z0-9.-]+", "_", "_".join(words))[:80].strip("_.")
     return save_figure(figure, folder / f"{file}.png")
@@ -163,52 +162,33 @@ def _figure(
     return figure
 
 
-def _heading(solution: RecordedSolution, abscissa: PlottedCurve | None, left_out: str) -> str:
-    """Return the name of the scene, with outputs that are left out, as the heading of a figure."""
+def _heading(solution: RecordedSolution, abscissa: PlottedCurve | None) -> str:
+    """Return the name of the scene, with marked events or the abscissa, as the heading of a figure."""
     title = f"{solution.metadata.get('scene', '')}"
-    return title + (_marks(solution.events) if abscissa is None else f": over {abscissa.name}{left_out}")
+    return title + (_marks(solution.events) if abscissa is None else f": over {abscissa.name}")
 
 
 def _chosen_panels(
     solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve | None
-) -> tuple[list[list[PlottedCurve]], str]:
-    """Return the panels of the curves that names mean, without the abscissa, and words on outputs that are left out.
-    Raises UsageError if no curve is left, and for too many panels."""
-    curves, left_out = _over(solution, names, abscissa)
+) -> list[list[PlottedCurve]]:
+    """Return the panels of the curves that names mean, without the abscissa. Raises UsageError if no curve is left, and
+    for too many panels."""
+    curves = _curves_over(solution, names, abscissa)
     panels = _panels(curves)
     if len(panels) > _PANELS:
         fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS} [E1270]"
         raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
-    return panels, left_out
+    return panels
 
 
-def _over(
-    solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve | None
-) -> tuple[list[PlottedCurve], str]:
-    """Return the curves to draw over an abscissa, or over time for None, and words on outputs that are left out; empty
-    words if none are. Raises UsageError without curves. Without names, over an output of an included file, as one
-    corner of a vehicle, outputs with the same prefix are drawn: over the travel of one wheel, the camber of another
-    wheel is a tangle."""
+def _curves_over(solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve | None) -> list[PlottedCurve]:
+    """Return the curves that names mean, to be drawn over an abscissa, or over time for None. Raises UsageError without
+    curves."""
     curves = [curve for curve in chosen_curves(solution, names) if not abscissa or curve.name != abscissa.name]
     if not curves:
         fault = f"no column is left to draw over {abscissa.name if abscissa else 't'} [E1269]"
         raise UsageError(Problem("plot", fault, "another name"))
-    prefix = _prefix(abscissa.output, list(solution.outputs)) if abscissa and abscissa.output and not names else ""
-    drawn = [curve for curve in curves if curve.output.startswith(prefix)]
-    outputs = {curve.output for curve in curves} - {curve.output for curve in drawn}
-    return drawn, f" ({prefix}... alone; {len(outputs)} other outputs are drawn by name only)" if prefix else ""
-
-
-def _prefix(name: str, outputs: Sequence[str]) -> str:
-    """Return the prefix of an output's name among outputs with several prefixes, as fl_ of fl_travel if there are
-    fl_camber and fr_travel, too; empty if there are no such outputs."""
-    *words, last = name.split("_")
-    twins = [output for output in outputs if output != name and output.endswith(f"_{last}")]
-    for count in range(1, len(words) + 1 if twins else 1):
-        prefix = "_".join(words[:count]) + "_"
-        if not any(twin.startswith(prefix) for twin in twins):
-            return prefix if sum(output.startswith(prefix) for output in outputs) > 1 else ""
-    return ""
+    return curves
 
 
 def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
@@ -285,18 +265,16 @@ def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None, 
     """Draw curves of a solution on new axes of pyplot or on a caller's, and return the axes; see ``Solution.plot``."""
     abscissa = None if over is None else only_curve(solution, over, "plot over")
     if axes is not None:
-        panels = _panels(_over(solution, names, abscissa)[0])
+        panels = _panels(_curves_over(solution, names, abscissa))
         caller_axes = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
         _fill(caller_axes, solution, panels, abscissa, beside=False)
         return caller_axes
-    panels, left_out = _chosen_panels(solution, names, abscissa)
+    panels = _chosen_panels(solution, names, abscissa)
     figure = pyplot_figure(_size(len(panels)))
     drawn = _subplots(figure, len(panels))
     _fill(drawn, solution, panels, abscissa)
     if abscissa is None and (marks := _marks(solution.events)):
         figure.suptitle(marks.removeprefix("; "), fontsize=11)
-    elif left_out and abscissa is not None:
-        figure.suptitle(f"over {abscissa.name}{left_out}", fontsize=11)
     return drawn
 
 

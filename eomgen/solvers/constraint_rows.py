@@ -421,27 +421,19 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
         listed = first_of(undefined, LISTED)
         fault = f"these rows have no finite derivative where constraints are to be met: {listed} [E2083]"
         kinds = {name.rpartition(": ")[2] for name in undefined}
+        of_slip = "contact with the surface" if "contact with the surface" in kinds else "contact"
+        kinds = {of_slip if kind.startswith("no slip") else kind for kind in kinds}
         remedies = {
-            "discs": "a state in which no disc lies flat on the plane on which it rolls",
-            "surfaces": "a start near the surface and within the ends of its curves and maps, and a body that is"
-            " smaller than the valleys of the surface",
-            "formulas": "a state in which the formula and its derivatives have values, within the ends of its curves"
-            " and maps",
-            "others": "a state in which the points of a distance differ, and lengths above 0",
+            "contact": "a state in which no disc lies flat on the plane on which it rolls",
+            "contact with the surface": "a start near the surface and within the ends of its curves and maps, and a"
+            " body that is smaller than the valleys of the surface",
+            FORMULA.removeprefix(": "): "a state in which the formula and its derivatives have values, within the ends"
+            " of its curves and maps",
         }
-        of_rows = {
-            "surfaces"
-            if kind == "contact with the surface"
-            else "discs"
-            if kind == "contact" or (kind.startswith("no slip") and "contact with the surface" not in kinds)
-            else "surfaces"
-            if kind.startswith("no slip")
-            else "formulas"
-            if FORMULA.endswith(kind)
-            else "others"
-            for kind in kinds
-        }
-        hint = "; ".join(remedy for kind, remedy in remedies.items() if kind in of_rows)
+        hints = [remedy for kind, remedy in remedies.items() if kind in kinds]
+        if kinds - remedies.keys():
+            hints.append("a state in which the points of a distance differ, and lengths above 0")
+        hint = "; ".join(hints)
         raise ModelError(Problem("constraints", fault, hint, data=constraints_named(undefined[:LISTED])))
     return B
 

@@ -16,13 +16,11 @@ from scipy.sparse.linalg import splu
 from eomgen.base.arrays import Array
 from eomgen.base.rounding import SUMMED
 from eomgen.lie import numeric
+from eomgen.lie.few_poses import slopes
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
 from eomgen.solvers.beams import Beams, StrainedStart
 from eomgen.solvers.constraint_rows import ConstrainedSystem
-
-#: Step of derivatives by complex arguments.
-_TINY = 1e-30
 
 
 class Strains:
@@ -64,12 +62,14 @@ class Strains:
             The equations are singular.
         """
         d, twists = self._values(q), self._twists(q)
-        D = csr_array(_block_diagonal(_along_twists(d)) @ twists)
+        along, changes = slopes(d)
+        D = csr_array(_block_diagonal(along) @ twists)
         forces = np.einsum("eij,ej->ei", self.beams.stiffness, d - self._rest)
         H = csc_array(D.T @ _block_diagonal(self.beams.stiffness) @ D)
         diagonal = np.array(H.diagonal())
         if geometric:
-            of_forces = csc_array(twists.T @ (_block_diagonal(_geometric(d, forces)) @ D))
+            of_nodes = np.einsum("keij,ei->ejk", changes, forces)  # by d, at constant section forces
+            of_forces = csc_array(twists.T @ (_block_diagonal(of_nodes) @ D))
             H = H + csc_array(0.5 * (of_forces + of_forces.T))
         masses = np.diag(self.system.mass(q))
         masses = np.where(masses > 0.0, masses, np.min(masses[masses > 0.0], initial=1.0))
@@ -122,23 +122,6 @@ class Strains:
         worst = int(np.argmax(squares))
         beam = max((name for name in starts if starts[name] <= worst), key=lambda name: starts[name])
         return StrainedStart(self.energy(changes), float(np.sqrt(squares[worst])), beam, worst - starts[beam] + 1)
-
-
-def _along_twists(d: Array) -> Array:
-    """Return the derivatives of logarithms (elements, 6) along the twists of both nodes, (elements, 6, 12)."""
-    first, second = (numeric.tangent_inverse(SE3, sign * d) for sign in (-1.0, 1.0))
-    return np.concatenate([-first, second], axis=2)
-
-
-def _geometric(d: Array, forces: Array) -> Array:
-    """Return the derivatives by d, (elements, 12, 6), of the forces on both nodes, at constant section forces
-    (elements, 6)."""
-    result = []
-    for k in range(6):
-        moved = d.astype(complex)
-        moved[:, k] += 1j * _TINY
-        result.append(np.einsum("eij,ei->ej", _along_twists(moved), forces).imag / _TINY)
-    return np.stack(result, axis=2)
 
 
 def _block_diagonal(blocks: Array) -> csr_array:

@@ -71,9 +71,8 @@ class Trajectories:
 
     def together(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return rows, flat states and statuses of all."""
-        self.lanes.start(self.starts, self.parameters, self.inputs)
-        rows = self.lanes.run(EVERY, ROWS)
-        return rows, self.lanes.states, self.lanes.statuses
+        rows, _, states, statuses = self.lanes.runs(self.starts, self.parameters, self.inputs, EVERY, ROWS, 0)
+        return rows[:, 1:], states, statuses
 
     def alone(self, lane: int) -> tuple[np.ndarray, np.ndarray, int]:
         """Return rows, flat state and status of one, by the stepper of one trajectory."""
@@ -86,6 +85,7 @@ class Trajectories:
             table = np.repeat(self.inputs[lane][np.newaxis], EVERY * ROWS * stepper.sizes["rows_per_step"] + 1, axis=0)
         record = np.full((ROWS, self.lanes.width), np.nan)
         status = stepper.initialize(0.0, q, v, table, z)
+        stepper.run(0, 1, table, np.empty((1, self.lanes.width)))  # the row of the start, which lanes write as well
         done = 0
         while not status and stepper.count < EVERY * ROWS:  # a log of events that is half full ends a call
             status, rows = stepper.run(EVERY * ROWS - stepper.count, EVERY, table, record[done:])

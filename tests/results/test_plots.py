@@ -216,37 +216,6 @@ def test_curves_over_another_column_have_its_values_and_its_label(tmp_path: Path
     assert [path.name for path in plots.draw_over(run, tmp_path, "q.hinge")] == ["outputs_over.png"]
 
 
-@pytest.mark.parametrize(
-    ("name", "prefix"),
-    [("fl_travel", "fl_"), ("fl_tyre_force", "fl_"), ("front_left_travel", "front_left_"), ("roll", ""), ("tip_x", "")],
-)
-def test_a_prefix_is_of_one_of_several_alike(name: str, prefix: str) -> None:
-    outputs = ["roll", "body_roll", "tip_x", "tip_y"]
-    outputs += [side + own for side in ("fl_", "fr_") for own in ("travel", "toe", "tyre_force")]
-    outputs += [
-        f"{end}_{side}_{own}" for end in ("front", "rear") for side in ("left", "right") for own in ("travel", "toe")
-    ]
-    assert plots._prefix(name, outputs) == prefix
-
-
-@pytest.mark.slow
-def test_over_an_output_of_one_corner_no_other_corner_is_drawn() -> None:
-    builder = swing()
-    for side, part in (("fl", 1.0), ("fr", 0.8)):
-        builder.output(f"{side}_travel", formula=f"{part} * q.hinge")
-        builder.output(f"{side}_toe", formula=f"{part} * q.hinge**2")
-    run = eomgen.build(builder.build(), profile="instant").simulate(0.1, 1e-2)
-    (axis,) = run.plot(over="fl_travel")
-    assert [drawn.get_label() for drawn in axis.get_lines()] == ["fl_toe"]
-    assert axis.figure.get_suptitle() == "over fl_travel (fl_... alone; 2 other outputs are drawn by name only)"
-    assert len(run.plot("fr_toe", "fl_toe", over="fl_travel")[0].get_lines()) == 2
-    assert {drawn.get_label() for axis in run.plot(over="q.hinge") for drawn in axis.get_lines()} >= {
-        "fl_toe",
-        "fr_toe",
-    }
-    pyplot.close("all")
-
-
 def test_a_fast_oscillation_is_thin_and_below_the_other_curves_of_its_panel() -> None:
     t = np.linspace(0.0, 20.0, 4001)
     axis = panel_of(line("fast", np.sin(60.0 * t), "rad"), line("slow", np.sin(t), "rad"))

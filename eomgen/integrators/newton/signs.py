@@ -12,12 +12,12 @@ unknown places, so that only the product decides.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from eomgen.base.arrays import Array
-from eomgen.integrators.newton.matrix import MatrixIndex, evaluate_terms
+from eomgen.integrators.newton.matrix import evaluate_terms
 from eomgen.integrators.newton.sample_matrices import SampledPartials
 from eomgen.integrators.newton.solver import Solver
 
@@ -44,7 +44,7 @@ def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[s
     turned = _parity(rows) * _parity(columns)
     each = rows == columns and not unknowns.inner and not unknowns.lam
     if unknowns.inner:
-        product = -1 if np.sum(_small_pivots(solver, samples, gain) < 0.0) % 2 else 1
+        product = turned * _sign_of_determinant(solver, samples, gain)
     else:
         product = turned * (-1) ** (unknowns.z + unknowns.lam)
     of_states = range(unknowns.first_z, unknowns.size)
@@ -56,43 +56,22 @@ def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[s
     }
 
 
-def _small_pivots(solver: Solver, samples: SampledPartials, gain: float) -> Array:
-    """Return the pivots (n,) of the matrix at the initial state, for a gain a million times smaller than `gain`."""
-    assert solver.elimination is not None  # a matrix with inner unknowns is never dense
+def _sign_of_determinant(solver: Solver, samples: SampledPartials, gain: float) -> int:
+    """Return the sign of the determinant of the matrix at the initial state, for a gain a million times smaller than
+    `gain`."""
+    from scipy.sparse import csc_array  # noqa: PLC0415  # of long trees alone, since SciPy is slow to import
+    from scipy.sparse.linalg import splu  # noqa: PLC0415
+
     small = _SMALL * gain
     weights = (1.0, small, small * small, 1.0, 1.0, 1.0, small)
     none = np.zeros((1, 0))
     entries = evaluate_terms(solver.terms, samples.numbers[:1], none, none, weights)
-    first = {index: float(values[0]) for index, values in entries.items()}
-    return _pivots(first, solver.elimination.rows, solver.elimination.columns)
+    values, places = np.concatenate(list(entries.values())), np.array(list(entries)).T
+    factors = splu(csc_array((values, (places[0], places[1]))))
+    return _parity(factors.perm_r) * _parity(factors.perm_c) * int(np.prod(np.sign(factors.U.diagonal())))
 
 
-def _pivots(entries: dict[MatrixIndex, float], rows: tuple[int, ...], columns: tuple[int, ...]) -> Array:
-    """Return the pivots (n,) of a sparse matrix that is eliminated in the order of rows and columns. Pivots are zero
-    from the first on that vanishes or is not finite. `entries` has the values by (row, column)."""
-    row_at = {row: position for position, row in enumerate(rows)}
-    column_at = {column: position for position, column in enumerate(columns)}
-    by_row: list[dict[int, float]] = [{} for _ in rows]
-    below: list[set[int]] = [set() for _ in rows]
-    for (row, column), value in entries.items():
-        by_row[row_at[row]][column_at[column]] = value
-        below[column_at[column]].add(row_at[row])
-    pivots = np.zeros(len(rows))
-    for position, pivot_row in enumerate(by_row):
-        pivot = pivot_row.get(position, 0.0)
-        if pivot == 0.0 or not np.isfinite(pivot):
-            break
-        pivots[position] = pivot
-        across = [(column, value) for column, value in pivot_row.items() if column > position]
-        for row in below[position]:
-            if row > position and (factor := by_row[row].get(position, 0.0) / pivot) != 0.0:
-                for column, value in across:
-                    by_row[row][column] = by_row[row].get(column, 0.0) - factor * value
-                    below[column].add(row)
-    return pivots
-
-
-def _parity(order: tuple[int, ...]) -> int:
+def _parity(order: Sequence[int]) -> int:
     """Return 1 for an even permutation of 0 to n - 1, -1 for an odd one."""
     seen, sign = [False] * len(order), 1
     for start in range(len(order)):

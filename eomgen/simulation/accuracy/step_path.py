@@ -18,6 +18,7 @@ from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.features import corners, jumps, may_be_fast
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, LoadSymbol, Symbol
+from eomgen.lie import product
 from eomgen.lie.groups import SO3
 from eomgen.lie.numeric import log, rotated
 from eomgen.results.dense_output import Rows, state_at
@@ -136,7 +137,8 @@ class StepPath:
         s = np.clip((times - t[steps])[:, np.newaxis] / h, 0.0, 1.0)
         model = self.run.model
         if all(factor.group == "R" for factor in model.factors):
-            q_there, v_there = _quintic((q, v, a), steps, h, s)
+            ends = [(q[k], v[k], a[k]) for k in (steps, steps + 1)]
+            q_there, v_there, _ = product.group_curve(model.factors, *ends, h[:, 0], s[:, 0])
         else:
             factors = [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors]
             state = state_at(self.states, {"factors": factors, "dense_output": "hermite_5"}, times)
@@ -241,20 +243,6 @@ class StepPath:
 
 def _uses_inputs(formula: Formula) -> bool:
     return any(symbol.kind == "input" for symbol in symbols(formula))
-
-
-def _quintic(rows: tuple[Array, Array, Array], steps: NDArray[np.intp], h: Array, s: Array) -> tuple[Array, Array]:
-    """Return q and v at parts s, (m, 1), of steps of h, (m, 1), by quintics through q, v and a at the ends."""
-    q, v, a = rows
-    rise = q[steps + 1] - q[steps]
-    first, last = h * v[steps], h * v[steps + 1]
-    bend, bent = 0.5 * h * h * a[steps], 0.5 * h * h * a[steps + 1]
-    off, slope, curve = rise - first - bend, last - first - 2.0 * bend, bent - bend
-    c3 = 10.0 * off - 4.0 * slope + curve
-    c4, c5 = -15.0 * off + 7.0 * slope - 2.0 * curve, 6.0 * off - 3.0 * slope + curve
-    way = s * (first + s * (bend + s * (c3 + s * (c4 + s * c5))))
-    speed = first + s * (2.0 * bend + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
-    return q[steps] + way, speed / h
 
 
 #: Maximum number of repeated steps; of a longer run eight pieces are repeated.

@@ -282,50 +282,6 @@ class LaneStepper:
         self._lib, self._ffi = library.lib, library.ffi
         self._settings = np.array([*settings.values(), 0.0])
         self._state, self._workspace = on_cache_lines(library.state_size), on_cache_lines(library.workspace_size)
-        self._statuses = np.zeros(self.lanes, dtype=np.intc)
-        self._parameters = np.zeros(0)
-        self._inputs: Array | None = None
-
-    def start(self, states: Array, parameters: Array, inputs: Array | None) -> None:
-        """Initialise all lanes at their states; failures of lanes stand in ``statuses``.
-
-        Parameters
-        ----------
-        states : (lanes, 1 + nq + nv + nz)
-            Time in s, q, v, z.
-        parameters : (lanes, np)
-        inputs : (lanes, nu)
-            Held over the run, NaN for inputs by a formula of the scene; None: all by formulas.
-        """
-        self._parameters = np.concatenate([np.ascontiguousarray(parameters, dtype=float).ravel(), [0.0]])
-        self._inputs = None if inputs is None else np.ascontiguousarray(inputs, dtype=float)
-        self._lib.eomgen_lanes_start(
-            self._doubles(self._parameters),
-            self._doubles(self._settings),
-            self._doubles(self._inputs),
-            self._doubles(np.ascontiguousarray(states, dtype=float)),
-            self._doubles(self._state),
-            self._doubles(self._workspace),
-            self._whole(self._statuses),
-        )
-
-    def run(self, steps: int, rows: int) -> Array:
-        """Take ``rows`` times ``steps`` steps in all lanes, and return a row after each ``steps`` steps, (lanes, rows,
-        width). Rows are NaN after the failure of a lane. ``rows`` 0: only the rows of the present states, (lanes, 1,
-        width)."""
-        record = np.full((self.lanes, max(rows, 1), self.width), np.nan)
-        self._lib.eomgen_lanes_run(
-            self._doubles(self._parameters),
-            self._doubles(self._settings),
-            self._doubles(self._inputs),
-            self._doubles(self._state),
-            self._doubles(self._workspace),
-            steps,
-            rows,
-            self._doubles(record),
-            self._whole(self._statuses),
-        )
-        return record
 
     def runs(
         self,
@@ -346,7 +302,11 @@ class LaneStepper:
 
         Parameters
         ----------
-        states, parameters, inputs : as of ``start``, (n, ...), n a multiple of the lanes
+        states : (n, 1 + nq + nv + nz), n a multiple of the lanes
+            Time in s, q, v, z.
+        parameters : (n, np)
+        inputs : (n, nu)
+            Held over the run, NaN for inputs by a formula of the scene; None: all by formulas.
         steps, rows : a row after each ``steps`` steps; the first row is the start
         rest : steps before one row more, if any
         shorter : size of a last step, s, if there is one
@@ -388,18 +348,6 @@ class LaneStepper:
             tables.reshape(count // self.lanes, self.lanes, rows, size), 1, 3
         )
         return beside
-
-    @property
-    def statuses(self) -> NDArray[np.intc]:
-        """Status of each lane; 0 without a failure."""
-        return self._statuses.copy()
-
-    @property
-    def states(self) -> Array:
-        """Flat states (lanes, size), as ``Stepper.state``; ``places`` has the slices of quantities."""
-        flat = np.empty((self.lanes, self._size))
-        self._lib.eomgen_lanes_state(self._doubles(self._state), self._doubles(flat))
-        return flat
 
     def _doubles(self, array: Array | None) -> Any:
         return self._ffi.NULL if array is None else self._ffi.from_buffer("double[]", array)
