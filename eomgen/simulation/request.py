@@ -69,7 +69,7 @@ class RunRequest(NamedTuple):
         UsageError
             ``auto`` with a parameter that one of the methods to choose from does not take.
         """
-        if (self.model.description.simulation.method if method is None else method) != AUTO:
+        if str(self.model.description.simulation.method if method is None else method) != AUTO:
             return method, ""
         for key, value in options.items():
             if value is not None and key in OF_OTHERS:

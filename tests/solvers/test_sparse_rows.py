@@ -12,7 +12,7 @@ from eomgen.pipeline.initial_assembly import NEEDED, SPARSE, constraint_equation
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import ConstrainedSystem, RowsInMetric
 from eomgen.solvers.redundancy import redundancy
-from eomgen.solvers.sparse_rows import SparseRows
+from eomgen.solvers.sparse_rows import SparseRows, largest_singular_value, smallest_singular_value
 from eomgen.symbolic.evaluate import evaluate
 
 
@@ -119,3 +119,19 @@ def test_redundant_rows_of_large_systems() -> None:
     q = np.array(derive(chain(6, closed=True), NEEDED).initial_q)
     q = assemble(whole, q, np.zeros(36)).q
     assert redundancy(sparse, q).dependent == redundancy(whole, q).dependent
+
+
+@pytest.mark.parametrize(("count", "columns"), [(40, 90), (90, 90), (5, 9)])
+def test_singular_values_are_those_of_whole_matrices(count: int, columns: int) -> None:
+    random = np.random.default_rng(6)
+    rows = np.eye(count, columns) + 0.3 * random.normal(size=(count, columns)) * (
+        random.uniform(size=(count, columns)) < 0.05
+    )
+    expected = np.linalg.svd(rows, compute_uv=False)
+    assert smallest_singular_value(csr_matrix(rows)) == pytest.approx(expected[-1], rel=1e-6)
+    assert largest_singular_value(csr_matrix(rows)) == pytest.approx(expected[0], rel=1e-6)
+    rows[count - 1] = rows[0] - rows[1]
+    assert smallest_singular_value(csr_matrix(rows)) == pytest.approx(0.0, abs=1e-7)
+    rows[count - 1] = 0.0
+    assert smallest_singular_value(csr_matrix(rows)) == pytest.approx(0.0, abs=1e-7)
+    assert smallest_singular_value(csr_matrix(np.ones((columns + 1, columns)))) == 0.0

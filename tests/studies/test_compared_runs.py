@@ -10,7 +10,6 @@ import pytest
 from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
-from eomgen.integrators.newton.signs import _parity, _pivots
 from eomgen.lie.product import Factor
 from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
@@ -237,20 +236,6 @@ def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     for value, steps in ((0.0999, register.STEPS), (0.1, 2 * register.ROWS)):
         stepped: Any = register.BY_NAME["step"].conditions(subject, value)
         assert (stepped.step, stepped.steps) == (value * 3.0, steps)
-
-
-def test_pivots_are_ratios_of_leading_minors(rng: np.random.Generator) -> None:
-    for size in (1, 2, 5):
-        A = rng.normal(size=(size, size))
-        rows, columns = (tuple(rng.permutation(size).tolist()) for _ in range(2))
-        ordered = A[np.ix_(rows, columns)]
-        minors = [1.0, *(np.linalg.det(ordered[:k, :k]) for k in range(1, size + 1))]
-        entries = {(i, j): float(A[i, j]) for i in range(size) for j in range(size)}
-        np.testing.assert_allclose(_pivots(entries, rows, columns), np.divide(minors[1:], minors[:-1]), rtol=1e-9)
-        assert _parity(rows) == round(np.linalg.det(np.eye(size)[list(rows)]))
-    tridiagonal = {(0, 0): 2.0, (0, 1): 1.0, (1, 0): 4.0, (1, 1): 2.0, (1, 2): 5.0, (2, 1): 1.0, (2, 2): 1.0}
-    assert _pivots(tridiagonal, (0, 1, 2), (0, 1, 2)).tolist() == [2.0, 0.0, 0.0]
-    assert _pivots({(0, 0): np.nan, (1, 1): 1.0}, (0, 1), (0, 1)).tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(("jumps", "pulse"), [(4, True), (6, False)])

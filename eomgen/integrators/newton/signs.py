@@ -16,7 +16,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from eomgen.base.arrays import Array
 from eomgen.integrators.newton.matrix import evaluate_terms
 from eomgen.integrators.newton.sample_matrices import SampledPartials
 from eomgen.integrators.newton.solver import Solver
@@ -44,7 +46,7 @@ def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[s
     turned = _parity(rows) * _parity(columns)
     each = rows == columns and not unknowns.inner and not unknowns.lam
     if unknowns.inner:
-        product = turned * _sign_of_determinant(solver, samples, gain)
+        product = turned * _sign_of_determinant(*_small_matrix(solver, samples, gain))
     else:
         product = turned * (-1) ** (unknowns.z + unknowns.lam)
     of_states = range(unknowns.first_z, unknowns.size)
@@ -56,18 +58,26 @@ def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[s
     }
 
 
-def _sign_of_determinant(solver: Solver, samples: SampledPartials, gain: float) -> int:
-    """Return the sign of the determinant of the matrix at the initial state, for a gain a million times smaller than
-    `gain`."""
-    from scipy.sparse import csc_array  # noqa: PLC0415  # of long trees alone, since SciPy is slow to import
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
-
+def _small_matrix(solver: Solver, samples: SampledPartials, gain: float) -> tuple[Array, NDArray[np.intp]]:
+    """Return the entries (n,) of the matrix at the initial state, and their rows and columns (2, n), for a gain a
+    million times smaller than `gain`."""
     small = _SMALL * gain
     weights = (1.0, small, small * small, 1.0, 1.0, 1.0, small)
     none = np.zeros((1, 0))
     entries = evaluate_terms(solver.terms, samples.numbers[:1], none, none, weights)
-    values, places = np.concatenate(list(entries.values())), np.array(list(entries)).T
-    factors = splu(csc_array((values, (places[0], places[1]))))
+    return np.concatenate(list(entries.values())), np.array(list(entries)).T
+
+
+def _sign_of_determinant(values: Array, places: NDArray[np.intp]) -> int:
+    """Return the sign of the determinant of a sparse matrix with ``values`` (n,) at ``places`` (2, n): 0 if it is
+    exactly singular."""
+    from scipy.sparse import csc_array  # noqa: PLC0415  # of long trees alone, since SciPy is slow to import
+    from scipy.sparse.linalg import splu  # noqa: PLC0415
+
+    try:
+        factors = splu(csc_array((values, (places[0], places[1]))))
+    except RuntimeError:
+        return 0
     return _parity(factors.perm_r) * _parity(factors.perm_c) * int(np.prod(np.sign(factors.U.diagonal())))
 
 

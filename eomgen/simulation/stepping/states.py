@@ -117,7 +117,7 @@ def starts_at_equilibrium(start: str | None, has_state: bool, of_scene: str) -> 
         The run can start at neither.
     """
     chosen = start if start is not None else "initial" if has_state else of_scene
-    if chosen not in ("initial", "equilibrium"):
+    if not isinstance(chosen, str) or chosen not in ("initial", "equilibrium"):
         hint = "initial={...}, for a state" if isinstance(chosen, Mapping) else "initial or equilibrium"
         raise UsageError(Problem("start", f"a run cannot start at {chosen!r} [E2077]", hint))
     return chosen == "equilibrium"
