@@ -1,8 +1,9 @@
-"""Searches for rest by a damped motion and by decreasing energy: pendulums, whose rest hangs, and linear motions against
-their exponentials."""
+"""Searches for rest by a damped motion and by decreasing energy: pendulums, whose rest hangs, and linear motions
+against their exponentials."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -65,7 +66,7 @@ def test_steps_of_decreasing_energy_end_where_pendulums_hang(start: list[float])
     assert end.balanced
     np.testing.assert_allclose(end.point.q, 0.0, atol=1e-9)
     energies = [energy(q) for q in end.path]
-    assert all(later <= earlier + 1e-12 for earlier, later in zip(energies, energies[1:], strict=False))
+    assert all(later <= earlier + 1e-12 for earlier, later in pairwise(energies))
     moves = np.abs(np.diff(end.path, axis=0)).max()
     assert 0.1 < moves <= 1.1  # rad, the width of the region
     damped = follow_damped_motion(pendulums(), np.array(start), np.zeros(0))
