@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.integrators.newton.matrix import Unknowns, pack
-from eomgen.integrators.newton.stages import stages
+from eomgen.integrators.newton.stages import _fill, stages, stages_of_tree
 from eomgen.lie.product import Factor
 
 Pairs = list[tuple[int, int]]
@@ -62,3 +62,44 @@ def test_components_of_sparse_inertia_are_bodies_of_their_own(count: int) -> Non
 def test_components_of_dense_inertia_are_one_body() -> None:
     assert stages_of(40, banded(40, 1), banded(40, 39)) == [list(range(40))]
     assert stages_of(5, banded(5, 1), banded(5, 1)) == [list(range(5))]  # few
+
+
+def fill_of(count: int, pairs: Pairs, order: list[int]) -> int:
+    """Return the sum of squared numbers of neighbours at each elimination, by a dense pattern."""
+    joined = np.zeros((count, count), bool)
+    for row, column in pairs:
+        joined[row, column] = joined[column, row] = row != column
+    total, left = 0, set(range(count))
+    for one in order:
+        left.remove(one)
+        beside = [k for k in left if joined[one, k]]
+        total += len(beside) ** 2
+        joined[np.ix_(beside, beside)] = True
+        np.fill_diagonal(joined, val=False)
+    return total
+
+
+def test_fill_is_that_of_a_dense_pattern(rng: np.random.Generator) -> None:
+    for count in (4, 12, 25):
+        pairs = [(int(row), int(column)) for row, column in rng.integers(count, size=(2 * count, 2))]
+        neighbours: dict[int, set[int]] = {k: set() for k in range(count)}
+        for row, column in pairs:
+            if row != column:
+                neighbours[row].add(column)
+                neighbours[column].add(row)
+        before = {body: set(others) for body, others in neighbours.items()}
+        assert _fill(neighbours, by_degree=False) == fill_of(count, pairs, [*range(count)])
+        assert _fill(neighbours, by_degree=True) == fill_of(count, pairs, by_minimum_degree(count, pairs))
+        assert neighbours == before
+
+
+def test_links_of_a_tree_go_from_its_tips_with_their_inner_unknowns_and_states() -> None:
+    """Links of 1, 2 and 1 velocities; states 0 and 1 touch one link each and go first, 2 touches two links."""
+    factors = [Factor("R", "a", 0, 1, 0, 1), Factor("R", "b", 1, 2, 1, 2), Factor("R", "c", 3, 1, 3, 1)]
+    unknowns = Unknowns(4, 0, 0, False, inner=3, z=3)
+    packing = pack({"Fq": [(0, 2)], "Fx": [(1, 1), (2, 0)], "Fv": [(2, 1)], "Fz": [(0, 0)], "Rz": [(1, 0)]})
+    found = stages_of_tree(unknowns, factors, [3, 2, 0], packing)
+    expected = [[4, 5], [3, 7], [1, 2, 8], [0, 9], [6]]
+    assert [rows for rows, _ in found] == expected and all(rows == columns for rows, columns in found)
+    alone = stages_of_tree(Unknowns(4, 0, 0, False, inner=3), factors, [3, 2, 0], pack({}))
+    assert [rows for rows, _ in alone] == [[3, 4], [1, 2, 5], [0, 6]]

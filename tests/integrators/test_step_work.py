@@ -12,6 +12,8 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.integrators.families.register import method_named, terms_of
+from eomgen.integrators.newton.matrix import WEIGHTS
+from eomgen.integrators.step_work import _operations_of_groups, work_of_system
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline import step_operations
 from eomgen.pipeline.documents import load
@@ -100,3 +102,47 @@ def test_steps_are_counted_with_the_terms_that_runs_take(ill_scaled: bool, monke
     with pytest.raises(StopIteration):
         step_operations.operations_of_step(cast(Any, None), "rosenbrock")
     assert asked == [("rosenbrock", False, True, not ill_scaled)]
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 6])
+def test_operations_of_a_dense_matrix_are_those_of_gaussian_elimination(size: int) -> None:
+    """Counted by its loops; entries have one partial of weight one, and none is on the diagonal of the rates."""
+    counts = dict.fromkeys(("updates", "factors", "below", "pivots"), 0)
+    for pivot in range(size):
+        for _ in range(pivot + 1, size):
+            counts["factors"] += 1
+            counts["updates"] += size - 1 - pivot
+        counts["below"] += size - 1 - pivot
+        counts["pivots"] += 1
+    one = WEIGHTS.index("one")
+    solver = {"entries": [{"linear": [(one, 0)]}] * size**2, "rate_diagonal": (), "moved": ()}
+    assembly, factors, substitution = work_of_system(solver, size)
+    assert (assembly.additions, assembly.multiplications) == (0, 0)
+    assert (factors.additions, factors.multiplications) == (counts["updates"], counts["updates"])
+    assert factors.divisions == counts["factors"]
+    assert substitution.additions == substitution.multiplications == 2 * counts["below"]
+    assert substitution.divisions == counts["pivots"]
+    other = one + 1 if one + 1 < len(WEIGHTS) else one - 1
+    entries = [{"linear": [(one, 0), (other, 1), (other, 2)]}, {"linear": [(other, 0)]}, {"linear": []}]
+    more = {"entries": entries, "rate_diagonal": (0, 1), "moved": ([1, 2, 3], [4])}
+    assembly, _, _ = work_of_system(more, size)
+    assert (assembly.additions, assembly.multiplications) == (2 + 2 + 2, 3 + 4)
+
+
+@pytest.mark.parametrize("group", [-1, 0])
+@pytest.mark.parametrize("size", [1, 4, 7])
+def test_operations_without_subtraction_of_full_rows(size: int, group: int) -> None:
+    """The loops of ``elimination.c.jinja``: each earlier row changes all columns to its right, and the sum by those of
+    the row's own group, or of none; a pivot of a group is that sum minus the entries beside it."""
+    distances = [[column - row for column in range(size)] for row in range(size)]
+    data = {
+        "groups": [group] * size,
+        "kind_of": [*range(size)],
+        "left": [*range(size)],
+        "begin": [size * row for row in range(size + 1)],
+        "distance": [step for row in distances for step in row],
+    }
+    beside = [size - 1 - row for row in range(size)]
+    additions = sum(k * (2 * k + 1) for k in beside) + (sum(beside) if group == 0 else 0)
+    multiplications = sum(k * (k + 2) for k in beside) + sum(beside) + size
+    assert _operations_of_groups(data) == (additions, multiplications)
