@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from eomgen.errors import ModelError
+from eomgen.integrators.newton.elimination import WHOLE, Elimination
 from eomgen.integrators.newton.matrix import Unknowns, pack
+from eomgen.integrators.newton.signs import _parity, _sign_of_determinant
+from eomgen.integrators.newton.solver import _pivots
 from eomgen.integrators.newton.stages import _fill, stages, stages_of_tree
 from eomgen.lie.product import Factor
 
@@ -103,3 +107,33 @@ def test_links_of_a_tree_go_from_its_tips_with_their_inner_unknowns_and_states()
     assert [rows for rows, _ in found] == expected and all(rows == columns for rows, columns in found)
     alone = stages_of_tree(Unknowns(4, 0, 0, False, inner=3), factors, [3, 2, 0], pack({}))
     assert [rows for rows, _ in alone] == [[3, 4], [1, 2, 5], [0, 6]]
+
+
+def test_signs_of_determinants_are_those_of_dense_matrices(rng: np.random.Generator) -> None:
+    for size in (1, 4, 7, 8):
+        A = rng.normal(size=(size, size))
+        places = np.indices(A.shape).reshape(2, -1)
+        assert _sign_of_determinant(A.ravel(), places) == np.sign(np.linalg.det(A))
+        order = tuple(int(k) for k in rng.permutation(size))
+        assert _parity(order) == round(np.linalg.det(np.eye(size)[list(order)]))
+    assert _sign_of_determinant(np.ones(4), np.indices((2, 2)).reshape(2, -1)) == 0
+
+
+def test_pivots_serve_at_all_states_but_a_singular_first_one() -> None:
+    """[[a, 1], [1, a]] is singular for a = 1."""
+    unknowns = Unknowns(2, 0, 0, False)
+
+    def pivots(*diagonal: float) -> Elimination:
+        a, one = np.array(diagonal), np.ones(len(diagonal))
+        values = {(0, 0): a, (0, 1): one, (1, 0): one, (1, 1): a}
+        order = [([0, 1], [0, 1])]
+        return _pivots(
+            unknowns, values, order, len(diagonal), groups=(), constrained=False, diagonal_first=False, sample=WHOLE
+        )
+
+    for regular in ((2.0, 3.0, 4.0), (1.0, 3.0, 4.0)):
+        found = pivots(*regular)
+        assert found.size == 2 and {*found.rows} == {*found.columns} == {0, 1} and found.operations > 0
+    for singular in ((1.0,), (1.0, 1.0), (2.0, 1.0, 3.0)):
+        with pytest.raises(ModelError):
+            pivots(*singular)

@@ -11,6 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.integrators.families import rosenbrock
 from eomgen.integrators.families.register import method_named, terms_of
 from eomgen.integrators.newton.matrix import WEIGHTS
 from eomgen.integrators.step_work import _operations_of_groups, work_of_system
@@ -146,3 +147,16 @@ def test_operations_without_subtraction_of_full_rows(size: int, group: int) -> N
     additions = sum(k * (2 * k + 1) for k in beside) + (sum(beside) if group == 0 else 0)
     multiplications = sum(k * (k + 2) for k in beside) + sum(beside) + size
     assert _operations_of_groups(data) == (additions, multiplications)
+
+
+@pytest.mark.parametrize(("held", "stages"), [(0, 1), (2, 3)])
+def test_constraints_add_their_calls_and_one_division_for_each_judged_row(held: int, stages: int) -> None:
+    """Rows of velocities: three, of which some hold positions as well; four velocities."""
+    method = {"unknowns": {"v": 4, "lam": 3}, "positions_held": held}
+    parts = {part.what: part for part in rosenbrock._work_of_rows(method, 5, 6, stages)}
+    own = parts.pop("constraints")
+    assert all(part.of_model for part in parts.values()) and not own.of_model
+    calls = {"jacobian_values": 1, "constraint_velocity": 8} | ({"constraint": 6} if held else {})
+    assert {what: part.times for what, part in parts.items()} == calls
+    judged = 3 + held
+    assert (own.additions, own.multiplications, own.divisions) == (4 * 7 + 3 * stages + judged, 11, 3 + judged)

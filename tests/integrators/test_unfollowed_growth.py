@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.integrators.newton.signs import _parity, _sign_of_determinant
 
 pytestmark = pytest.mark.slow
 
@@ -78,13 +77,3 @@ def test_what_elastic_coordinates_do_far_from_the_motion_is_no_growth() -> None:
     """Random states at which pivots are chosen have an inertia matrix that is not definite, states of the motion do."""
     run = eomgen.build("examples/elastic_pendulum/scene.toml", profile="quick").simulate(0.1, 1e-3, method="rosenbrock")
     assert run.success and run.stats["unfollowed_growth"] == 0
-
-
-def test_signs_of_determinants_are_those_of_dense_matrices(rng: np.random.Generator) -> None:
-    for size in (1, 4, 7, 8):
-        A = rng.normal(size=(size, size))
-        places = np.indices(A.shape).reshape(2, -1)
-        assert _sign_of_determinant(A.ravel(), places) == np.sign(np.linalg.det(A))
-        order = tuple(int(k) for k in rng.permutation(size))
-        assert _parity(order) == round(np.linalg.det(np.eye(size)[list(order)]))
-    assert _sign_of_determinant(np.ones(4), np.indices((2, 2)).reshape(2, -1)) == 0

@@ -9,6 +9,7 @@ import pickle
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.simulation import simulator as simulator_module
+from eomgen.simulation.simulator import Simulator
 from tests.examples.covering import covering
 from tests.models.library import scene
 
@@ -250,7 +253,7 @@ def test_copies_and_states_go_on_with_the_same_bits(name: str, coordinates: str)
     assert same.inputs == [2.0]
 
 
-@pytest.mark.slow
+@pytest.mark.slow_cases("absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_advance_ends_where_it_is_told_to(coordinates: str) -> None:
     """Times off the grid, with an input that is linear over all of the way, against a run by the same steps."""
@@ -324,6 +327,8 @@ def test_starts_that_cannot_be_are_refused() -> None:
         ({"inputs": {"torque": abs}, "method": "taylor"}, "taylor needs the time derivatives of inputs"),
         ({"parameters": [[1.0], [2.0]]}, "one set of parameters is needed, not a batch"),
         ({"start": "rest"}, "a run cannot start at 'rest'"),
+        ({"start": np.array([1.0, 2.0])}, r"start: a run cannot start at array\(\[1., 2.\]\)"),
+        ({"method": np.array(["rk4", "rk4"])}, "method: there is no method"),
         ({"step": 1e-9, "t_start": 1e9}, "too much for a step of 1e-09 s"),
     ):
         with pytest.raises(eomgen.UsageError, match=text):
@@ -403,3 +408,79 @@ def test_a_law_of_other_parameters_sets_other_joints_in_motion() -> None:
         for v, notes in ((stepped.v, stepped.notes), (run.v[0], run.metadata["corrections"])):
             assert v == pytest.approx(expected, rel=1e-9, abs=1e-12)
             assert told in notes if not given else not notes
+
+
+def test_inputs_move_on_step_by_step_while_motions_follow_functions() -> None:
+    """Four steps with an input from 1 to 3, and an event in the third that stops; the second target is of a number."""
+    steps: list[Any] = []
+    simulator: Any = SimpleNamespace(
+        _present=lambda: np.array([7.0]),
+        t=2.0,
+        _stepper=SimpleNamespace(step_size=0.5),
+        _inputs_of=lambda name, u: np.array(u),
+        _take=lambda p: steps.append(("take", *p)),
+        _motions=SimpleNamespace(reached={}),
+        _found=(),
+        _stopped="",
+    )
+
+    def go_on(p: np.ndarray, t: float, step: float, functions: Any) -> tuple[np.ndarray, dict[str, float]]:
+        assert (p.tolist(), t, step, functions) == ([7.0], 2.0, 0.5, {"lift": abs})
+        return np.array([len(steps) + 0.5]), {"lift": float(len(steps))}
+
+    def step(u: Any, n: int, end: Any) -> None:
+        steps.append((np.array(u).tolist(), n, None if end is None else end.tolist()))
+        simulator._found = (f"event {len(steps) // 2}",)
+        simulator._stopped = "hit" if len(steps) == 6 else ""
+
+    simulator._motions.go_on, simulator._steps = go_on, step
+    Simulator._go_on(simulator, [1.0], 4, [3.0], {"lift": abs})
+    expected = [("take", 0.5), ([1.0], 1, [1.5]), ("take", 2.5), ([1.5], 1, [2.0]), ("take", 4.5), ([2.0], 1, [2.5])]
+    assert steps == expected
+    assert simulator._found == ("event 1", "event 2", "event 3") and simulator._motions.reached == {"lift": 2.0}
+    steps.clear()
+    Simulator._go_on(simulator, [1.0], 2, None, {"lift": abs})
+    assert [taken for taken in steps if taken[0] != "take"] == [([1.0], 1, None)] * 2
+    steps.clear()
+    Simulator._go_on(simulator, [1.0], 5, np.array([2.0]), {})
+    assert steps == [([1.0], 5, [2.0])]
+
+
+def test_laws_are_looked_at_far_ahead_or_as_far_as_they_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Laws that last up to t = 10 s, in steps of 0.5 s from 2 s on."""
+    ends: list[float] = []
+
+    def check_span(run: Any, library: object) -> None:
+        ends.append(run.grid.end)
+        if run.grid.end > 10.0:
+            raise eomgen.UsageError("law", "it ends at 10 s")
+
+    monkeypatch.setattr(simulator_module, "check_span", check_span)
+    monkeypatch.setattr(
+        simulator_module, "replace", lambda item, **changed: SimpleNamespace(**{**vars(item), **changed})
+    )
+    simulator: Any = SimpleNamespace(
+        _cleared=0,
+        _ahead=8,
+        _run=SimpleNamespace(parameters=1.0, signals=SimpleNamespace(given={})),
+        t=2.0,
+        _stepper=SimpleNamespace(step_size=0.5),
+        _motions=SimpleNamespace(rough=False, at_rest=lambda p: p),
+        _library=None,
+        _events=(),
+    )
+    Simulator._look_ahead(simulator, 2, {})
+    assert ends == [7.0] and (simulator._cleared, simulator._ahead) == (8, 32)
+    Simulator._look_ahead(simulator, 3, {})
+    assert ends == [7.0] and simulator._cleared == 5
+    Simulator._look_ahead(simulator, 6, {})
+    assert ends == [7.0, 21.0, 5.0] and (simulator._cleared, simulator._ahead) == (0, 128)
+    with pytest.raises(eomgen.UsageError):
+        Simulator._look_ahead(simulator, 17, {})
+    simulator._motions.rough, simulator._ahead = True, 8
+    ends.clear()
+    Simulator._look_ahead(simulator, 16, {})
+    assert ends == [10.0] and simulator._cleared == 0
+    simulator._motions.rough, simulator._events = False, ("hit",)
+    Simulator._look_ahead(simulator, 2, {})
+    assert simulator._cleared == 0

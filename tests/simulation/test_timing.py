@@ -21,9 +21,9 @@ def oscillator(real: Literal["double", "float"]) -> eomgen.Model:
     return built(builder, real=real)
 
 
-@pytest.mark.slow
+@pytest.mark.slow_cases("float")
 @pytest.mark.parametrize("real", ["double", "float"])
-def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -> None:
+def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"], monkeypatch: pytest.MonkeyPatch) -> None:
     model, push = oscillator(real), {"push": np.linspace(0.0, 40.0, 2001)}
     run = model.simulate(10.0, 5e-3, method="rk4", inputs=push)
     assert run.success and len(run.events) == pytest.approx(63, abs=1)
@@ -32,6 +32,15 @@ def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -
         assert repeated.seconds() > 0.0
         assert repeated.state[0] == pytest.approx(10.0, rel=1e-6)
         assert repeated.state[1:] == pytest.approx(np.append(run.q[-1], run.v[-1]), rel=1e-6)
+    taken, most = repeated.seconds_of_steps()
+    assert len(taken) == repeated.steps == 2000 and 0.0 < taken.mean() < 1e-3 and most == 0
+    ends = repeated.state
+    assert ends[1:] == pytest.approx(np.append(run.q[-1], run.v[-1]), rel=1e-6)
+    calls = repeated.seconds_of_calls()
+    assert len(calls) == 2000 and 0.0 < calls.mean() < 1e-3 and np.array_equal(repeated.state, ends)
+    monkeypatch.setattr(repeated._stepper, "status_text", "status {}".format)
+    with pytest.raises(eomgen.NumericalError, match="the run cannot be repeated: status 7"):
+        repeated._check(7)
 
 
 @pytest.mark.slow
