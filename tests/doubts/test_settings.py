@@ -122,7 +122,7 @@ def test_the_option_strict_ends_with_its_verb(rest: tuple[str, ...], capsys: pyt
     assert not CALLED.get().strict and not CALLED.get().quiet
 
 
-@pytest.mark.slow_cases("simulate")
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", ["simulate", "equilibrium"])
 def test_a_call_silences_notes_of_the_scene(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A scene whose model of an earlier call has the note, and a scene that is strict itself."""

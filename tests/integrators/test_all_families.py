@@ -49,7 +49,7 @@ def test_no_family_is_left_out() -> None:
     assert {row_of(name)[0] for _, name in CASES} == set(BUILT_IN)
 
 
-@pytest.mark.slow_except("loop-rattlie")
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_a_run_in_two_parts_has_the_bits_of_one(scene: str, method: str, tmp_path: Path) -> None:
     file, (step, options) = tmp_path / "run.ckpt", options_of(scene, method)

@@ -37,7 +37,7 @@ PROTOTYPES = {
 }
 
 
-@pytest.mark.slow_except("lsrt2")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", PROTOTYPES)
 def test_digits_of_the_shear_frame_with_a_pendulum(method: str) -> None:
     errors, settings = [], {"matrix_every": 0} if method == "corrected_predictor" else {}

@@ -90,7 +90,7 @@ def test_order_in_positions_velocities_and_multipliers(name: str, method: str) -
         assert slopes(found)[-1] == pytest.approx(2.0, abs=0.1), part
 
 
-@pytest.mark.slow_except("lsrt2")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_what_two_corrections_leave_falls_by_the_ninth_power_of_the_step(method: str) -> None:
     """From steps whose corrections do not reach rounding to those whose do."""

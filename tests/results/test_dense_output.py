@@ -57,6 +57,7 @@ def test_rows_far_apart_cost_the_order_of_their_spacing_and_say_so() -> None:
     assert np.all(np.array(told) < 1000.0 * np.array(errors))
 
 
+@pytest.mark.slow_cases("rk4")
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_states_are_continuous_across_rows_and_quaternions_of_unit_length(method: str) -> None:
     model = flyer()
