@@ -78,7 +78,11 @@ def _sign_of_determinant(values: Array, places: NDArray[np.intp]) -> int:
         factors = splu(csc_array((values, (places[0], places[1]))))
     except RuntimeError:
         return 0
-    return _parity(factors.perm_r) * _parity(factors.perm_c) * int(np.prod(np.sign(factors.U.diagonal())))
+    return (
+        _parity(factors.perm_r.tolist())
+        * _parity(factors.perm_c.tolist())
+        * int(np.prod(np.sign(factors.U.diagonal())))
+    )
 
 
 def _parity(order: Sequence[int]) -> int:

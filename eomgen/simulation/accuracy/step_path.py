@@ -137,18 +137,18 @@ class StepPath:
         s = np.clip((times - t[steps])[:, np.newaxis] / h, 0.0, 1.0)
         model = self.run.model
         if all(factor.group == "R" for factor in model.factors):
-            ends = [(q[k], v[k], a[k]) for k in (steps, steps + 1)]
-            q_there, v_there, _ = product.group_curve(model.factors, *ends, h[:, 0], s[:, 0])
+            first, last = ((q[k], v[k], a[k]) for k in (steps, steps + 1))
+            q_there, v_there, _ = product.group_curve(model.factors, first, last, h[:, 0], s[:, 0])
         else:
             factors = [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors]
             state = state_at(self.states, {"factors": factors, "dense_output": "hermite_5"}, times)
             q_there, v_there = state.q, state.v
         if not model.nz:
             return q_there, v_there, np.zeros((len(times), 0))
-        first, last = self.slopes[steps], self.slopes[steps + 1]
+        rate, later = self.slopes[steps], self.slopes[steps + 1]
         rise = z[steps + 1] - z[steps]
-        bend, twist = 3.0 * rise - h * (2.0 * first + last), h * (first + last) - 2.0 * rise
-        z_there = z[steps] + s * (h * first + s * (bend + s * twist))
+        bend, twist = 3.0 * rise - h * (2.0 * rate + later), h * (rate + later) - 2.0 * rise
+        z_there = z[steps] + s * (h * rate + s * (bend + s * twist))
         for k, held in enumerate(model.description.states):
             if held.sampling is not None:  # held between samples; a row at a sample has the value before it
                 period, offset = held.sampling.period, held.sampling.offset
