@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.sparse import issparse
 
+from eomgen.base.data import replace
 from eomgen.compiled import initial_state, prescribed
 from eomgen.compiled.base_parameters import _text
 from eomgen.compiled.beams import SectionLoads
@@ -29,7 +30,9 @@ from eomgen.lie.few_poses import differences
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.bordered_newton import whole
+from eomgen.solvers.consistency import Assembly
 from eomgen.solvers.statics import Search
+from eomgen.system.description import WrittenStart
 from eomgen.system.sparsity import packed_places
 from tests.oracles.evaluation import Array
 
@@ -337,3 +340,29 @@ def test_what_keeps_a_search_from_rest_is_told() -> None:
     assert "the state charge does not rest: it changes at -0.25 per s" in text
     text = str(failed(held, states_alone=True, rate_noise=np.ones(2)))
     assert "the state level does not rest: it changes at 0.5 m per s" in text
+
+
+def test_starts_of_a_call_are_joined_with_those_of_the_scene() -> None:
+    door, wheel = WrittenStart("door", True, False, True), WrittenStart("wheel", False, True)
+    factors = [Factor("R", name, k, 1, k, 1) for k, name in enumerate(("door", "wheel", "arm"))]
+    model: Any = SimpleNamespace(description=SimpleNamespace(starts=(door, wheel)), factors=factors, states=())
+    assert initial_state.starts_of(model, None) == (door, wheel)
+    for block in "qv":
+        assert initial_state.starts_of(model, {block: [0.0] * 3}) == ()
+    given = {"door": {"velocity": 2.0}, "wheel": {"velocity": 1.0, "hold": True}, "arm": 0.3}
+    joined = replace(door, velocity=True), replace(wheel, held=True), WrittenStart("arm", True, False)
+    assert initial_state.starts_of(model, given) == joined
+
+
+@pytest.mark.parametrize(("freedoms", "order"), [(2, ["q.a", "q.b", "v.b"]), (0, ["v.b", "q.a", "q.b"])])
+def test_changes_of_a_start_are_told_by_their_size_and_asked_ones_first(freedoms: int, order: list[str]) -> None:
+    """q.a by half of the extent of 4 m, q.b by 0.1 rad, and v.b, which was not given, by as much as the fastest."""
+    names, units = (("q.a", "q.b"), ("v.a", "v.b")), (("m", "rad"), ("m/s", "rad/s"))
+    consistent = Assembly(np.array([3.0, 0.4]), np.array([1.0, 1.0]), 3, {"row": 0.1}, {}, extent=4.0)
+    guess = np.array([1.0, 0.5]), np.array([1.0, 0.0])
+    (told,) = initial_state.corrected_start(consistent, guess, names, units, freedoms=freedoms)
+    changes = {"q.a": "q.a 1 -> 3 m", "q.b": "q.b 0.5 -> 0.4 rad", "v.b": "v.b 0 -> 1 rad/s"}
+    assert ", ".join(changes[name] for name in order) in str(told)
+    assert ("try: hold = true to keep q.a, q.b" in str(told)) == bool(freedoms)
+    for none in (replace(consistent, q=guess[0], v=guess[1]), replace(consistent, violations={})):
+        assert initial_state.corrected_start(none, guess, names, units, freedoms=2) == []

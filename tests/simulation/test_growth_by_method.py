@@ -154,3 +154,29 @@ def test_a_power_of_time_is_no_growth(repeated: Callable[..., list[int]]) -> Non
     assert _diverges(times, np.exp(times)) and _diverges(times, 1.0 / (3.1 - times))
     for power in (1, 3, 5):
         assert not _diverges(times[:40] - 0.9, (times[:40] - 0.9) ** power)
+
+
+def test_steps_are_repeated_in_equal_parts_from_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[Any] = []
+
+    class Repeated:
+        def __init__(self, library: object, settings: dict[str, float], *_: object) -> None:
+            assert settings["step"] == STEP / 4
+            self.sizes = {"row": 8}
+
+        def initialize(self, t: float, q: Array, v: Array, table: None, z: Array) -> int:
+            calls.append((t, q.tolist(), v.tolist(), z.tolist()))
+            return 0
+
+        def run(self, steps: int, every: int, table: None, record: Array) -> tuple[int, int]:
+            calls.append((steps, every))
+            record[:] = 5.0
+            return 0, steps // every - (steps == 8)
+
+    monkeypatch.setattr(instability, "Stepper", Repeated)
+    run: Any = SimpleNamespace(**vars(RUN), controllers=None, driven=None, parameters=np.zeros(0))
+    row = np.arange(8.0)
+    again = instability._again(run, LIBRARY, row, 3, 4)
+    assert again is not None and again.shape == (3, 8) and np.all(again == 5.0)
+    assert calls == [(0.0, [1.0, 2.0], [3.0, 4.0], [7.0]), (12, 4)]
+    assert instability._again(run, LIBRARY, row, 2, 4) is None  # a step fails

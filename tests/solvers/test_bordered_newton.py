@@ -10,7 +10,17 @@ from scipy.optimize import brentq
 from scipy.sparse import csc_array
 
 from eomgen.lie.product import Factor
-from eomgen.solvers.bordered_newton import Balance, LoadedState, LoadedStatics, Matrix, Tangents, correct, held_factor
+from eomgen.solvers.bordered_newton import (
+    Balance,
+    Direction,
+    LoadedState,
+    LoadedStatics,
+    Matrix,
+    Tangents,
+    correct,
+    held_factor,
+)
+from eomgen.solvers.load_steps import stable_branch
 from tests.oracles.evaluation import Array
 
 
@@ -81,3 +91,38 @@ def test_a_correction_by_the_stiffness_of_another_side_is_not_taken() -> None:
 def test_lengths_of_tiny_changes_do_not_underflow() -> None:
     statics = replace(springs(2, 2, [], whole=True), reach=1e200)
     assert statics.length(np.array([3e-200, 0.0]) * np.sqrt(2.0), 4.0) == pytest.approx(5e-200, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_unstable_rest_leads_to_the_stable_one_on_the_side_of_the_path(side: float, whole: bool) -> None:
+    """A double well (x^2 - 1)^2 / 4 beside a spring y^2 / 2, at the same load throughout: rest at x = 1 or -1."""
+    form = np.asarray if whole else csc_array
+
+    def statics(slope: float) -> LoadedStatics:
+        nothing = np.zeros(0)
+        return LoadedStatics(
+            factors=[Factor("R", "x", 0, 2, 0, 2)],
+            sizes=np.ones(2),
+            reach=1.0,
+            balance=lambda rest: Balance(np.array([rest.q[0] ** 3 - slope * rest.q[0], rest.q[1]]), nothing, nothing),
+            tangents=lambda rest: Tangents(
+                form(np.diag([3.0 * rest.q[0] ** 2 - slope, 1.0])),
+                *(form(np.zeros(shape)) for shape in ((0, 2), (2, 0), (0, 2), (0, 0))),
+            ),
+            by_factor=lambda _: Balance(np.zeros(2), nothing, nothing),
+            followed=lambda q, _: q,
+            strains=lambda _: None,
+            mass=lambda _: form(np.eye(2)),
+        )
+
+    rest, onwards = LoadedState(np.zeros(2), np.zeros(0), np.zeros(0), 0.7), Direction(np.array([side, 0.1]), 0.3)
+    found = stable_branch(statics(1.0), rest, onwards)
+    assert found is not None and found.rest.s == 0.7
+    np.testing.assert_allclose(found.rest.q, [side, 0.0], atol=1e-8)
+    np.testing.assert_allclose(found.left_along, [side, 0.0], atol=1e-9)
+    places = np.array(found.path)
+    np.testing.assert_array_equal(places[[0, -1]], [rest.q, found.rest.q])
+    assert len(places) > 4 and np.all(np.diff(side * places[:, 0]) > 0.0) and np.abs(np.diff(places[:, 0])).max() < 0.5
+    assert stable_branch(statics(-1.0), rest, onwards) is None  # stable itself
+    assert stable_branch(statics(1.0), replace(rest, z=np.zeros(1)), onwards) is None
