@@ -19,11 +19,11 @@ from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import SymbolValues, apply, evaluate, value_in
 from eomgen.formula.features import WITH_EDGE
-from eomgen.formula.nodes import EntryQuantity, Formula, Operation, Symbol
+from eomgen.formula.nodes import Application, EntryQuantity, Formula, Operation, Symbol
 from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.places import BACK, place, poses_of
 from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES
-from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles, operations_taken
+from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
 from eomgen.system.description import Description
 
 if TYPE_CHECKING:
@@ -90,9 +90,7 @@ def operations_without_value(description: Description, values: SymbolValues) -> 
     """
     result, value_of = dict[str, None](), partial(value_in, values)
     for formula in _formulas(description):
-        for operation in operations_taken(formula, value_of):
-            with suppress(ArithmeticError):  # of something that is not known here
-                result |= dict.fromkeys(_without_value(operation, value_of))
+        result |= dict.fromkeys(_without_value(formula, value_of))
     return " and ".join(list(result)[:3])
 
 
@@ -105,23 +103,36 @@ def _quantity_without_value(formula: EntryQuantity, value_of: Callable[[Symbol],
         yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {argument_values}"
 
 
-def _without_value(operation: Operation, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    """Yield a text if an operation has no value at its operands; ``value_of`` gives numbers of symbols."""
-    parts, name = operation.arguments, operation.name
-    if isinstance(operation, EntryQuantity):
-        yield from _quantity_without_value(operation, value_of)
-    elif name == "div" or name in _SAID:
-        numbers = [evaluate(part, value_of) for part in parts]
-        if max(map(abs, numbers)) < 1e12:  # else of a motion that has grown without end
-            try:
-                apply(name, numbers)
-            except ArithmeticError:
-                texts = [f"{number:.6g}" for number in numbers]
-                said = f"{texts[0]} / {texts[1]}" if name == "div" else _SAID[name].format(*texts)
-                of = parts[-1:] if name == "div" else parts
-                named = (symbol for part in of for symbol in _symbols(part))
-                names = dict.fromkeys(_value_text(symbol, value_of) for symbol in named)
-                yield f"{said} has no value{' at ' if names else ''}{', '.join(list(names)[:3])}"
+def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+    """Yield a text for each operation within a formula that has no value at its operands; ``value_of`` gives numbers of
+    symbols."""
+    if isinstance(formula, Application):
+        yield from _without_value(formula.argument, value_of)
+    if not isinstance(formula, Operation):
+        return
+    parts = formula.arguments
+    try:
+        if formula.name == "select":
+            condition, then, otherwise = parts
+            parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
+        elif isinstance(formula, EntryQuantity):
+            yield from _quantity_without_value(formula, value_of)
+        elif formula.name == "div" or formula.name in _SAID:
+            numbers = [evaluate(part, value_of) for part in parts]
+            if max(map(abs, numbers)) < 1e12:  # else of a motion that has grown without end
+                try:
+                    apply(formula.name, numbers)
+                except ArithmeticError:
+                    texts = [f"{number:.6g}" for number in numbers]
+                    said = f"{texts[0]} / {texts[1]}" if formula.name == "div" else _SAID[formula.name].format(*texts)
+                    of = parts[-1:] if formula.name == "div" else parts
+                    named = (symbol for part in of for symbol in _symbols(part))
+                    names = dict.fromkeys(_value_text(symbol, value_of) for symbol in named)
+                    yield f"{said} has no value{' at ' if names else ''}{', '.join(list(names)[:3])}"
+    except ArithmeticError:  # of something that is not known here
+        pass
+    for part in parts:
+        yield from _without_value(part, value_of)
 
 
 def _symbols(formula: Formula) -> Iterator[Symbol]:

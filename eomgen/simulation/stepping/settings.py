@@ -8,7 +8,6 @@ import functools
 import math
 import os
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
-from contextlib import suppress
 from typing import Any, TypeVar
 
 from eomgen.base.arrays import Array
@@ -58,30 +57,23 @@ def large_angles(description: Description, values: SymbolValues, inputs: Collect
 
 
 def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    """Yield, as text with the angle in rad, the sines and cosines in a formula whose arguments are too large."""
-    for operation in operations_taken(formula, value_of):
-        with suppress(ArithmeticError):
-            angle = evaluate(operation.arguments[0], value_of) if operation.name in ("sin", "cos") else 0.0
-            if abs(angle) > LARGEST_ANGLE:
-                yield f"{operation.name}({angle:.6g})"
-
-
-def operations_taken(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[Operation]:
-    """Yield the operations of a formula, outer ones first, except in branches that are not taken; ``value_of`` gives
-    numbers of symbols. If a condition is not known, both of its branches count."""
+    """Yield, as text with the angle in rad, the sines and cosines in a formula whose arguments are too large, except in
+    unused branches of a ``select``. `value_of` gives the numbers of symbols."""
     if isinstance(formula, Application):
-        yield from operations_taken(formula.argument, value_of)
+        yield from _too_large(formula.argument, value_of)
     if not isinstance(formula, Operation):
         return
     parts = formula.arguments
-    if formula.name == "select":
-        condition, then, otherwise = parts
-        with suppress(ArithmeticError):
+    try:
+        if formula.name == "select":
+            condition, then, otherwise = parts
             parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
-    else:
-        yield formula
+        elif formula.name in ("sin", "cos") and abs(angle := evaluate(parts[0], value_of)) > LARGEST_ANGLE:
+            yield f"{formula.name}({angle:.6g})"
+    except ArithmeticError:
+        pass
     for part in parts:
-        yield from operations_taken(part, value_of)
+        yield from _too_large(part, value_of)
 
 
 def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
