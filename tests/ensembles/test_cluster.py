@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import FileError, UsageError
-from eomgen.products.ensembles import Ensemble, cluster, parts
+from eomgen.errors import UsageError
+from eomgen.products.ensembles import Ensemble, cluster
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 pytestmark = pytest.mark.slow
@@ -193,71 +193,8 @@ def _slow(t: float) -> float:
     return 1.0
 
 
-@pytest.mark.parametrize(
-    ("setting", "said"),
-    [
-        ("_set_version", r"its eomgen is 0\.0\.1, and here it is \S+; try: pip install eomgen=="),
-        ("_set_version_of_parts", r"eomgen is 0\.0\.1 here, and .* at the start of the ensemble"),
-    ],
-)
-def test_another_version_is_told_of_workers_that_are_there_and_that_come(
-    cart: eomgen.Model, client: Any, setting: str, said: str
-) -> None:
-    client.run(globals()[setting], "0.0.1")
-    try:
-        with pytest.raises(UsageError, match=said):
-            cart.simulate_many(**OPTIONS, cluster=client)
-    finally:
-        client.run(globals()[setting], eomgen.__version__)
-
-
-def _set_version(version: str) -> None:
-    from eomgen.base import version as module
-
-    module.__version__ = version
-
-
-def _set_version_of_parts(version: str) -> None:
-    parts.__version__ = version
-
-
-@pytest.mark.parametrize(
-    ("given", "error", "said"),
-    [
-        ("tcp://127.0.0.1:1", FileError, "cluster tcp://127.0.0.1:1: no scheduler answers: OSError: "),
-        ("nowhere:8786", FileError, "cluster: there is no scheduler file nowhere:8786; try: dask, an address such as"),
-        (7, UsageError, "cluster: 7 is not a cluster; try: 'dask', 'tcp://host:8786', the path of a scheduler file"),
-    ],
-)
-def test_what_is_no_cluster_is_told(
-    cart: eomgen.Model,
-    given: object,
-    error: type[eomgen.EomgenError],
-    said: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(cluster, "_PATIENCE", 0.3)
-    with pytest.raises(error) as caught:
-        cart.simulate_many(**OPTIONS, cluster=given, folder=tmp_path / "out")
-    assert said in str(caught.value) and not (tmp_path / "out").exists()
-
-
-def test_workers_are_of_local_clusters_alone(cart: eomgen.Model, client: Any) -> None:
-    with pytest.raises(UsageError, match="workers: a cluster that is given has its own workers"):
-        cart.simulate_many(**OPTIONS, cluster=client, workers=2)
-
-
 @pytest.mark.long
 def test_without_dask_it_says_what_to_install(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(UsageError, match=r"which is not installed; try: pip install 'eomgen\[dask\]'"):
         cart.simulate_many(**OPTIONS, cluster="dask")
-
-
-@pytest.mark.long
-def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
-    """As where eomgen has other templates under the same version."""
-    shipment = parts.RemoteSource("x", lambda: cart, "another", "monte_carlo", 2, (), {}, {}, {})
-    refusal = parts.WorkerState(shipment).run(0, np.zeros((2, 0)))
-    assert isinstance(refusal, UsageError) and "makes other C than at the start" in refusal.problems[0].what

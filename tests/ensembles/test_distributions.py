@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from eomgen.errors import UsageError
-from eomgen.products.ensembles import DISTRIBUTIONS, read_distribution
+from eomgen.products.ensembles import DISTRIBUTIONS, from_normal, read_distribution
 
 P = np.array([1e-9, 0.01, 0.3, 0.5, 0.8, 0.999])
 VARIANCE = np.log1p(0.25**2)
@@ -28,6 +28,15 @@ ORACLES = {
 @pytest.mark.parametrize("text", ORACLES)
 def test_quantiles_are_those_of_scipy(text: str) -> None:
     np.testing.assert_allclose(read_distribution("vary x", text).quantiles(P), ORACLES[text].ppf(P), rtol=1e-9)
+
+
+@pytest.mark.parametrize("text", ORACLES)
+def test_values_of_normal_variables_have_their_probabilities(text: str) -> None:
+    """Out to where a probability less than 1 is rounding, for distributions without an end there."""
+    distribution, law = read_distribution("vary x", text), ORACLES[text]
+    z = np.array([-9.0, -6.0, -0.5, 0.0, 0.7, 6.0, *([9.0] if distribution.upper else [])])
+    expected = np.where(z < 0.0, law.ppf(stats.norm.cdf(z)), law.isf(stats.norm.sf(z)))
+    np.testing.assert_allclose(from_normal(distribution, z), expected, rtol=1e-7, atol=1e-9)
 
 
 def test_every_distribution_has_an_oracle_and_mean_and_deviation_are_those_of_the_number() -> None:

@@ -1,4 +1,4 @@
-"""Drawn rankings of varied parameters."""
+"""Drawn ensembles: fan charts over time, results against varied quantities, rankings."""
 
 from __future__ import annotations
 
@@ -64,3 +64,62 @@ def test_rankings_are_bars_with_intervals_and_the_largest_share_on_top() -> None
     assert not lower.collections and lower.get_xlabel() == "share of the variance (Sobol)"
     assert [text.get_text() for text in upper.get_legend().get_texts()] == ["with interactions", "by itself"]
     assert ensemble._rankings(SimpleNamespace(columns=("none",), varied=("a",), sensitivity=sensitivity)) is None  # type: ignore[arg-type]
+
+
+def drawn(columns: int, samples: int, varied: tuple[str, ...]) -> Any:
+    """Return an ensemble whose column k has the quantile p = 10 k + t + p, the mean 10 k + t + 0.6, and whose results
+    are k + the number of the sample."""
+    names = tuple(f"output.y{k}" if k else "q.hinge" for k in range(columns))
+    t, number = np.array([0.0, 1.0, 2.0]), np.arange(float(samples))
+
+    def quantile(column: str, probability: Any) -> Any:
+        return 10.0 * names.index(column) + t + np.asarray(probability)[..., np.newaxis] * np.ones(3)
+
+    def envelope(column: str) -> Any:
+        return quantile(column, -1.0), quantile(column, 2.0)
+
+    return SimpleNamespace(
+        columns=names, t=t, varied=varied, scene="swing", design="sobol", done=samples, failed=(1,) * 3,
+        units={"q.hinge": "rad", "output.y1": "m", "v.hinge": "rad/s"},
+        envelope=envelope, quantile=quantile, mean=lambda column: quantile(column, 0.6),
+        values={name: 2.0 * number + k for k, name in enumerate(varied)},
+        results={f"{name}.max": number + k for k, name in enumerate(names)},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("columns", "more"), [(2, ""), (14, "; 2 more columns in statistics.csv")])
+def test_fans_are_bands_of_quantiles_around_the_median(columns: int, more: str) -> None:
+    figure = ensemble._fans(drawn(columns, 20, ("mass",)))
+    panels = figure.axes
+    assert len(panels) == min(columns, 12)
+    assert figure.get_size_inches().tolist() == pytest.approx([8.0, 0.6 + 2.6 * len(panels)])
+    assert figure.get_suptitle() == f"swing: 17 samples, sobol{more}"
+    for k, axis in enumerate(panels):
+        ends = [
+            (band.get_paths()[0].vertices[:, 1].min(), band.get_paths()[0].vertices[:, 1].max())
+            for band in axis.collections
+        ]
+        expected = [(10 * k - 1, 10 * k + 4), (10 * k + 0.05, 10 * k + 2.95), (10 * k + 0.25, 10 * k + 2.75)]
+        np.testing.assert_allclose(ends, expected)
+        middle = [line.get_ydata() for line in axis.lines]
+        np.testing.assert_allclose(middle, 10 * k + np.array([[0.5, 1.5, 2.5], [0.6, 1.6, 2.6]]))
+    assert [axis.get_ylabel() for axis in panels[:2]] == ["q.hinge, rad", "y1, m"]
+    assert panels[-1].get_xlabel() == "time, s" and not panels[0].get_xlabel()
+    said = ["smallest to largest", "5 to 95 %", "25 to 75 %", "median", "mean"]
+    assert sorted(text.get_text() for text in figure.legends[0].get_texts()) == sorted(said)
+
+
+@pytest.mark.parametrize(("samples", "stride"), [(5000, 1), (5001, 2)])
+def test_results_are_drawn_against_varied_quantities(samples: int, stride: int) -> None:
+    figure = ensemble._scatter(drawn(8, samples, ("mass", "v.hinge")))
+    grid = np.array(figure.axes).reshape(6, 2)
+    assert figure.get_size_inches().tolist() == pytest.approx([0.8 + 2.9 * 2, 0.6 + 2.5 * 6])
+    number = np.arange(0.0, samples, stride)
+    for row, column in np.ndindex(6, 2):
+        (line,) = grid[row, column].lines
+        np.testing.assert_array_equal(line.get_xdata(), 2.0 * number + column)
+        np.testing.assert_array_equal(line.get_ydata(), number + row)
+    assert [axis.get_ylabel() for axis in grid[:2, 0]] == ["q.hinge.max, rad", "y1.max, m"]
+    assert [axis.get_xlabel() for axis in grid[-1]] == ["mass", "v.hinge, rad/s"] and not grid[0, 0].get_xlabel()
+    thinned = ", one sample of each 2" if stride > 1 else ""
+    assert figure.get_suptitle() == f"swing: results against varied quantities{thinned}"

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import special
 
 import eomgen
-from eomgen.products.ensembles.discretisation import spread_samples, unresolved_processes
+from eomgen.products.ensembles.discretisation import spread_samples
 from tests.ensembles.carts import bits, small_blocks
 from tests.models.doubtful_scenes import END, STEP, UNRESOLVED, oscillator, share_of_state, stuck
 from tests.models.library import scene
@@ -58,25 +57,6 @@ def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
 
 
 @pytest.mark.long
-@pytest.mark.slow
-def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None:
-    """G ~ exp(-2 (pi l f)^2), so the share above f is erfc(sqrt(2) pi l f)."""
-    scale = 0.05
-    process = {"type": "squared_exponential", "correlation_time": scale, "share": 0.9999, "unit": "N"}
-    model = eomgen.build(sliding("g - k*q.slide", random={"g": process}))
-    for step in (0.04, 0.1, 0.125, 0.2):
-        run = model.simulate(2.0, step, error_estimate=False)
-        told = unresolved_processes(model, run, [])
-        share = special.erfc(np.sqrt(2.0) * np.pi * scale * 0.5 / step)
-        if share < 0.01:
-            assert not told
-        else:
-            (percent,) = re.findall(r"^([\d.]+) % of the variance of the process g lies above", told[0])
-            assert float(percent) == pytest.approx(100.0 * share, rel=0.1)
-        assert not unresolved_processes(model, run, ["g"])
-
-
-@pytest.mark.long
 def test_a_process_between_the_steps_is_told_with_the_step_that_resolves_it() -> None:
     """A band from 9 to 11 Hz at steps of 0.1 s is another process at the steps, whatever their comparison tells."""
     process = {"type": "band", "band": [9, 11], "unit": "N", "translation": "0.5*g"}
@@ -119,20 +99,6 @@ def test_damaged_parts_are_run_again(slider: eomgen.Model, tmp_path: Path, damag
     assert bits(again) == bits(whole)
     told = "all samples are run again" if damage == "reduced" else "part of the folder was cut short or damaged"
     assert (told in again.message) == (file.read_bytes() != bytes(data)) and told not in whole.message
-
-
-@pytest.mark.slow
-def test_sobol_indices_have_bounds_and_the_error_of_their_samples(slider: eomgen.Model) -> None:
-    """x(T) = 0.1 cos(sqrt(k) T) does not depend on what is no force; the other number has all of the variance."""
-    vary = {"k": "uniform(90, 110)", "v.slide": "uniform(-1e-9, 1e-9)"}
-    found = slider.simulate_many(1.0, 0.005, vary=vary, samples=128, design="saltelli")
-    ranking = found.sensitivity("output.x.final")
-    for name, share in (("k", 1.0), ("v.slide", 0.0)):
-        for low, high in (ranking.first_interval[name], ranking.total_interval[name]):
-            assert low - 1e-6 < share < high + 1e-6 and high - low < 0.8
-    spread = np.std(0.1 * np.cos(np.sqrt(found.values["k"])))
-    assert ranking.error == pytest.approx(found.error.columns["output.x"] / spread, rel=0.1)
-    assert 0.001 < ranking.error < 0.5
 
 
 @pytest.mark.parametrize("far", range(8))

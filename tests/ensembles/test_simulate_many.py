@@ -8,8 +8,11 @@ import re
 import signal
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +21,7 @@ import eomgen
 from eomgen.base.progress import Reporter
 from eomgen.cli import main
 from eomgen.errors import FileError, UsageError
+from eomgen.products.ensembles import command
 from eomgen.products.ensembles.journal import BlockJournal
 from eomgen.products.ensembles.statistics import Reduction
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
@@ -54,21 +58,20 @@ def test_statistics_are_those_of_the_closed_form(cart: eomgen.Model) -> None:
     np.testing.assert_allclose(probabilities, np.histogram(expected[:, -1], edges)[0] / 300, atol=0.01)
 
 
-@pytest.mark.slow
-def test_shares_of_variance_are_those_of_a_sum(cart: eomgen.Model) -> None:
+def test_the_ranking_of_a_result_has_the_error_of_its_column(cart: eomgen.Model) -> None:
     """The place at the end is q + 2 v + 1: variances 0.09 and 4/12."""
     vary = {"q.rail": "normal(0, 0.3)", "v.rail": "uniform(-0.5, 0.5)"}
-    fixed = {"parameters": {"mass": 2.0}, "inputs": {"push": 1.0}}
-    expected = {"v.rail": (1 / 3) / (1 / 3 + 0.09), "q.rail": 0.09 / (1 / 3 + 0.09)}
-    sobol = cart.simulate_many(vary=vary, samples=256, design="saltelli", **fixed).sensitivity("output.place.final")
-    assert list(sobol.first) == ["v.rail", "q.rail"] and sobol.kind == "Sobol' indices"
-    for name, share in expected.items():
-        assert sobol.first[name] == pytest.approx(share, abs=0.03)
-        assert sobol.total[name] == pytest.approx(share, abs=0.03)
-    drawn = cart.simulate_many(vary=vary, samples=400, design="latin_hypercube", **fixed)
-    regression = drawn.sensitivity("output.place.final")
-    for name, share in expected.items():
-        assert regression.first[name] == pytest.approx(share, abs=0.06)
+    fixed = {"parameters": {"mass": 2.0}, "inputs": {"push": 1.0}, "columns": ["place", "input.push"]}
+    found = cart.simulate_many(vary=vary, samples=64, design="sobol", **fixed)
+    judged: Any = SimpleNamespace(error=SimpleNamespace(columns={"output.place": 0.02, "input.push": 0.1}), notes=())
+    found = replace(found, judgement=judged)
+    of_place = found.sensitivity("output.place.final")
+    assert list(of_place.first) == ["v.rail", "q.rail"]
+    assert of_place.first["v.rail"] == pytest.approx((1 / 3) / (1 / 3 + 0.09), abs=0.06)
+    assert of_place.error == pytest.approx(0.02 / np.std(found.results["output.place.final"]), rel=1e-12)
+    assert np.isnan(found.sensitivity("input.push.max").error)  # the same in all samples
+    with pytest.raises(UsageError, match=r"there is no result 'output.place.maxi'; try: output.place.max"):
+        found.sensitivity("output.place.maxi")
 
 
 def test_a_grid_and_a_table_run_their_samples(cart: eomgen.Model) -> None:
@@ -317,24 +320,68 @@ def test_what_is_refused_leaves_no_ensemble_behind(cart: eomgen.Model, tmp_path:
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
-def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: Path) -> None:
-    found = cart.simulate_many(
-        table={"mass": [1.0, -1.0, 2.0], "push": [2.0, 2.0, 2.0]}, folder=tmp_path / "out", keep=[2]
-    )
+def test_a_failed_sample_is_kept_with_its_reason(
+    cart: eomgen.Model, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The fastest carts come to 4 and 2 m, and the third one to 1 m."""
+    table = {"mass": [1.0, -1.0, 2.0, 4.0], "push": [2.0, 2.0, 2.0, 2.0]}
+    found = cart.simulate_many(table=table, folder=tmp_path / "out", keep=[2])
     (failed,) = found.failed
     assert failed.number == 1 and failed.values == {"mass": -1.0, "push": 2.0}
     assert failed.reason.startswith("cart.toml:10 (bodies.cart.mass): the mass -1 is negative")
-    assert "3 samples, 1 of which failed" in found.message
-    np.testing.assert_allclose(found.mean("place")[-1], 0.5 * (4.0 + 2.0), atol=1e-10)
+    assert "4 samples, 1 of which failed" in found.message
+    np.testing.assert_allclose(found.mean("place")[-1], 7.0 / 3.0, atol=1e-10)
     assert np.isnan(found.results["output.place.final"][1])
-    files = {path.name for path in found.save(tmp_path / "files") + found.plot(tmp_path / "files")}
-    assert files == {"statistics.csv", "samples.csv", "failed.csv", "summary.json", "fan.png", "scatter.png"}
-    assert (tmp_path / "files" / "failed.csv").read_text().splitlines()[1].startswith('1,-1,2,"')
+    files = found.save(tmp_path / "files")
+    assert [file.name for file in files] == ["statistics.csv", "samples.csv", "failed.csv", "summary.json"]
+    assert files[2].read_text().splitlines()[1].startswith('1,-1,2,"cart.toml:10 (bodies')
+    rows = np.genfromtxt(files[0], delimiter=",", names=True, deletechars="")
+    place = 0.5 * np.outer([2.0, 1.0, 0.5], rows["t"] ** 2)
+    of_place = {"count": np.full(len(found.t), 3.0), "mean": place.mean(0), "deviation": place.std(0, ddof=1)}
+    of_place |= {"min": place[2], "max": place[0], "q5": np.quantile(place, 0.05, axis=0), "q50": place[1]}
+    for name, values in of_place.items():
+        np.testing.assert_allclose(rows[f"output.place.{name}"], values, atol=1e-9, err_msg=name)
+    rows = np.genfromtxt(files[1], delimiter=",", names=True, deletechars="")
+    assert rows["sample"].tolist() == [0, 1, 2, 3] and rows["mass"].tolist() == table["mass"]
+    np.testing.assert_allclose(rows["output.place.max"], [4.0, np.nan, 2.0, 1.0], atol=1e-9)
+    summary = json.loads(files[3].read_text())
+    assert summary["failed"] == 1 and summary["varied"] == ["mass", "push"] and summary["t_end"] == 2.0
+    assert summary["final"]["output.place"]["quantile 0.5"] == pytest.approx(2.0)
+    command._print(found)
+    command._say_failures(found)
+    told = capsys.readouterr()
+    deviation = np.std([4.0, 2.0, 1.0], ddof=1)
+    cells = ["output.place", "m", "2.3333", "-", f"{deviation:.5g}", "1", "1.1", "2", "3.8", "4"]
+    assert cells in [line.split()[: len(cells)] for line in told.out.splitlines()]
+    assert "cart: 3 samples, table, at t = 2 s" in told.out
+    assert told.err.startswith("sample 1 failed (mass = -1, push = 2): cart.toml:10")
     cart.simulate_many(table={"mass": [1.0], "push": [2.0]}).save(tmp_path / "files")
     assert not (tmp_path / "files" / "failed.csv").exists()
     kept = eomgen.Solution.load(tmp_path / "out" / "runs" / "sample_0000002.npz")
     assert kept["output.place"][-1] == pytest.approx(2.0)
+
+
+def test_what_is_drawn_depends_on_varied_quantities_and_the_number_of_samples(
+    cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = import_module("eomgen.products.ensembles.ensemble")
+    for name in ("_fans", "_scatter"):
+        monkeypatch.setattr(module, name, lambda found, name=name: name)
+    monkeypatch.setattr(module, "save_figure", lambda figure, file: file)
+    monkeypatch.setattr(module, "_rankings", lambda found: None if found.done < 3 else "bars")
+    for mass, names in (
+        ([1.0, 1.0, 2.0], ["fan.png", "scatter.png", "sensitivity.png"]),
+        ([1.0, 2.0], ["fan.png", "scatter.png"]),
+        ([-1.0, -1.0, -2.0], []),
+    ):
+        found = cart.simulate_many(table={"mass": mass})
+        assert [file.name for file in found.plot(tmp_path / "plots")] == names
+    few = cart.simulate_many(table={"mass": [1.0, 2.0]})
+    assert command._why_unranked(few) == (
+        "without sensitivity.png: too few samples for 1 number that varies: 2; it takes 8 samples or more"
+    )
+    unvaried = replace(few, varied=())
+    assert [file.name for file in unvaried.plot(tmp_path)] == ["fan.png"]
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import subprocess
+import tempfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,26 +14,33 @@ import pytest
 
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.ensembles.lane_code import UntranslatableConstruct, to_lanes
-from eomgen.toolchain.compiler import find_compiler, preprocess
+from eomgen.toolchain.compiler import find_compiler
 
 COUNT = 64
 
 #: Each file of the folder has a function f(work) that changes work->x (6 numbers) and work->n (4 whole numbers).
-HEAD = """
-typedef struct work { real x[6]; long n[4]; struct { real high, low; } pair; } work;
-"""
+PAIR = "struct { real high, low; }"
+HEAD = f"typedef struct work {{ real x[6]; long n[4]; {PAIR} pair; }} work;\n"
 FOLDER = Path(__file__).parent / "translated"
-CASES = {file.stem: file.read_text(encoding="utf-8") for file in sorted(FOLDER.glob("*.c"))}
+CASES = {
+    file.stem: file.read_text(encoding="utf-8").replace("void f(work", f"void f_{file.stem}(work")
+    for file in sorted(FOLDER.glob("*.c"))
+}
 MAIN, MAIN_OF_LANES = ((FOLDER / "around" / name).read_text("utf-8") for name in ("main.c", "main_of_lanes.c"))
-NUMBERS = "typedef double eomgen_real;\n#ifdef EOMGEN_SHORT_NAMES\ntypedef double real;\n#endif\n"
+NAMES = '#define EOMGEN_SHORT_NAMES\n#include <string.h>\n#include "eomgen_real.h"\n'
+
+
+def runs(main: str) -> str:
+    """Return a function ``run_NAME`` for each case."""
+    return "\n".join(main.replace("void run(", f"void run_{name}(").replace(" f(", f" f_{name}(") for name in CASES)
 
 
 def compiled(folder: Path, name: str, text: str, *flags: str) -> ctypes.CDLL:
-    real = environment().get_template("c/model/eomgen_real.h.jinja").render()
-    (folder / "eomgen_real.h").write_text(real, encoding="utf-8")
-    (folder / "eomgen_lanes.h").write_text(
-        environment().get_template("ensembles/lanes.h.jinja").render(), encoding="utf-8"
-    )
+    for header, template in (
+        ("eomgen_real.h", "c/model/eomgen_real.h.jinja"),
+        ("eomgen_lanes.h", "ensembles/lanes.h.jinja"),
+    ):
+        (folder / header).write_text(environment().get_template(template).render(), encoding="utf-8")
     source = folder / f"{name}.c"
     source.write_text(text, encoding="utf-8")
     strict = ["-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-shared", "-Wno-psabi"]
@@ -39,16 +49,21 @@ def compiled(folder: Path, name: str, text: str, *flags: str) -> ctypes.CDLL:
     return ctypes.CDLL(str(folder / f"{name}.so"))
 
 
-def in_lanes(text: str) -> str:
-    source = (
-        '#define EOMGEN_SHORT_NAMES\n#include "eomgen_real.h"\n'
-        + HEAD.replace("struct { real high, low; } pair", "pair pair").replace(
-            "typedef struct work", "typedef struct pair { real high, low; } pair;\ntypedef struct work"
-        )
-        + text
-    )
-    plain = preprocess(find_compiler(), {"eomgen_real.h": NUMBERS, "case.c": source}, "case.c")
-    return to_lanes(plain, {"f": ()}, {})
+@cache
+def both() -> tuple[ctypes.CDLL, ctypes.CDLL]:
+    """Return all cases for one trajectory, and for lanes."""
+    text = "\n".join(CASES.values())
+    with tempfile.TemporaryDirectory() as folder:
+        scalar = compiled(Path(folder), "scalar", NAMES + HEAD + text + runs(MAIN))
+        lanes = f'{NAMES}#include "eomgen_lanes.h"\n{in_lanes(text, *CASES)}{runs(MAIN_OF_LANES)}'
+        return scalar, compiled(Path(folder), "lanes", lanes, "-DEOMGEN_REAL_LANES")
+
+
+def in_lanes(text: str, *names: str) -> str:
+    plain = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    head = HEAD.replace(PAIR, "pair")
+    head = f"typedef double eomgen_real;\ntypedef double real;\ntypedef {PAIR} pair;\n{head}"
+    return to_lanes(head + plain, {f"f_{name}" if name else "f": () for name in names}, {})
 
 
 def samples() -> np.ndarray:
@@ -59,16 +74,11 @@ def samples() -> np.ndarray:
     return found
 
 
-@pytest.mark.slow_cases("loops", "copies", "places", "logs", "do_loops", "null_pointers")
 @pytest.mark.parametrize("case", CASES)
-def test_each_lane_does_what_the_text_does(case: str, tmp_path: Path) -> None:
-    head = '#define EOMGEN_SHORT_NAMES\n#include <string.h>\n#include "eomgen_real.h"\n'
-    scalar = compiled(tmp_path, "scalar", head + HEAD + CASES[case] + MAIN)
-    lanes = '#define EOMGEN_SHORT_NAMES\n#include "eomgen_real.h"\n#include "eomgen_lanes.h"\n'
-    both = compiled(tmp_path, "lanes", lanes + in_lanes(CASES[case]) + MAIN_OF_LANES, "-DEOMGEN_REAL_LANES")
+def test_each_lane_does_what_the_text_does(case: str) -> None:
     expected, found, untouched = samples(), samples(), samples()
-    for library, data in ((scalar, expected), (both, found)):
-        library.run(data.ctypes.data_as(ctypes.c_void_p), COUNT)
+    for library, data in zip(both(), (expected, found), strict=True):
+        getattr(library, f"run_{case}")(data.ctypes.data_as(ctypes.c_void_p), COUNT)
     absent = np.arange(COUNT) % 7 == 3
     expected[absent] = untouched[absent]  # lanes that are not there stay as they are
     np.testing.assert_array_equal(found, expected)
@@ -87,4 +97,4 @@ def test_each_lane_does_what_the_text_does(case: str, tmp_path: Path) -> None:
 )
 def test_what_lanes_cannot_follow_is_named_with_its_line(text: str, what: str) -> None:
     with pytest.raises(UntranslatableConstruct, match=rf"{what}.*\(stepper:\d+:\d+\)"):
-        in_lanes(text)
+        in_lanes(text, "")

@@ -12,7 +12,6 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -318,7 +317,8 @@ def _standard(ranks: Array) -> Array:
 
 def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking:
     """Return Sobol' indices of a result: first-order indices by Saltelli and others (2010), total indices by Jansen
-    (1999), with 95 % intervals, largest total first. `asked` is the number of all samples of the design ``saltelli``,
+    (1999), with 95 % intervals by 200 resamplings of the design's rows (Archer, Saltelli, Sobol' 1997), largest total
+    first. `asked` is the number of all samples of the design ``saltelli``,
     n (d + 2) for d `names`; `results` are (asked,) in the order of the design. Raises UsageError if a result is missing
     or not finite. Indices are 0 for a constant result and 1 for a single name, without intervals."""
     dimensions = len(names)
@@ -331,31 +331,19 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
     if (spread := np.ptp(results)) == 0.0 or dimensions == 1:
         shares = dict.fromkeys(names, float(spread > 0.0))
         return Ranking(result, "Sobol' indices", shares, shares)
-    from scipy import stats  # noqa: PLC0415  # as above
-
-    blocks: Mapping[Literal["f_A", "f_B", "f_AB"], Array]
-    blocks = {"f_A": f_A[np.newaxis], "f_B": f_B[np.newaxis], "f_AB": f_AB[:, np.newaxis]}
-    indices = stats.sobol_indices(func=blocks, n=n)
-    first, total = np.ravel(indices.first_order).tolist(), np.ravel(indices.total_order).tolist()
-    order = sorted(range(dimensions), key=lambda k: -total[k])
-    of_first, of_total = (
-        {names[k]: (float(low[k]), float(high[k])) for k in order} for low, high in _bootstrap_bounds(f_A, f_B, f_AB)
-    )
-    by_first, by_total = ({names[k]: values[k] for k in order} for values in (first, total))
-    return Ranking(result, "Sobol' indices", by_first, by_total, of_first, of_total)
-
-
-def _bootstrap_bounds(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]:
-    """Return bounds with 95 % confidence for first-order and total indices, (dimensions,) each, by 200 resamplings of
-    the design's rows (Archer, Saltelli, Sobol' 1997)."""
-    random, n = np.random.default_rng(0), len(f_A)
     middle = 0.5 * float(f_A.mean() + f_B.mean())
     A, B, AB = f_A - middle, f_B - middle, f_AB - middle
-    of_first, of_total = B * (AB - A), 0.5 * (AB - A) ** 2
-    indices = []
-    for _ in range(200):
-        rows = random.integers(0, n, n)
+    parts = B * (AB - A), 0.5 * (AB - A) ** 2
+
+    def indices(rows: NDArray[np.intp]) -> list[Array]:
         variance = np.var(np.concatenate([A[rows], B[rows]]))
-        indices.append([part[:, rows].mean(axis=1) / variance for part in (of_first, of_total)])
-    low, high = np.quantile(np.array(indices), (0.025, 0.975), axis=0)
-    return [(low[k], high[k]) for k in (0, 1)]
+        return [part[:, rows].mean(axis=1) / variance for part in parts]
+
+    first, total = (values.tolist() for values in indices(np.arange(n)))
+    random = np.random.default_rng(0)
+    resampled = [indices(random.integers(0, n, n)) for _ in range(200)]
+    bounds = np.quantile(np.array(resampled), (0.025, 0.975), axis=0).transpose(1, 2, 0).tolist()
+    order = sorted(range(dimensions), key=lambda k: -total[k])
+    by_first, by_total = ({names[k]: values[k] for k in order} for values in (first, total))
+    of_first, of_total = ({names[k]: (values[k][0], values[k][1]) for k in order} for values in bounds)
+    return Ranking(result, "Sobol' indices", by_first, by_total, of_first, of_total)

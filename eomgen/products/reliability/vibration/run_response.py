@@ -250,7 +250,8 @@ class RunResponse:
 
     def _sensitivities_at(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
         """Return new derivatives of the run at a point (n,), by all variables or the parameters ``by``. Raises
-        NumericalError, with the point's distance from the mean, if the run fails. Costs are not counted here."""
+        NumericalError, with the point's distance from the mean, if the run fails, and UsageError for an end ``at``
+        without whole steps. Costs are not counted here."""
         options = dict(self.options)
         parameters = {
             **(options.pop("parameters", None) or {}),
@@ -266,6 +267,12 @@ class RunResponse:
             far = float(np.linalg.norm(point))
             fault = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what} [E1049]"
             raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean") from error
+        except UsageError as error:
+            problem = error.problems[0]
+            if problem.where != "t_end":
+                raise
+            hint = f"{problem.hint.replace('t_end', 'at')} (--t-end)"
+            raise UsageError(replace(problem, where="at", hint=hint)) from None
 
 
 #: Probability of samples below which they contradict a rate of crossings.
@@ -309,7 +316,7 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
         coupling = np.sum(slopes * slope_rates, axis=1) / spread
         mean = rates + coupling * distance
         deviations = np.sqrt(np.maximum(np.sum(slope_rates**2, axis=1) - coupling**2, 0.0))
-        ratio = mean / deviations
+        ratio = np.nan_to_num(mean / deviations)  # 0 if y and its rate are constant
         density = np.exp(-0.5 * distance**2) / (np.sqrt(2.0 * np.pi) * spread)
         crossings = density * (deviations * np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi) + mean * special.ndtr(ratio))
     crossings = np.where(spread > 0.0, crossings, 0.0)

@@ -1,4 +1,3 @@
-int count(void) { return (int)(sizeof(work) / sizeof(real)); }
 void run(double *flat, int samples)
 {
     int s, i;

@@ -1,0 +1,253 @@
+"""Studies of outputs that are formulas of normal variables, against closed forms: the block of the scene is at rest."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import integrate, stats
+
+import eomgen
+from eomgen import RandomVibration, random_vibration
+from eomgen.base.arrays import Array
+from eomgen.errors import NumericalError, UsageError
+from eomgen.products.reliability.command import _print
+from eomgen.products.reliability.vibration.run_response import RunResponse
+from eomgen.results.error_estimate import SampleErrors
+from tests.models import library
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+END, STEP, NORMAL = 2.0, 0.05, stats.norm
+#: Outputs of the standard normal variables first and second; at the end bowl is 1 + 2 first + second^2 / 5.
+OUTPUTS = {
+    "bowl": "1 + 2 * first + 0.1 * t * second**2",
+    "cubic": "first + 0.3 * first**3",
+    "growing": "t * first - 1",
+    "pair": ["first", "second"],
+}
+THRESHOLDS = np.array([-5.0, 3.0, 9.0])
+
+
+@cache
+def model() -> eomgen.Model:
+    scene = library.scene(
+        "oscillator",
+        name="block",
+        random={"first": {"type": "constant"}, "second": {"type": "constant"}},
+        outputs={name: {"formula": text} for name, text in OUTPUTS.items()},
+        simulation={"duration": END, "step": STEP, "method": "trapezoidal"},
+        joints__slide__stiffness=None,
+        joints__slide__initial=None,
+    )
+    return eomgen.build(scene, method="trapezoidal")
+
+
+@cache
+def bowl() -> RandomVibration:
+    options: dict[str, Any] = {"projected": 0.9, "samples": 500, "tail_samples": 250, "pairs": 3, "seed": 3}
+    return random_vibration(model(), "bowl", thresholds=THRESHOLDS, times=[2.0, 0.5, 0.0], levels=[1.0], **options)
+
+
+def bowl_above(threshold: float) -> float:
+    """Return P(1 + 2 x + y^2 / 5 > threshold), by the normal distribution of x at each y."""
+
+    def part(y: float) -> float:
+        return float(NORMAL.sf((threshold - 1.0 - 0.2 * y * y) / 2.0) * NORMAL.pdf(y))
+
+    return integrate.quad(part, -12.0, 12.0, epsabs=0.0, epsrel=1e-12)[0]
+
+
+def test_a_quadratic_response_has_its_moments_and_tails() -> None:
+    found, true = bowl(), np.array([bowl_above(y) for y in THRESHOLDS])
+    exact = 1.2, math.sqrt(4.08), 0.064 / 4.08**1.5, 0.0768 / 4.08**2
+    assert found.moments["second_order"] == pytest.approx(exact, rel=1e-9)
+    for name in ("first_order", "projected"):  # the gradient at the mean has no part along the second variable
+        assert found.moments[name] == pytest.approx((1.0, 2.0, 0.0, 0.0), abs=1e-9)
+        np.testing.assert_allclose(found.distributions[name].above, NORMAL.sf(THRESHOLDS, 1.0, 2.0), rtol=1e-9)
+    assert found.moments["hermite"][1:] == pytest.approx(exact[1:], rel=1e-9)
+    assert found.moments["hermite"][0] == pytest.approx(1.2, abs=0.2)
+    for name in ("second_order", "quadratic", "corrected"):
+        np.testing.assert_allclose(found.distributions[name].above, true, rtol=1e-7)
+        np.testing.assert_allclose(found.distributions[name].below, 1.0 - true, rtol=1e-7)
+    index = (THRESHOLDS - 1.0) / 2.0  # along the first axis: the surface bends away by less than a circle
+    np.testing.assert_allclose(found.indices, index, rtol=1e-7)
+    np.testing.assert_allclose(found.distributions["form"].above, NORMAL.sf(index), rtol=1e-7)
+    less = np.where(true <= 0.5, NORMAL.sf(index) / true, NORMAL.cdf(index) / (1.0 - true)) - 1.0
+    np.testing.assert_allclose(found.errors["form"], less, rtol=1e-5)
+    np.testing.assert_allclose(found.errors["quadratic"], 0.0, atol=1e-6)
+    np.testing.assert_allclose(found.errors["first_order"], less, rtol=1e-5)
+    assert set(found.errors) == set(found.distributions) - {"corrected", "importance_sampling", "monte_carlo"}
+    sampled = found.distributions["importance_sampling"]
+    half = 0.5 * (sampled.high - sampled.low)
+    assert np.all(np.abs(sampled.above - true) < 2.0 * half) and np.all(half < 0.3 * np.fmin(true, 1.0 - true))
+
+
+def test_samples_are_those_of_the_seed() -> None:
+    first, second = np.random.default_rng(3).standard_normal((500, 2)).T
+    y = 1.0 + 2.0 * first + 0.2 * second**2
+    counted = bowl().distributions["monte_carlo"]
+    for k, threshold in enumerate(THRESHOLDS):
+        under = int(np.count_nonzero(y <= threshold))
+        interval = stats.binomtest(under, 500).proportion_ci(0.95, "exact")
+        assert (counted.below[k], counted.above[k]) == (under / 500, 1.0 - under / 500)
+        assert (counted.low[k], counted.high[k]) == pytest.approx((interval.low, interval.high), rel=1e-9)
+    expected = y.mean(), y.std(), stats.skew(y), stats.kurtosis(y)
+    assert bowl().moments["monte_carlo"] == pytest.approx(expected, rel=1e-9)
+    passage = bowl().first_passage[1.0]
+    assert passage["monte_carlo"] == np.mean(y > 1.0)  # the output grows within the run
+    assert passage["preferred"] == passage["crossing_rate"] == pytest.approx(0.5, rel=1e-9)
+    assert "samples" not in passage
+
+
+def test_covariances_with_the_end_and_costs() -> None:
+    """The covariance of the squares at t and the end is t / 10 2 / 10 2 = t / 25."""
+    found = bowl()
+    assert found.times.tolist() == [2.0, 0.5, 0.0] and set(found.autocovariance) == {"first_order", "second_order"}
+    np.testing.assert_allclose(found.autocovariance["first_order"], 4.0, rtol=1e-9)
+    np.testing.assert_allclose(found.autocovariance["second_order"][:2], [4.08, 4.02], rtol=1e-9)
+    costs = {name: tuple(vars(cost).values()) for name, cost in found.costs.items()}
+    assert costs["monte_carlo"] == (500, 0, 0) and costs["importance_sampling"] == (3 * 250, 0, 0)
+    assert costs["check"] == (800, 0, 0)
+    assert costs["hermite"] == (6, 6, 12) and costs["along_the_run"] == (0, 0, 0)
+
+
+def test_files_have_all_numbers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = bowl()
+    files = found.save(tmp_path)
+    assert [file.name for file in files] == ["random.json", "distribution.csv", "autocovariance.csv"]
+    data = json.loads(files[0].read_text(encoding="utf-8"))
+    assert data["message"] == found.message and data["thresholds"] == THRESHOLDS.tolist()
+    assert data["moments"]["first_order"] == {
+        "mean": pytest.approx(1.0), "standard_deviation": pytest.approx(2.0), "skewness": 0.0, "excess_kurtosis": 0.0
+    }  # fmt: skip
+    assert data["distributions"]["form"]["above"] == found.distributions["form"].above.tolist()
+    assert data["costs"]["monte_carlo"] == {"runs": 500, "adjoints": 0, "tangents": 0}
+    assert data["processes"][1] == {
+        "name": "second", "kind": "constant", "variables": 1, "captured": 1.0, "eigenvalues": [2.0]
+    }  # fmt: skip
+    assert data["first_passage"] == {"1": found.first_passage[1.0]} and data["lost_variance"] is None
+    rows = np.genfromtxt(files[1], delimiter=",", names=True, deletechars="")
+    np.testing.assert_array_equal(rows["threshold"], THRESHOLDS)
+    np.testing.assert_array_equal(rows["index"], found.indices)
+    np.testing.assert_array_equal(rows["monte_carlo.low"], found.distributions["monte_carlo"].low)
+    assert "form.low" not in rows.dtype.names
+    table = np.genfromtxt(files[2], delimiter=",", names=True, deletechars="")
+    np.testing.assert_array_equal(table["second_order"], found.autocovariance["second_order"])
+    _print(found)
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["first", "order", "1", "2", "0", "0"] in lines and ["second", "constant", "1", "100"] in lines
+    shown = ["first_order", "second_order", "projected", "hermite", "form", "quadratic"]
+    shown += ["corrected", "importance_sampling", "monte_carlo"]
+    for threshold, side, sign in (("-5", "below", "<="), ("9", "above", ">")):
+        place = THRESHOLDS.tolist().index(float(threshold))
+        cells = [f"{getattr(found.distributions[name], side)[place]:.4g}" for name in shown]
+        assert [threshold, sign, *cells] in lines
+    at = lines.index(["0", *(f"{found.autocovariance[name][2]:.6g}" for name in ("first_order", "second_order"))])
+    assert [line[0] for line in lines[at : at + 3]] == ["0", "0.5", "2"]
+    passage = found.first_passage[1.0]
+    assert ["1", f"{passage['crossing_rate']:.4g}", f"{passage['monte_carlo']:.4g}"] in lines
+    assert ["monte", "carlo", "500", "0", "0"] in lines
+
+
+def test_a_cubic_response_is_corrected_by_samples() -> None:
+    """x + 0.3 x^3 is y if x is the only real root; its variance is 1 + 6 0.3 + 15 0.09."""
+    found = random_vibration(model(), "cubic", thresholds=[-6.0, 0.5, 4.0], seed=1)
+    roots = [
+        next(float(root.real) for root in np.roots([0.3, 0.0, 1.0, -y]) if abs(root.imag) < 1e-9)
+        for y in found.thresholds
+    ]
+    np.testing.assert_allclose(found.indices, roots, rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(found.distributions["form"].below, NORMAL.cdf(roots), rtol=1e-6)
+    true = found.distributions["corrected"]
+    error = (true.high - true.low) / 2.0 / 1.96
+    assert np.all(np.abs(true.below - NORMAL.cdf(roots)) <= 4.0 * error + 1e-9)
+    assert found.moments["corrected"][:2] == pytest.approx((0.0, math.sqrt(4.15)), rel=0.2, abs=0.2)
+    (note,) = (note for note in found.notes if note.startswith("the quadratic form about the mean misses"))
+    assert f"correct the standard deviation from 1 to {found.moments['corrected'][1]:.4g}" in note
+    assert found.message.startswith(f"cubic at t = 2 s has mean {found.moments['corrected'][0]:.6g} and standard")
+    assert "by a form and samples" in found.message
+
+
+def test_the_first_passage_of_a_growing_output() -> None:
+    """t x - 1 comes to 1 at 2 / x: of the rate's integral sf(1), and of runs sf(1)."""
+    found = random_vibration(model(), "growing", points=False, levels=[1.0, -2.0])
+    shares = np.array([1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999])
+    np.testing.assert_allclose(found.thresholds, 2.0 * NORMAL.ppf(shares) - 1.0, rtol=1e-9)
+    passage = found.first_passage[1.0]
+    assert passage["crossing_rate"] == pytest.approx(-math.expm1(-NORMAL.sf(1.0)), rel=2e-3)
+    assert passage["samples"] == pytest.approx(NORMAL.sf(1.0), abs=0.04)
+    assert passage["preferred"] == passage["crossing_rate"]
+    assert found.first_passage[-2.0]["crossing_rate"] == 1.0
+    assert "the output starts at -1, not below the level -2, and counts as passed" in found.message
+    assert np.isnan(found.indices).all() and set(found.distributions) == {"first_order", "second_order"}
+    assert found.distributions["second_order"].below == pytest.approx(shares, rel=1e-9)
+
+
+def test_samples_that_fail_are_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(self: RunResponse, points: Array) -> tuple[Array, Array]:
+        y = np.where(points[:, 0] < -1.5, np.nan, points[:, 0] + 0.3 * points[:, 0] ** 3)
+        return y, y
+
+    monkeypatch.setattr(RunResponse, "samples", run)
+    monkeypatch.setattr(RunResponse, "samples_with_errors", lambda self, z: (run(self, z), SampleErrors(), ()))
+    found = random_vibration(model(), "cubic", thresholds=[0.0, 1.0], samples=400, points=False, seed=5, levels=[1.0])
+    x = np.random.default_rng(5).standard_normal((400, 2))[:, 0]
+    failed = int(np.count_nonzero(x < -1.5))
+    assert failed > 10 and f"{failed} of 400 samples failed, and are in no statistics" in found.message
+    y = (x + 0.3 * x**3)[x >= -1.5]
+    assert found.distributions["monte_carlo"].below.tolist() == [np.mean(y <= 0.0), np.mean(y <= 1.0)]
+    assert found.moments["monte_carlo"][:2] == pytest.approx((y.mean(), y.std()), rel=1e-9)
+    assert found.first_passage[1.0]["monte_carlo"] == np.mean(y > 1.0)
+    (told,) = (note for note in found.notes if "samples fail, so the statistics of the output leave them out" in note)
+    assert re.fullmatch(r"[1-9]\d? of 32", told.partition(" samples")[0])
+
+
+def test_few_good_samples_are_no_statistics(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(self: RunResponse, points: Array) -> tuple[Array, Array]:
+        y = np.where(np.arange(len(points)) < 19, points[:, 0], np.nan)
+        return y, y
+
+    monkeypatch.setattr(RunResponse, "samples", failing)
+    with pytest.raises(NumericalError, match="81 of 100 samples of Monte Carlo fail"):
+        random_vibration(model(), "bowl", samples=100, points=False)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"output": "y"}, "output: there is no output 'y'; try: one of bowl, cubic"),
+        ({"output": "pair"}, "output: there is no output 'pair'; try: pair["),
+        ({"thresholds": [[1.0]]}, "thresholds: a list of numbers is needed, not [[1.0]]; try: thresholds=[0.5, 1.0]"),
+        ({"projected": 1.0}, "projected: the share 1 is not between 0 and 1; try: projected=0.999"),
+        ({"projected": "most"}, "projected: a number is needed, not str"),
+        ({"whole": False}, "whole: no Hessian is left without the whole one; try: projected=0.999, the share of"),
+        ({"samples": 1}, "samples: of 1 samples no error is known: 20 are the least; try: samples=1000, or 0"),
+        ({"tail_samples": 19}, "tail_samples: of 19 samples no error is known"),
+        ({"levels": [np.nan]}, "levels: "),
+        ({"times": [0.333]}, "times: t = 0.333 s is not a row of the run; the nearest one is at 0.35 s"),
+        ({"at": 1.01}, "at: the last step is shorter than 0.05 s, and has no derivatives here; try: at = 1 (--t-end)"),
+        ({"at": 1.0, "step": 1.2}, "at: the run from 0 s to 1 s has no whole step of 1.2 s; try: at = 1.2, step = 1:"),
+        ({"at": -1.0}, "at: the end -1 s lies before the start 0 s; try: a later at (--t-end)"),
+        ({"inputs": {"first": 1.0}}, "inputs: first is a random process, and the study goes over all its values; try"),
+        ({"method": "auto"}, "method: auto chooses a method for each run, and not all of them have derivatives"),
+        ({"foo": 1}, "random_vibration: there is no argument 'foo'; try: one of output, at, step"),
+        ({"threshold": [1.0]}, "random_vibration: there is no argument 'threshold'; try: thresholds"),
+        ({"tolerance": 1e-6}, "random_vibration: there is no argument 'tolerance'; try: step=..., for fixed steps"),
+        ({"parameters": [1.0, 2.0]}, "parameters: values by name are needed, not [1.0, 2.0]; try: parameters={"),
+        ({"record_every": 7}, "record_every: crossings, largest values and gradients are looked for at every step"),
+        ({"parameters": {"first_z1": 3.0}}, "parameters: first_z1 is a variable of a random process, and the study"),
+        ({"output": np.zeros(2)}, "output: there is no output array([0., 0.]); try: one of bowl, cubic"),
+    ],
+)
+def test_mistakes_are_named(options: dict[str, Any], text: str) -> None:
+    given = {"output": "bowl", "at": 1.0, "step": 0.05, "thresholds": [0.5], "points": False} | options
+    with pytest.raises(UsageError, match=re.escape(text)):
+        random_vibration(model(), given.pop("output"), **{"method": "trapezoidal"} | given)
