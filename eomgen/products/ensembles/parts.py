@@ -9,10 +9,9 @@ from __future__ import annotations
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, fields
@@ -21,7 +20,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.products.ensembles.designs import Design
 from eomgen.products.ensembles.samples import SampleBlock, SampleRunner
-from eomgen.products.ensembles.variations import Variation, VariedOptions
+from eomgen.products.ensembles.variations import VariedOptions
 
 #: Fields of ``SampleRunner`` that belong to a process and are made anew in another process.
 _OWN = ("model", "design", "options", "folder", "stop")
@@ -36,20 +35,17 @@ class RemoteSource:
     ensemble : identity of the ensemble
     make : returns the model, from the cache of the process's machine if the library is there
     text : digest of the C that the sender's model is compiled from
-    design, samples : name of the design, and number of samples
-    items, common, at_rest : of ``VariedOptions``
-    rest : all else that ``SampleRunner`` is made from
+    design : makes the design from the values of its samples
+    options : makes the options of samples from the model
+    runner : makes the runner of the samples from all else
     """
 
     ensemble: str
     make: Callable[[], CompiledModel]
     text: str
-    design: str
-    samples: int
-    items: Sequence[Variation]
-    common: Mapping[str, Any]
-    at_rest: Mapping[str, Any]
-    rest: Mapping[str, Any]
+    design: Callable[[Callable[[int, int], Array]], Design]
+    options: Callable[[CompiledModel], VariedOptions]
+    runner: Callable[..., SampleRunner]
     version: str = __version__
 
     @classmethod
@@ -57,17 +53,11 @@ class RemoteSource:
         """Return the source of the samples of a runner, to be sent to other processes; `ensemble` is an identity.
         Raises UsageError for a model that was made by hand."""
         make, arguments = work.model.__reduce__()[:2]
-        return cls(
-            ensemble,
-            partial(make, *arguments),
-            work.model.library.fingerprint,
-            work.design.name,
-            work.design.samples,
-            work.options.items,
-            work.options.common,
-            work.options.rest,
-            {item.name: getattr(work, item.name) for item in fields(work) if item.init and item.name not in _OWN},
-        )
+        options, text = work.options, work.model.library.fingerprint
+        varied = partial(VariedOptions, items=options.items, common=options.common, rest=options.rest)
+        design = partial(Design, work.design.name, work.design.samples)
+        rest = {item.name: getattr(work, item.name) for item in fields(work) if item.init and item.name not in _OWN}
+        return cls(ensemble, partial(make, *arguments), text, design, varied, partial(SampleRunner, **rest))
 
 
 @dataclass(frozen=True)
@@ -111,9 +101,8 @@ class WorkerState:
 
     def _part(self, model: CompiledModel, folder: Path, first: int, values: Array) -> EnsemblePart | None:
         sent = self._shipment
-        design = Design(sent.design, sent.samples, lambda begin, count: values[begin - first :][:count])
-        options = VariedOptions(model, sent.items, sent.common, sent.at_rest)
-        work = SampleRunner(model=model, design=design, options=options, folder=folder, stop=self.stop, **sent.rest)
+        design = sent.design(lambda begin, count: values[begin - first :][:count])
+        work = sent.runner(model=model, design=design, options=sent.options(model), folder=folder, stop=self.stop)
         began = time.perf_counter()
         block = work.block(first, len(values))
         seconds = time.perf_counter() - began

@@ -85,8 +85,7 @@ class MostProbablePoint:
     @property
     def form(self) -> QuadraticForm:
         """The quadratic form that has the response's value, gradient and Hessian at the point."""
-        result = self.expansion
-        return QuadraticForm(result.value, result.gradient, result.hessian).about(self.point, result.value)
+        return self.expansion.form.about(self.point, self.expansion.value)
 
 
 def first_order(design_point: MostProbablePoint) -> float:

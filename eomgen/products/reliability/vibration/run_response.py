@@ -83,15 +83,14 @@ class RunResponse:
 
     def samples(self, points: Array) -> tuple[Array, Array]:
         """Return the output at the end of runs (m,), and the largest value within each run, at points (m, n)."""
-        result = self._run_many(points, error_estimate=False)
-        return self._column_values(result)
+        return self._run_many(points, error_estimate=False)[0]
 
     def samples_with_errors(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
         """Return ``samples``, with estimated errors of a few samples and notes on steps."""
-        result = self._run_many(points, error_estimate=True)
-        return self._column_values(result), result.error, result.judgement.of_steps
+        values, ensemble = self._run_many(points, error_estimate=True)
+        return values, ensemble.error, ensemble.judgement.of_steps
 
-    def _run_many(self, points: Array, *, error_estimate: bool) -> Ensemble:
+    def _run_many(self, points: Array, *, error_estimate: bool) -> tuple[tuple[Array, Array], Ensemble]:
         self.spend(len(points))
         result = self.model.simulate_many(
             *self.span,
@@ -102,11 +101,8 @@ class RunResponse:
             **self.options,
         )
         self.failed += len(result.failed)
-        return result
-
-    def _column_values(self, ensemble: Ensemble) -> tuple[Array, Array]:
-        final, highest = (ensemble.results[f"output.{self.output}.{which}"] for which in ("final", "max"))
-        return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
+        final, highest = (result.results[f"output.{self.output}.{which}"] for which in ("final", "max"))
+        return (final, highest), result
 
     def kinks(self) -> list[str]:
         """Return operations of the equations at which slopes jump with the motion, in words; found once."""
@@ -316,7 +312,7 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
         coupling = np.sum(slopes * slope_rates, axis=1) / spread
         mean = rates + coupling * distance
         deviations = np.sqrt(np.maximum(np.sum(slope_rates**2, axis=1) - coupling**2, 0.0))
-        ratio = np.nan_to_num(mean / deviations)  # 0 if y and its rate are constant
+        ratio = np.where(mean == 0.0, 0.0, mean / deviations)  # neither deviates for a constant y
         density = np.exp(-0.5 * distance**2) / (np.sqrt(2.0 * np.pi) * spread)
         crossings = density * (deviations * np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi) + mean * special.ndtr(ratio))
     crossings = np.where(spread > 0.0, crossings, 0.0)
