@@ -27,7 +27,11 @@ CASES = {
     for file in sorted(FOLDER.glob("*.c"))
 }
 MAIN, MAIN_OF_LANES = ((FOLDER / "around" / name).read_text("utf-8") for name in ("main.c", "main_of_lanes.c"))
-NAMES = '#define EOMGEN_SHORT_NAMES\n#include <string.h>\n#include "eomgen_real.h"\n'
+NAMES = """#define EOMGEN_SHORT_NAMES
+#include <string.h>
+#include "eomgen_real.h"
+int law(double x, double *y) { y[0] += x; y[1] = 2.0 * y[0]; return x > 0.5 ? 7 : -7; }
+"""
 
 
 def runs(main: str) -> str:
@@ -93,6 +97,24 @@ def test_each_lane_does_what_the_text_does(case: str) -> None:
         ("static void f(work *w) { switch (w->n[0]) { case 1: w->n[1] = 2; } }", "a choice of its own"),
         ("static void f(work *w) { int k = 1; switch (k) { case 1: w->n[1] = 2; break; } }", "a case that ends"),
         ("static void f(work *w) { w->x[0] = sin(w->x[0]); }", "a call of sin"),
+        ("static void f(work *w) { const real *x = w->x; if (w->x[0] > K(0.0)) x = w->x + 1; }", "the pointer x, set"),
+        ("static void f(work *w) { w->x[0] = -(w->x[1] > K(0.0)); }", "the operator - within an expression"),
+        ("static void f(work *w) { real a = w->x[0] = K(1.0); }", "an expression Assignment"),
+        ("static void f(work *w) { w->n[0] = (long)(w->x[0] > K(0.0)); }", "the cast "),
+        ("static void f(work *w) { w->x[0] = unknown; }", "the name unknown"),
+        ("static void f(work *w) { int live = 1; w->n[0] = live; }", "the name live, which masks have"),
+        ("static void f(work *w) { goto end; end: w->n[0] = 1; }", "a statement Goto"),
+        ("static real kept; static void f(work *w) { w->x[0] = kept; }", "the variable kept of the whole file"),
+        (
+            "static void f(work *w) { EG_SINCOS(w->x[1], &w->x[2], w->x + 3); }",
+            "a result in memory with",
+        ),
+        ("int law(double *y); static void f(work *w) { w->n[0] = law(w->x + 1); }", "an array of unknown size: "),
+        (
+            "static pair g(work *w) { if (w->x[0] > K(0.0)) return w->pair; return w->pair; }"
+            " static void f(work *w) { w->pair = g(w); }",
+            "a structure, returned where lanes part company",
+        ),
     ],
 )
 def test_what_lanes_cannot_follow_is_named_with_its_line(text: str, what: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import mpmath
@@ -13,6 +14,7 @@ from eomgen.errors import UsageError
 from eomgen.formula.curves import Curve
 from eomgen.products.reliability.random_processes import karhunen_loeve
 from eomgen.products.reliability.random_processes.covariance import (
+    Constant,
     Covariance,
     CovarianceTable,
     DampedCosine,
@@ -137,6 +139,38 @@ def test_a_table_is_what_it_was_sampled_from_and_a_box_is_none() -> None:
     box = CovarianceTable(Curve("", lags, 1.0 / (1.0 + (lags / 1.2) ** 16)))
     with pytest.raises(UsageError, match=r"the covariance is not positive: an eigenvalue of it in the window is"):
         expand(box, 4.0, share=0.9)
+
+
+def test_a_covariance_that_is_not_positive_is_refused_or_its_positive_part_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Eigenvalues by the trapezoidal rule on a fine grid of the window."""
+    monkeypatch.setattr(karhunen_loeve, "_MOST_NODES", 512)
+    bad = CovarianceTable(Curve("", np.array([0.0, 0.5, 1.0, 2.0]), np.array([1.0, -0.9, 0.95, 0.0])))
+    t = np.linspace(0.0, 3.0, 901)
+    weights = np.where((t == 0.0) | (t == 3.0), 0.5, 1.0) * t[1]
+    root = np.sqrt(weights)
+    values = np.linalg.eigvalsh(root[:, np.newaxis] * bad.at(t[:, np.newaxis] - t) * root)
+    negative = np.linalg.norm(values[values < 0.0]) / np.linalg.norm(values)
+    with pytest.raises(UsageError) as caught:
+        expand(bad, 3.0, share=0.9)
+    fault = caught.value.problems[0].what
+    part, removed = re.findall(r"is (-[\d.]+) times the largest; .* by ([\d.]+) of its norm", fault)[0]
+    assert float(part) == pytest.approx(values[0] / values[-1], rel=0.02)
+    assert float(removed) == pytest.approx(negative, rel=0.03)
+    found = expand(bad, 3.0, share=0.9, repair=True)
+    assert found.repaired == pytest.approx(negative, rel=0.02)
+    assert found.total == pytest.approx(values[values > 0.0].sum(), rel=0.02)
+    np.testing.assert_allclose(found.eigenvalues, values[::-1][: len(found.eigenvalues)], rtol=0.03)
+    assert found.variance_shares[-1] >= 0.9 > found.variance_shares[-2]
+
+
+def test_a_constant_is_one_mode() -> None:
+    found = expand(Constant(3.0), 4.0)
+    assert found.eigenvalues.tolist() == [36.0] and found.variance_shares.tolist() == [1.0]
+    np.testing.assert_allclose(found.modes(np.array([0.0, 1.0, 4.0])), [[3.0, 3.0, 3.0]], rtol=1e-15)
+    assert Constant(3.0).at(np.array([0.0, -7.0])).tolist() == [9.0, 9.0]
+    assert Constant(3.0).density(np.array([0.0, 1.0])).tolist() == [0.0, 0.0]
 
 
 def test_a_share_or_a_number_of_modes_is_needed() -> None:

@@ -9,8 +9,15 @@ import pytest
 from scipy import integrate, special
 
 from eomgen.base.arrays import Array
+from eomgen.errors import NumericalError
+from eomgen.products.reliability.tails import most_probable_point
 from eomgen.products.reliability.tails.distribution import Draws
-from eomgen.products.reliability.tails.most_probable_point import draws_about, points_on_curve, searched_points
+from eomgen.products.reliability.tails.most_probable_point import (
+    all_centres,
+    draws_about,
+    points_on_curve,
+    searched_points,
+)
 from eomgen.products.reliability.tails.quadratic_form import ResponseExpansion
 from eomgen.products.reliability.vibration.distributions import at_points, correct_by_samples, further_points, spread
 from eomgen.products.reliability.vibration.result import Distribution
@@ -89,6 +96,57 @@ def test_intervals_hold_the_probability_of_all_regions(name: str) -> None:
         assert found.above[0] == pytest.approx(true, rel=0.4)
         held += bool(1.0 - found.high[0] <= true <= 1.0 - found.low[0])
     assert held >= SEEDS - 1
+
+
+def corner(z: Array) -> Array:
+    """Positive for a first coordinate above 3, and for a second one below -3.2."""
+    return np.asarray(np.maximum(z[:, 0] - 3.0, -z[:, 1] - 3.2))
+
+
+@pytest.mark.parametrize(("sign", "above"), [(1.0, True), (-1.0, False)])
+@pytest.mark.parametrize("known", [[], [[3.0, 0.0]]])
+def test_samples_lead_to_centres_of_all_regions(sign: float, above: bool, known: list[list[float]]) -> None:
+    response = Response(2, lambda z: 7.0 + sign * corner(z))
+    found, draws = all_centres(response, [np.array(point) for point in known], 7.0, above=above, seed=3)
+    expected = np.array([[3.0, 0.0], [0.0, -3.2]])
+    np.testing.assert_allclose(sorted(found.tolist(), reverse=True), expected, atol=1e-6)
+    assert draws is not None
+    z, y = draws.first(1000)
+    probability = float(np.mean(draws.weights(z) * ((y > 7.0) == above)))
+    true = 1.0 - special.ndtr(3.0) * special.ndtr(3.2)
+    assert probability == pytest.approx(true, rel=0.25)
+
+
+def test_an_unreached_threshold_has_no_centres() -> None:
+    found, draws = all_centres(Response(2, lambda z: np.tanh(z[:, 0])), [], 1.5, above=True, seed=0)
+    assert found.shape == (0, 2) and draws is None
+
+
+def test_a_place_on_the_ray_stands_for_a_point_that_derivatives_do_not_find() -> None:
+    """The first of 21 places to (3, 4) whose first coordinate is above 2."""
+    response = Response(2, lambda z: z[:, 0])
+    response.gradient = failing  # type: ignore[method-assign]
+    found = most_probable_point._nearest(response, np.array([3.0, 4.0]), 2.0, above=True)
+    np.testing.assert_allclose(found, np.array([3.0, 4.0]) * 15.0 / 21.0, rtol=1e-12)
+    own = most_probable_point._nearest(Response(2, lambda z: z[:, 0]), np.array([3.0, 4.0]), 2.0, above=True)
+    np.testing.assert_allclose(own, [2.0, 0.0], atol=1e-9)
+    below = most_probable_point._nearest(Response(2, lambda z: z[:, 0]), np.array([-3.0, 4.0]), -2.5, above=False)
+    np.testing.assert_allclose(below, [-2.5, 0.0], atol=1e-9)
+
+
+def failing(point: Array) -> tuple[float, Array]:
+    raise NumericalError("no derivatives")
+
+
+def test_searches_find_the_points_of_a_product_in_order() -> None:
+    """x y = 2 is nearest at (r, r) and (-r, -r), r^2 = 2; x (y + 0.1) = 2 has one of both nearer."""
+    for shift in (0.0, 0.1):
+        found = searched_points(Response(2, lambda z, shift=shift: z[:, 0] * (z[:, 1] + shift)), 2.0, 4, 0)
+        assert len(found) == 2 and found[0].point @ found[1].point < 0.0
+        near, far = (float(np.linalg.norm(one.point)) for one in found)
+        assert near <= far + 1e-9 and (near == pytest.approx(far, abs=1e-6)) == (shift == 0.0)
+        if not shift:
+            np.testing.assert_allclose(np.abs([one.point for one in found]), np.sqrt(2.0), atol=1e-5)
 
 
 @pytest.mark.slow

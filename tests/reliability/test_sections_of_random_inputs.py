@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 from scipy.stats import norm
@@ -19,6 +20,7 @@ from eomgen.base.random_inputs import standard_normals
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve
+from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Application
 from eomgen.products.reliability.random_processes import karhunen_loeve
 from eomgen.products.reliability.random_processes.coherence import (
@@ -305,11 +307,11 @@ def test_a_translation_that_turns_round_is_noted_and_one_without_a_value_is_refu
         _scene(force=FORCE | {"translation": "log(2 + g)"})
 
 
-@pytest.mark.slow
 def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cross_spectra() -> None:
     base, decay = SquaredExponential(2.0, 1.0), 0.7
+    u = {"type": "squared_exponential", "correlation_time": 1.0, "standard_deviation": 2.0, "share": 0.9999}
     scene = _scene(
-        u={"type": "squared_exponential", "correlation_time": 1.0, "standard_deviation": 2.0, "share": 0.9999},
+        u=u | {"duration": 4.0},
         v={"coherence": {"u": decay}, "standard_deviation": 0.5, "mean": 3.0},
         w={"coherence": {"u": [[0, 1], [2, 0.5]], "v": 1.5}, "translation": "2 * g"},
         late={"follows": "v", "delay": 1.5},
@@ -326,12 +328,12 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
         ]
         return float(rows[0] @ rows[1])
 
-    cross = CrossCovariance(base, ExponentialCoherence(decay), 15.0)
-    for lag in (0.0, 0.8, -2.0):
+    cross = CrossCovariance(base, ExponentialCoherence(decay), 4.0)
+    for lag in (0.0, 0.8, -1.5):
         exact = float(cross.at(np.array([lag]))[0])
-        assert covariance(u, 5.0, v, 5.0 + lag) == pytest.approx(0.25 * exact, abs=2e-3)
-        assert covariance(u, 5.0, late, 6.5 + lag) == pytest.approx(0.25 * exact, abs=2e-3)
-        assert covariance(v, 5.0, v, 5.0 + lag) == pytest.approx(float(base.at(np.array([lag]))[0]) / 16.0, abs=2e-3)
+        assert covariance(u, 2.0, v, 2.0 + lag) == pytest.approx(0.25 * exact, abs=2e-3)
+        assert covariance(u, 2.0, late, 3.5 + lag) == pytest.approx(0.25 * exact, abs=2e-3)
+        assert covariance(v, 2.0, v, 2.0 + lag) == pytest.approx(float(base.at(np.array([lag]))[0]) / 16.0, abs=2e-3)
     assert v.captured[-1] == pytest.approx(0.9999, abs=2e-4)
 
 
@@ -410,6 +412,22 @@ def test_tables_of_modes_are_short_and_as_close_at_the_ends_as_elsewhere() -> No
     off = np.array([mode(times) for mode in modes]) - exact.modes(times)
     assert np.max(np.abs(off)) < 1e-6
     assert len(modes[0].x) < len(modes[-1].x) <= 257
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [
+        ("lognormal(300, 30)", stats.lognorm(np.sqrt(np.log(1.01)), scale=300.0 / np.sqrt(1.01))),
+        ("uniform(-1, 2)", stats.uniform(-1.0, 3.0)),
+        ("weibull(1.5, 2.5)", stats.weibull_min(2.5, scale=1.5)),
+    ],
+)
+def test_a_distribution_is_that_of_the_process_whatever_its_own_mean_and_deviation(text: str, law: Any) -> None:
+    process = _process(_scene(force=EXPONENTIAL | {"distribution": text, "mean": 2.0, "standard_deviation": 0.5}))
+    z = np.array([-6.0, -3.0, -0.5, 0.0, 1.0, 4.0, 6.0])
+    found = evaluate_batch(process.translation, lambda symbol: 2.0 + 0.5 * z, along_motion=True)
+    expected = np.where(z < 0.0, law.ppf(norm.cdf(z)), law.isf(norm.sf(z)))
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-8)
 
 
 def test_quantiles_are_those_of_the_process_and_it_is_straight_beyond_them() -> None:

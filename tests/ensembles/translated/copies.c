@@ -9,7 +9,8 @@ static void f(work *w)
     work before = *w, next = *w;
     const real *origin = NULL;
     if (w->x[0] > K(0.0)) {
-        const real half = next.x[4] = next.x[4] * K(0.5);
+        const real half = next.x[4] * K(0.5);
+        next.x[4] = half;
         next.x[1] = half + K(3.0);
         fill(&next, next.x + 2, next.n[0] > 0);
         *w = next;

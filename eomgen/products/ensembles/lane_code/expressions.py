@@ -239,9 +239,7 @@ class LaneExpressions(ABC):
             if isinstance(value.type, LaneIntegers | Real):
                 return TypedText(f"(~{self.truths(value)})", LaneMask())
             return TypedText(f"!({value.text})", UniformInteger())
-        if node.op in "+-~":
-            if isinstance(value.type, LaneMask):
-                value = TypedText(self.to(value, LaneIntegers(), node), LaneIntegers())
+        if node.op in "+-~" and not isinstance(value.type, LaneMask):
             return TypedText(f"({node.op}{value.text})", value.type)
         raise no_lanes(f"the operator {node.op} within an expression", node)
 
@@ -465,26 +463,19 @@ class LaneExpressions(ABC):
         return TypedText(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
 
     def _arithmetic(self, name: str, arguments: list[Any], node: Any) -> TypedText:
-        """Return the call of an arithmetic function `name` of C for lanes. Results through pointers are written for
-        active lanes only."""
-        texts, declarations, behind = [], [], []
+        """Return the call of an arithmetic function `name` of C for lanes. Pointers are to variables of these lanes;
+        raises UntranslatableConstruct for others."""
+        texts = []
         for item in arguments:
             value = self.value(item)
             if isinstance(value.type, Pointer):
                 target = self.place(item.expr) if isinstance(item, c_ast.UnaryOp) else None
-                if target is not None and target.region is self.region:
-                    texts.append(value.text)
-                    continue
-                there = self.fresh("there")  # memory in which other lanes have numbers
-                declarations.append(f"real {there};")
-                behind.append(f"*({value.text}) = eg_pick({self.mask()}, {there}, *({value.text}));")
-                texts.append(f"&{there}")
+                if target is None or target.region is not self.region:
+                    raise no_lanes(f"a result in memory with numbers of other lanes: {expression_text(item)}", node)
+                texts.append(value.text)
             else:
                 texts.append(self.to(value, Real(), node))
-        called = f"{name}({', '.join(texts)})"
-        if not declarations:
-            return TypedText(called, Real())
-        return TypedText(f"({{ {' '.join(declarations)} {called}; {' '.join(behind)} }})", NoValue())
+        return TypedText(f"{name}({', '.join(texts)})", Real())
 
     def _memory(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         """Return the C text for memset, memcpy, memmove or memcmp, in which only active lanes are written."""

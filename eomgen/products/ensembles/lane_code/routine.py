@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
 from typing import Any
 
 from pycparser import c_ast
@@ -180,12 +179,6 @@ class RoutineText(LaneExpressions):
         lane. Raises UntranslatableConstruct for the names ``live`` and ``result``."""
         if node.name in ("live", "result"):
             raise no_lanes(f"the name {node.name}, which masks have", node)
-        if isinstance(node.init, c_ast.Assignment):  # real a = b = c
-            assignment, node = node.init, copy(node)
-            node.init = assignment.rvalue
-            self._declaration(node)
-            self._store(assignment.lvalue, self.value(c_ast.ID(node.name)), node)
-            return
         kind = type_of(node.type, self.source)
         constant = "const" in node.quals or (
             isinstance(node.type, c_ast.ArrayDecl) and "const" in qualifiers(node.type)
