@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import warnings
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -17,10 +18,12 @@ from scipy import integrate, stats
 import eomgen
 from eomgen import RandomVibration, random_vibration
 from eomgen.base.arrays import Array
+from eomgen.base.messages import distinct_texts
 from eomgen.cli import main
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.derivatives.crossings import CrossedJump
 from eomgen.products.reliability.command import _print
+from eomgen.products.reliability.tails.most_probable_point import points_on_curve
 from eomgen.products.reliability.vibration import result
 from eomgen.products.reliability.vibration.inputs import doubts_of_spread, processes_of
 from eomgen.products.reliability.vibration.run_response import RunResponse
@@ -70,7 +73,9 @@ def model() -> eomgen.Model:
 @cache
 def bowl() -> RandomVibration:
     options: dict[str, Any] = {"projected": 0.9, "samples": 500, "tail_samples": 250, "pairs": 3, "seed": 3}
-    return random_vibration(model(), "bowl", thresholds=THRESHOLDS, times=[2.0, 0.5, 0.0], levels=[1.0], **options)
+    with warnings.catch_warnings():  # Sobol' sequences of three pairs
+        warnings.simplefilter("error")
+        return random_vibration(model(), "bowl", thresholds=THRESHOLDS, times=[2.0, 0.5, 0.0], levels=[1.0], **options)
 
 
 def bowl_above(threshold: float) -> float:
@@ -322,6 +327,11 @@ def test_few_samples_are_drawn_once() -> None:
     assert study.varies() and not _VibrationStudy(response("fixed"), 0).varies()
 
 
+def test_numbers_of_tables_differ_where_they_are_not_the_same() -> None:
+    assert distinct_texts([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
+    assert distinct_texts([1.0, 1.0]) == ["1", "1"]
+
+
 def test_what_is_drawn_depends_on_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(result, "save_figure", lambda figure, file: file)
     assert [file.name for file in bowl().plot(tmp_path)] == ["distribution.png", "autocovariance.png", "modes.png"]
@@ -370,6 +380,12 @@ def test_the_first_passage_of_a_growing_output() -> None:
     assert "the output starts at -1, not below the level -2, and counts as passed" in found.message
     assert np.isnan(found.indices).all() and set(found.distributions) == {"first_order", "second_order"}
     assert found.distributions["second_order"].below == pytest.approx(shares, rel=1e-9)
+
+
+def test_thresholds_too_far_out_are_named() -> None:
+    found, missed = points_on_curve(response("pair[0]"), [50.0])
+    assert not found and "does not come to 50: it ends at 1" in str(missed[0])
+    assert "beyond which nothing is so probable as 1e-23" in str(missed[0])
 
 
 def test_samples_that_fail_are_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-import csv
-import json
-import warnings
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
-from scipy import integrate, special, stats
+from scipy import integrate, special
 from scipy.stats import norm
 
 import eomgen
 from eomgen import RandomVibration, random_vibration
-from eomgen.base.messages import distinct_texts
-from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.reliability.tails.most_probable_point import JUMPING, MostProbablePoint, UnreachedThreshold
 from eomgen.products.reliability.vibration.distributions import notes_on_unreached
 from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
-from eomgen.products.reliability.vibration.result import Process, _modes, _title_of_modes
-from eomgen.products.reliability.vibration.run_response import RunResponse, first_passage, judged_passage, not_normal
+from eomgen.products.reliability.vibration.result import Process, _title_of_modes
+from eomgen.products.reliability.vibration.run_response import first_passage, judged_passage, not_normal
 from eomgen.scene.load import from_data
 from tests.models import library
 from tests.models.doubtful_scenes import UNRESOLVED, stuck
-from tests.models.toml_text import toml_text
 from tests.reliability.duffing import Duffing
 
 START = 0.48835331272856514
@@ -91,40 +84,6 @@ def test_moments_and_tails_at_the_mean_are_those_of_the_oracle(duffing: eomgen.M
     assert vars(found.costs["second_order"]) == {"runs": 0, "adjoints": 1, "tangents": 0}
 
 
-@pytest.mark.slow
-def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
-    exact, differenced = (
-        RunResponse(duffing, processes_of(duffing)[1], "x", (15.0, 0.05), {"method": "trapezoidal"}) for _ in range(2)
-    )
-    differenced.reason = "asked for"
-    point = 0.5 * np.random.default_rng(2).standard_normal(21)
-    one, other = exact.expansion(point), differenced.expansion(point)
-    assert (one.value, *one.gradient) == (other.value, *other.gradient)
-    np.testing.assert_allclose(one.hessian, other.hessian, atol=5e-8)
-    np.testing.assert_allclose(exact.products(point, np.eye(21)[:, 3:5]), one.hessian[:, 3:5], atol=1e-13)
-    assert (exact.costs, differenced.costs) == ((1, 1 + 3, 21 + 2), (43, 43, 0))
-
-
-@pytest.mark.slow
-def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing: eomgen.Model) -> None:
-    """Check 19 of the dossier: one adjoint for all times, and the numbers of the general way; N tangents elsewhere."""
-    variables, options = processes_of(duffing)[1], {"method": "trapezoidal"}
-    still, general = (RunResponse(duffing, variables, "x", (15.0, 0.05), options) for _ in range(2))
-    general.stationary = None
-    mean = np.zeros(21)
-    for one, other in zip(still.expansion(mean), general.expansion(mean), strict=True):
-        np.testing.assert_allclose(one, other, rtol=0, atol=2e-15)
-    for one, other in zip(still.along(mean), general.along(mean), strict=True):
-        np.testing.assert_allclose(one, other, rtol=0, atol=1e-14)
-    assert (still.costs, general.costs) == ((0, 1, 0), (1, 1, 21 + 21))
-    earlier, alone = still.ending(7.5), general.ending(7.5)
-    np.testing.assert_allclose(earlier.products(mean, np.eye(21)), alone.expansion(mean).hessian, rtol=0, atol=2e-15)
-    assert (earlier.costs, still.costs, alone.costs) == ((0, 0, 0), (0, 1, 0), (1, 1, 21))
-    found = study(duffing, thresholds=[0.5], points=False, times=[2.5, 5.0, 10.0], projected=0.99)
-    spent = [vars(found.costs[name]) for name in ("projected", "second_order", "along_the_run", "autocovariance")]
-    assert [tuple(one.values()) for one in spent] == [(0, 1, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)]
-
-
 @pytest.mark.long
 def test_the_distribution_at_most_probable_points_is_that_of_the_oracle(duffing: eomgen.Model) -> None:
     """FORM 0.00163, quadratic 0.00106 where a million samples have 0.00100 (dossier, 4.6)."""
@@ -155,30 +114,6 @@ def test_covariance_with_earlier_times_of_the_linear_oscillator() -> None:
 
 
 @pytest.mark.long
-def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file, out = tmp_path / "duffing.toml", tmp_path / "out"
-    file.write_text(toml_text(scene(0.1, 0.5)), encoding="utf-8")
-    words = ["random", str(file), "--output", "x", "--threshold", "0.2", "--threshold", "0.9", "--monte-carlo", "40"]
-    words += ["--t-end", "3", "--covariance-at", "3", "--covariance-at", "1.5", "--projected", "0.99", "--out"]
-    assert main([*words, str(out)]) == 0
-    told = capsys.readouterr()
-    assert "quadratic" in told.out and "adjoint runs" in told.out
-    assert "tangents" in told.out and "projected" in told.out
-    assert "x at t = 3 s has mean " in told.err
-    covariances = (
-        told.out.partition("covariance with the output at t = 3 s")[2].partition("solutions of")[0].splitlines()
-    )
-    assert [line.split()[0] for line in covariances[2:4]] == ["1.5", "3"]
-    data = json.loads((out / "random.json").read_text(encoding="utf-8"))
-    rows = list(csv.DictReader((out / "distribution.csv").open(encoding="utf-8")))
-    assert [float(row["threshold"]) for row in rows] == [0.2, 0.9]
-    assert float(rows[0]["quadratic.below"]) == data["distributions"]["quadratic"]["below"][0]
-    assert data["costs"]["monte_carlo"] == {"runs": 40, "adjoints": 0, "tangents": 0}
-    for name in ("distribution.png", "autocovariance.png", "modes.png"):
-        assert (out / name).stat().st_size > 5000
-
-
-@pytest.mark.long
 def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_about_rest() -> None:
     """All of the motion about rest is rounding, in which no step misses a singular position."""
     linear = scene(0.0, 0.9, start=0.0, **FORCE | {"translation": "0.5 * g"})
@@ -188,13 +123,6 @@ def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_a
         found = random_vibration(model, "x", 2.0, 0.02, method=method, points=False)
         deviations.append(found.moments["second_order"][1])
     assert deviations[0] == pytest.approx(deviations[1], rel=1e-3)
-
-
-@pytest.mark.slow
-def test_thresholds_too_far_out_are_named() -> None:
-    few = built(scene(0.1, 0.5))
-    with pytest.raises(NumericalError, match=r"does not come to 1e\+09: it ends at .* beyond which nothing is so"):
-        random_vibration(few, "x", 1.0, 0.1, thresholds=[1e9], method="trapezoidal")
 
 
 @pytest.mark.slow
@@ -209,24 +137,6 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     assert np.isnan(found.indices[0]) and np.isfinite(found.indices[1])
     assert np.isnan(found.distributions["form"].below[0]) and np.isfinite(found.distributions["form"].below[1])
     assert "-0.5 have none, trust samples there" in found.message
-
-
-@pytest.mark.long
-def test_outputs_without_spread_are_named() -> None:
-    outputs = {"fixed": {"formula": "3"}, "far": {"formula": "1e9 + q.slide"}}
-    model = built(scene(0.1, 0.5) | {"outputs": outputs})
-    with pytest.raises(UsageError, match="output: to second order about the mean the output does not depend on the"):
-        random_vibration(model, "fixed", 1.0, 0.1, thresholds=[3.5], method="trapezoidal")
-    found = random_vibration(model, "fixed", 1.0, 0.1, thresholds=[3.5], points=False, samples=20, method="trapezoidal")
-    assert "does not depend on the random processes" in found.message
-    assert found.distributions["second_order"].below[0] == found.distributions["monte_carlo"].below[0] == 1.0
-    assert np.isnan(found.moments["monte_carlo"][2]) and np.isnan(found.moments["second_order"][2])
-    assert "though samples differ" not in found.message
-    kinked = built(scene(0.1, 0.5) | {"outputs": {"fixed": {"formula": f"abs(q.slide - {START!r})"}}})
-    with pytest.raises(UsageError, match="output: about the mean the output has neither slope nor bend, though sam"):
-        random_vibration(kinked, "fixed", 1.0, 0.1, method="trapezoidal")
-    far = random_vibration(model, "far", 1.0, 0.1, thresholds=[1e9 + 0.6], method="trapezoidal")
-    assert "of its mean: rounding of runs leaves few of its digits" in far.message
 
 
 def test_a_gradient_that_changes_fast_is_said_to_jump_only_with_a_kink() -> None:
@@ -281,35 +191,6 @@ def test_forces_that_jump_leave_samples_alone() -> None:
     found = random_vibration(far, "x", 3.0, 0.05, thresholds=[0.9], method="trapezoidal", samples=40)
     assert "form" not in found.distributions and {"second_order", "monte_carlo"} <= set(found.distributions)
     assert "most probable points are left out: forces jump near t = " in found.message
-
-
-@pytest.mark.slow
-def test_a_level_that_the_run_starts_at_or_above_is_noted(duffing: eomgen.Model) -> None:
-    found = study(duffing, points=False, thresholds=[0.5], levels=[0.2, 0.6])
-    told = "the output starts at 0.488353, not below the level 0.2, and counts as passed"
-    assert [note for note in found.notes if note.startswith("the output starts")] == [told]
-    assert found.first_passage[0.2]["crossing_rate"] == 1.0 > found.first_passage[0.6]["crossing_rate"]
-
-
-@pytest.mark.slow
-def test_numbers_of_tables_are_told_apart_and_modes_are_drawn_in_order(duffing: eomgen.Model) -> None:
-    assert distinct_texts([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
-    assert distinct_texts([1.0, 1.0]) == ["1", "1"]
-    found = study(duffing, points=False, thresholds=[0.5])
-    axes = _modes(found).axes[0]
-    assert all(tick == round(tick) for tick in axes.get_xticks())
-    for line, process in zip(axes.get_lines(), found.processes, strict=True):
-        sizes = np.array(process.eigenvalues)
-        assert list(line.get_xdata()) == list(range(1, len(sizes) + 1))
-        np.testing.assert_allclose(line.get_ydata(), sizes / sizes.max(), rtol=1e-15)
-
-
-@pytest.mark.slow
-def test_a_projection_of_any_number_of_pairs_warns_of_nothing(duffing: eomgen.Model) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = random_vibration(duffing, "x", 1.0, 0.05, method="trapezoidal", points=False, thresholds=[0.5], pairs=3)
-    assert np.isfinite(found.moments["hermite"]).all()
 
 
 @pytest.mark.slow
@@ -387,28 +268,6 @@ def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient(
     true = integrate.quad(special.k0, 5.0, 60.0)[0] / np.pi
     assert 1.0 - product.distributions["corrected"].high[0] < true < 1.0 - product.distributions["corrected"].low[0]
     assert "largest value" not in product.message and "of the variance of the process" not in product.message
-
-
-@pytest.mark.slow
-def test_random_constants_have_their_marginal_distributions() -> None:
-    """Out to six standard deviations, the same at all times, also behind the window."""
-    laws = [
-        ("normal(3, 0.5)", stats.norm(3.0, 0.5)),
-        ("lognormal(300, 30)", stats.lognorm(np.sqrt(np.log(1.01)), scale=300.0 / np.sqrt(1.01))),
-        ("uniform(-1, 2)", stats.uniform(-1.0, 3.0)),
-        ("gumbel(2, 0.3)", stats.gumbel_r(2.0, 0.3)),
-        ("exponential(2)", stats.expon(scale=2.0)),
-        ("weibull(1.5, 2.5)", stats.weibull_min(2.5, scale=1.5)),
-    ]
-    random = {f"load{k}": {"type": "constant", "distribution": text} for k, (text, _) in enumerate(laws)}
-    model = eomgen.build(block(random, {f"y{k}": {"formula": f"load{k}"} for k in range(len(laws))}))
-    z = np.array([-6.0, -3.0, -0.5, 0.0, 1.0, 4.0, 6.0])
-    found = model.simulate_many(0.3, table={f"load{k}_z1": z for k in range(len(laws))})
-    for k, (text, law) in enumerate(laws):
-        expected = np.where(z < 0.0, law.ppf(special.ndtr(z)), law.isf(special.ndtr(-z)))
-        np.testing.assert_allclose(found.results[f"output.y{k}.final"], expected, rtol=1e-7, atol=1e-9, err_msg=text)
-        np.testing.assert_array_equal(found.results[f"output.y{k}.max"], found.results[f"output.y{k}.min"])
-    assert "of the variance of the process" not in found.message
 
 
 @pytest.mark.slow

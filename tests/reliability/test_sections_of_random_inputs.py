@@ -420,6 +420,8 @@ def test_tables_of_modes_are_short_and_as_close_at_the_ends_as_elsewhere() -> No
         ("lognormal(300, 30)", stats.lognorm(np.sqrt(np.log(1.01)), scale=300.0 / np.sqrt(1.01))),
         ("uniform(-1, 2)", stats.uniform(-1.0, 3.0)),
         ("weibull(1.5, 2.5)", stats.weibull_min(2.5, scale=1.5)),
+        ("gumbel(2, 0.3)", stats.gumbel_r(2.0, 0.3)),
+        ("exponential(2)", stats.expon(scale=2.0)),
     ],
 )
 def test_a_distribution_is_that_of_the_process_whatever_its_own_mean_and_deviation(text: str, law: Any) -> None:
