@@ -14,7 +14,62 @@ from eomgen.products.ensembles.distributions import read_distribution
 NORMAL = read_distribution("vary x", "normal(0, 1)")
 PILOT = SimpleNamespace(columns=lambda: ["t", "q.x", "output.force"])
 
+SEAS = [SimpleNamespace(name="sea", variables=()), SimpleNamespace(name="swell", variables=("swell_z1",))]
+MODEL: Any = SimpleNamespace(
+    description=SimpleNamespace(
+        parts={"waves": SEAS},
+        inputs=[SimpleNamespace(name="gust", given=True, road=None, series=SimpleNamespace(follows="wind"))],
+    ),
+    scene=SimpleNamespace(curves=()), parameters={}, inputs=("gust",), input_units={}, states=(), z_units=(),
+    q_names=("q.free[0]",), q_units=("1",), v_names=("v.free[0]",), v_units=("rad/s",),
+    evaluator=SimpleNamespace(parameter_units={}, fixed_parameters=("length",)),
+)  # fmt: skip
+
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "seed of fixed waves": (
+        lambda: variations.find_variation(MODEL, "seed.sea"),
+        "vary seed.sea: sea are waves, whose numbers are fixed in the code; try: variables = true in [waves.sea]",
+    ),
+    "factor of waves": (
+        lambda: variations.find_variation(MODEL, "scale.swell"),
+        'vary scale.swell: swell are waves, which are as high as their spectrum says; try: height = "height" in the'
+        " spectrum of [waves.swell], a tunable parameter, which varies",
+    ),
+    "seed of a follower": (
+        lambda: variations.find_variation(MODEL, "seed.gust"),
+        "vary seed.gust: the random process gust follows wind, and has its variables; try: seed.wind",
+    ),
+    "part of a quaternion": (
+        lambda: variations.find_variation(MODEL, "q.free[0]", "table"),
+        "table q.free[0]: q.free[0] is a component of a unit quaternion, and its parts are not free; try: initial=..."
+        " of all samples, or a joint with an angle",
+    ),
+    "fixed parameter": (
+        lambda: variations.find_variation(MODEL, "length"),
+        "vary length: the parameter length is fixed in the code; try: length = { value = ..., tunable = true } in the"
+        " scene's [parameters]",
+    ),
+    "vary as a list": (
+        lambda: variations.read_varied(MODEL, cast(Any, ["gust"])),
+        'vary: a mapping from names to distributions is needed, not list; try: vary={"mass": "normal(1, 0.1)"}',
+    ),
+    "table as a list": (
+        lambda: variations.read_table(MODEL, cast(Any, [1.0])),
+        'table: a mapping from names to columns, or a DataFrame, is needed, not list; try: table={"mass": [1.0, 1.1,'
+        " 1.2]}",
+    ),
+    "table without rows": (
+        lambda: variations.read_table(MODEL, {"gust": []}),
+        "table: it has no rows; try: a column of numbers for each name, a row for each sample",
+    ),
+    "table with a number": (
+        lambda: variations.read_table(MODEL, {"gust": 1.0}),
+        "table: it has no rows; try: a column of numbers for each name, a row for each sample",
+    ),
+    "sobol of many dimensions": (
+        lambda: designs.random_design("saltelli", [NORMAL] * 10601, 2, 0),
+        "design: saltelli has 10600 dimensions at most, not 10601; try: monte_carlo",
+    ),
     "vary without a distribution": (
         lambda: command._read_variations(("mass=",)),
         "--vary mass=: a name and a distribution are needed; try: --vary 'mass=normal(1, 0.1)'",

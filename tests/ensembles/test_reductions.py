@@ -85,6 +85,8 @@ def test_a_histogram_has_the_probabilities_of_its_bins(monkeypatch: pytest.Monke
     data = np.random.default_rng(7).normal(size=(20000, 1, 1))
     expected = np.histogram(data, edges)[0] / 20000
     np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=1e-12)
+    unknown = reduced(np.full((3, 1, 1), np.nan), (1,)).histogram(0, 0, edges)
+    assert unknown.shape == (8,) and np.isnan(unknown).all()
     monkeypatch.setattr("eomgen.products.ensembles.statistics._KEPT", 2**10)
     np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=2e-3)
 
