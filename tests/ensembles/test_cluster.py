@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import UsageError
 from eomgen.products.ensembles import Ensemble, cluster
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
@@ -150,19 +149,6 @@ def test_failures_and_solutions_come_back(cart: eomgen.Model, client: Any, tmp_p
     np.testing.assert_array_equal(kept[0].q, kept[1].q)
 
 
-def test_what_ctrl_c_left_goes_on_without_the_cluster(
-    cart: eomgen.Model, local: Ensemble, client: Any, tmp_path: Path
-) -> None:
-    def interrupt(done: int, total: int) -> None:
-        if done >= 9:
-            raise KeyboardInterrupt
-
-    part = cart.simulate_many(**OPTIONS, folder=tmp_path, progress=interrupt, cluster=client)
-    assert part.interrupted and 9 <= part.done < 40
-    again = cart.simulate_many(**OPTIONS, folder=tmp_path, resume=True)
-    assert again.done == 40 and bits(again) == bits(local)
-
-
 def test_long_samples_are_given_up_with_their_ensemble(cart: eomgen.Model, client: Any) -> None:
     """Forty steps of 0.2 s and more, which nobody waits for after Ctrl-C."""
 
@@ -191,10 +177,3 @@ def _slow(t: float) -> float:
     if t > 0.0 and distributed.worker.thread_state.__dict__:
         time.sleep(0.2)
     return 1.0
-
-
-@pytest.mark.long
-def test_without_dask_it_says_what_to_install(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(UsageError, match=r"which is not installed; try: pip install 'eomgen\[dask\]'"):
-        cart.simulate_many(**OPTIONS, cluster="dask")

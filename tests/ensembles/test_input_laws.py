@@ -59,18 +59,6 @@ def test_wheels_of_a_track_follow_its_seed(cart: eomgen.Model, tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_factors_multiply_what_the_scene_says(cart: eomgen.Model, tmp_path: Path) -> None:
-    vary = {"scale.wind": "values(1, 2)", "scale.rear": "values(1, 2)"}
-    found = cart.simulate_many(vary=vary).results["output.place.final"]
-    calm = {"push": 0.0, "own": 0.0}
-    alone = cart.simulate_many(vary=vary, inputs=calm, columns=["input.wind", "input.rear"], points=5)
-    at = {"wind": 2.0 + np.cos(2.0), "rear": cart.input_values(2.0)[1]}
-    np.testing.assert_allclose(alone.results["input.wind.final"], at["wind"] * np.array([1, 1, 2, 2]), rtol=1e-12)
-    np.testing.assert_allclose(alone.results["input.rear.final"], at["rear"] * np.array([1, 2, 1, 2]), rtol=1e-12)
-    np.testing.assert_allclose(found[0], cart.simulate(error_estimate=False).outputs["place"][-1], rtol=1e-4)
-
-
-@pytest.mark.slow
 def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
     options = {"vary": {"seed.push": "integers(0, 9)", "scale.push": "lognormal(1, 20 %)"}, "samples": 40, "seed": 1}
     found = cart.simulate_many(**options)

@@ -267,6 +267,15 @@ def test_clusters_are_clients_objects_addresses_files_and_own_processes(
     assert asked == [3, 5]
 
 
+def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(UsageError, match=r"which is not installed; try: pip install 'eomgen\[dask\]'"),
+        connected("dask"),
+    ):
+        pass
+
+
 def _no_processes(count: int) -> Any:
     raise RuntimeError("bootstrapping\nmore")
 

@@ -20,7 +20,6 @@ from eomgen.products.reliability.vibration.result import Process, _title_of_mode
 from eomgen.products.reliability.vibration.run_response import first_passage, judged_passage, not_normal
 from eomgen.scene.load import from_data
 from tests.models import library
-from tests.models.doubtful_scenes import UNRESOLVED, stuck
 from tests.reliability.duffing import Duffing
 
 START = 0.48835331272856514
@@ -268,9 +267,3 @@ def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient(
     true = integrate.quad(special.k0, 5.0, 60.0)[0] / np.pi
     assert 1.0 - product.distributions["corrected"].high[0] < true < 1.0 - product.distributions["corrected"].low[0]
     assert "largest value" not in product.message and "of the variance of the process" not in product.message
-
-
-@pytest.mark.slow
-def test_friction_that_steps_do_not_resolve_is_told() -> None:
-    model = eomgen.build(stuck(0.2, gusts=True), profile="quick")
-    assert UNRESOLVED in random_vibration(model, "place", samples=20, points=False).message

@@ -123,17 +123,3 @@ def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself(
     assert list(found.notes) == [told] and told in found.message
     assert found.to_dict()["lost_variance"] == found.lost_variance
     assert vars(found.costs["truncation"]) == {"runs": 1, "adjoints": 1, "tangents": 0}
-
-
-@pytest.mark.long
-def test_an_ensemble_tells_the_lost_variance_of_outputs_as_the_study_does() -> None:
-    vary: dict[str, Any] = {"seed.force": "integers(0, 999)"}
-    model = model_of(BAND)
-    many = model.simulate_many(6.0, 0.002, vary=vary, samples=8, columns=["output.x", "q.slide"], seed=1)
-    (told,) = (note for note in many.notes if "modes left out" in note)
-    assert told.startswith("output x: the modes left out, with 0.76 % of a process's variance, have 16 % of the")
-    assert "its standard deviation is 8.3 % low" in told
-    silent = model_of({"type": "band", "band": [0.1, 0.3], "share": 0.999}).simulate_many(
-        6.0, 0.01, vary=vary, samples=8
-    )
-    assert not [note for note in silent.notes if "modes left out" in note]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -239,6 +240,20 @@ def test_a_period_that_varies_is_one_problem() -> None:
     assert len(caught.value.problems) == 1
 
 
+def test_waves_are_processes_of_two_variables_each() -> None:
+    def processes(**changes: Any) -> Any:
+        return processes_of(cast(Any, SimpleNamespace(name="buoy", description=from_data(_data(**changes)))))
+
+    (process,), variables = processes(variables=True)
+    (sea,) = from_data(_data(variables=True)).parts["waves"]
+    assert (process.name, process.kind, process.variables, process.captured) == ("sea", "waves", 20, 1.0)
+    assert variables == [f"sea_z{k}" for k in range(1, 21)]
+    energies = sorted((wave.amplitude**2 for wave in sea.components for _ in range(2)), reverse=True)
+    assert list(process.eigenvalues) == pytest.approx(energies, rel=1e-12)
+    with pytest.raises(UsageError, match=r"no random process; try: variables = true in \[waves.sea\], if it has a"):
+        processes()
+
+
 def test_names_of_variables_are_no_other_names() -> None:
     data = _data(variables=True)
     data["parameters"]["sea_z3"] = 1.0
@@ -247,25 +262,6 @@ def test_names_of_variables_are_no_other_names() -> None:
     data = _data(variables=True) | {"random": {"sea": {"type": "exponential", "correlation_time": 1}}}
     with pytest.raises(DescriptionError, match=r"the name sea is both a random process and waves with variables of"):
         from_data(data)
-
-
-@pytest.mark.slow
-def test_what_of_waves_does_not_vary_says_what_would() -> None:
-    data = _on_a_spring(2)
-    plain = _on_a_spring(1)
-    plain["waves"]["sea"] |= {"variables": False, "components": 2}  # the model of the test above
-    model = eomgen.build(from_data(plain))
-    for name, text in (
-        ("seed.sea", r"vary seed.sea: sea are waves, whose numbers are fixed in the code; try: variables = true in"),
-        ("scale.sea", r"which are as high as their spectrum says; try: height = \"height\" in the spectrum of"),
-    ):
-        with pytest.raises(UsageError, match=text):
-            model.simulate_many(vary={name: "integers(1, 9)"}, samples=2)
-    with pytest.raises(UsageError, match=r"no random process; try: variables = true in \[waves.sea\], if it has a"):
-        processes_of(model)
-    varied = eomgen.build(from_data(data))
-    with pytest.raises(UsageError, match=r"a seed is a whole number from 0 on"):
-        varied.simulate_many(vary={"seed.sea": "uniform(0, 1)"}, samples=2)
 
 
 @pytest.mark.slow

@@ -137,16 +137,11 @@ class CrossCovariance:
         integral converges; raises UsageError if more than 40000 frequencies are needed."""
         variance = float(self.covariance.at(np.zeros(1))[0])
         edges = sorted({edge for edge in (*_edges(self.covariance), *self.coherence.edges) if edge > 0.0})
-        bounded = bool(_edges(self.covariance)) or bool(self.coherence.edges)
-        last = edges[-1] if bounded else self._last(variance)
-        borders = np.array([0.0, *edges] if bounded else [0.0, *edges, last])
+        borders = np.array([0.0, *(edges or [self._last(variance)])])
         lags, waves = np.linspace(0.0, self.window, 33), 4.0
         before = np.full(len(lags), np.inf)
         while True:
             frequencies, weights = _panels(borders, waves / self.window)
-            if len(frequencies) > _MOST_NODES:
-                fault = f"the cross spectrum up to {last:.3g} cycles needs more than {_MOST_NODES} frequencies [E0964]"
-                raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
             shares = weights * self.density(frequencies)
             values = np.cos(2.0 * math.pi * np.multiply.outer(lags, frequencies)) @ shares
             if np.max(np.abs(values - before)) <= 1e-10 * variance:
@@ -179,10 +174,11 @@ def _edges(covariance: Covariance) -> Sequence[float]:
 
 def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
     """Return nodes and weights (n,) of Gauss's rule in panels between rising borders, no panel wider than ``widest``.
-    If more than the allowed nodes are needed, both are zeros with one element too many, which callers refuse."""
+    Raises UsageError if more than the allowed nodes are needed."""
     counts = [max(1, math.ceil((end - start) / widest)) for start, end in pairwise(borders)]
     if sum(counts) * _NODES > _MOST_NODES:
-        return np.zeros(_MOST_NODES + 1), np.zeros(_MOST_NODES + 1)
+        fault = f"the cross spectrum up to {borders[-1]:.3g} cycles needs more than {_MOST_NODES} frequencies [E0964]"
+        raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
     parts = [
         np.linspace(start, end, count + 1) for start, end, count in zip(borders[:-1], borders[1:], counts, strict=True)
     ]

@@ -97,7 +97,15 @@ def _deviation(key: str, entry: written.RandomProcess, values: Values) -> float:
     return values.constant(f"{key}.standard_deviation", deviation)
 
 
-class Covariances:
+class _CovarianceReader:
+    """A reader, which reports faults by key."""
+
+    def __init__(self, values: Values) -> None:
+        self.values = values
+        self.report = values.report
+
+
+class Covariances(_CovarianceReader):
     """Reader of covariances of random processes, which reports faults and does not raise them.
 
     Parameters
@@ -109,8 +117,7 @@ class Covariances:
     """
 
     def __init__(self, values: Values, curves: Curves) -> None:
-        self.values = values
-        self.report = values.report
+        super().__init__(values)
         self.curves = curves
 
     def read(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
@@ -223,14 +230,6 @@ class Covariances:
         elif spectrum and not np.any(curve.y > 0.0):
             self.report.add(path, "the spectrum is zero everywhere [E0996]", "a positive density somewhere")
         return curve
-
-
-class _CovarianceReader:
-    """A reader, which reports faults by key."""
-
-    def __init__(self, values: Values) -> None:
-        self.values = values
-        self.report = values.report
 
 
 class Coherences(_CovarianceReader):
