@@ -44,32 +44,6 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "table q.free[0]: q.free[0] is a component of a unit quaternion, and its parts are not free; try: initial=..."
         " of all samples, or a joint with an angle",
     ),
-    "fixed parameter": (
-        lambda: variations.find_variation(MODEL, "length"),
-        "vary length: the parameter length is fixed in the code; try: length = { value = ..., tunable = true } in the"
-        " scene's [parameters]",
-    ),
-    "vary as a list": (
-        lambda: variations.read_varied(MODEL, cast(Any, ["gust"])),
-        'vary: a mapping from names to distributions is needed, not list; try: vary={"mass": "normal(1, 0.1)"}',
-    ),
-    "table as a list": (
-        lambda: variations.read_table(MODEL, cast(Any, [1.0])),
-        'table: a mapping from names to columns, or a DataFrame, is needed, not list; try: table={"mass": [1.0, 1.1,'
-        " 1.2]}",
-    ),
-    "table without rows": (
-        lambda: variations.read_table(MODEL, {"gust": []}),
-        "table: it has no rows; try: a column of numbers for each name, a row for each sample",
-    ),
-    "table with a number": (
-        lambda: variations.read_table(MODEL, {"gust": 1.0}),
-        "table: it has no rows; try: a column of numbers for each name, a row for each sample",
-    ),
-    "sobol of many dimensions": (
-        lambda: designs.random_design("saltelli", [NORMAL] * 10601, 2, 0),
-        "design: saltelli has 10600 dimensions at most, not 10601; try: monte_carlo",
-    ),
     "vary without a distribution": (
         lambda: command._read_variations(("mass=",)),
         "--vary mass=: a name and a distribution are needed; try: --vary 'mass=normal(1, 0.1)'",

@@ -6,8 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -147,33 +145,3 @@ def test_failures_and_solutions_come_back(cart: eomgen.Model, client: Any, tmp_p
     assert there.failed == here.failed and there.failed[0].number == 1 and bits(there) == bits(here)
     kept = [eomgen.Solution.load(tmp_path / place / "runs" / "sample_0000002.npz") for place in ("here", "there")]
     np.testing.assert_array_equal(kept[0].q, kept[1].q)
-
-
-def test_long_samples_are_given_up_with_their_ensemble(cart: eomgen.Model, client: Any) -> None:
-    """Forty steps of 0.2 s and more, which nobody waits for after Ctrl-C."""
-
-    def interrupt() -> None:
-        time.sleep(0.5)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    pilot = cart.simulate_many(t_end=2.0, vary={"mass": "uniform(1, 2)"}, samples=2)
-    assert pilot.done == 2
-    usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells have those in the background ignore it
-    try:
-        threading.Thread(target=interrupt).start()
-        began = time.monotonic()
-        slow = {"push": _slow}
-        ensemble = cart.simulate_many(vary={"mass": "uniform(1, 2)"}, samples=2, inputs=slow, cluster=client)
-    finally:
-        signal.signal(signal.SIGINT, usual)
-    assert ensemble.interrupted and ensemble.done == 0
-    while any(client.processing().values()):
-        assert time.monotonic() - began < 30.0
-        time.sleep(0.05)
-
-
-def _slow(t: float) -> float:
-    """A force that takes its time where it is called on a worker."""
-    if t > 0.0 and distributed.worker.thread_state.__dict__:
-        time.sleep(0.2)
-    return 1.0

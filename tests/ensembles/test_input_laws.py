@@ -58,17 +58,6 @@ def test_wheels_of_a_track_follow_its_seed(cart: eomgen.Model, tmp_path: Path) -
         assert abs(other - same) > 1e-3 * abs(same)
 
 
-@pytest.mark.slow
-def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
-    options = {"vary": {"seed.push": "integers(0, 9)", "scale.push": "lognormal(1, 20 %)"}, "samples": 40, "seed": 1}
-    found = cart.simulate_many(**options)
-    seeds = found.values["seed.push"]
-    assert set(seeds) <= set(range(10)) and len(set(seeds)) > 5 and not found.failed
-    table = {name: values[:3] for name, values in found.values.items()}
-    again = cart.simulate_many(table=table).results["output.place.final"]
-    np.testing.assert_array_equal(again, found.results["output.place.final"][:3])
-
-
 VALUES = "values(1, 2)"
 
 

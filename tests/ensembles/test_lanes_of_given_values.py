@@ -16,7 +16,6 @@ from eomgen.products.ensembles import samples
 from eomgen.products.ensembles.samples import LaneRunner, SampleRunner, extremes_of
 from eomgen.products.ensembles.variations import Variation, VariedOptions
 from eomgen.simulation.option_types import LawOverTime
-from eomgen.simulation.stepping.inputs import HeldRows
 
 COMMON = np.array([1.0, 2.0, 3.0, 4.0])
 TIMES = np.array([0.0, 0.5, 1.0])
@@ -88,84 +87,11 @@ def test_inputs_follow_formulas_values_and_laws(left_to_stepper: bool, monkeypat
     np.testing.assert_array_equal(found[:, :, 2], [[9.0, 9.0, 9.0], [0.0, 3.5, np.inf], of_third])
 
 
-def test_held_inputs_have_varied_values() -> None:
-    row = np.array([1.0, 2.0, np.nan])
-    held = runner(model(), PULL, driven=HeldRows(row))._held_inputs(np.array([[5.0], [6.0]]))
-    np.testing.assert_array_equal(held, [[1.0, 5.0, np.nan], [1.0, 6.0, np.nan]])
-    assert runner(model(), driven=None)._held_inputs(np.zeros((2, 0))) is None
-
-
-def test_laws_are_followed_again_at_other_parameters_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def followed(of: Any, method: str, p: Array, grid: Any) -> tuple[list[str], None]:
-        asked.append(float(p[3]))
-        return (["jumps"] if p[3] > 5.0 else []), None
-
-    monkeypatch.setattr(samples, "followed_laws", followed)
-    parameters = np.tile(COMMON, (4, 1))
-    parameters[:, 3], parameters[0, 0] = [4.0, 5.0, 6.0, 4.0], 9.0
-    assert runner(model())._unfollowed_laws(parameters).tolist() == [False, False, True, False]
-    assert asked == [5.0, 6.0]
-
-
 def initial(of: Any, common: Any, p: Array, *, asked: bool) -> Any:
     """Return the state at parameters, whose place is a tenth of b; refused for b = 9."""
     if p[3] == 9.0:
         raise EomgenError("no place")
     return SimpleNamespace(q=p[3:] / 10.0 if asked else START.q, v=START.v, z=START.z)
-
-
-def test_starts_are_the_models_own_with_varied_states(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(samples, "initial_state", initial)
-    monkeypatch.setattr(samples, "starts_of", lambda of, common: "held")
-    values = np.array([[5.0, 7.0], [6.0, 8.0]])
-    parameters = np.tile(COMMON, (2, 1))
-    starts, refused = runner(model(), PLACE, STATE)._starts(values, parameters)
-    np.testing.assert_array_equal(starts, [[5.0, 0.2, 7.0], [6.0, 0.2, 8.0]])
-    starts, refused = runner(model(), PULL)._starts(values[:, :1], parameters)
-    np.testing.assert_array_equal(starts, np.tile([0.1, 0.2, 0.3], (2, 1)))
-    assert not refused.any()
-    parameters[:, 3] = [9.0, 6.0]
-    placed = runner(model(initial_at=True), A)
-    starts, refused = placed._starts(values[:, :1], parameters)
-    assert refused.tolist() == [True, False]
-    np.testing.assert_array_equal(starts, [[0.4, 0.2, 0.3], [0.6, 0.2, 0.3]])
-
-
-def test_starts_meet_their_constraints(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Loops whose rows may be redundant, and rest, are searched one after the other."""
-    monkeypatch.setattr(samples, "initial_state", initial)
-    asked: list[Any] = []
-
-    def consistent(of: Any, q: Array, v: Array, t: float, p: Array, starts: Any) -> Any:
-        asked.append((t, starts))
-        return SimpleNamespace(q=q + 1.0, v=v + 2.0, met=p[:, 0] < 5.5)
-
-    monkeypatch.setattr(samples, "consistent_samples", consistent)
-    monkeypatch.setattr(samples, "starts_of", lambda of, common: "held")
-    looped = model(multipliers=("loop",))
-    parameters = np.tile(COMMON, (2, 1))
-    parameters[:, 0] = [5.0, 6.0]
-    starts, refused = runner(looped, A)._starts(parameters[:, :1], parameters)
-    np.testing.assert_array_equal(starts, np.tile([1.4, 2.2, 0.3], (2, 1)))
-    assert refused.tolist() == [False, True] and asked == [(0.0, "held")]
-    runner(looped, A, PLACE)._starts(np.array([[5.0, 0.0], [6.0, 0.0]]), parameters)
-    assert asked[-1] == (0.0, ())
-
-    def start_of(self: LaneRunner, p: Array, options: Any, *, changed: bool) -> Array:
-        if p[0] > 5.5:
-            raise EomgenError("no rest")
-        return np.array([p[0], float(changed), options["parameters"]["a"]])
-
-    monkeypatch.setattr(LaneRunner, "_start_of", start_of)
-    redundant = runner(model(multipliers=("loop",), library=SimpleNamespace(layout={"left_out": (3,)})), A)
-    resting = runner(model(), A)
-    resting.runs.at_rest = True
-    for made in (redundant, resting):
-        starts, refused = made._starts(parameters[:, :1], parameters)
-        np.testing.assert_array_equal(starts, [[5.0, 1.0, 5.0], [0.1, 0.2, 0.3]])
-        assert refused.tolist() == [False, True]
 
 
 @pytest.mark.parametrize("chooses_steps", [False, True])
@@ -212,3 +138,37 @@ def test_blocks_of_lanes_leave_some_samples_to_runs_alone(chooses_steps: bool, t
 def test_extremes_leave_out_what_is_unknown() -> None:
     table = np.array([[[1.0, np.nan, 3.0], [2.0, 5.0, -1.0]]])
     np.testing.assert_array_equal(extremes_of(table), [[[1.0, 3.0, 3.0], [-1.0, 5.0, -1.0]]])
+
+
+def test_starts_are_varied_and_meet_their_constraints(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Loops whose rows may be redundant, and rest, are searched one after the other; the second sample fails."""
+
+    def consistent(of: Any, q: Array, v: Array, t: float, p: Array, starts: Any) -> Any:
+        return SimpleNamespace(q=q + 1.0, v=v + 2.0, met=p[:, 0] < 5.5)
+
+    def start_of(self: LaneRunner, p: Array, options: Any, *, changed: bool) -> Array:
+        if p[0] > 5.5:
+            raise EomgenError("no rest")
+        return np.array([p[0], float(changed), options["parameters"]["a"]])
+
+    for name, of in (("initial_state", initial), ("consistent_samples", consistent), ("starts_of", lambda *_: "held")):
+        monkeypatch.setattr(samples, name, of)
+    monkeypatch.setattr(LaneRunner, "_start_of", start_of)
+    values, parameters = np.array([[5.0, 7.0, 8.0], [6.0, 9.0, 3.0]]), np.tile(COMMON, (2, 1))
+    parameters[:, 0] = values[:, 0]
+    open_chain, loop, own = model(), model(multipliers=("loop",)), [0.1, 0.2, 0.3]
+    redundant = model(multipliers=("loop",), library=SimpleNamespace(layout={"left_out": (3,)}))
+    placed = np.column_stack([parameters[:, :3], [4.0, 9.0]])
+    for made, items, p, rests, expected, refused in (
+        (open_chain, (A, PLACE, STATE), parameters, False, [[7.0, 0.2, 8.0], [9.0, 0.2, 3.0]], False),
+        (open_chain, (PULL,), parameters, False, [own, own], False),
+        (model(initial_at=True), (A,), placed, False, [[0.4, 0.2, 0.3], [0.4, 0.2, 0.3]], True),
+        (loop, (A, PLACE), parameters, False, [[8.0, 2.2, 0.3], [10.0, 2.2, 0.3]], True),
+        (redundant, (A,), parameters, False, [[5.0, 1.0, 5.0], own], True),
+        (open_chain, (A,), parameters, True, [[5.0, 1.0, 5.0], own], True),
+    ):
+        runs = runner(made, *items)
+        runs.runs.at_rest = rests
+        starts, failed = runs._starts(values[:, : len(items)], p)
+        np.testing.assert_array_equal(starts, expected)
+        assert failed.tolist() == [False, refused]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.products.ensembles.samples import LaneRunner, SampleRunner, neighbours
+from eomgen.products.ensembles.samples import SampleRunner, neighbours
 from tests.models.cosserat import beam_scene
 from tests.models.library import scene
 
@@ -161,25 +161,6 @@ def test_a_refused_parameter_fails_alone(swing: eomgen.Model) -> None:
 def test_what_cannot_run_side_by_side_says_why(swing: eomgen.Model, lanes: list[object]) -> None:
     found(swing, controllers={})
     assert set(lanes) == {"controllers is given"}
-
-
-@pytest.mark.slow
-def test_what_starts_at_equilibrium_is_told_by_the_option_and_the_scene(
-    swing: eomgen.Model, lanes: list[object]
-) -> None:
-    at_rest = eomgen.build({**SCENE, "simulation": {"start": "equilibrium"}}, method="rk4", profile="reproducible")
-    masses = {"vary": {"mass": "uniform(1, 2)"}, "samples": 3}
-    for model, options, rests in (
-        (at_rest, masses, True),
-        (at_rest, {}, False),  # an initial state that varies is taken in place of the scene's equilibrium
-        (at_rest, masses | {"start": "initial"}, False),
-        (at_rest, masses | {"initial": {"hinge": 0.1}}, False),
-        (swing, {"start": "equilibrium"}, True),
-    ):
-        lanes.clear()
-        found(model, **options)
-        assert lanes and not any(isinstance(item, str) for item in lanes)
-        assert {item.runs.at_rest for item in lanes if isinstance(item, LaneRunner)} == {rests}
 
 
 @pytest.mark.slow

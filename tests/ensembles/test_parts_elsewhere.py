@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator
@@ -191,12 +190,6 @@ def test_parts_take_two_seconds(per_sample: float, left: int, of_sample: int, si
     assert made._size(left, of_sample) == size
 
 
-def test_parts_of_many_threads_have_a_share_of_a_gigabyte() -> None:
-    made = machines(100)
-    made._per_sample = 1e-6
-    assert made._size(10**7, 2**16) == 48  # 2^30 bytes of three parts for each thread
-
-
 def test_times_of_samples_are_averaged() -> None:
     made = machines()
     block: Any = None
@@ -302,29 +295,3 @@ def test_what_is_no_cluster_is_told(
     asynchronous.asynchronous = True
     with pytest.raises(UsageError, match="the client is asynchronous, and this call waits"), connected(asynchronous):
         pass
-
-
-def test_processes_of_this_machine_keep_memory_unless_the_user_says_otherwise(
-    dask: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    settings: dict[str, Any] = {"distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": 65536, "OTHER": 1}}
-    during: list[dict[str, Any]] = []
-
-    @contextmanager
-    def changed(given: dict[str, Any]) -> Iterator[None]:
-        during.append(given)
-        yield
-
-    config = SimpleNamespace(get=settings.get, set=changed)
-    monkeypatch.setitem(sys.modules, "dask", SimpleNamespace(config=config))  # type: ignore[arg-type]
-    dask.LocalCluster = SimpleNamespace
-    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")  # as an earlier cluster leaves it
-    monkeypatch.setenv("MALLOC_ARENA_MAX", "7")  # of the user
-    monkeypatch.delenv("MALLOC_MMAP_THRESHOLD_", raising=False)
-    made = cluster.processes(3)
-    assert (made.n_workers, made.threads_per_worker, made.processes) == (3, 1, True)
-    found = [os.environ.get(f"MALLOC_{name}") for name in ("TRIM_THRESHOLD_", "ARENA_MAX", "MMAP_THRESHOLD_")]
-    assert found == [str(2**27), "7", str(2**25)]
-    assert during[0]["distributed.nanny.pre-spawn-environ"] == {
-        "MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25, "MALLOC_ARENA_MAX": 1, "OTHER": 1
-    }  # fmt: skip

@@ -47,20 +47,6 @@ def test_sobol_indices_of_the_function_of_ishigami() -> None:
     assert found.explained == pytest.approx(sum(FIRST.values()), abs=0.05)
 
 
-def test_intervals_of_indices_are_those_of_many_designs() -> None:
-    """Bounds by resampling of one design are as wide as the spread of indices over designs of random numbers."""
-    random, n = np.random.default_rng(2), 400
-    spread, widths = [], []
-    for _ in range(60):
-        first, second = (random.uniform(-np.pi, np.pi, (n, 3)) for _ in range(2))
-        mixed = [np.where(np.arange(3) == k, second, first) for k in range(3)]
-        results = np.concatenate([ishigami(*rows.T) for rows in (first, second, *mixed)])
-        found = ranking("saltelli", len(results), dict.fromkeys("xyz", np.zeros(0)), "f", results)
-        spread.append([found.first["y"], found.total["y"]])
-        widths.append([np.ptp(found.first_interval["y"]), np.ptp(found.total_interval["y"])])
-    np.testing.assert_allclose(np.mean(widths, axis=0), 2.0 * 1.96 * np.std(spread, axis=0), rtol=0.3)
-
-
 @pytest.mark.parametrize(("results", "share"), [(np.arange(9.0), 1.0), (np.ones(9), 0.0)])
 def test_a_single_quantity_has_all_of_the_variance_that_there_is(results: Array, share: float) -> None:
     found = ranking("saltelli", 9, {"x": results}, "f", results)

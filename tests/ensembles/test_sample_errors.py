@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -54,20 +53,6 @@ def test_errors_of_samples_are_those_of_the_closed_form(slider: eomgen.Model, st
 def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
     run = model.simulate(2.0, step, parameters={"k": k}, error_estimate=False)
     return np.asarray(run["output.x"] - 0.1 * np.cos(np.sqrt(k) * run.t))
-
-
-@pytest.mark.long
-def test_a_process_between_the_steps_is_told_with_the_step_that_resolves_it() -> None:
-    """A band from 9 to 11 Hz at steps of 0.1 s is another process at the steps, whatever their comparison tells."""
-    process = {"type": "band", "band": [9, 11], "unit": "N", "translation": "0.5*g"}
-    model = eomgen.build(sliding("g-q.slide", random={"g": process}))
-    found = model.simulate_many(2.0, 0.1, vary={"seed.g": "integers(0, 99999)"}, samples=8)
-    assert "100 % of the variance of the process g lies above 5 Hz, the highest frequency that steps of 0.1 s" in (
-        found.message
-    )
-    (step,) = re.findall(r"try: a step of ([\d.]+) s, 10 to the shortest period of 99 %", found.message)
-    assert 0.008 < float(step) < 0.0095
-    assert "lies above" not in model.simulate_many(2.0, 0.01, vary={"seed.g": "integers(0, 9)"}, samples=8).message
 
 
 @pytest.mark.parametrize(("samples", "varied"), [(3, 1), (40, 1), (40, 3), (200, 20)])

@@ -40,24 +40,6 @@ def place(values: dict[str, np.ndarray], t: np.ndarray) -> np.ndarray:
     return q + v * t + 0.5 * push / mass * t**2
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_statistics_are_those_of_the_closed_form(cart: eomgen.Model) -> None:
-    found = cart.simulate_many(vary=VARY, samples=300, seed=3)
-    assert (found.done, found.failed, found.design) == (300, (), "monte_carlo")
-    expected = place(found.values, found.t)
-    assert len(found.t) == 41 and found.t[-1] == pytest.approx(2.0)
-    np.testing.assert_allclose(found.mean("place"), expected.mean(axis=0), atol=1e-10)
-    np.testing.assert_allclose(found.deviation("place"), expected.std(axis=0, ddof=1), atol=1e-10)
-    np.testing.assert_allclose(np.array(found.envelope("place")), [expected.min(0), expected.max(0)], atol=1e-10)
-    np.testing.assert_allclose(found.results["output.place.final"], expected[:, -1], atol=1e-10)
-    np.testing.assert_allclose(found.results["output.place.max"], expected.max(axis=1), atol=1e-10)
-    middle = found.quantile("place", 0.5)[-1]
-    assert abs(np.mean(expected[:, -1] <= middle) - 0.5) < 0.01
-    probabilities, edges = found.histogram("place", 2.0, bins=5)
-    np.testing.assert_allclose(probabilities, np.histogram(expected[:, -1], edges)[0] / 300, atol=0.01)
-
-
 def test_the_ranking_of_a_result_has_the_error_of_its_column(cart: eomgen.Model) -> None:
     """The place at the end is q + 2 v + 1: variances 0.09 and 4/12."""
     vary = {"q.rail": "normal(0, 0.3)", "v.rail": "uniform(-0.5, 0.5)"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from eomgen.base.arrays import Array
-from eomgen.base.random_inputs import WAVES, road_harmonics, standard_normals
+from eomgen.base.random_inputs import road_harmonics, standard_normals
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.products.ensembles import variations
 from eomgen.scene.load import from_data
@@ -100,49 +99,6 @@ def test_seeds_of_processes_draw_their_variables() -> None:
         "seed.push", "seed.rear", "seed.left", "seed.gust",
         "scale.push", "scale.rear", "scale.left", "scale.wind", "scale.gust",
     ]  # fmt: skip
-
-
-def test_seeds_of_waves_draw_their_variables_after_those_of_inputs() -> None:
-    model = model_of(scene())
-    model.scene = None
-    seas = SimpleNamespace(name="sea", variables=("sea_z1", "sea_z2")), SimpleNamespace(name="calm", variables=())
-    model.description = SimpleNamespace(inputs=model.description.inputs, parts={"waves": seas})
-    place = len(model.inputs)
-    assert variations.law_of(model, "seed.sea", "vary") == place
-    drawn = variations.variables_of_seed(model, place, 4.0)
-    assert drawn == dict(zip(("sea_z1", "sea_z2"), standard_normals(4, 2, WAVES), strict=True))
-    assert "seed.sea" in variations.laws_that_vary(model) and "seed.calm" not in variations.laws_that_vary(model)
-
-
-def test_options_of_a_sample_have_its_values(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Common parameters may be an array, inputs a mapping, and initial states any that the scene takes."""
-    state = SimpleNamespace(q=np.array([1.0, 2.0]), v=np.array([3.0, 4.0]), z=np.array([5.0]))
-    monkeypatch.setattr(variations, "initial_state", lambda model, given, p, *, asked: copy.deepcopy(state))
-    model: Any = model_of(scene())
-    model.nz, names = 1, [item.name for item in model.description.parameters]
-    model.parameters = names
-    gust = model.inputs.index("gust")
-    items = [
-        variations.Variation(name, block, place, "")
-        for name, block, place in (
-            ("gain", "parameters", 0), ("seed.gust", "process", gust), ("rear", "inputs", 1), ("q.b", "q", 1),
-            ("v.a", "v", 0), ("s", "z", 0), ("scale.wind", "scale", model.inputs.index("wind")),
-        )
-    ]  # fmt: skip
-    common = {"parameters": np.arange(float(len(names))), "inputs": {"push": 1.0}, "initial": "given", "method": "rk4"}
-    found = variations.VariedOptions(model, items, common, {"start": "equilibrium"})
-    options = found.of(np.array([7.0, 9.0, 8.0, 20.0, 30.0, 50.0, 2.0]))
-    expected = dict(zip(names, np.arange(float(len(names))), strict=True)) | {"gain": 7.0}
-    expected |= dict(zip(("gust_z1", "gust_z2", "gust_z3"), standard_normals(9, 3, "gust"), strict=True))
-    assert options["parameters"] == expected and (options["method"], options["start"]) == ("rk4", "equilibrium")
-    assert {name: value for name, value in options["inputs"].items() if name != "wind"} == {"push": 1.0, "rear": 8.0}
-    initial = {name: part.tolist() for name, part in options["initial"].items()}
-    assert initial == {"q": [1.0, 20.0], "v": [30.0, 4.0], "z": [50.0]}
-    model.nz = 0
-    assert set(found.of(np.array([7.0, 9.0, 8.0, 20.0, 30.0, 50.0, 2.0]))["initial"]) == {"q", "v"}
-    assert variations.VariedOptions(model, items[:1], {"method": "rk4"}).of(np.array([2.0])) == {
-        "method": "rk4", "parameters": {"gain": 2.0}
-    }  # fmt: skip
 
 
 @pytest.mark.parametrize("count", [1, 63, 64, 65, 150])

@@ -14,7 +14,6 @@ from eomgen.products.reliability.tails.most_probable_point import (
     JUMPING,
     MostProbablePoint,
     UnreachedThreshold,
-    points_on_curve,
 )
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, ResponseExpansion
 from eomgen.products.reliability.vibration import distributions as under_test
@@ -112,47 +111,6 @@ def test_tails_are_counted_about_the_mean(above: bool) -> None:
     assert np.isnan(under_test._count_tail(about_mean, 9.5 if above else -7.5, above=above)).all()
     failed = Draws(lambda z: (np.where(z[:, 0] > 3.5, np.nan, z[:, 0]),), np.zeros(2), 5)
     assert np.isnan(under_test._count_tail(failed, 0.0, above=above)).all()
-
-
-def test_regions_and_unknown_probabilities_are_noted() -> None:
-    assert under_test._notes_on_regions(THRESHOLDS, [], []) == []
-    assert under_test._notes_on_regions(THRESHOLDS, [(1, 2), (3, 4)], [0, 4]) == [
-        "several regions lead to 0 (2), 4 (4): `corrected` counts all that were found, other methods one of them"
-        " [W0267]",
-        "no `corrected` probability of -5, 8: samples that pass it are too few, or too unequal, for bounds; try:"
-        " samples=... (--monte-carlo) [W0268]",
-    ]
-
-
-class Bistable:
-    """y = x^2 + 0.05 x in the plane, which reaches a value at both sides of the mean."""
-
-    size = 2
-
-    def values(self, points: np.ndarray) -> np.ndarray:
-        return np.asarray(points[:, 0] ** 2 + 0.05 * points[:, 0])
-
-    def gradient(self, point: np.ndarray) -> tuple[float, np.ndarray]:
-        return float(self.values(point[None])[0]), np.array([2.0 * point[0] + 0.05, 0.0])
-
-    def expansion(self, point: np.ndarray) -> ResponseExpansion:
-        return ResponseExpansion(*self.gradient(point), np.diag([2.0, 0.0]))
-
-
-def test_other_points_are_followed_from_the_ends_of_the_curve() -> None:
-    points, missed = points_on_curve(Bistable(), [4.0, 6.0, 9.0])
-    assert not missed
-    others, notes = under_test.further_points(Bistable(), [points[k] for k in range(3)], 0)
-    assert notes == [] and sorted(others) == [0, 1, 2]
-    for k, y in enumerate((4.0, 6.0, 9.0)):
-        (other,) = others[k]
-        assert other.threshold == y and other.point[0] == pytest.approx(-0.025 - np.sqrt(y + 0.025**2), abs=1e-6)
-    assert under_test.further_points(Bistable(), [], 0) == ({}, [])
-    plane = plane_point(8.0)
-    bent = MostProbablePoint(8.0, plane.point, -1.0, ResponseExpansion(8.0, GRADIENT, np.diag([0.0, 2.0])), 1)
-    assert not bent.nearest
-    (note,) = under_test.further_points(Bistable(), [bent], 0)[1]
-    assert note == "the most probable point of 8 is not the nearest one: trust samples there [W0058]"
 
 
 @pytest.mark.parametrize("count", [1, 40])

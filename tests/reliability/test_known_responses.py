@@ -20,10 +20,8 @@ from eomgen import RandomVibration, random_vibration
 from eomgen.base.arrays import Array
 from eomgen.base.messages import distinct_texts
 from eomgen.cli import main
-from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.products.derivatives.crossings import CrossedJump
+from eomgen.errors import NumericalError, UsageError
 from eomgen.products.reliability.command import _print
-from eomgen.products.reliability.tails.most_probable_point import points_on_curve
 from eomgen.products.reliability.vibration import result
 from eomgen.products.reliability.vibration.inputs import doubts_of_spread, processes_of
 from eomgen.products.reliability.vibration.run_response import RunResponse
@@ -305,28 +303,6 @@ def test_steps_that_put_the_output_off_are_told() -> None:
     assert study.notes == ["a process is not resolved"]
 
 
-@pytest.mark.parametrize("samples", [0, 40])
-def test_derivatives_that_fail_leave_samples(samples: int) -> None:
-    study = _VibrationStudy(response("bowl"), 0)
-    for error, kind in ((CrossedJump(Problem("x", "jump")), UsageError), (NumericalError("no run"), NumericalError)):
-        if samples:
-            study.left_to_samples(error, samples, "samples alone are left [W0072]")
-        else:
-            with pytest.raises(kind, match="jump; try: samples=4000" if kind is UsageError else "no run"):
-                study.left_to_samples(error, samples, "samples alone are left [W0072]")
-    left = "samples alone are left [W0072]"
-    assert study.notes == ([f"{left}: jump", f"{left}: no run"] if samples else [])
-
-
-def test_few_samples_are_drawn_once() -> None:
-    study = _VibrationStudy(response("bowl"), 7)
-    x = np.random.default_rng(7).standard_normal((30, VARIABLES))
-    y = 1.0 + 2.0 * x[:, 0] + 0.2 * x[:, 1] ** 2
-    assert study.sampled_spread(30) == pytest.approx((y.mean(), y.std()), rel=1e-12)
-    assert len(study._draw_samples(50)[0]) == 30 and study.response.runs == 30
-    assert study.varies() and not _VibrationStudy(response("fixed"), 0).varies()
-
-
 def test_numbers_of_tables_differ_where_they_are_not_the_same() -> None:
     assert distinct_texts([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
     assert distinct_texts([1.0, 1.0]) == ["1", "1"]
@@ -380,12 +356,6 @@ def test_the_first_passage_of_a_growing_output() -> None:
     assert "the output starts at -1, not below the level -2, and counts as passed" in found.message
     assert np.isnan(found.indices).all() and set(found.distributions) == {"first_order", "second_order"}
     assert found.distributions["second_order"].below == pytest.approx(shares, rel=1e-9)
-
-
-def test_thresholds_too_far_out_are_named() -> None:
-    found, missed = points_on_curve(response("pair[0]"), [50.0])
-    assert not found and "does not come to 50: it ends at 1" in str(missed[0])
-    assert "beyond which nothing is so probable as 1e-23" in str(missed[0])
 
 
 def test_samples_that_fail_are_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

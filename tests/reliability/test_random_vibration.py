@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 import eomgen
 from eomgen import RandomVibration, random_vibration
-from eomgen.errors import NumericalError, UsageError
+from eomgen.errors import UsageError
 from eomgen.products.reliability.tails.most_probable_point import JUMPING, MostProbablePoint, UnreachedThreshold
 from eomgen.products.reliability.vibration.distributions import notes_on_unreached
 from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
@@ -124,20 +124,6 @@ def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_a
     assert deviations[0] == pytest.approx(deviations[1], rel=1e-3)
 
 
-@pytest.mark.slow
-def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
-    plain = library.scene("oscillator", outputs={"x": {"formula": "q.slide"}})
-    with pytest.raises(UsageError, match="oscillator: the scene has no random process"):
-        random_vibration(eomgen.build(plain, method="trapezoidal"), "x", 1.0, 0.05, method="trapezoidal")
-    few = built(scene(0.1, 0.5))
-    with pytest.raises(NumericalError, match=r"the mean does not come to -0\.5: it ends at 0\.\d+, [\d.]+ standard"):
-        random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5], method="trapezoidal")
-    found = random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5, 0.5], method="trapezoidal")
-    assert np.isnan(found.indices[0]) and np.isfinite(found.indices[1])
-    assert np.isnan(found.distributions["form"].below[0]) and np.isfinite(found.distributions["form"].below[1])
-    assert "-0.5 have none, trust samples there" in found.message
-
-
 def test_a_gradient_that_changes_fast_is_said_to_jump_only_with_a_kink() -> None:
     last = SimpleNamespace(threshold=0.5, point=np.array([3.0, 4.0]))
     missed = {0: UnreachedThreshold(cast("MostProbablePoint", last), 1.5, JUMPING)}
@@ -190,22 +176,6 @@ def test_forces_that_jump_leave_samples_alone() -> None:
     found = random_vibration(far, "x", 3.0, 0.05, thresholds=[0.9], method="trapezoidal", samples=40)
     assert "form" not in found.distributions and {"second_order", "monte_carlo"} <= set(found.distributions)
     assert "most probable points are left out: forces jump near t = " in found.message
-
-
-@pytest.mark.slow
-def test_steps_that_do_not_resolve_the_process_are_named() -> None:
-    """A band from 9 to 11 Hz at steps of 0.1 s; the closed form of the deviation is 345 times less."""
-    model = built(scene(0.0, 0.9, start=0.0, duration=1.0, type="band", band=[9, 11], seed=1, unit="N"))
-    found = random_vibration(model, "x", 1.0, 0.1, thresholds=[0.01], points=False, method="trapezoidal")
-    told = (
-        "100 % of the variance of the process force lies above 5 Hz, the highest frequency that steps of 0.1 s resolve"
-    )
-    assert told in found.message and "varies faster than the steps resolve" in found.message
-    fine = random_vibration(model, "x", 1.0, 0.005, thresholds=[0.01], points=False, method="trapezoidal")
-    assert "lies above" not in fine.message
-    assert fine.error.available and fine.error.relative < 0.1
-    assert f"the estimated error of samples is {fine.error.worst[1]}" in fine.message
-    assert fine.to_dict()["error"]["columns"]["output.x"] == fine.error.columns["output.x"]
 
 
 def test_samples_contradict_rates_of_crossings_of_responses_that_are_not_normal() -> None:

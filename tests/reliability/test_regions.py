@@ -117,11 +117,6 @@ def test_samples_lead_to_centres_of_all_regions(sign: float, above: bool, known:
     assert probability == pytest.approx(true, rel=0.25)
 
 
-def test_an_unreached_threshold_has_no_centres() -> None:
-    found, draws = all_centres(Response(2, lambda z: np.tanh(z[:, 0])), [], 1.5, above=True, seed=0)
-    assert found.shape == (0, 2) and draws is None
-
-
 def test_a_place_on_the_ray_stands_for_a_point_that_derivatives_do_not_find() -> None:
     """The first of 21 places to (3, 4) whose first coordinate is above 2."""
     response = Response(2, lambda z: z[:, 0])
@@ -136,17 +131,6 @@ def test_a_place_on_the_ray_stands_for_a_point_that_derivatives_do_not_find() ->
 
 def failing(point: Array) -> tuple[float, Array]:
     raise NumericalError("no derivatives")
-
-
-def test_searches_find_the_points_of_a_product_in_order() -> None:
-    """x y = 2 is nearest at (r, r) and (-r, -r), r^2 = 2; x (y + 0.1) = 2 has one of both nearer."""
-    for shift in (0.0, 0.1):
-        found = searched_points(Response(2, lambda z, shift=shift: z[:, 0] * (z[:, 1] + shift)), 2.0, 4, 0)
-        assert len(found) == 2 and found[0].point @ found[1].point < 0.0
-        near, far = (float(np.linalg.norm(one.point)) for one in found)
-        assert near <= far + 1e-9 and (near == pytest.approx(far, abs=1e-6)) == (shift == 0.0)
-        if not shift:
-            np.testing.assert_allclose(np.abs([one.point for one in found]), np.sqrt(2.0), atol=1e-5)
 
 
 @pytest.mark.slow

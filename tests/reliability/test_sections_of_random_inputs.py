@@ -111,18 +111,6 @@ def test_a_run_is_that_of_the_equation_by_hand() -> None:
     np.testing.assert_allclose(run.outputs["force"].ravel(), 0.5 * (1 + 0.3 * gaussian) ** 2, rtol=0, atol=1e-13)
 
 
-@pytest.mark.slow
-def test_variables_are_parameters_and_others_need_no_other_model() -> None:
-    z = np.linspace(-1.0, 1.0, 21)
-    names = _process(_loaded(DUFFING)).variables
-    assert names[0] == "force_z1" and names[-1] == "force_z21"
-    values = dict(zip(names, map(float, z), strict=True))
-    times = np.linspace(0.0, 15.0, 31)
-    found = _model().input_values(times, parameters=values | {"delta": 0.7})[:, 0]
-    expected = 0.5 * (1 + 0.7 * _sum(_process(_loaded(DUFFING)), z, times)) ** 2
-    np.testing.assert_allclose(found, expected, rtol=1e-13)
-
-
 def test_the_same_seed_is_the_same_process_and_another_is_another() -> None:
     def values(seed: int) -> list[float]:
         scene = _scene(force=FORCE | {"seed": seed, "translation": "g"})
