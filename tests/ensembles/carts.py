@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import eomgen
 from eomgen.products.ensembles import Ensemble
 
-CART = (Path(__file__).parent / "scenes" / "cart.toml").read_text(encoding="utf-8")
+FILE = Path(__file__).parent / "scenes" / "cart.toml"
+CART = FILE.read_text(encoding="utf-8")
 VARY = {"mass": "uniform(1, 3)", "push": "normal(4 N, 10 %)", "q.rail": "normal(0, 0.1)", "v.rail": "uniform(-1, 1)"}
+
+
+@cache
+def built_cart() -> eomgen.Model:
+    return eomgen.build(FILE)
 
 
 def bits(found: Ensemble) -> list[bytes]:

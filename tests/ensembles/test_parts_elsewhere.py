@@ -18,7 +18,7 @@ from eomgen.base.version import __version__
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.products.ensembles import cluster
 from eomgen.products.ensembles.parts import EnsemblePart
-from tests.ensembles.carts import CART, VARY, bits, small_blocks
+from tests.ensembles.carts import VARY, bits, built_cart, small_blocks
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -118,11 +118,9 @@ def client() -> Client:
     return CLIENTS[-1]
 
 
-@pytest.fixture(scope="module")
-def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
-    path = tmp_path_factory.mktemp("cart") / "cart.toml"
-    path.write_text(CART, encoding="utf-8")
-    return eomgen.build(eomgen.load(path))
+@pytest.fixture
+def cart() -> eomgen.Model:
+    return built_cart()
 
 
 def test_parts_have_the_bits_failures_and_solutions_of_local_runs(

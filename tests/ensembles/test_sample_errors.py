@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.products.ensembles.discretisation import spread_samples
-from tests.ensembles.carts import bits, small_blocks
+from tests.ensembles.carts import VARY, bits, built_cart, small_blocks
 from tests.models.doubtful_scenes import END, STEP, UNRESOLVED, oscillator, share_of_state, stuck
 from tests.models.library import scene
 
@@ -67,11 +67,11 @@ def test_examined_samples_are_spread_over_the_design(samples: int, varied: int) 
 
 @pytest.mark.slow_cases("60", "0.6", "-200")
 @pytest.mark.parametrize("damage", ["reduced", "part", 60, 0.4, 0.6, -200])
-def test_damaged_parts_are_run_again(slider: eomgen.Model, tmp_path: Path, damage: str | float) -> None:
+def test_damaged_parts_are_run_again(tmp_path: Path, damage: str | float) -> None:
     """Cut short, or inverted bytes in headers and data: each kept part has the samples of a run without damage."""
-    options = {"vary": {"k": "uniform(50, 150)"}, "samples": 40, "folder": tmp_path / "out"}
+    options = {"vary": VARY, "samples": 40, "folder": tmp_path / "out"}
     with small_blocks():
-        whole = slider.simulate_many(2.0, 0.02, **options)
+        whole = built_cart().simulate_many(**options)
         part = sorted((tmp_path / "out" / "samples").glob("*.npz"))[1]
         file = tmp_path / "out" / "reduced.npz" if damage == "reduced" else part
         data = bytearray(file.read_bytes())
@@ -80,7 +80,7 @@ def test_damaged_parts_are_run_again(slider: eomgen.Model, tmp_path: Path, damag
         else:
             data[int(damage * len(data)) if 0 < damage < 1 else int(damage)] ^= 0xFF
         file.write_bytes(bytes(data))
-        again = slider.simulate_many(2.0, 0.02, resume=True, **options)
+        again = built_cart().simulate_many(resume=True, **options)
     assert bits(again) == bits(whole)
     told = "all samples are run again" if damage == "reduced" else "part of the folder was cut short or damaged"
     assert (told in again.message) == (file.read_bytes() != bytes(data)) and told not in whole.message

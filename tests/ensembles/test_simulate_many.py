@@ -24,14 +24,12 @@ from eomgen.errors import FileError, UsageError
 from eomgen.products.ensembles import command
 from eomgen.products.ensembles.journal import BlockJournal
 from eomgen.products.ensembles.statistics import Reduction
-from tests.ensembles.carts import CART, VARY, bits, small_blocks
+from tests.ensembles.carts import CART, VARY, bits, built_cart, small_blocks
 
 
-@pytest.fixture(scope="module")
-def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
-    path = tmp_path_factory.mktemp("cart") / "cart.toml"
-    path.write_text(CART, encoding="utf-8")
-    return eomgen.build(eomgen.load(path))
+@pytest.fixture
+def cart() -> eomgen.Model:
+    return built_cart()
 
 
 def place(values: dict[str, np.ndarray], t: np.ndarray) -> np.ndarray:

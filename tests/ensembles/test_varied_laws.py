@@ -10,6 +10,7 @@ import pytest
 
 from eomgen.base.arrays import Array
 from eomgen.base.random_inputs import road_harmonics, standard_normals
+from eomgen.errors import UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.products.ensembles import variations
 from eomgen.scene.load import from_data
@@ -26,10 +27,13 @@ def scene() -> Scene:
         "rear": {"road": ROAD | {"offset": 2.5}, "formula": "gain * sin(3 * t)"},
         "left": {"road": ROAD | {"seed": 4}},
         "wind": {"formula": "gain * (2 + cos(t))"},
+        "own": {"unit": "N"},
     }
     process = {"type": "exponential", "correlation_time": 1.0, "modes": 3, "duration": 1.0}
-    parameters = {"gain": {"value": 0.5, "tunable": True}}
-    return from_data(library.scene("oscillator", inputs=inputs, random={"gust": process}, parameters=parameters))
+    parameters = {"gain": {"value": 0.5, "tunable": True}, "pusher": {"value": 1}}
+    curves = {"load": {"points": [[-200, 0], [0, 0.1], [100, 0.3]]}, "track": {"road": {"class": "C"}}}
+    more = {"inputs": inputs, "random": {"gust": process}, "parameters": parameters, "curves": curves}
+    return from_data(library.scene("oscillator", **more))
 
 
 def model_of(description: Scene) -> Any:
@@ -51,11 +55,13 @@ def model_of(description: Scene) -> Any:
 
     own = np.array([item.value for item in description.parameters], dtype=float)
     return SimpleNamespace(
-        description=description,
+        description=description, scene=description, parameters=("gain",), input_units={}, states=(), z_units=(),
+        q_names=("q.slide",), q_units=("m",), v_names=("v.slide",), v_units=("m/s",),
+        evaluator=SimpleNamespace(parameter_units={}, fixed_parameters=("pusher",)),
         inputs=[item.name for item in description.inputs],
         input_values=input_values,
         parameter_array=lambda given: own if given is None else given,
-    )
+    )  # fmt: skip
 
 
 def road(seed: int, offset: float) -> Array:
@@ -105,3 +111,33 @@ def test_seeds_of_processes_draw_their_variables() -> None:
 def test_sums_of_harmonics_have_the_same_bits_for_any_number_of_times(count: int) -> None:
     waves = np.array(road_harmonics("C", 5.0, harmonics=11))
     np.testing.assert_array_equal(variations._sum(waves, TIMES[:count]), variations._sum(waves, TIMES)[:count])
+
+
+VALUES = "values(1, 2)"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"vary": {"seed.push": "uniform(0, 9)"}}, "a seed is a whole number from 0 on, and uniform(0, 9)"),
+        ({"table": {"seed.push": [1.0, 1.5]}}, "a seed is a whole number from 0 on, and the column has others"),
+        ({"vary": {"seed.push": VALUES, "seed.rear": VALUES}}, "runs in the same track as the wheel of seed.push, and"),
+        ({"vary": {"seed.wind": VALUES}}, "the input wind is neither a random road nor a random process, so it has no"),
+        ({"vary": {"seed.track": VALUES}}, "track is a curve, whose numbers are fixed in the code; try: a random"),
+        ({"vary": {"scale.load": VALUES}}, "try: a tunable parameter as factor in formulas, factor * load(...)"),
+        ({"vary": {"scale.own": VALUES}}, "the scene gives the input own no law that could be multiplied; try: own"),
+        ({"vary": {"seed.psh": VALUES}}, "there is no input 'psh'; try: seed.push or seed.rear or seed.left"),
+        ({"vary": {"scale.push": VALUES}, "inputs": {"push": 1.0}}, "the input push is given or varies itself, so the"),
+        ({"vary": {"pusher": VALUES}}, "vary pusher: the parameter pusher is fixed in the code; try: pusher = { value"),
+    ],
+)
+def test_what_cannot_vary_is_refused(options: dict[str, Any], said: str) -> None:
+    model = model_of(scene())
+    with pytest.raises(UsageError) as caught:
+        items, _ = (
+            variations.read_varied(model, options["vary"])
+            if "vary" in options
+            else variations.read_table(model, options["table"])
+        )
+        variations.with_scenes_laws(model, items, options)
+    assert said in str(caught.value)
