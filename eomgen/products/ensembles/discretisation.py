@@ -218,16 +218,13 @@ def unresolved_processes(model: CompiledModel, run: Solution, inputs: Collection
         if share > 0.01:
             within = np.cumsum(power) / power.sum()
             needed = 1.0 / (_TO_A_PERIOD * float(frequencies[np.searchsorted(within, _KEPT)]))
+            percent = f"{100.0 * share:.2g}" if share < 0.995 else "100"
             result.append(
-                f"{_percent(share)} % of the variance of the process {process.name} lies above {highest:.3g} Hz, the"
+                f"{percent} % of the variance of the process {process.name} lies above {highest:.3g} Hz, the"
                 f" highest frequency that steps of {step:.3g} s resolve, and acts as another process; try: a step of"
                 f" {needed:.2g} s, {_TO_A_PERIOD:.0f} to the shortest period of {100 * _KEPT:.0f} % of the variance"
             )
     return result
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g}" if share < 0.995 else "100"
 
 
 def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: float) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -77,16 +77,11 @@ class LaneRunner:
                     alone[k], parameters[k] = True, base
         return parameters, alone
 
-    @cached_property
-    def _common_inputs(self) -> Array:
-        """Inputs (rows, nu) of the run that all have in common."""
-        return self.runs.run.signals.table(self.runs.input_times)
-
     def _input_tables(self, values: Array, parameters: Array) -> Array:
         """Return inputs that change with time, (samples, rows, nu)."""
         model, run, times = self.model, self.runs.run, self.runs.input_times
         signals, places = run.signals, {name: k for k, name in enumerate(model.inputs)}
-        tables = np.repeat(self._common_inputs[np.newaxis], len(parameters), axis=0)
+        tables = np.repeat(signals.table(times)[np.newaxis], len(parameters), axis=0)
         by_formulas = [k for name, k in places.items() if name not in signals.given]
         if signals.formulas is not None and by_formulas and not signals.left_to_stepper:
             for k in np.flatnonzero(np.any(parameters != run.parameters, axis=1)).tolist():

@@ -36,9 +36,10 @@ _TOGETHER = 64
 
 def laws_that_vary(model: CompiledModel) -> list[str]:
     """Return the names ``seed.road`` and ``scale.road`` for inputs with such laws."""
-    seeds = [f"seed.{item.name}" for item in model.description.inputs if item.road is not None or _own_variables(item)]
+    inputs = model.description.inputs
+    seeds = [f"seed.{item.name}" for item in inputs if item.road or (item.series and item.series.own_variables)]
     seeds += [f"seed.{waves.name}" for waves in _waves(model) if waves.variables]
-    return [*seeds, *(f"scale.{item.name}" for item in model.description.inputs if item.given)]
+    return [*seeds, *(f"scale.{item.name}" for item in inputs if item.given)]
 
 
 def law_of(model: CompiledModel, name: str, where: str) -> int:
@@ -103,10 +104,6 @@ def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str
 def _waves(model: CompiledModel) -> tuple[Any, ...]:
     """Return the waves of a model's scene, each with name and variables."""
     return model.description.parts.get("waves", ())
-
-
-def _own_variables(item: Input) -> bool:
-    return item.series is not None and bool(item.series.own_variables)
 
 
 def _others(model: CompiledModel, kind: str) -> str:
