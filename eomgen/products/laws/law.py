@@ -132,14 +132,22 @@ class FileLaw:
         return np.stack(parts, axis=-1)
 
 
+def _added(law: FileLaw) -> tuple[Formula, ...]:
+    return tuple(law.given.values())
+
+
+def _signature(law: FileLaw) -> Signature:
+    return Signature(law.inputs, law.outputs)
+
+
 LAW = Word(
     name="law",
     section="laws",
     arguments=("x", "y"),
     values=FileLaw.value,
     recording="eomgen.products.laws.checks:recorded",
-    added=lambda law: tuple(law.given.values()),
+    added=_added,
     fast=False,
     scope="external",
-    signature=lambda law: Signature(law.inputs, law.outputs),
+    signature=_signature,
 )
