@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -111,6 +111,17 @@ def test_tails_are_counted_about_the_mean(above: bool) -> None:
     assert np.isnan(under_test._count_tail(about_mean, 9.5 if above else -7.5, above=above)).all()
     failed = Draws(lambda z: (np.where(z[:, 0] > 3.5, np.nan, z[:, 0]),), np.zeros(2), 5)
     assert np.isnan(under_test._count_tail(failed, 0.0, above=above)).all()
+
+
+def test_a_point_with_nearer_ones_beside_it_is_noted_unless_it_is_next_to_a_jump(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(under_test, "further_design_points", lambda *given: [])
+    bent = ResponseExpansion(8.0, GRADIENT, np.diag([0.0, 2.0]))
+    points = [MostProbablePoint(8.0, np.array([3.5, 0.0]), -1.0, bent, 1, aside) for aside in (0.0, 0.01)]
+    points.append(plane_point(9.0))
+    note = "the most probable point of 8 is not the nearest one: trust samples there [W0058]"
+    assert under_test.further_points(cast(Any, None), points, 0)[1] == [note]
 
 
 @pytest.mark.parametrize("count", [1, 40])

@@ -162,6 +162,15 @@ def test_curvatures_of_a_circle_give_its_known_probability() -> None:
     assert breitung(found) == pytest.approx(exact, rel=0.05)
     assert hohenbichler_rackwitz(found) == pytest.approx(exact, rel=0.02)
 
+    class Mirrored(Parabola):
+        def expansion(self, point: Array) -> ResponseExpansion:
+            return ResponseExpansion(*(-part for part in Parabola("").expansion(point)))
+
+    (other,) = most_probable_points(Mirrored(""), [-4.0])
+    assert other.index == pytest.approx(-4.0)
+    for tail in (first_order, breitung, hohenbichler_rackwitz):
+        assert 1.0 - tail(other) == pytest.approx(tail(found), rel=1e-9)
+
 
 def test_a_point_with_nearer_ones_beside_it_is_none() -> None:
     class Bowl(Formula):  # x + y^2 / 2 = 2 is nearer to the mean beside (2, 0), at (1, sqrt 2)
