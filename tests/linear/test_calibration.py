@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,13 @@ from scipy.linalg import expm
 
 import eomgen
 from eomgen.control import Regulator, lqr
+from eomgen.formula.evaluate import evaluate
+from eomgen.products.linear import calibration
 from eomgen.products.linear.control.second_order import Plant, optimal_modal_gains
+from eomgen.scene.scene import Scene
+from eomgen.system.terms import PURPOSES
 from tests.control.plants import first_order
+from tests.linear.by_hand import linear_model
 from tests.models.toml_text import toml_text
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "active_quarter_car" / "scene.toml"
@@ -190,22 +196,26 @@ def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
     assert {value for value, _ in later} == {first[0]}
 
 
-def masses(
-    calibration: dict[str, Any], damping: float = 0.2, **changes: Any
-) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
-    """Return the model of two masses in a row, and its gains G_p and G_v."""
+def row_data(asked: dict[str, Any], damping: float = 0.2) -> dict[str, Any]:
+    """Return two masses in a row, each with a force of the controller."""
     joints = {
         "one": slide("one", stiffness=90, damping=0.3),
         "two": slide("two", "one", stiffness=40, damping=damping),
     }
-    data = scene_of(
+    return scene_of(
         joints,
         {"outputs": ["one", "two"], "coordinates": ["one", "two"]},
-        calibration,
+        asked,
         bodies={"one": {"mass": 1.5}, "two": {"mass": 2.5}},
         efforts={name: {"joint": name, "effort": f"hold_{name}"} for name in ("one", "two")},
     )
-    model = model_of(data | changes)
+
+
+def masses(
+    calibration: dict[str, Any], damping: float = 0.2, **changes: Any
+) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
+    """Return the model of two masses in a row, and its gains G_p and G_v."""
+    model = model_of(row_data(calibration, damping) | changes)
     rows = ("one", "two") if "hold_one_position_gain_one" in model.parameters else ()
     G_p, G_v = (
         np.array([[model.parameters[f"hold_{row}_{kind}_gain_{column}"] for column in ("one", "two")] for row in rows])
@@ -415,3 +425,156 @@ def test_internal_states_are_part_of_what_is_fed_back() -> None:
     placed = lagging(method="pole_placement", poles=[[-2, 1], [-2, -1], [-6, 0]])
     G = np.array([[placed.parameters[name] for name in names]])
     np.testing.assert_allclose(np.poly(A - B @ G), np.poly([-2 + 1j, -2 - 1j, -6]).real, rtol=1e-8)
+
+
+# -- linear models by hand, without a scene that is built --------------------------------------------------------------
+
+
+def builder_of(M: Any, C: Any, K: Any, joints: tuple[str, ...], B: Any, **changes: Any) -> Any:
+    """Return the function that makes a model of an opened scene: linear about rest at q = 0, outputs by formulas."""
+    still = np.zeros(len(M))
+
+    def build(opened: Scene, terms: list[str]) -> Any:
+        assert terms == [*PURPOSES["linearization"], "outputs"] and not opened.feedback
+
+        def outputs(q: Any, v: Any) -> np.ndarray:
+            known = {kind: dict(zip(joints, values, strict=True)) for kind, values in (("q", q), ("v", v))}
+            formulas = [formula for output in opened.outputs for formula in output.values]
+            return np.array([evaluate(formula, lambda symbol: known[symbol.kind][symbol.name]) for formula in formulas])
+
+        rest, units = outputs(still, still), np.eye(len(M))
+        rows = np.array([[outputs(unit, still), outputs(still, unit)] for unit in units]) - rest
+        named = {f"y{k}": {"q": rows[:, 0, k], "v": rows[:, 1, k]} for k in range(len(rest))}
+        inputs = dict(zip([item.name for item in opened.inputs], np.transpose(B), strict=True))
+        linear = linear_model(M, C, K, joints, inputs, outputs=named, **changes)
+        return SimpleNamespace(
+            equilibrium=lambda **_: SimpleNamespace(base=None, warnings=lambda **_: ["it is in doubt"]),
+            linearize=lambda **_: linear,
+            evaluate=lambda *_, **__: {"outputs": rest},
+        )
+
+    return build
+
+
+def gains_by_hand(data: dict[str, Any], *plant: Any, **changes: Any) -> tuple[dict[str, float], str]:
+    """Return the calibrated parameters of a scene and the note."""
+    found, (note,) = calibration.gains(eomgen.load(data), {}, builder_of(*plant, **changes))
+    return found, note
+
+
+def rows_of(found: dict[str, float], kind: str) -> np.ndarray:
+    return np.array(
+        [[found[f"hold_{row}_{kind}_gain_{column}"] for column in ("one", "two")] for row in ("one", "two")]
+    )
+
+
+def test_gains_of_signals_are_those_of_the_state() -> None:
+    """The pole on a cart upright; signals are in another order than coordinates."""
+    m, J, length = 0.5, 0.02, 0.6
+    M = [[2.0 + m, m * length], [m * length, J + m * length**2]]
+    K = [[0.0, 0.0], [0.0, -m * 9.81 * length]]
+    found, note = gains_by_hand(CART, M, np.zeros((2, 2)), K, ("rail", "hinge"), [[1.0], [0.0]])
+    assert {name: found[name] for name in gains_of(length)} == pytest.approx(gains_of(length), rel=1e-9)
+    assert all(found[name] == float(f"{found[name]:.12g}") for name in found)
+    decay = f"decays at {-max(upright(length).eigenvalues.real):.4g} 1/s"
+    said = f"about the equilibrium; the slowest motion of the closed loop {decay}; it is in doubt"
+    assert note == f"controllers.hold: gains by lqr {said}"
+    with pytest.raises(eomgen.ModelError, match=r"is not in balance: it accelerates with 2e-06 m/s\^2 or rad/s\^2"):
+        gains_by_hand(CART, M, np.zeros((2, 2)), K, ("rail", "hinge"), [[1.0], [0.0]], a=np.array([0.0, -2e-6]))
+
+
+#: Mass matrix of two masses in a row, of which the second coordinate is relative, and damping by the inertia.
+ROW, STIFF = np.array([[4.0, 2.5], [2.5, 2.5]]), np.diag([90.0, 40.0])
+DAMPED = 0.08 * ROW
+
+
+def shapes_of(M: Any, K: Any) -> tuple[np.ndarray, np.ndarray]:
+    half = np.linalg.inv(np.linalg.cholesky(M))
+    squares, shapes = np.linalg.eigh(half @ K @ half.T)
+    return squares, half.T @ shapes
+
+
+def row_of_masses(asked: dict[str, Any], C: Any = DAMPED) -> tuple[np.ndarray, np.ndarray, np.ndarray, str]:
+    """Return G_p, G_v, the eigenvalues of the closed loop and the note."""
+    found, note = gains_by_hand(row_data(asked), ROW, C, STIFF, ("one", "two"), np.eye(2))
+    G_p, G_v = (rows_of(found, kind) for kind in ("position", "velocity"))
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(ROW, np.hstack([STIFF + G_p, C + G_v]))]])
+    return G_p, G_v, np.linalg.eigvals(A), note
+
+
+def test_modal_gains_of_a_scene_are_those_of_its_modes() -> None:
+    G_p, G_v, _, note = row_of_masses({"method": "imsc", "effort_weights": [1e-3, 1e-2]})
+    squares, shapes = shapes_of(ROW, STIFF)
+    g, h = optimal_modal_gains(np.sqrt(squares), [0.08, 0.08], [1e-3, 1e-2])
+    np.testing.assert_allclose(shapes.T @ G_p @ shapes, np.diag(g), rtol=0.0, atol=1e-8 * g.max())
+    np.testing.assert_allclose(shapes.T @ G_v @ shapes, np.diag(h), rtol=0.0, atol=1e-8 * h.max())
+    assert "hold: gains by imsc about the equilibrium; modes 1, 2, spillover 0; the slowest motion of the" in note
+
+
+@pytest.mark.parametrize(
+    ("asked", "poles"),
+    [
+        ({"frequencies": [9, "120 rpm"], "damping_ratios": [0.5, 0.1]}, [(9.0, 0.5), (4.0 * np.pi, 0.1)]),
+        ({"damping_ratios": 0.3}, [(float(np.sqrt(square)), 0.3) for square in shapes_of(ROW, STIFF)[0]]),
+        ({"poles": [[-1, 2], [-1, -2], [-5, 0], [-6, 0]]}, [(5.0**0.5, 0.2**0.5), (5.0, 1.0), (6.0, 1.0)]),
+    ],
+    ids=["frequencies", "damping", "poles"],
+)  # fmt: skip  # a table
+def test_placed_gains_of_a_scene_have_the_poles_asked_for(
+    asked: dict[str, Any], poles: list[tuple[float, float]]
+) -> None:
+    *_, values, note = row_of_masses({"method": "pole_placement", **asked})
+    for w, zeta in poles:
+        assert np.abs(values - w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))).min() < 1e-8 * w
+    slowest = min(w * zeta for w, zeta in poles)
+    assert note.endswith(f"the slowest motion of the closed loop decays at {slowest:.4g} 1/s; it is in doubt")
+    assert "damping couples" not in note
+
+
+def test_damping_that_couples_modes_moves_the_placed_ones() -> None:
+    *_, values, note = row_of_masses({"method": "pole_placement", "damping_ratios": [0.5, 0.1]}, np.diag([0.3, 12.0]))
+    said = re.findall(r"mode (\d) gets (\S+) rad/s with a damping ratio of (\S+), not (\S+) with (\S+?)[,;]", note)
+    squares = shapes_of(ROW, STIFF)[0]
+    assert note.count("damping couples the modes: ") == 1 and [number for number, *_ in said] == ["1", "2"]
+    for number, size, ratio, wanted, asked in said:
+        w, zeta = float(size), float(ratio)
+        assert float(wanted) == pytest.approx(np.sqrt(squares[int(number) - 1]), rel=1e-3)
+        assert float(asked) == [0.5, 0.1][int(number) - 1]
+        assert np.abs(values - w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))).min() < 5e-3 * w
+
+
+@pytest.mark.parametrize(
+    ("damping", "said"),
+    [
+        ([0.4, 3.0], "the slowest motion of the closed loop decays at 0.2 1/s"),
+        ([3.0, -0.5], "the closed loop grows at 0.25 1/s: two"),
+        ([3.0, 0.0], "the closed loop does not decay: two"),
+    ],
+)
+def test_the_slowest_motion_of_a_loop_is_told(damping: list[float], said: str) -> None:
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.diag([4.0, 90.0]), -np.diag(damping)]])
+    assert calibration.slowest_motion(A, ["one", "two"], np.ones(2)) == said
+
+
+def test_signals_that_do_not_determine_the_feedback_are_refused(rng: np.random.Generator) -> None:
+    """Gains of other signals give the same feedback, if the signals determine the state that is fed back."""
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-STIFF, -DAMPED]])
+    names = ("one", "two", "v.one", "v.two")
+    space: Any = SimpleNamespace(A=A, states=names)
+    item: Any = SimpleNamespace(name="hold", labels=("a", "b", "c", "d"))
+    G, Y, none = rng.normal(size=(2, 4)), rng.normal(size=(4, 4)), np.zeros((4, 2))
+    np.testing.assert_allclose(calibration._by_signals(space, item, G, Y, none) @ Y, G, atol=1e-12)
+    G[:, 3] = 0.0  # the last state is not fed back, nor measured
+    Y = np.vstack([np.diag([2.0, 0.5, 4.0, 0.0])[:3], [[1.0, 1.0, 0.0, 0.0]]])
+    found = calibration._by_signals(space, item, G, Y, none)
+    np.testing.assert_allclose(found @ Y, G, atol=1e-12)
+    assert calibration._by_signals(space, item, G, np.diag([1.0, 1.0, 1.0, 0.0]), none)[:, 3].tolist() == [0.0, 0.0]
+    for lost, name in enumerate(names[:3]):
+        left = np.delete(np.eye(4), lost, axis=0)
+        said = f"needs {name if '.' in name else f'q.{name}'}, which the coordinates and signals of hold do not"
+        with pytest.raises(eomgen.ModelError, match=re.escape(said)):
+            calibration._by_signals(space, item, G, left, none[:3])
+    direct = none.copy()
+    direct[2, 1] = 1e-3
+    with pytest.raises(eomgen.ModelError, match="the signal c depends on the controller's output at the same instant"):
+        calibration._by_signals(space, item, G, Y, direct)

@@ -23,6 +23,7 @@ from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.products.linear.campbell_search import _Oscillations, _tracks_modes, campbell
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.plots import LabelBox
+from tests.linear.by_hand import linear_model
 
 MASS, DIAMETRAL, POLAR = 12.0, 0.18, 0.31
 BENDING, LENGTH = 2.1e4, 0.6
@@ -55,27 +56,45 @@ def frequencies(speed: float) -> np.ndarray:
     return np.sort((bending * tilting - K12**2).roots().real)
 
 
-@pytest.mark.slow
-def test_an_overhung_disc_has_the_frequencies_of_its_polynomial(overhung: eomgen.Model) -> None:
-    speeds = np.linspace(0.0, 1500.0, 9)
-    diagram = overhung.campbell("spin", speeds, orders=(1, 2), whirl=[("x", "y"), ("tilt_x", "tilt_y")])
+def overhung_by_hand(speed: float, before: Linearization | None = None) -> Linearization:
+    """Return the same disc by its matrices: the axis of the spin is (tilt_y, -tilt_x, 1)."""
+    K = np.diag([K11, K11, K22, K22])
+    K[0, 3] = K[3, 0] = K12
+    K[1, 2] = K[2, 1] = -K12
+    C = np.zeros((4, 4))
+    C[2, 3], C[3, 2] = POLAR * speed, -POLAR * speed
+    return linear_model(np.diag([MASS, MASS, DIAMETRAL, DIAMETRAL]), C, K, ("x", "y", "tilt_x", "tilt_y"))
+
+
+PLANES = [("x", "y"), ("tilt_x", "tilt_y")]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_an_overhung_disc_has_the_frequencies_of_its_polynomial(sense: float) -> None:
+    """The sense of whirl is that of the spin, which may be negative."""
+    speeds = np.sort(sense * np.linspace(0.0, 1500.0, 9))
+    told: list[tuple[int, int]] = []
+    diagram = campbell("spin", "rad/s", speeds, overhung_by_hand, (1, 2), PLANES, lambda *done: told.append(done))
     assert diagram.eigenvalues.shape == (9, 4) and set(diagram.stability) == {"marginal"}
     for row, speed in enumerate(speeds):
-        expected = frequencies(speed)
+        expected = frequencies(abs(speed))
         found = diagram.angular_frequencies[row]
         np.testing.assert_allclose(np.sort(found), np.sort(np.abs(expected)), rtol=1e-7)
         if speed:
             np.testing.assert_allclose(np.sort(found * diagram.whirl[row]), expected, rtol=1e-7)
     # a column stays one mode: its frequency rises or falls all along, forward ones rise
-    for column, sense in zip(diagram.angular_frequencies.T, diagram.whirl[-1], strict=True):
-        assert np.all(np.diff(column) * sense > 0.0)
-    assert np.all(diagram.whirl[1:] == diagram.whirl[-1])
+    last = -1 if sense > 0.0 else 0
+    for column, whirl in zip(diagram.angular_frequencies.T, diagram.whirl[last], strict=True):
+        assert np.all(np.diff(column) * whirl * sense > 0.0)
+    assert np.all(np.delete(diagram.whirl, 0 if sense > 0.0 else -1, axis=0) == diagram.whirl[last])
+    assert told == sorted(told) and told[8] == (9, 18) and told[-1] == (18, 18)
+    swapped = campbell("spin", "rad/s", speeds[1:3], overhung_by_hand, (), [pair[::-1] for pair in PLANES])
+    np.testing.assert_array_equal(swapped.whirl, -diagram.whirl[1:3])
 
 
-@pytest.mark.slow
-def test_critical_speeds_are_roots_of_their_own_polynomial(overhung: eomgen.Model) -> None:
+def test_critical_speeds_are_roots_of_their_own_polynomial() -> None:
     """Forward w = n W: (k11 - m w^2) (k22 + (I_p / n - I_d) w^2) = k12^2; backward with -I_p."""
-    diagram = overhung.campbell("spin", np.linspace(1.0, 2500.0, 9), orders=(1, 2), whirl=[("x", "y")])
+    diagram = campbell("spin", "rad/s", np.linspace(1.0, 2500.0, 9), overhung_by_hand, (1, 2), PLANES)
     expected = []
     for order in (1, 2):
         for sense, word in ((1, "forward"), (-1, "backward")):
@@ -94,6 +113,30 @@ def test_critical_speeds_are_roots_of_their_own_polynomial(overhung: eomgen.Mode
     np.testing.assert_allclose(diagram.critical_speeds, of_order_1, rtol=1e-9)
     assert [row[0] for row in diagram.rows] == ["1"] * len(of_order_1) + ["2"] * (len(expected) - len(of_order_1))
     assert f"1x at {of_order_1[0]:.6g}" in repr(diagram) and "<td" in diagram._repr_html_()
+
+
+def test_modes_have_the_numbers_of_a_table_at_any_speed() -> None:
+    """Of the model at the speed, also between two values; modes that the model lacks come last."""
+    speeds = np.linspace(0.0, 1500.0, 5)
+
+    def numbered(speed: float, model: Linearization) -> tuple[Any, np.ndarray, np.ndarray]:
+        diagram = campbell("spin", "rad/s", speeds, overhung_by_hand, reference=(speed, model))
+        return diagram, diagram.angular_frequencies[np.argmin(np.abs(speeds - speed))], np.array(diagram.numbers)
+
+    for speed in (0.0, 700.0, 1500.0):
+        diagram, here, numbers = numbered(speed, overhung_by_hand(speed))
+        of_table = overhung_by_hand(speed).modes().angular_frequency
+        assert [diagram.number(k) for k in range(4)] == numbers.tolist()
+        assert sorted(numbers) == [1, 2, 3, 4]
+        np.testing.assert_array_equal(np.argsort(here), np.argsort(of_table[numbers - 1]))
+    overdamped = overhung_by_hand(0.0)
+    C = np.diag([0.0, 0.0, 1e4, 1e4])
+    few = linear_model(overdamped.M0, C, overdamped.K0, overdamped.coordinates)
+    _, _, numbers = numbered(0.0, few)
+    oscillating = np.flatnonzero(few.modes().oscillating) + 1
+    assert set(oscillating) < set(numbers) and max(numbers) > len(few.modes())
+    other = linear_model(np.eye(1), np.zeros((1, 1)), np.eye(1), ["z"])
+    assert campbell("spin", "rad/s", speeds, overhung_by_hand, reference=(0.0, other)).numbers == ()
 
 
 @pytest.mark.slow_cases("2")
@@ -116,30 +159,22 @@ def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, af
     assert told == sorted(told) and {total for _, total in told} == {18}
 
 
-@pytest.mark.slow
-def test_the_speed_may_be_negative_and_the_sense_is_that_of_the_spin(overhung: eomgen.Model) -> None:
-    pairs = [("x", "y")]
-    there = overhung.campbell("spin", [-300.0, -200.0], whirl=pairs)
-    here = overhung.campbell("spin", [200.0, 300.0], whirl=pairs)
-    np.testing.assert_allclose(there.angular_frequencies[::-1], here.angular_frequencies, rtol=1e-7)
-    np.testing.assert_array_equal(there.whirl[::-1], here.whirl)
-    with pytest.warns(RuntimeWarning, match="whirl y:x is against the sense of spin"):
-        swapped = overhung.campbell("spin", [200.0, 300.0], whirl=[("y", "x")])
-    np.testing.assert_array_equal(swapped.whirl, -here.whirl)
-
-
-@pytest.mark.slow
-def test_a_jeffcott_rotor_on_unequal_bearings_is_critical_at_both_frequencies() -> None:
-    """Over a parameter; bearings k_x and k_y: w = sqrt(k / m) each, and orbits between them are lines."""
-    builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).parameter("speed", 10.0, unit="rad/s", tunable=True)
-    builder.body("carrier", 0).body("disc", 3.0)
-    builder.joint("x", "prismatic", "base", "carrier", axis=[1, 0, 0], stiffness=3e4)
-    builder.joint("y", "prismatic", "carrier", "disc", axis=[0, 1, 0], stiffness=4.8e4)
-    builder.effort("whirl", "x", "1e-9 * speed * v.x")  # a parameter has to do something
-    model = eomgen.build(builder.build(), profile="quick")
-    diagram = model.campbell("speed", np.linspace(40.0, 190.0, 4), whirl=[("x", "y")])
+def test_orbits_between_the_frequencies_of_unequal_bearings_are_lines() -> None:
+    """Bearings k_x and k_y: w = sqrt(k / m) each, at all speeds."""
+    bearings = linear_model(3.0 * np.eye(2), np.zeros((2, 2)), np.diag([3e4, 4.8e4]), ("x", "y"))
+    diagram = campbell("speed", "rad/s", np.linspace(40.0, 190.0, 4), lambda *_: bearings, (1,), [("x", "y")])
     np.testing.assert_allclose(diagram.critical_speeds, [100.0, math.sqrt(1.6e4)], rtol=1e-7)
-    assert np.all(diagram.whirl == 0) and diagram.unit == "rad/s"
+    assert np.all(diagram.whirl == 0) and [item.whirl for item in diagram.crossings] == ["", ""]
+
+
+@pytest.mark.slow
+def test_speeds_may_be_values_of_a_parameter() -> None:
+    builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).parameter("speed", 10.0, unit="rad/s", tunable=True)
+    builder.body("disc", 3.0).joint("x", "prismatic", "base", "disc", axis=[1, 0, 0], stiffness=3e4)
+    builder.effort("whirl", "x", "1e-9 * speed * v.x")  # a parameter has to do something
+    diagram = eomgen.build(builder.build(), profile="quick").campbell("speed", [40.0, 190.0])
+    np.testing.assert_allclose(diagram.critical_speeds, [100.0], rtol=1e-7)
+    assert diagram.unit == "rad/s"
 
 
 @pytest.mark.slow
@@ -345,12 +380,10 @@ def jeffcott(eccentricity: float) -> dict[str, object]:
     }  # fmt: skip  # a table
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:campbell. whirl y.x is against the sense")
 def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
-    model = eomgen.build(jeffcott(0.0), profile="quick")
+    disc = linear_model(20.0 * np.eye(2), 150.0 * np.eye(2), 2e6 * np.eye(2), ("x", "y"))
     for whirl in ([("x", "y")], [("y", "x")]):
-        diagram = model.campbell("spin", np.linspace(0.0, 800.0, 5), whirl=whirl)
+        diagram = campbell("spin", "rad/s", np.linspace(0.0, 800.0, 5), lambda *_: disc, (1,), whirl)
         assert [sorted(row) for row in diagram.whirl.tolist()] == [[0, 0], *[[-1, 1]] * 4]
         critical = math.sqrt(2e6 / 20 - (150 / 40) ** 2)  # the damped frequency, the same at all speeds
         np.testing.assert_allclose(diagram.critical_speeds, [critical, critical], rtol=1e-9)

@@ -273,3 +273,74 @@ def test_what_cannot_be_written(car: StateSpace) -> None:
     for data, design, message in cases:
         with pytest.raises(UsageError, match=re.escape(message)):
             with_controller(data, design)
+
+
+# -- written formulas, without a scene that is built -------------------------------------------------------------------
+
+#: A mass on a spring and a damper, with an input that is 3 N at the reference.
+RAIL = StateSpace(
+    np.array([[0.0, 1.0], [-20.0, -0.3]]), np.array([[0.0], [0.5]]), np.array([[0.0], [1.0]]),
+    np.array([[1.0, 0.2]]), np.zeros((1, 1)), np.zeros((1, 1)), ("x", "v.x"), ("push",), ("wind",), ("place",),
+    units={"states": ("m", "m/s"), "inputs": ("N",), "disturbances": ("N",), "outputs": ("m",)},
+    references={kind: np.array(values) for kind, values in
+                {"states": [0.5, 0.0], "inputs": [3.0], "disturbances": [0.0], "outputs": [0.6]}.items()},
+)  # fmt: skip  # tables
+SCENE = {"format": 1, "inputs": {"push": {"unit": "N"}}, "outputs": {"place": {"formula": "q.x + 0.2 * v.x + 0.1"}}}
+
+
+def evaluated(formula: str, values: dict[str, float]) -> float:
+    """Return the value of a formula that is written."""
+    for name in sorted(values, key=len, reverse=True):
+        formula = re.sub(rf"(?<![\w.]){re.escape(name)}(?!\w)", f"({float(values[name])!r})", formula)
+    return float(eval(formula, {"max": max, "min": min, "t": 0.0}))
+
+
+@pytest.mark.parametrize("limited", [False, True])
+@pytest.mark.parametrize("sample, delay", [(None, 0.0), (0.05, 0.0), (0.05, 0.02), (0.05, 0.12)])
+@pytest.mark.parametrize("estimated", [False, True])
+def test_written_formulas_are_the_closed_loop(
+    estimated: bool, sample: float | None, delay: float, limited: bool, rng: np.random.Generator
+) -> None:
+    """From any state of plant and observer: the rates, or the values at the next sample, are those of the matrix of the
+    loop. An observer that reads a limited command, within its limits, has the same."""
+    regulator = lqr(RAIL, {"place": 50.0}, {"push": 0.1}, sample=sample, delay=delay)
+    law: Regulator | OutputFeedback = regulator
+    if estimated:
+        law = OutputFeedback(regulator, kalman(RAIL, {"wind": 2.0}, {"place": 1e-2}, sample=sample, delay=delay))
+    space, n = law.space, len(law.space.states)
+    limits = {"push": (-1e6, 1e6)} if limited else {}
+    written = with_controller(SCENE, law, limits=limits)
+    state = rng.normal(size=len(law.closed_loop.states))
+    values = {"q.x": 0.5 + state[0], "v.x": state[1], "z.wind": 0.0}
+    values |= {name: 3.0 + state[space.states.index(name)] for name in space.waiting}
+    estimates = [f"estimate_{re.sub(r'[^a-zA-Z0-9]', '_', name)}" for name in space.states] if estimated else []
+    values |= dict(zip(estimates, state[n:].tolist(), strict=True))
+    states, moved = written.get("states", {}), list[float]()
+    if sample is None:
+        (entry,) = (written["controllers"]["push"],)
+        push = -sum(
+            gain * (evaluated(str(entry["signals"][name]), values) - entry.get("signal_references", {}).get(name, 0.0))
+            for name, gain in entry["signal_gains"].items()
+        )
+        assert (entry.get("minimum"), entry.get("maximum")) == ((-1e6, 1e6) if limited else (None, None))
+        values["push"] = push
+        moved = [evaluated(states[name]["rate"], values) for name in estimates]
+    else:
+        if estimated:
+            values["measured_place"] = evaluated(states["measured_place"]["formula"], values)
+        asked = "push_asked" if delay else "push"
+        push = values[asked] = evaluated(states[asked]["formula"], values)
+        moved = [evaluated(states[name]["formula"], values) for name in estimates]
+        assert all(states[name]["delay"] == sample for name in estimates)
+        assert all(entry["sample"] == sample for entry in states.values())
+        if delay:
+            assert states["push"] == {
+                "sample": sample, "formula": "push_asked", "delay": delay, "initial": 3.0, "unit": "N",
+                "description": "found from the sampled linear model",
+            }  # fmt: skip  # a table
+            for name, (_, samples) in space.waiting.items():
+                assert (states[name]["formula"], states[name]["delay"]) == ("push_asked", samples * sample)
+    found = np.concatenate([space.A @ state[:n] + space.B[:, 0] * (push - 3.0), moved])
+    np.testing.assert_allclose(found, law.closed_loop.A @ state, rtol=1e-9, atol=1e-9 * np.abs(law.closed_loop.A).max())
+    own = [written[section] for section in ("states", "controllers") if section in written]
+    assert all(entry.get("unit") in ("N", "m", "m/s") for section in own for entry in section.values())

@@ -154,7 +154,8 @@ def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("eomgen.products.linear.analyses.periodic_motions._LAST", 8)
     for call, error, text in (
         (lambda: mathieu.floquet(0.0), UsageError, r"period: 0\.0 is not a positive number"),
-        (lambda: mathieu.floquet(math.pi, tolerance=-1), UsageError, "tolerance: -1 is not a positive number"),
+        (lambda: mathieu.floquet(math.pi, tolerance=-1), UsageError, r"the tolerance must lie in 0\.\.0\.1, not -1"),
+        (lambda: mathieu.floquet(math.pi, tolerance=0.1), UsageError, r"the tolerance must lie in 0\.\.0\.1, not 0\.1"),
         (lambda: mathieu.floquet(1e-6), NumericalError, r"the equations do not change within 1e-06 s, and later they"),
         (lambda: mathieu.floquet(1.0), NumericalError, "the equations do not have the period 1 s: the coefficients at"),
         (lambda: mathieu.floquet(math.pi, tolerance=1e-300), NumericalError, "the monodromy matrix is known to "),
@@ -211,7 +212,7 @@ def test_motions_that_do_not_return_are_refused(builder: eomgen.SceneBuilder, er
         eomgen.build(builder.build(), profile="quick").floquet(1.0)
 
 
-def test_a_picture_names_the_model_and_frequencies_and_counts_multipliers_at_one_point() -> None:
+def test_a_picture_names_the_model_and_the_frequencies_of_pairs() -> None:
     values = np.array([np.exp(0.9j), np.exp(-0.9j), np.exp(0.905j), np.exp(-0.905j), 1e-9, 2e-9, 0.5])
     rest = {"monodromy": np.eye(7), "states": (), "uncertainty": np.full(7, 1e-9), "error": 1e-9}
     result = Floquet(2.0, multipliers=values, q=np.zeros(1), v=np.zeros(1), z=np.zeros(0), name="rotor", **rest)
@@ -221,7 +222,7 @@ def test_a_picture_names_the_model_and_frequencies_and_counts_multipliers_at_one
     )
     assert [text.get_text() for text in axis.get_legend().get_texts()] == ["unit circle: stable inside"]
     labels = {text.get_text(): tuple(np.round(text.xy, 2)) for text in axis.texts}
-    assert labels == {"0.0716, 0.072 Hz": (0.62, 0.79), "2 multipliers": (0.0, 0.0)}
+    assert labels == {"0.0716 Hz": (0.62, 0.78), "0.072 Hz": (0.62, 0.79)}
 
 
 def test_progress_is_told(mathieu: eomgen.Model) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,11 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
-from eomgen.spectra import MeasuredRoad, Road
+from eomgen.mechanics.describe import describe
+from eomgen.products.linear.analyses.road_excitation import road_excitation
+from eomgen.products.linear.linearization import Linearization
+from eomgen.spectra import MeasuredRoad, Road, RoadExcitation
+from tests.linear.by_hand import linear_model
 
 ROUGHNESS = 64e-6
 
@@ -38,8 +43,9 @@ def test_a_profile_of_known_spectrum_has_it(spacing: float, segments: int, seed:
         assert found == pytest.approx(ROUGHNESS * 0.01 * (1.0 / low - 1.0 / high), rel=0.2)
 
 
-def quarter_car(inputs: dict[str, Any], **sections: Any) -> eomgen.Model:
-    """Return a mass on a spring and a damper that stand on a road, with the road's rate as an input of its own."""
+def quarter_car(inputs: dict[str, Any], **sections: Any) -> Any:
+    """Return a mass on a spring and a damper that stand on a road, with the road's rate as an input of its own; as far
+    as its excitation needs a model."""
     rail = {"type": "prismatic", "parent": "base", "child": "car", "axis": [0, 0, 1]}
     scene = {
         "format": 1,
@@ -50,10 +56,9 @@ def quarter_car(inputs: dict[str, Any], **sections: Any) -> eomgen.Model:
         "efforts": {"road": {"joint": "x", "effort": "400 * road + 12 * rate"}},
         "outputs": {"travel": {"formula": "q.x - road", "unit": "m"}},
     }
-    return eomgen.build({**scene, **sections}, profile="quick")
+    return SimpleNamespace(description=describe(eomgen.load({**scene, **sections})))
 
 
-@pytest.mark.slow
 def test_a_measured_road_of_a_scene_excites_its_linear_model() -> None:
     x, y = profile(300.0, 0.25, 3)
     points = np.column_stack([x, y]).tolist()
@@ -64,42 +69,93 @@ def test_a_measured_road_of_a_scene_excites_its_linear_model() -> None:
         "rate": {"formula": "speed * derivative.track(speed * t - 1.5)", "unit": "m/s"},
     }
     model = quarter_car(inputs, curves={"track": curve}, parameters={"speed": speed})
-    wheels = model.road_excitation()
+    wheels = road_excitation(model)
     assert wheels.wheels == {"road": 0.0} and wheels.rates == {"road": "rate"} and wheels.speed == 15.0
     assert isinstance(wheels.road, MeasuredRoad)
     assert wheels.name == "road of measured, 299.75 m in 8 segments, 0.015 cycle/m apart at 15 m/s"
     np.testing.assert_array_equal(wheels.road.density, MeasuredRoad.of_profile(x, y).density)
     assert repr(wheels.road).endswith("8 segments, 0.015 cycle/m apart: 131 frequencies, 0.0301 to 1.98 cycle/m>")
     assert len(repr(wheels)) < 400
-    lin = model.linearize()
-    alike = wheels.at(road=Road(roughness=ROUGHNESS, band=wheels.road.band))
+    assert road_excitation(model, Road("B"), 5.0).speed == 5.0
+    assert Road(roughness=ROUGHNESS).label == "roughness 6.4e-05 m^3" and wheels.road.label == "measured"
+    with pytest.raises(UsageError, match="a measured road has a spectrum of its own, and no class"):
+        wheels.road.of_class("A")
+    with pytest.raises(UsageError, match="white noise where the exponent is 2 only"):
+        car().rms_on_white_noise_road("travel", wheels)
+
+
+def car() -> Linearization:
+    """Return the linear model of ``quarter_car``."""
+    inputs, outputs = {"road": [400.0], "rate": [12.0]}, {"travel": {"q": [1.0], "w": [-1.0, 0.0]}}
+    return linear_model(1.0, 12.0, 400.0, ["x"], None, inputs, outputs, ["m"])
+
+
+@pytest.mark.slow
+def test_rides_on_a_measured_road_are_those_on_a_road_of_its_roughness() -> None:
+    road = MeasuredRoad.of_profile(*profile(300.0, 0.25, 3))
+    lin, wheels = car(), RoadExcitation(road, 15.0, {"road": 0.0}, rates={"road": "rate"})
+    alike = wheels.at(road=Road(roughness=ROUGHNESS, band=road.band))
     assert lin.rms("travel", wheels) == pytest.approx(lin.rms("travel", alike), rel=0.2)
     fine = np.linspace(*wheels.band, 20_001)
     assert lin.rms("travel", wheels) == pytest.approx(lin.psd("travel", wheels, fine).rms(), rel=1e-3)
     table = lin.ride_table(wheels, ["travel"], classes=())
-    assert table.classes == ("measured",) and table.values == pytest.approx(lin.rms("travel", wheels), rel=1e-9)
-    assert lin.ride_table(alike, ["travel"], classes=()).classes == ("roughness 6.4e-05 m^3",)
     assert lin.ride_table(wheels.at(road=Road("B")), ["travel"], classes=()).classes == ("B",)
-    assert model.road_excitation(Road("B"), 5.0).speed == 5.0
     with pytest.raises(UsageError, match="a measured road has a spectrum of its own, and no class"):
         lin.ride_table(wheels, classes="AB")
-    with pytest.raises(UsageError, match="white noise where the exponent is 2 only"):
-        lin.rms_on_white_noise_road("travel", wheels)
+    assert table.classes == ("measured",) and table.values == pytest.approx(lin.rms("travel", wheels), rel=1e-9)
 
 
-@pytest.mark.slow
 def test_points_of_a_road_at_a_speed_are_measured_and_other_curves_are_not() -> None:
     x, y = profile(40.0, 0.5, 4)
     points = np.column_stack([x, y]).tolist()
     road = {"points": points, "speed": 10.0, "offset": 2.0, "outside": "hold"}
     rate = {"formula": "0", "unit": "m/s"}
     model = quarter_car({"road": {"road": road, "unit": "m"}, "rate": rate})
-    assert model.road_excitation().wheels == {"road": 0.0}
+    assert road_excitation(model).wheels == {"road": 0.0}
     curve = {"points": points, "outside": "hold"}
     squared = {"formula": "2 * track(10 * t)", "unit": "m"}
     other = quarter_car({"road": squared, "rate": rate}, curves={"track": curve})
     with pytest.raises(UsageError, match="no input of the scene is a random road, nor a measured one: a curve at"):
-        other.road_excitation()
+        road_excitation(other)
+
+
+def random(name: str = "C", speed: float = 15.0, seed: int = 4, **more: Any) -> dict[str, Any]:
+    return {"road": {"class": name, "speed": speed, "seed": seed, **more}, "unit": "m"}
+
+
+def test_wheels_of_one_seed_or_one_profile_run_in_one_track() -> None:
+    wheels = road_excitation(quarter_car({"road": random(offset=1.5), "rate": random(), "third": random(seed=5)}))
+    assert (wheels.road, wheels.speed, wheels.coherence) == (Road("C"), 15.0, "independent")
+    assert wheels.wheels == {"road": 1.5, "rate": 0.0, "third": 0.0}
+    assert wheels.tracks == {"road": 0.0, "rate": 0.0, "third": 1.0}
+    x, y = profile(40.0, 0.5, 4)
+    points, other = np.column_stack([x, y]).tolist(), np.column_stack([x, 2.0 * y]).tolist()
+    behind = {"points": points, "speed": 10.0, "outside": "hold"}
+    wheels = road_excitation(
+        quarter_car({
+            name: {"road": {**behind, "offset": offset}, "unit": "m"} for name, offset in (("road", 3.0), ("rate", 1.0))
+        })
+    )  # fmt: skip  # two wheels
+    assert wheels.wheels == pytest.approx({"road": 2.0, "rate": 0.0}) and set(wheels.tracks.values()) == {0.0}
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"road": random(), "rate": random("D")}, "the roads of the scene are of the classes C, D"),
+        ({"road": random(), "rate": random(speed=20.0)}, "the wheels of the scene have the speeds 15, 20 m/s"),
+        (
+            {"road": {"road": behind, "unit": "m"}, "rate": {"road": {**behind, "points": other}, "unit": "m"}},
+            "the wheels of the scene run over different profiles",
+        ),
+    ]
+    for inputs, text in cases:
+        with pytest.raises(UsageError, match=text):
+            road_excitation(quarter_car(inputs))
+    assert road_excitation(quarter_car(cases[0][0]), Road("B")).road == Road("B")
+    assert road_excitation(quarter_car(cases[1][0]), speed=5.0).speed == 5.0
+    apart = road_excitation(quarter_car(cases[2][0]), Road("B"))
+    assert apart.tracks == {"road": 0.0, "rate": 1.0}
+    curve = {"points": points, "outside": "hold"}
+    rates = {name: {"formula": "10 * derivative.track(10 * t)", "unit": "m/s"} for name in ("road", "rate")}
+    with pytest.raises(UsageError, match="road, rate is the rate of a measured road, and no input is its elevation"):
+        road_excitation(quarter_car(rates, curves={"track": curve}))
 
 
 @pytest.mark.parametrize(

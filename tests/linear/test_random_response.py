@@ -13,10 +13,12 @@ from scipy.integrate import quad
 
 import eomgen
 from eomgen.errors import ModelError, UsageError
+from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.random_response import _places
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation, weighting_response
 from tests.anchors import anchor
+from tests.linear.by_hand import linear_model
 
 OMEGA, ZETA, MASS = 9.0, 0.2, 2.0
 SPRING, DAMPER = MASS * OMEGA**2, 2.0 * ZETA * OMEGA * MASS
@@ -25,28 +27,27 @@ WIDE = (1e-6, 1e5)
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-@pytest.fixture(scope="module")
-def mass() -> eomgen.Model:
+def mass(damper: float = DAMPER) -> Linearization:
     """Return a mass whose spring and damper stand on a road, and whose position is measured absolutely, too."""
-    scene = (
-        eomgen.SceneBuilder("mass", gravity=[0, 0, 0])
-        .parameter("damper", DAMPER, unit="N s/m", tunable=True)
-        .input("road", unit="m")
-        .input("road_rate", unit="m/s")
-        .input("push", unit="N")
-        .body("mass", MASS)
-        .joint("x", "prismatic", "base", "mass", axis=[0, 0, 1], stiffness=SPRING, damping="damper")
-        .effort("road", "x", f"{SPRING} * road + damper * road_rate + push")
-        .output("travel", formula="q.x - road", unit="m")
-        .output("acceleration", formula="a.x", unit="m/s^2")
-        .output("height", formula="q.x", unit="m")
-    )
-    return eomgen.build(scene.build(), profile="quick")
+    inputs = {"road": [SPRING], "road_rate": [damper], "push": [1.0]}
+    outputs = {"travel": {"q": [1.0], "u": [-1.0, 0.0, 0.0]}, "acceleration": {"a": [1.0]}, "height": {"q": [1.0]}}
+    return linear_model(MASS, damper, SPRING, ["x"], inputs, None, outputs, ["m", "m/s^2", "m"])
 
 
-@pytest.fixture(scope="module")
-def car() -> eomgen.Model:
+def car() -> Linearization:
     """Return a plane car whose body heaves and pitches without coupling, 2.4 m between its axles."""
+    axles = {"front": [2e4, -1.2 * 2e4], "rear": [2e4, 1.2 * 2e4]}
+    outputs = {
+        "heave_acceleration": {"a": [1.0, 0.0]},
+        "pitch_acceleration": {"a": [0.0, 1.0]},
+        "front_spring": {"q": [1.0, -1.2], "w": [-1.0, 0.0]},
+    }
+    M, C, K = np.diag([600.0, 900.0]), np.diag([4e3, 5e3]), np.diag([4e4, 5.76e4])
+    return linear_model(M, C, K, ["heave", "pitch"], None, axles, outputs, ["m/s^2", "rad/s^2", "m"])
+
+
+def car_scene() -> eomgen.Scene:
+    """Return the same car as a scene, on a generated road."""
     scene = (
         eomgen.SceneBuilder("car", gravity=[0, 0, 0])
         .input("front", unit="m", road={"class": "C", "speed": 15, "seed": 4})
@@ -58,16 +59,17 @@ def car() -> eomgen.Model:
         .effort("heave", "heave", "2e4 * (front + rear)")
         .effort("pitch", "pitch", "-1.2 * 2e4 * (front - rear)")
         .output("heave_acceleration", formula="a.heave", unit="m/s^2")
-        .output("pitch_acceleration", formula="a.pitch", unit="rad/s^2")
         .output("front_spring", formula="q.heave - 1.2 * q.pitch - front", unit="m")
     )
-    return eomgen.build(scene.build(), profile="quick")
+    return scene.build()
 
 
-@pytest.mark.slow
-def test_a_mass_on_white_noise_has_the_variances_of_crandall_and_mark(mass: eomgen.Model) -> None:
+AXLES = RoadExcitation(Road("C"), 15.0, {"front": 0.0, "rear": 2.4}, {"front": 0.0, "rear": 0.0}, "independent")
+
+
+def test_a_mass_on_white_noise_has_the_variances_of_crandall_and_mark() -> None:
     """sigma_x^2 = pi S0 / (2 zeta w^3 m^2), sigma_v^2 = w^2 sigma_x^2 with S0 two-sided over rad/s: G = 4 pi S0."""
-    lin = mass.linearize()
+    lin = mass()
     G = 3.0
     push = InputSpectrum("push", WIDE, function=lambda f: np.full_like(f, G))
     sigma = math.sqrt(G / 4.0 / (2.0 * ZETA * OMEGA**3 * MASS**2))
@@ -77,10 +79,9 @@ def test_a_mass_on_white_noise_has_the_variances_of_crandall_and_mark(mass: eomg
     assert lin.rms("height", tabulated) == pytest.approx(sigma, rel=1e-6)
 
 
-@pytest.mark.slow
-def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov(mass: eomgen.Model) -> None:
+def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov() -> None:
     """z'' + 2 zeta w z' + w^2 z = -w'': sigma_z^2 = W / (4 zeta w) with the intensity W of the road's slope."""
-    lin = mass.linearize()
+    lin = mass()
     road = Road(roughness=5e-5, band=WIDE)
     excitation = RoadExcitation(road, 12.0, {"road": 0.0}, rates={"road": "road_rate"})
     intensity = 2.0 * math.pi**2 * 0.01 * 5e-5 * 12.0
@@ -97,13 +98,8 @@ def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov(mass: eomgen.
             lin.rms_on_white_noise_road(name, excitation)
 
 
-@pytest.mark.slow
-def test_integration_agrees_with_lyapunov_over_the_wheelbase(car: eomgen.Model) -> None:
-    lin, given = car.linearize(), car.road_excitation()
-    assert given == RoadExcitation(
-        Road("C"), 15.0, {"front": 0.0, "rear": 2.4}, {"front": 0.0, "rear": 0.0}, "independent"
-    )
-    wide = given.at(road=Road("C", band=(1e-6, 30.0)))
+def test_integration_agrees_with_lyapunov_over_the_wheelbase() -> None:
+    lin, wide = car(), AXLES.at(road=Road("C", band=(1e-6, 30.0)))
     side_by_side = RoadExcitation(wide.road, 15.0, {"front": 0.0, "rear": 0.0})
     # the band from 15 uHz to 450 Hz leaves out a part of the road itself, 1 / f^2, and below a constant
     for name, tolerance in (("pitch", 5e-6), ("v.heave", 6e-6), ("front_spring", 6e-4)):
@@ -117,9 +113,8 @@ def test_integration_agrees_with_lyapunov_over_the_wheelbase(car: eomgen.Model) 
     assert both[0] == pytest.approx(both[1], rel=2e-5)
 
 
-@pytest.mark.slow
-def test_the_wheelbase_filters_heave_by_cosine_and_pitch_by_sine(car: eomgen.Model) -> None:
-    lin, excitation = car.linearize(), car.road_excitation()
+def test_the_wheelbase_filters_heave_by_cosine_and_pitch_by_sine() -> None:
+    lin, excitation = car(), AXLES
     f = np.array([0.5, 1.3, 15.0 / 2.4 / 2.0, 4.1, 15.0 / 2.4, 20.0])
     s = 2j * np.pi * f
     road = 256e-6 * 0.01 * 15.0 / f**2
@@ -190,9 +185,8 @@ def test_a_road_of_two_exponents_is_continuous_and_ends_at_its_band() -> None:
     assert Road("E").over_distance(0.1) == pytest.approx(4096e-6)
 
 
-@pytest.mark.slow
-def test_the_table_over_classes_and_speeds_holds_the_values_of_single_calls(car: eomgen.Model) -> None:
-    lin, excitation = car.linearize(), car.road_excitation()
+def test_the_table_over_classes_and_speeds_holds_the_values_of_single_calls() -> None:
+    lin, excitation = car(), AXLES
     outputs = {"heave_acceleration": "Wk", "front_spring": None}
     table = lin.ride_table(excitation, outputs, "AD", [10.0, 30.0])
     assert table.values.shape == (2, 2, 2)
@@ -213,9 +207,8 @@ def test_the_table_over_classes_and_speeds_holds_the_values_of_single_calls(car:
             call()
 
 
-@pytest.mark.slow
-def test_parts_of_a_band_add_up(car: eomgen.Model) -> None:
-    lin, excitation = car.linearize(), car.road_excitation()
+def test_parts_of_a_band_add_up() -> None:
+    lin, excitation = car(), AXLES
     parts = [lin.rms("front_spring", excitation, band) for band in ((0.0, 1.0), (1.0, 4.0), (4.0, 100.0))]
     assert math.hypot(*parts) == pytest.approx(lin.rms("front_spring", excitation), rel=1e-8)
     spectrum = lin.psd("front_spring", excitation)
@@ -239,10 +232,12 @@ def test_published_values_of_the_quarter_car() -> None:
 
 
 @pytest.mark.long
-def test_a_run_over_a_generated_road_has_the_spectrum(car: eomgen.Model) -> None:
+def test_a_run_over_a_generated_road_has_the_spectrum() -> None:
     """Over 6 km of road; the rms of a resonance scatters by 1 / sqrt(8 pi f zeta T), here 2 to 4 per cent."""
-    run = car.simulate(400.0, 4e-3, method="rk4", error_estimate=False)
-    lin, excitation = car.linearize(), car.road_excitation()
+    model = eomgen.build(car_scene(), profile="quick")
+    run = model.simulate(400.0, 4e-3, method="rk4", error_estimate=False)
+    lin, excitation = model.linearize(), model.road_excitation()
+    assert excitation == AXLES
     for name, unit in (("heave_acceleration", "m/s^2"), ("front_spring", "m")):
         measured = run.psd(name, segments=60, start=20.0)
         assert measured.quantity_unit == unit
@@ -252,16 +247,15 @@ def test_a_run_over_a_generated_road_has_the_spectrum(car: eomgen.Model) -> None
         assert measured.rms(0.3) == pytest.approx(lin.rms(name, excitation), rel=0.05)
 
 
-@pytest.mark.slow
-def test_what_has_no_stationary_motion_is_refused(mass: eomgen.Model) -> None:
+def test_what_has_no_stationary_motion_is_refused() -> None:
     excitation = InputSpectrum("push", [0.1, 100.0], [1.0, 1.0])
-    undamped = mass.linearize(parameters={"damper": 0.0})
+    undamped = mass(0.0)
     with pytest.raises(ModelError, match=r"mode 1 at 1\.43239 Hz has no damping, so the rms has no bound"):
         undamped.rms("height", excitation)
     above = undamped.rms("height", excitation, (10.0, 20.0))
     inertia = quad(lambda f: (MASS * (OMEGA**2 - (2.0 * math.pi * f) ** 2)) ** -2, 10.0, 20.0)[0]
     assert above == pytest.approx(math.sqrt(inertia), rel=1e-8)
-    growing = mass.linearize(parameters={"damper": -1.0})
+    growing = mass(-1.0)
     with pytest.raises(ModelError, match=r"mode 1 \(x\) grows with 0\.25 1/s, so there is no stationary motion"):
         growing.psd("height", excitation)
     road = RoadExcitation(Road("C"), 10.0, {"road": 0.0})
@@ -292,20 +286,18 @@ def test_roads_and_wheels_that_cannot_be() -> None:
             call()
 
 
-@pytest.mark.slow
-def test_calls_that_ask_for_what_is_not_there(mass: eomgen.Model, car: eomgen.Model) -> None:
+def test_calls_that_ask_for_what_is_not_there() -> None:
     road = RoadExcitation(Road("C", exponent=2.2), 10.0, {"road": 0.0})
     isotropic = RoadExcitation(Road("C"), 10.0, {"front": 0.0, "rear": 0.0}, {"rear": 1.5})
     for call, text in (
         (
-            lambda: mass.linearize().rms_on_white_noise_road("travel", road),
+            lambda: mass().rms_on_white_noise_road("travel", road),
             "is white noise where the exponent is 2 only",
         ),
         (
-            lambda: car.linearize().rms_on_white_noise_road("front_spring", isotropic),
+            lambda: car().rms_on_white_noise_road("front_spring", isotropic),
             "between tracks depends on frequency",
         ),
-        (mass.road_excitation, "no input of the scene is a random road"),
     ):
         with pytest.raises(UsageError, match=text):
             call()

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import math
+import warnings
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from eomgen.errors import UsageError
-from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _continue_roots
+from eomgen.errors import Problem, UsageError
+from eomgen.products.linear.eigenvalue_loci import (
+    Campbell,
+    Crossing,
+    MergedWarnings,
+    RootLocus,
+    _continue_roots,
+    root_locus,
+)
+from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.spectra import PowerSpectrum, RideTable
 from eomgen.products.linear.spectra.power_spectrum import weighting_response
+from tests.linear.by_hand import linear_model
 
 
 def test_units_of_densities() -> None:
@@ -92,3 +103,50 @@ def test_roots_are_followed_by_the_least_sum_of_distances() -> None:
     assert _continue_roots(last, np.array([3.1 + 0.0j, 1.1, 2.2])).tolist() == [1.1, 2.2, 3.1]
     locus = RootLocus("c", np.array([0.0, 1.0]), np.zeros((2, 3), complex), ("stable", "stable"))
     assert repr(locus) == "<RootLocus: 3 roots at 2 values of c, 0 to 1; stable>"
+
+
+def test_roots_over_damping_are_closed_forms_in_columns() -> None:
+    """x'' + c x' + 4 x = 0: a pair that meets at c = 4, and two real roots beyond."""
+    values, told, before = [0.5, 1.0, 2.0, 3.0, 5.0], list[tuple[int, int]](), list[Any]()
+
+    def linearized(value: float, last: Linearization | None) -> Linearization:
+        before.append(last)
+        return linear_model(1.0, value, 4.0, ["x"])
+
+    locus = root_locus("c", values, linearized, lambda *done: told.append(done))
+    half = np.array(values)[:, np.newaxis] / 2.0
+    roots = -half + np.sqrt((half**2 - 4.0).astype(complex)) * [1.0, -1.0]
+    for found, expected in zip(locus.eigenvalues, roots, strict=True):
+        np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), atol=1e-12)
+    assert np.all(np.sign(locus.eigenvalues[:4].imag) == np.sign(locus.eigenvalues[0].imag))
+    assert (locus.parameter, locus.values.tolist(), locus.stability) == ("c", values, ("stable",) * 5)
+    assert told == [(k, 5) for k in range(1, 6)] and before[0] is None and all(before[1:])
+
+    def interrupting(done: int, _: int) -> None:
+        if done == 4:
+            raise KeyboardInterrupt
+
+    part = root_locus("c", values, linearized, interrupting)
+    assert part.interrupted and part.values.tolist() == values[:4]
+    np.testing.assert_array_equal(part.eigenvalues, locus.eigenvalues[:4])
+    with pytest.raises(KeyboardInterrupt):
+        root_locus("c", values, lambda *_: interrupting(4, 5))  # type: ignore[arg-type,return-value]  # before a value
+
+
+def test_warnings_that_differ_in_numbers_are_one_with_the_values_of_the_caller() -> None:
+    doubts = MergedWarnings("job", "p", [1, 2, 3])
+    for value, texts in ((1.0, ["off by 1.5 %"]), (1.5, ["off by 2e-3 %"]), (2.0, ["off by -7 %", "other"])):
+        with doubts.at(value):
+            for text in texts:
+                warnings.warn(text, RuntimeWarning, stacklevel=1)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        doubts.warn(1)
+    assert [str(item.message) for item in caught] == [
+        "job: at 2 values of p from 1 to 2, at p = 1 for instance: off by 1.5 % [W0040]",
+        "job: at p = 2: other [W0040]",
+    ]
+    for where, said in (("", "at p = 3: a fault; try: this"), ("a place", "at p = 3: a place: a fault; try: this")):
+        with pytest.raises(UsageError) as refusal, doubts.at(3.0):
+            raise UsageError(Problem(where, "a fault", "this"))
+        assert str(refusal.value) == f"usage error: {said}"

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import eomgen
 from eomgen.base.arrays import Array
@@ -16,37 +17,39 @@ from eomgen.errors import UsageError
 from eomgen.spectra import WEIGHTINGS, weighted_signal, weighting_response
 
 
-@pytest.fixture(scope="module")
-def run() -> eomgen.Solution:
-    """Return a free oscillation of 0.3 m at 2 Hz and nothing else."""
-    scene = (
-        eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0])
-        .body("mass", 1.0)
-        .joint(
-            "x", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=(4 * math.pi) ** 2, initial={"position": 0.3}
-        )
-        .output("force", formula=f"-{(4 * math.pi) ** 2} * q.x", unit="N")
-    )
-    return eomgen.build(scene.build(), profile="quick").simulate(64.0, 1 / 256, method="rk4", error_estimate=False)
+def _of_signal(t: Array, values: Array, unit: str = "m/s^2", name: str = "seat") -> eomgen.Solution:
+    none = np.zeros((len(t), 0))
+    return eomgen.Solution(
+        t=t, q=none, v=none, a=none, z=none, multipliers=none,
+        outputs={name: values}, metadata={"units": {"outputs": {name: unit}}},
+    )  # fmt: skip  # a row of states, and a row of the output
 
 
-@pytest.mark.slow
-def test_a_sine_is_a_line_of_its_mean_square(run: eomgen.Solution) -> None:
-    for name, size, unit in (("q.x", 0.3, "m^2/Hz"), ("force", 0.3 * (4 * math.pi) ** 2, "N^2/Hz")):
-        spectrum = run.psd(name, segments=np.int64(7))
-        assert spectrum.unit == unit
-        assert spectrum.frequencies[np.argmax(spectrum.density)] == pytest.approx(2.0, abs=0.07)
-        assert spectrum.rms() == pytest.approx(size / math.sqrt(2.0), rel=2e-3)
-        assert spectrum.rms(1.5, 2.5) == pytest.approx(spectrum.rms(), rel=1e-4)
-        assert spectrum.rms(5.0, 50.0) <= 1e-3 * size
-    assert run.psd("v.x").unit == "(m/s)^2/Hz"
+def oscillation(unit: str = "N") -> eomgen.Solution:
+    """Return 0.3 at 2 Hz and nothing else."""
+    t = np.arange(0.0, 64.0 + 1e-9, 1 / 256)
+    return _of_signal(t, 0.3 * np.cos(4.0 * np.pi * t), unit, "force")
 
 
-@pytest.mark.slow
-def test_it_draws_on_axes_of_the_caller(run: eomgen.Solution) -> None:
-    from matplotlib.figure import Figure
+@pytest.mark.parametrize(("unit", "squared"), [("N", "N^2/Hz"), ("m/s", "(m/s)^2/Hz")])
+def test_a_sine_is_a_line_of_its_mean_square(unit: str, squared: str) -> None:
+    run = oscillation(unit)
+    spectrum = run.psd("force", segments=np.int64(7))
+    assert spectrum.unit == squared
+    assert spectrum.frequencies[1] == pytest.approx(256.0 / (2 * 16385 // 8)) and spectrum.frequencies[-1] == 128.0
+    assert spectrum.frequencies[np.argmax(spectrum.density)] == pytest.approx(2.0, abs=0.07)
+    assert spectrum.rms() == pytest.approx(0.3 / math.sqrt(2.0), rel=2e-3)
+    assert spectrum.rms(1.5, 2.5) == pytest.approx(spectrum.rms(), rel=1e-4)
+    assert spectrum.rms(5.0, 50.0) <= 3e-4
+    late = run.psd("force", segments=3, start=32.0)
+    assert late.source == "32 to 64 s of a run, 3 segments" and late.frequencies[1] == pytest.approx(256.0 / 4096)
+    assert late.rms() == pytest.approx(0.3 / math.sqrt(2.0), rel=2e-3)
+    moved = replace(run, outputs={"force": run.outputs["force"] + 100.0})
+    np.testing.assert_allclose(moved.psd("force").density, run.psd("force").density, atol=1e-9)
 
-    axis = Figure().subplots()
+
+def test_it_draws_on_axes_of_the_caller() -> None:
+    axis, run = Figure().subplots(), oscillation()
     assert run.psd("force").plot(axis, label="run") == [axis]
     run.psd("force", segments=30).plot(axis, label="smoother")
     assert len(axis.lines) == 2 and axis.get_ylabel() == "power spectral density, N^2/Hz"
@@ -55,31 +58,27 @@ def test_it_draws_on_axes_of_the_caller(run: eomgen.Solution) -> None:
         run.psd("force").plot(3)
 
 
-def test_columns_without_a_spectrum(run: eomgen.Solution) -> None:
+def test_columns_without_a_spectrum() -> None:
+    run = oscillation()
+    three = _of_signal(run.t, np.zeros((len(run.t), 3)), name="tip")
     for call, text in (
         (lambda: run.psd("forces"), "the solution has no curve 'forces'; try: force"),
-        (lambda: run.psd("energy"), "'energy' are 3 columns, and psd takes one; try: one of"),
+        (lambda: three.psd("tip"), "'tip' are 3 columns, and psd takes one; try: one of"),
         (lambda: run.psd("force", start=63.97), "the run has 8 rows from 63.97 s on, and a spectrum needs 16"),
         (lambda: run.psd("force", segments=0), "segments: a whole number from 1 on is needed, not 0; try: 1"),
-        (lambda: run.psd("force", segments=9999), "psd: segments: 9999 segments of 16385 rows; try: a whole number"),
+        (lambda: run.psd("force", segments=1025), "psd: segments: 1025 segments of 16385 rows; try: a whole number"),
     ):
         with pytest.raises(UsageError, match=text):
             call()
+    assert len(run.psd("force", segments=1024).frequencies) == 16
+    assert len(run.psd("force", segments=1, start=64.0 - 15.0 / 256).frequencies) == 9
     late = replace(run, t=np.where(run.t > 32.0, run.t + 1e-3, run.t))
     with pytest.raises(UsageError, match=r"not evenly spaced: 0\.00490625 s at t = 32 s, 0\.00390631 s on the mean"):
-        late.psd("q.x")
+        late.psd("force")
 
 
 #: Wk of ISO 2631-1:1997, table 3, in thousandths, at these frequencies in Hz.
 _WK = {1.0: 482, 2.0: 531, 4.0: 967, 6.3: 1054, 16.0: 768, 31.5: 405}
-
-
-def _of_signal(t: Array, values: Array, unit: str = "m/s^2") -> eomgen.Solution:
-    none = np.zeros((len(t), 0))
-    return eomgen.Solution(
-        t=t, q=none, v=none, a=none, z=none, multipliers=none,
-        outputs={"seat": values}, metadata={"units": {"outputs": {"seat": unit}}},
-    )  # fmt: skip  # a row of states, and a row of the output
 
 
 @pytest.mark.parametrize("frequency", _WK)

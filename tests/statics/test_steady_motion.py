@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,10 @@ import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
+from eomgen.lie.product import Factor, bracket_matrix, difference, update
+from eomgen.products.statics.steady_search import _across
+from eomgen.products.statics.symmetries import Fields, SymmetryField, constant
+from tests.oracles.evaluation import Array
 from tests.simulation.rails import built
 
 MASS, REACH, ACROSS, ALONG, G = 1.3, 0.25, 0.12, 0.03, 9.81  # of the top; ACROSS about the fixed point
@@ -254,3 +259,68 @@ def test_a_blade_turns_steadily_however_slowly() -> None:
         motion = model.steady_motion({"hub": speed})
         expected = np.where([name == "v.hub" for name in model.v_names], speed, 0.0)
         np.testing.assert_allclose(motion.v, expected, rtol=1e-12, atol=0.0)
+
+
+# -- fields and increments, of configurations alone --------------------------------------------------------------------
+
+FACTORS = [Factor("R", "x", 0, 2, 0, 2), Factor("SO3", "ball", 2, 4, 2, 3), Factor("SE3", "body", 6, 7, 5, 6)]
+NV = 11
+
+
+def fields_of(rng: np.random.Generator, *, turning: bool) -> tuple[Fields, Array]:
+    """Return three fields with constant parts, motions of frames and, if asked for, turns of both travels; and q."""
+    every = []
+    for _ in range(3):
+        A = np.zeros((NV, NV))
+        A[0, 1] = turning * rng.normal()
+        A[1, 0] = -A[0, 1]
+        e, xi = rng.normal(size=(2, NV))
+        xi[:2] = 0.0
+        every.append(SymmetryField(e, A, xi, A - bracket_matrix(FACTORS, e)))
+    model: Any = SimpleNamespace(nv=NV, factors=FACTORS)
+    q = update(FACTORS, np.array([0.3, -1.0, 1, 0, 0, 0, 1, 0, 0, 0, 0.2, 0.5, -0.7]), rng.normal(size=NV))
+    return Fields(model, every), q
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_motions_along_fields_have_their_velocities_slopes_and_rates(turning: bool, rng: np.random.Generator) -> None:
+    fields, q = fields_of(rng, turning=turning)
+    g, h = rng.normal(size=3), 1e-5
+    assert len(fields) == 3 and fields.directions(q).shape == (NV, 3)
+    along = fields.along(g)
+    np.testing.assert_allclose(along.W, sum(w * field.W for w, field in zip(g, fields.every, strict=True)))
+    for seconds in (0.0, 0.4, -1.3):
+        here = fields.after(q, g, seconds)
+        ends = [fields.after(q, g, seconds + sign * h) for sign in (-1.0, 1.0)]
+        v = fields.directions(here) @ g
+        np.testing.assert_allclose(difference(FACTORS, *ends) / (2.0 * h), v, atol=1e-8)
+        # velocities of a symmetry change with W
+        rates = [fields.directions(end) @ g for end in ends]
+        np.testing.assert_allclose((rates[1] - rates[0]) / (2.0 * h), along.W @ v, atol=1e-7)
+    for eta in rng.normal(size=(4, NV)):
+        moved = [fields.directions(update(FACTORS, q, sign * h * eta)) @ g for sign in (-1.0, 1.0)]
+        np.testing.assert_allclose(fields.slope(q, g) @ eta, (moved[1] - moved[0]) / (2.0 * h), atol=1e-7)
+    assert Fields(fields.model, []).directions(q).shape == (NV, 0)
+
+
+def test_single_components_are_fields_of_the_size_of_their_measure() -> None:
+    model: Any = SimpleNamespace(nv=NV, factors=FACTORS)
+    fields = constant(model, [1, 4], np.arange(1.0, 12.0))
+    q = np.array([0.3, -1.0, 1, 0, 0, 0, 1, 0, 0, 0, 0.2, 0.5, -0.7])
+    np.testing.assert_array_equal(fields.directions(q), (np.diag(np.arange(1.0, 12.0)))[:, [1, 4]])
+    assert not fields.symmetric and not np.any(fields.along(np.ones(2)).W)
+
+
+@pytest.mark.parametrize("held", [[], [2], [0, 3]])
+def test_unknown_increments_are_orthogonal_to_the_fields_and_keep_what_is_held(
+    held: list[int], rng: np.random.Generator
+) -> None:
+    root = rng.normal(size=(5, 5))
+    M, X, mask = root @ root.T + np.eye(5), rng.normal(size=(5, 2)), np.isin(np.arange(5), held)
+    across = _across(M, X, mask)
+    assert not np.any(across[mask]) and np.linalg.matrix_rank(across) == across.shape[1]
+    # motions along the fields that change no held component
+    values = np.linalg.svd(X[mask])[1] if held else np.zeros(0)
+    left = X @ np.linalg.svd(X[mask])[2][np.sum(values > 1e-9) :].T if held else X
+    assert across.shape[1] == 5 - len(held) - left.shape[1]
+    np.testing.assert_allclose(across.T @ M @ left, 0.0, atol=1e-9)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,6 @@ from eomgen.products.linear.plots import LETTER, LabelBox, free_box
 
 #: Colour, line style and word of each sense of whirl.
 _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#333333", "-", "")}
-Height = TypeVar("Height", float, Array)
 _RAY, _CROSSING = "#777777", "#C8102E"
 #: Units of the speed axis, per rad/s.
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
@@ -33,13 +32,16 @@ SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
 _SIZE = (8.6, 5.6)
 #: Size of letters, points.
 _POINTS = 9.0
-#: Curves that end nearer than this part of the figure have one label; crossings nearer than this are one dot.
+#: Crossings nearer than this part of the figure are one dot.
 _TOGETHER = 0.008
-#: Candidates for the label of a crossing: which corner or side is at the dot, and points upwards from the dot.
+#: Candidates for labels: which corner or side is at the point, and points upwards from the point. Of crossings the
+#: nearest come first; of curves and rays at the right end, and of rays that leave through the top.
 _AROUND = (
     (-1, 7.0), (1, -7.0), (-1, -7.0), (1, 7.0), (0, 11.0), (0, -11.0), (1, 0.0), (-1, 0.0),
     (-1, 15.0), (1, -15.0), (-1, -15.0), (1, 15.0),
-)  # fmt: skip  # nearest first
+)  # fmt: skip  # a table
+_BESIDE = tuple((1, lines * LETTER[1]) for lines in (0, 1, -1, 2, -2))
+_ABOVE = tuple((side, 2.0 + 0.5 * LETTER[1]) for side in (0, 1, -1))
 #: Inches after the labels at the right.
 _MARGIN = 0.1
 
@@ -320,14 +322,6 @@ def plot_campbell(diagram: Campbell, axes: object = None, view: CampbellView = _
     return drawn
 
 
-class _Label(NamedTuple):
-    """A label in the margin: the place in the figure that the label belongs to, text and colour."""
-
-    place: float
-    text: str
-    colour: str
-
-
 class _Drawing:
     """Drawing of the parts of one Campbell diagram that a view chooses, on one pair of matplotlib axes."""
 
@@ -343,6 +337,8 @@ class _Drawing:
         self.bottom, self.top = view.frequencies or (0.0, _highest(self.frequencies, self.orders, self.ends))
         box = axis.get_window_extent()
         self.size = np.array([box.width, box.height]) * 72.0 / axis.figure.dpi
+        #: Places of dots and labels, in points.
+        self.taken: list[LabelBox] = []
 
     def draw(self) -> None:
         """Draw the curves, rays of orders, labels, crossings, axis labels and the legend of senses and dots. A note
@@ -352,9 +348,8 @@ class _Drawing:
         axis.set_ylim(self.bottom, self.top)
         senses = self._curves()
         self._rays()
-        self._labels_at_the_right()
-        self._labels_at_the_top()
         crosses = self._crossings()
+        self._labels_at_ends()
         axis.set_xlabel(axis_label(self.diagram.parameter, self.unit))
         axis.set_ylabel("damped frequency, Hz")
         draw_grid(axis)
@@ -395,59 +390,39 @@ class _Drawing:
             heights = order * np.abs(line) / (2.0 * np.pi)
             self.axis.plot(line * self.scale, heights, ":", color=_RAY, linewidth=1.1, zorder=1.5)
 
-    def _height(self, frequency: Height) -> Height:
-        """Return the height of a frequency (Hz, a number or an array) in the figure, 0 at the bottom and 1 at the
-        top."""
-        height: Height = (frequency - self.bottom) / (self.top - self.bottom)
-        return height
+    def _labels_at_ends(self) -> None:
+        """Label rays of orders where they leave the figure, and modes at the right end, each if there is a free
+        place."""
+        end = float(self.ends[1])
+        for order in self.orders:
+            text, ray = f"{order:g}{self.letter}", order * abs(end) / (2.0 * math.pi)
+            leaves = self.top * 2.0 * math.pi / order
+            if self.bottom <= ray <= self.top:
+                self._label(end, ray, text, _BESIDE, _RAY)
+            elif self.ends[0] <= leaves < end:
+                self._label(leaves, self.top, text, _ABOVE, _RAY)
+        for mode, column in zip(self.modes, self.frequencies.T, strict=True):
+            if self.bottom <= column[-1] <= self.top:
+                self._label(end, float(column[-1]), f"mode {self.diagram.number(mode)}", _BESIDE, "#111111")
 
-    def _labels_at_the_right(self) -> None:
-        """Label the rays of orders and the modes at the right end, with labels moved so that none overlap. Modes that
-        end close together have one label. Labels of modes are left out if there is no room for all labels, and labels
-        of rays likewise."""
-        rays = [_Label(self._height(self._ray(order)), f"{order:g}{self.letter}", _RAY) for order in self.orders]
-        rays = [item for item in rays if 0.0 <= item.place <= 1.0]
-        ends = sorted(
-            (self._height(float(column[-1])), mode)
-            for mode, column in zip(self.modes, self.frequencies.T, strict=True)
-            if not np.isnan(column[-1])
-        )
-        groups: list[list[tuple[float, int]]] = []
-        for height, mode in (item for item in ends if 0.0 <= item[0] <= 1.0):
-            if groups and height - groups[-1][0][0] < _TOGETHER:
-                groups[-1].append((height, mode))
-            else:
-                groups.append([(height, mode)])
-        number = self.diagram.number
-        modes = [_Label(group[0][0], _mode_label([number(mode) for _, mode in group]), "#111111") for group in groups]
-        gap = LETTER[1] / self.size[1]
-        both = sorted([*rays, *modes])
-        labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
-        for label, height in zip(labels, _spread([item.place for item in labels], gap), strict=True):
-            self.axis.annotate(
-                label.text, (1.0, label.place), (1.0 + 8.0 / self.size[0], height), "axes fraction",
-                va="center", fontsize=_POINTS, color=label.colour,
-                arrowprops={"arrowstyle": "-", "color": "#bbbbbb", "linewidth": 0.7, "shrinkA": 1.0, "shrinkB": 0.0},
-            )  # fmt: skip  # place, text, looks
-
-    def _ray(self, order: float) -> float:
-        """Return the frequency of a ray at the right end, Hz."""
-        return order * abs(float(self.ends[1])) / (2.0 * math.pi)
-
-    def _labels_at_the_top(self) -> None:
-        """Label the rays of orders that leave the figure through the top; no labels if there is no room for all."""
-        leaving = [order for order in self.orders if self._ray(order) > self.top and self.ends[1] > 0.0]
-        width = float(self.ends[1] - self.ends[0])
-        places = {order: (self.top * 2.0 * math.pi / order - self.ends[0]) / width for order in leaving[::-1]}
-        kept = [(order, height) for order, height in places.items() if height >= 0.0]
-        gap = 4.4 * LETTER[0] / self.size[0]
-        if len(kept) * gap > 1.0:
-            return
-        for (order, _), height in zip(kept, _spread([height for _, height in kept], gap), strict=True):
-            self.axis.annotate(
-                f"{order:g}{self.letter}", (height, 1.0), (0.0, 2.0), "axes fraction", textcoords="offset points",
-                ha="center", va="bottom", fontsize=_POINTS, color=_RAY,
-            )  # fmt: skip  # place, text, looks
+    def _label(
+        self,
+        speed: float,
+        frequency: float,
+        text: str,
+        candidates: Sequence[tuple[int, float]],
+        colour: str,
+        size: Sequence[float] | Array = (math.inf, math.inf),
+        **looks: Any,
+    ) -> None:
+        """Write a label at a point of the diagram, at the first free one of the places; no label without one."""
+        point = self._points(speed, frequency)
+        if box := free_box(point, text, candidates, self.taken, size):
+            self.taken.append(box)
+            away = (box.x - point[0], box.y - point[1])
+            looks = {"fontsize": _POINTS, "textcoords": "offset points", "annotation_clip": False, **looks}
+            at = (speed * self.scale, frequency)
+            self.axis.annotate(text, at, away, "data", ha="center", va="center", color=colour, **looks)
 
     def _crossings(self) -> bool:
         """Draw a dot for each crossing, with its speed as text if there is a free place next to the dot. Left out are
@@ -466,51 +441,21 @@ class _Drawing:
             "o", color=_CROSSING, markeredgecolor="white", markeredgewidth=0.8, markersize=6.5, zorder=3, clip_on=False,
             label=axis_label("crossing", self.unit) if single else None,
         )  # fmt: skip  # place, looks
-        taken = [LabelBox.dot(*point) for point, _, _ in single]
-        for point, speed, frequency in single:
-            text = _number(speed * self.scale)
-            box = free_box(point, text, _AROUND, taken, self.size)
-            if box is None:
-                continue
-            taken.append(box)
-            away = (box.x - point[0], box.y - point[1])
-            self.axis.annotate(
-                text, (speed * self.scale, frequency), away, "data", textcoords="offset points", ha="center",
-                va="center", fontsize=_POINTS - 1.0, color=_CROSSING, zorder=4,
-                bbox={"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75},
-            )  # fmt: skip  # place, text, looks
+        self.taken += [LabelBox.dot(*point) for point, _, _ in single]
+        looks = {"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
+        for _, speed, frequency in single:
+            given = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
+            self._label(speed, frequency, _number(speed * self.scale), _AROUND, _CROSSING, self.size, **given)
         return bool(single)
 
     def _points(self, speed: float, frequency: float) -> Array:
-        across = (speed - self.ends[0]) / (self.ends[1] - self.ends[0])
-        return np.asarray(np.array([across, self._height(frequency)]) * self.size)
+        low, high = (self.ends[0], self.bottom), (self.ends[1], self.top)
+        return np.asarray((np.array([speed, frequency]) - low) / np.subtract(high, low) * self.size)
 
 
 def _number(speed: float) -> str:
     """Return a speed with four digits and more, without an exponent."""
     return f"{speed:.0f}" if abs(speed) >= 1e3 else f"{speed:.4g}"
-
-
-def _mode_label(numbers: Sequence[int]) -> str:
-    """Return the label of modes that end together: ``mode 2``, ``modes 2-4``."""
-    if len(numbers) == 1:
-        return f"mode {numbers[0]}"
-    ordered = sorted(numbers)
-    if ordered[-1] - ordered[0] == len(ordered) - 1:
-        return f"modes {ordered[0]}-{ordered[-1]}"
-    return f"modes {', '.join(map(str, ordered[:3]))}{', ...' if len(ordered) > 3 else ''}"
-
-
-def _spread(places: Sequence[float], gap: float) -> list[float]:
-    """Return increasing places from 0 to 1 with at least `gap` between neighbours, with the least sum of squared
-    shifts. `places` are the wanted places in increasing order."""
-    if not places:
-        return []
-    from scipy.optimize import isotonic_regression  # noqa: PLC0415  # slow to import
-
-    shifts = gap * np.arange(len(places))
-    apart = isotonic_regression(np.asarray(places) - shifts).x
-    return [float(height) for height in np.clip(apart, 0.0, 1.0 - shifts[-1]) + shifts]
 
 
 def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:

@@ -13,6 +13,8 @@ from typing import Any, Literal
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from eomgen.base.arrays import Array, Complex
 
@@ -81,18 +83,16 @@ def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
 def _parts(A: Array, connection: Literal["weak", "strong"]) -> list[NDArray[np.intp]]:
     """Return the numbers of the states of each part of A. States of parts of the connection ``weak`` and of other parts
     do not act on each other; all states of a ``strong`` part act on one another."""
-    coupled = A != 0.0
-    if len(A) and connection == "weak":
-        reached = coupled[np.argmax(coupled.sum(axis=1))]
-        for _ in range(2):
-            reached = reached | coupled[reached].any(axis=0)
-        if reached.all():
-            return [np.arange(len(A))]
-    from scipy.sparse import csr_array  # noqa: PLC0415  # of matrices with parts only
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
-    _, labels = connected_components(csr_array(coupled), connection=connection)
+    labels = part_labels(A != 0.0, connection)
     return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
+
+
+def part_labels(coupled: NDArray[np.bool_], connection: Literal["weak", "strong"] = "weak") -> NDArray[np.intp]:
+    """Return the number of the part of each state, (n,), by couplings (n, n)."""
+    n = len(coupled)
+    places = np.flatnonzero(coupled)  # in a fifth of the time of a search by rows and columns
+    graph = csr_array((np.ones(len(places)), (places // max(n, 1), places % max(n, 1))), shape=(n, n))
+    return np.asarray(connected_components(graph, connection=connection)[1], np.intp)
 
 
 def _power_of_two(A: Array) -> float:

@@ -22,8 +22,6 @@ from eomgen.products.linear.plots import LabelBox, free_box
 
 #: Places of the collocation in an interval, from 0 on.
 PLACES = 6
-#: Multipliers nearer than this are one point of a picture; frequencies that its label names at most.
-_ONE_POINT, _NAMED = 0.03, 2
 #: Points of a unit of the axes in a new figure.
 _UNIT = 140.0
 
@@ -114,9 +112,7 @@ class Floquet:
     def plot(self, axes: object = None) -> list[Any]:
         """Draw the multipliers with frequencies and the unit circle; return matplotlib's axes, a list of one.
 
-        Growing multipliers are red. Multipliers nearer than 0.03 to each other have one label, of two frequencies at
-        most, or of the number of real multipliers; a single real multiplier has no label. Labels without a free place
-        are left out.
+        Growing multipliers are red. Labels without a free place are left out.
 
         Parameters
         ----------
@@ -142,16 +138,16 @@ class Floquet:
             values = self.multipliers[chosen]
             axis.plot(values.real, values.imag, "o", color=colour, markersize=6.0, markeredgecolor="white")
         taken = [LabelBox.dot(_UNIT * value.real, _UNIT * value.imag) for value in self.multipliers.tolist()]
-        for center, text in self._labels():
-            x, y, inward = _UNIT * center.real, _UNIT * center.imag, -1 if center.real > 0.0 else 1
+        for value, frequency in zip(self.multipliers.tolist(), self.frequencies.tolist(), strict=True):
+            x, y, inward = _UNIT * value.real, _UNIT * value.imag, -1 if value.real > 0.0 else 1
             sides = ((inward, 0.0), (0, 10.0), (inward, 10.0), (inward, -10.0), (-inward, 0.0), (0, -10.0))
-            if (box := free_box((x, y), text, sides, taken)) is None:
-                continue
-            taken.append(box)
-            axis.annotate(
-                text, (center.real, center.imag), (box.x - x, box.y - y), textcoords="offset points",
-                ha="center", va="center", fontsize=8, color="#333333",
-            )  # fmt: skip  # place, text, looks
+            text = f"{frequency:.3g} Hz"
+            if value.imag > 0.0 and (box := free_box((x, y), text, sides, taken)):
+                taken.append(box)
+                axis.annotate(
+                    text, (value.real, value.imag), (box.x - x, box.y - y), textcoords="offset points",
+                    ha="center", va="center", fontsize=8, color="#333333",
+                )  # fmt: skip  # place, text, looks
         axis.set_aspect("equal", adjustable="datalim")
         axis.set_xlabel("real part")
         axis.set_ylabel("imaginary part")
@@ -161,25 +157,6 @@ class Floquet:
         axis.legend(loc="upper right", fontsize=8, frameon=False)
         draw_grid(axis)
         return drawn
-
-    def _labels(self) -> list[tuple[complex, str]]:
-        """Return labels of the picture with the multiplier at which each stands. The text is the frequencies (Hz) of
-        pairs at the upper point, or the number of real multipliers that fall on one point."""
-        groups: list[list[int]] = []
-        for k in np.argsort(-self.multipliers.imag, kind="stable").tolist():
-            near = (group for group in groups if abs(self.multipliers[group[0]] - self.multipliers[k]) < _ONE_POINT)
-            if (group := next(near, None)) is None:
-                groups.append(group := [])
-            group.append(k)
-        labels: list[tuple[complex, str]] = []
-        for group in groups:
-            center = complex(self.multipliers[group[0]])
-            turning = sorted({f"{self.frequencies[k]:.3g}" for k in group if self.multipliers[k].imag > 0.0}, key=float)
-            named = ", ".join([*turning[:_NAMED], *(["..."] if len(turning) > _NAMED else [])])
-            text = f"{named} Hz" if turning else f"{len(group)} multipliers" if len(group) > 1 else ""
-            if text and center.imag >= 0.0:
-                labels.append((center, text))
-        return labels
 
 
 @cache

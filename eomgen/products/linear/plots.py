@@ -143,7 +143,7 @@ def free_box(
     """
     half = 0.5 * LETTER[0] * len(text), 0.5 * LETTER[1]
     for side, up in candidates:
-        box = LabelBox(float(point[0]) + side * (half[0] + (2.5 if up else 6.0)), float(point[1]) + up, *half)
+        box = LabelBox(float(point[0]) + side * (half[0] + 4.0), float(point[1]) + up, *half)
         bounded = np.isfinite(size[0])
         inside = half[0] <= box.x <= size[0] - half[0] and half[1] <= box.y <= size[1] - half[1]
         if (inside or not bounded) and not any(box.meets(other) for other in taken):

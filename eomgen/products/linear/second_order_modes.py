@@ -15,8 +15,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
@@ -26,6 +24,7 @@ from eomgen.products.linear.eigenvalues import (
     eigenvectors,
     norm,
     order_of_eigenvalues,
+    part_labels,
     unbalance,
     uncertainties,
 )
@@ -97,19 +96,11 @@ def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _UncoupledMo
 
 def _uncoupled_parts(M: Array, C: Array, K: Array) -> Iterator[Numbers]:
     """Yield the coordinates of parts that are not coupled, (parts, size), by size."""
-    labels = _labels((M != 0.0) | (C != 0.0) | (K != 0.0))
+    labels = part_labels((M != 0.0) | (C != 0.0) | (K != 0.0))
     order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels)
     starts = np.cumsum(sizes) - sizes
     for size in np.unique(sizes).tolist():
         yield order[starts[sizes == size][:, np.newaxis] + np.arange(size)]
-
-
-def _labels(coupled: NDArray[np.bool_]) -> Numbers:
-    """Return the number of the part of each coordinate, (n,), by couplings (n, n)."""
-    n = len(coupled)
-    places = np.flatnonzero(coupled)  # in a fifth of the time of a search by rows and columns
-    graph = csr_array((np.ones(len(places)), (places // max(n, 1), places % max(n, 1))), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1], np.intp)
 
 
 def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
@@ -171,7 +162,7 @@ def _coupled_groups(damping: Array, rounding: float) -> list[Numbers]:
     limit = rounding
     while (left := sizes[sizes <= limit]).size and np.linalg.norm(left) > rounding:
         limit *= 0.5
-    labels = _labels(sizes > limit)
+    labels = part_labels(sizes > limit)
     return [np.flatnonzero(labels == label) for label in range(int(labels.max()) + 1)]
 
 

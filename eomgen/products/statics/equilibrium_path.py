@@ -22,6 +22,18 @@ from eomgen.errors import Problem, UsageError
 _STABLE, _UNSTABLE, _LIMIT, _BIFURCATION = "#0B62C4", "#F08C00", "#B00020", "#1B7F3B"
 
 
+def _plain(value: Any) -> Any:
+    """Return a value as the lists, dicts, numbers and texts of JSON; NaN stays."""
+    if isinstance(value, Critical):
+        value = {**vars(value), "multiplicity": value.multiplicity}
+        del value["modes"]
+    if isinstance(value, Mapping):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
 @dataclass(frozen=True)
 class Critical:
     """A point at which a path loses or regains stability.
@@ -206,31 +218,9 @@ class EquilibriumPath:
             All but ``z``, ``multipliers``, ``outputs``, ``interrupted`` and the ``modes`` of critical points.
             ``negative`` and ``lowest`` are named ``negative_stiffnesses`` and ``lowest_stiffness``; NaN stays.
         """
-        return {
-            "parameter": self.parameter,
-            "unit": self.unit,
-            "values": self.values.tolist(),
-            "columns": {name: column.tolist() for name, column in self.columns.items()},
-            "units": dict(self.units),
-            "negative_stiffnesses": self.negative.tolist(),
-            "lowest_stiffness": self.lowest.tolist(),
-            "q": self.q.tolist(),
-            "critical": [
-                {
-                    "kind": item.kind,
-                    "value": item.value,
-                    "after": item.after,
-                    "columns": dict(item.columns),
-                    "components": list(item.components),
-                    "multiplicity": item.multiplicity,
-                    "q": item.q.tolist(),
-                    "mode": item.mode.tolist(),
-                }
-                for item in self.critical
-            ],
-            "success": self.success,
-            "message": self.message,
-        }
+        left_out = ("z", "multipliers", "outputs", "interrupted", "_branch")
+        longer = {"negative": "negative_stiffnesses", "lowest": "lowest_stiffness"}
+        return {longer.get(name, name): _plain(item) for name, item in vars(self).items() if name not in left_out}
 
     def plot(self, over: str | Sequence[str] = "", axes: object = None, path: str | Path | None = None) -> list[Any]:
         """Draw the parameter over columns, unstable parts dashed, critical points marked; return matplotlib's axes.

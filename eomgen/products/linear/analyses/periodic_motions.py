@@ -15,11 +15,12 @@ from eomgen.base.calls import checked_call
 from eomgen.base.progress import Progress
 from eomgen.base.progress import show_progress as shown_progress
 from eomgen.base.rounding import COMPUTED, SUMMED
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
-from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
+from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import difference, update
 from eomgen.products.linear.analyses.solutions import about_row
 from eomgen.products.linear.floquet import PLACES, Floquet, monodromy, multipliers
@@ -30,6 +31,8 @@ from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.inputs import Signal
 
+#: Bound of tolerances: with larger errors multipliers have no digit, and their differences do not show the error.
+_WIDEST = 0.1
 #: Numbers of intervals of the collocation, doubled until the monodromy matrix is known.
 _FIRST, _LAST = 8, 512
 #: Tolerated change over a period, as a part of the size of the motion.
@@ -66,7 +69,7 @@ def floquet(
     t_start : float, optional
         Time at which the period starts, s.
     tolerance : float
-        Relative error of the monodromy matrix, estimated by differences from fewer intervals.
+        Relative error of the monodromy matrix, below 0.1, estimated by differences from fewer intervals.
     method : str
         Method of integration of the motion; ``rk45``, or ``rk45_partitioned`` under constraints, by default.
     progress : callable or bool, optional
@@ -94,7 +97,10 @@ def floquet(
     'stable'
     """
     check_positive("period", period, "floquet(period=2.0), s")
-    check_positive("tolerance", tolerance, "tolerance=1e-6")
+    tolerance = number_of("tolerance", tolerance, "number")
+    if not 0.0 < tolerance < _WIDEST:
+        fault = f"the tolerance must lie in 0..0.1, not {tolerance:g} [E0353]"
+        raise UsageError(Problem("floquet", fault, "tolerance=1e-6"))
     check_initial(initial)
     for note in angles_of_several_turns(model, initial):
         warnings.warn(f"floquet: {note}", RuntimeWarning, stacklevel=4)
@@ -139,7 +145,8 @@ def _converge(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Monod
             return _Monodromy(fine, count, states, known)
         count *= 2
     fault = f"the monodromy matrix is known to {error:.2g} only, with {PLACES * _LAST} linear models [E2009]"
-    hint = f"tolerance={2.0 * error:.1g}; or forces without kinks, and a model without fast modes"
+    wider = f"tolerance={2.0 * error:.1g}; or " if 2.0 * error < _WIDEST else ""
+    hint = f"{wider}forces without kinks, and a model without fast modes"
     raise NumericalError(Problem("floquet", fault, hint))
 
 

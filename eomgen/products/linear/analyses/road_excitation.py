@@ -161,7 +161,7 @@ def _over_profile(
 def _one_speed(of_wheels: Sequence[float]) -> float:
     """Return the speed of all wheels. Raises UsageError for different ones."""
     if len(set(of_wheels)) > 1:
-        speeds = listed(f"{value:.6g}" for value in sorted(set(of_wheels)))
+        speeds = ", ".join(f"{value:.6g}" for value in sorted(set(of_wheels)))
         fault = f"the wheels of the scene have the speeds {speeds} m/s [E0085]"
         raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
     return of_wheels[0]

@@ -245,7 +245,7 @@ def place_observer(
     if known.waiting:
         fault = f"{', '.join(known.waiting)} are inputs of samples before, and errors of these cannot be placed [E2242]"
         raise ModelError(Problem("place_observer", fault, "kalman, or no delay"))
-    wanted = pole_array("poles", poles, None if sample is None else known.sample)
+    wanted = pole_array(poles, None if sample is None else known.sample)
     names = names_of("measured", "signals", measured, "angle")
     observer = _without_gains(known, names)
     # sampled: A M corrects the prediction, so C A stands for C

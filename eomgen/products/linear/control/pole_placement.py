@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,40 +14,35 @@ from eomgen.base.rounding import WRITTEN
 from eomgen.errors import NumericalError, Problem, UsageError
 
 
-def pole_array(where: str, poles: Sequence[complex], sample: float | None = None) -> Complex:
+def pole_array(poles: Sequence[complex], sample: float | None = None) -> Complex:
     """Return poles as a complex array; with a ``sample`` in s converted from 1/s into z = e^(s sample). Raises
-    UsageError for anything but numbers; the first argument is a name for the message."""
+    UsageError for anything but numbers."""
     try:
         wanted = np.asarray(poles, dtype=complex)
         with np.errstate(over="ignore", invalid="ignore"):
             return wanted if sample is None else np.asarray(np.exp(wanted * sample))
     except (TypeError, ValueError):
         fault = f"a list of numbers is needed, not {shown(poles)} [E2237]"
-        raise UsageError(Problem(where, fault, "[-1 + 2j, -1 - 2j], as many as states")) from None
+        raise UsageError(Problem("poles", fault, "[-1 + 2j, -1 - 2j], as many as states")) from None
 
 
-def check_poles(where: str, wanted: Complex, size: int) -> None:
-    """Raise UsageError unless `wanted` has ``size`` finite poles, each with its conjugate."""
+def check_poles(wanted: Complex, size: int, inputs: int) -> None:
+    """Raise UsageError unless `wanted` has ``size`` finite poles, each as often as its conjugate, and at most once for
+    each of the inputs."""
     if wanted.shape != (size,):
         fault = f"{wanted.size} poles are given, and the model has {size} eigenvalues [E0402]"
-        raise UsageError(Problem(where, fault, f"{size} poles"))
+        raise UsageError(Problem("poles", fault, f"{size} poles"))
     if not np.all(np.isfinite(wanted)):
-        raise UsageError(Problem(where, "a pole is not finite [E0406]", "finite numbers"))
-    left = list(map(complex, wanted))
-    for pole in map(complex, wanted):
-        if pole.imag and pole.conjugate() not in left:
-            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate [E0404]"
-            raise UsageError(Problem(where, fault, f"{pole.real:g}{-pole.imag:+g}i too"))
-        if pole.imag:
-            left.remove(pole.conjugate())
-
-
-def repeated_pole(wanted: Complex, most: int) -> tuple[str, int] | None:
-    """Return the first pole that is there more often than ``most`` times, in words, and how often."""
-    poles = list(map(complex, wanted))
-    counts = {pole: poles.count(pole) for pole in poles}
-    often = ((f"{pole.real:g}{pole.imag:+g}i", count) for pole, count in counts.items() if count > most)
-    return next(often, None)
+        raise UsageError(Problem("poles", "a pole is not finite [E0406]", "finite numbers"))
+    counts = Counter(map(complex, wanted))
+    for pole, count in counts.items():
+        words = f"{pole.real:g}{pole.imag:+g}i"
+        if count > counts[pole.conjugate()]:
+            fault = f"the pole {words} is there without its conjugate [E0404]"
+            raise UsageError(Problem("poles", fault, f"{pole.real:g}{-pole.imag:+g}i too"))
+        if count > inputs:
+            fault = f"the pole {words} is there {count} times, and {inputs} of them can be placed at most [E0405]"
+            raise UsageError(Problem("poles", fault, "distinct poles"))
 
 
 def pole_gains(A: Array, B: Array, poles: Array | Complex) -> Array:

@@ -40,7 +40,6 @@ from eomgen.products.linear.control.pole_placement import (
     check_reached,
     pole_array,
     pole_gains,
-    repeated_pole,
 )
 from eomgen.products.linear.control.riccati_equation import (
     sampled_solution,
@@ -307,7 +306,7 @@ def place(
         only_with_sample(delay)
     else:
         plant = discretized(plant, sample, delay)
-    wanted = pole_array("poles", poles, None if sample is None else plant.sample)
+    wanted = pole_array(poles, None if sample is None else plant.sample)
     dynamics = Dynamics(plant.A, plant.states, plant.sample)
     gains = placed_gains(plant.B, wanted, dynamics, check_controllable)
     return Regulator(plant, gains)
@@ -339,11 +338,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
         note = f"place: poles {where} are asked for, {growing}: such motions grow; try: {hint} [W0030]"
         warnings.warn(note, RuntimeWarning, stacklevel=4)
     A, (n, m) = dynamics.A, B.shape
-    check_poles("poles", wanted, n)
-    if repeated := repeated_pole(wanted, m):
-        pole, count = repeated
-        fault = f"the pole {pole} is there {count} times, and {m} of them can be placed at most [E0405]"
-        raise UsageError(Problem("poles", fault, "distinct poles"))
+    check_poles(wanted, n, m)
     check(dynamics, B)
     balanced, scales = balance(A, permute=False)
     sizes, rate = np.diag(scales), dynamics.rate

@@ -101,8 +101,6 @@ def modes_of(plant: Plant) -> PlantModes:
 def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayLike) -> tuple[Array, Array]:
     """Return the gains g (1/s^2) and h (1/s) of f = -g xi - h xi' that minimise int xi'^2 + w^2 xi^2 + R f^2 dt.
 
-    Raises UsageError for an effort that is not positive.
-
     Parameters
     ----------
     frequency : w, rad/s.
@@ -110,8 +108,6 @@ def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayL
     effort : R, above zero.
     """
     w, c, R = (np.asarray(value, dtype=float) for value in (frequency, damping, effort))
-    if not np.all(R > 0.0):
-        raise UsageError(f"the weight of a modal force is {float(np.min(R)):.6g} [E0417]", "a number above zero")
     g = w / R / (np.sqrt(w**2 + 1.0 / R) + w)  # without the difference of two large numbers
     rise = 2.0 * g + 1.0 / R
     return g, rise / (np.sqrt(c**2 + rise) + c)
@@ -122,7 +118,7 @@ def placed_modal_gains(
 ) -> tuple[Array, Array]:
     """Return modal gains g (1/s^2) and h (1/s) that give modes new frequencies and damping ratios.
 
-    Raises UsageError for a new frequency or damping ratio that is not positive.
+    Raises UsageError for a new frequency that is not positive, as that of a mode without stiffness.
 
     Parameters
     ----------
@@ -138,8 +134,6 @@ def placed_modal_gains(
     w, c, w_d, zeta_d = (np.asarray(value, dtype=float) for value in (frequency, damping, wanted, ratio))
     if not np.all(w_d > 0.0):
         raise UsageError(f"a frequency of {float(np.min(w_d)):.6g} rad/s is asked for [E0418]", "a number above zero")
-    if not np.all(zeta_d > 0.0):
-        raise UsageError(f"a damping ratio of {float(np.min(zeta_d)):.6g} is asked for [E0419]", "a number above zero")
     return w_d**2 - w**2, 2.0 * zeta_d * w_d - c
 
 
