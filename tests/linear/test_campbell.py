@@ -465,6 +465,48 @@ def test_an_interrupted_root_locus_has_the_values_so_far(overhung: eomgen.Model)
         overhung.root_locus("damping", values, progress=3)  # type: ignore[arg-type]
 
 
+def veering(value: float, before: Linearization | None = None) -> Linearization:
+    """Return frequencies of 1 and 1.6 rad/s whose shapes turn by a quarter of a turn from value 0 to 1."""
+    angle = 0.5 * math.pi * value
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    return linear_model(np.eye(2), np.zeros((2, 2)), turn @ np.diag([1.0, 2.56]) @ turn.T, ("x", "y"))
+
+
+def test_shapes_that_turn_are_followed_over_values_between() -> None:
+    """The values between are not those of the caller; without models there the shapes alone say which mode is which."""
+    tried: list[float] = []
+
+    def noted(value: float, before: Linearization | None) -> Linearization:
+        assert (before is None) == (not tried)
+        tried.append(value)
+        return veering(value)
+
+    diagram = campbell("s", "", [0.0, 1.0], noted)
+    np.testing.assert_allclose(diagram.angular_frequencies, [[1.0, 1.6]] * 2, rtol=1e-12)
+    assert diagram.values.tolist() == [0.0, 1.0] and sorted(tried) == [0.0, 0.25, 0.5, 0.75, 1.0]
+
+    def at_ends(value: float, before: Linearization | None) -> Linearization:
+        if 0.0 < value < 1.0:
+            raise NumericalError(Problem("there", "no rest", "another value"))
+        return veering(value)
+
+    ends = campbell("s", "", [0.0, 1.0], at_ends)
+    np.testing.assert_allclose(ends.angular_frequencies, [[1.0, 1.6], [1.6, 1.0]], rtol=1e-12)
+
+
+def test_a_crossing_without_a_linear_model_is_left_out() -> None:
+    def lost(value: float, before: Linearization | None) -> Linearization:
+        if value not in (0.5, 2.0):
+            raise NumericalError(Problem("there", "no rest", "another value"))
+        return linear_model(1.0, 0.0, 1.0, ["x"])
+
+    with pytest.warns(RuntimeWarning, match="Campbell diagram: a crossing with 1x is left out: .*no rest"):
+        assert campbell("s", "rad/s", [0.5, 2.0], lost, (1.0,)).crossings == ()
+    found = campbell("s", "rad/s", [0.5, 2.0], lambda *_: linear_model(1.0, 0.0, 1.0, ["x"]), (1.0, 0.25)).crossings
+    assert [(item.order, item.mode, item.whirl) for item in found] == [(1.0, 0, "")]
+    assert (found[0].speed, found[0].frequency) == pytest.approx((1.0, 1.0), rel=1e-12)
+
+
 def _oscillations(frequencies: list[float], shapes: Any) -> _Oscillations:
     count = len(frequencies)
     eigenvalues = 1j * np.array(frequencies)

@@ -149,7 +149,6 @@ def test_constraints_leave_the_multipliers_of_the_joint() -> None:
     np.testing.assert_allclose(in_order(result.multipliers), in_order(expected.multipliers), atol=1e-7)
 
 
-@pytest.mark.slow
 def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.linear.analyses.periodic_motions._LAST", 8)
     for call, error, text in (
@@ -225,10 +224,20 @@ def test_a_picture_names_the_model_and_the_frequencies_of_pairs() -> None:
     assert labels == {"0.0716 Hz": (0.62, 0.78), "0.072 Hz": (0.62, 0.79)}
 
 
-def test_progress_is_told(mathieu: eomgen.Model) -> None:
+def test_a_start_beside_the_periodic_motion_is_corrected_and_progress_is_told(mathieu: eomgen.Model) -> None:
+    """The equation is linear, so rest is one correction away; multipliers are an independent integration's."""
     told: list[tuple[int, int]] = []
-    mathieu.floquet(math.pi, progress=lambda done, total: told.append((done, total)))
+    d, e, c = 1.2, 0.3, 0.5
+    given = {"parameters": {"d": d, "e": e, "c": c}, "initial": {"x": {"position": 0.2, "velocity": -0.1}}}
+    result = mathieu.floquet(math.pi, progress=lambda done, total: told.append((done, total)), **given)
     assert told == sorted(told) and told[0][0] == 0 and all(done < total for done, total in told)
+    assert result.corrections == 1 and result.stability == "stable" and result.name == "mathieu"
+    assert abs(result.q[0]) < 1e-8 and abs(result.v[0]) < 1e-8 and result.period == math.pi
+    expected = integrated(lambda t: np.array([[0.0, 1.0], [-(d + 2.0 * e * math.cos(2.0 * t)), -c]]), math.pi)
+    np.testing.assert_allclose(result.monodromy, expected, atol=3e-6)
+    later = mathieu.floquet(math.pi, t_start=0.7, parameters=given["parameters"])
+    shifted = integrated(lambda t: np.array([[0.0, 1.0], [-(d + 2.0 * e * math.cos(2.0 * t + 1.4)), -c]]), math.pi)
+    np.testing.assert_allclose(later.monodromy, shifted, atol=3e-6)
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ import importlib
 import re
 import warnings
 from collections.abc import Callable
-from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -21,37 +20,19 @@ from eomgen.products.linear.control.stationary import stationary_covariance
 from eomgen.products.linear.spectra import MeasuredRoad, PowerSpectrum
 from eomgen.products.linear.state_space import StateSpace, linear_model_name
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation
-from tests.failures.mistakes import arm, pushed, slider
+from tests.linear.by_hand import linear_model
 
-pytestmark = pytest.mark.slow
-
-
-@cache
-def space() -> Any:
-    builder = slider(stiffness=50, damping=0.5).input("push").effort("push", "x", "push")
-    builder.output("place", formula="q.x", unit="m")
-    return eomgen.build(builder.build(), profile="quick").linearize().state_space()
+#: A mass on a spring and a damper that an input pushes.
+LINEAR = linear_model(2.0, 0.5, 50.0, ["x"], {"f": [1.0]}, None, {"place": {"q": [1.0]}}, ["m"])
+SPACE = LINEAR.state_space()
 
 
 def regulator(**options: Any) -> Any:
-    return lqr(space(), {"place": 1.0}, {"push": 0.1}, **options)
-
-
-@cache
-def spring() -> eomgen.Model:
-    builder = eomgen.SceneBuilder("cart").body("m", 2.0)
-    builder.joint("x", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=50, damping=0.5)
-    builder.input("f", unit="N").effort("f", "x", "f").output("place", formula="q.x", unit="m")
-    return eomgen.build(builder.build(), profile="quick")
-
-
-@cache
-def law() -> Any:
-    return lqr(spring().linearize(), {"place": 1.0}, {"f": 0.1})
+    return lqr(SPACE, {"place": 1.0}, {"f": 0.1}, **options)
 
 
 def observer() -> Any:
-    return kalman(spring().linearize(), {"f": 1.0}, {"place": 1e-4})
+    return kalman(SPACE, {"f": 1.0}, {"place": 1e-4})
 
 
 def unpacked(result: Any) -> None:
@@ -66,14 +47,14 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: shaping_filter([1.0], [0.0, 0.0], "w", "u"), "shaping_filter: the coefficients are not finite numbers"),
     (lambda: shaping_filter(["one"], [1.0, 2.0], "w", "u"), "numerator: an array of real numbers is needed, not list"),
     (
-        lambda: OutputFeedback(observer(), law()),
+        lambda: OutputFeedback(observer(), regulator()),
         "OutputFeedback: a Regulator comes first, not an Observer; try: Output",
     ),
-    (lambda: stationary_covariance(space(), {"wind": 1.0}), "noise: there is no disturbance or input 'wind'"),
-    (lambda: stationary_covariance(space(), 1.0), "noise: a mapping is needed, not float"),  # type: ignore[arg-type]
-    (lambda: space().unit("outputs", "z"), "unit: there is no output 'z'; try: one of place"),
-    (lambda: space().reference("output", "y"), "reference: there is no kind 'output' of signals; try: outputs"),
-    (lambda: law().gain("f", "z"), "gain: there is no 'z' among the gains; try: one of x, v.x"),
+    (lambda: stationary_covariance(SPACE, {"wind": 1.0}), "noise: there is no disturbance or input 'wind'"),
+    (lambda: stationary_covariance(SPACE, 1.0), "noise: a mapping is needed, not float"),  # type: ignore[arg-type]
+    (lambda: SPACE.unit("outputs", "z"), "unit: there is no output 'z'; try: one of place"),
+    (lambda: SPACE.reference("output", "y"), "reference: there is no kind 'output' of signals; try: outputs"),
+    (lambda: regulator().gain("f", "z"), "gain: there is no 'z' among the gains; try: one of x, v.x"),
     (
         lambda: without_cross_terms(ONE, 1.1 * ONE),
         "the cost has no minimum: its cross terms outweigh the weights of st",
@@ -94,18 +75,23 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     ),
     (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
     (
-        lambda: eomgen.with_controller(spring(), law()),  # type: ignore[arg-type]
-        "with_controller: the path of a scene file, or its nested data, is needed, not Model; try: with_controller(",
+        lambda: eomgen.with_controller(LINEAR, regulator()),  # type: ignore[arg-type]
+        "with_controller: the path of a scene file, or its nested data, is needed, not Linearization; try: with_cont",
     ),
-    (lambda: eomgen.with_controller("scene.toml", law().gains), "with_controller: a Regulator or an OutputFeedback is"),
-    (lambda: unpacked(law()), "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga"),
-    (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),
-    (lambda: arm().simulate(0.01, 1e-3).psd("q.elbow"), "usage error: psd: the solution has no curve"),
-    (lambda: arm().linearize().rms("tip[2]", "C"), "rms: an excitation is needed, not 'C'"),
-    (lambda: arm().linearize().psd("tip[2]", 3.0), "psd: an excitation is needed, not float"),
-    (lambda: arm().linearize().ride_table(cast(Any, InputSpectrum("m", [1, 2], [1, 1]))), "ride_table: the excitation"),
     (
-        lambda: arm().linearize().rms_on_white_noise_road("tip[2]", cast(Any, InputSpectrum("m", [1, 2], [1, 1]))),
+        lambda: eomgen.with_controller("scene.toml", regulator().gains),
+        "with_controller: a Regulator or an OutputFeedback is",
+    ),
+    (
+        lambda: unpacked(regulator()),
+        "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga",
+    ),
+    (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),
+    (lambda: LINEAR.rms("place", "C"), "rms: an excitation is needed, not 'C'"),
+    (lambda: LINEAR.psd("place", 3.0), "psd: an excitation is needed, not float"),
+    (lambda: LINEAR.ride_table(cast(Any, InputSpectrum("m", [1, 2], [1, 1]))), "ride_table: the excitation"),
+    (
+        lambda: LINEAR.rms_on_white_noise_road("place", cast(Any, InputSpectrum("m", [1, 2], [1, 1]))),
         "rms_on_white_noise_road: the excitation by a road is needed, not InputSpectrum",
     ),
 ]
@@ -120,11 +106,11 @@ def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) 
 @pytest.mark.parametrize(
     ("call", "piece"),
     [
-        (lambda: place(space(), [1, 2]), "place: poles with positive real parts are asked for, 1, 2: such motions"),
-        (lambda: place(space(), [1 + 2j, 1 - 2j]), "asked for, 1+2j, 1-2j"),
-        (lambda: place(space(), [1, 2], sample="10 ms"), "poles z = e^(s T) outside the unit circle"),
+        (lambda: place(SPACE, [1, 2]), "place: poles with positive real parts are asked for, 1, 2: such motions"),
+        (lambda: place(SPACE, [1 + 2j, 1 - 2j]), "asked for, 1+2j, 1-2j"),
+        (lambda: place(SPACE, [1, 2], sample="10 ms"), "poles z = e^(s T) outside the unit circle"),
         (lambda: regulator(sample=500), 'is 500 s; try: sample="0.002 s" for 500 a second, or "500 s" if it is'),
-        (lambda: discretized(space(), 500), 'try: sample="0.002 s" for 500 a second'),
+        (lambda: discretized(SPACE, 500), 'try: sample="0.002 s" for 500 a second'),
     ],
 )  # fmt: skip  # a table
 def test_linear_designs_that_are_hardly_meant_are_warned_of(call: Callable[[], Any], piece: str) -> None:
@@ -136,8 +122,8 @@ def test_linear_designs_that_are_hardly_meant_are_warned_of(call: Callable[[], A
 def test_linear_designs_that_are_meant_are_not_warned_of() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        place(space(), [-1, -2])
-        place(space(), [-1, -2], sample="10 ms")
+        place(SPACE, [-1, -2])
+        place(SPACE, [-1, -2], sample="10 ms")
         regulator(sample="20 s")
         regulator(sample=0.002)
 
@@ -149,7 +135,7 @@ def refused(call: Callable[[], Any]) -> str:
 
 
 def test_names_of_states_are_taken_as_solutions_spell_them() -> None:
-    space = eomgen.build(pushed().build(), profile="quick").linearize().state_space()
+    space = linear_model(1.0, 0.0, 0.0, ["x"], {"u": [1.0]}).state_space()
     linear = lqr(space, {"x": 2.0, "v.x": 1.0}, {"u": 1.0})
     as_written = lqr(space, {"q.x": 2.0, "v.x": 1.0}, {"u": 1.0})
     np.testing.assert_array_equal(as_written.gains, linear.gains)
@@ -168,7 +154,7 @@ def test_speeds_of_rides_have_units() -> None:
 
 
 def test_references_are_shown_in_a_line() -> None:
-    assert repr(arm().linearize().reference) == "<Reference: equilibrium at t = 0 s>"
+    assert repr(LINEAR.reference) == "<Reference: equilibrium at t = 0 s>"
 
 
 @pytest.mark.parametrize(
