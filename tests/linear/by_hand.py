@@ -45,6 +45,8 @@ def linear_model(
         "measured": ("m",) * n, "velocities": ("m/s",) * n, "states": (), "inputs": ("",) * len(inputs),
         "disturbances": ("",) * len(disturbances), "outputs": tuple(units) or ("",) * len(outputs),
     }  # fmt: skip  # a table
-    labels = LinearNames(tuple(names), tuple(names), (), tuple(inputs), tuple(disturbances), tuple(outputs), known)
+    zeros = {kind: np.zeros(len(of)) for kind, of in known.items()}
+    signals = ((), tuple(inputs), tuple(disturbances), tuple(outputs))
+    labels = LinearNames(tuple(names), tuple(names), *signals, known, zeros)
     free = freedom(Measures.components([Factor("R", "x", 0, n, 0, n)], still, still), partials)
     return Linearization(Reference(**{**about, "what": "equilibrium", **reference}), partials, free, labels)

@@ -139,7 +139,7 @@ def test_modes_have_the_numbers_of_a_table_at_any_speed() -> None:
     assert campbell("spin", "rad/s", speeds, overhung_by_hand, reference=(0.0, other)).numbers == ()
 
 
-@pytest.mark.slow_cases("2")
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [2, 10])
 def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, after: int) -> None:
     speeds, told = np.linspace(0.0, 1500.0, 9), list[tuple[int, int]]()

@@ -105,7 +105,7 @@ HARDWARE: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.slow_except("all-0.005-True")
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.parametrize(
     ("kind", "delay", "estimated"),

@@ -18,6 +18,7 @@ from eomgen.control import OutputFeedback, Regulator, driven_by, kalman, lqr, sh
 from eomgen.errors import UsageError
 from eomgen.products.linear.controllers import error_on_group, toml_text, with_controller
 from eomgen.products.linear.state_space import StateSpace
+from tests.linear.by_hand import linear_model
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "active_quarter_car" / "lag.toml"
 WEIGHTS = {"body_acceleration": 1.0, "travel": 1e3, "deflection": 1e4}
@@ -170,17 +171,12 @@ def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None
         state = step @ state
 
 
-@pytest.mark.slow_cases("1.0")
 @pytest.mark.parametrize("units", [1.0, 1e-4])
 def test_gains_that_are_rounding_are_not_written(units: float) -> None:
     """Heave and roll of a plate by two forces, and a part that no force moves; lengths in other units, too."""
-    plate = eomgen.SceneBuilder("plate", gravity=[0, 0, 0]).input("left", unit="N").input("right", unit="N")
-    plate = plate.body("frame", 10.0).joint("heave", "prismatic", "base", "frame", axis=[0, 0, 1], stiffness=1e3)
-    plate = plate.body("deck", 3.0, inertia=[0.3, 0.7, 0.9]).body("wheel", 1.0, inertia=[0.1, 0.1, 0.1])
-    plate = plate.joint("roll", "revolute", "frame", "deck", axis=[1, 0, 0], stiffness=30)
-    plate = plate.joint("spin", "revolute", "deck", "wheel", axis=[0, 1, 0], stiffness=7, damping=0.3)
-    plate = plate.effort("lift", "heave", "left + right").effort("turn", "roll", "0.7 * left - 0.7 * right").build()
-    space = eomgen.build(plate, profile="quick").linearize(at="initial").state_space()
+    forces = {"left": [1.0, 0.7, 0.0], "right": [1.0, -0.7, 0.0]}
+    M, C, K = np.diag([13.0, 0.4, 0.1]), np.diag([0.0, 0.0, 0.3]), np.diag([1e3, 30.0, 7.0])
+    space = linear_model(M, C, K, ("heave", "roll", "spin"), forces).state_space()
     T = np.diag([units, 1.0, 1.0, units, 1.0, 1.0])  # states are T times the ones in other units
     space = dataclasses.replace(space, A=np.linalg.solve(T, space.A @ T), B=np.linalg.solve(T, space.B), C=space.C @ T)
     law = lqr(space, {"heave": 3.3e4 * units**2, "roll": 777.0, "spin": 1.0}, {"left": 0.37, "right": 0.37})
@@ -198,8 +194,12 @@ def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path
     path = tmp_path / "closed.toml"
     path.write_text(toml_text(closed), encoding="utf-8")
     assert eomgen.load(path).content == eomgen.load(closed).content
-    odd = {"a": {"b c": 'quote " and \\', "d": [1, 2.5, True], "e": {"f": "x"}}, "name": "n"}
+
+
+def test_text_of_nested_data_is_read_back() -> None:
+    odd = {"a": {"b c": 'quote " and \\', "d": [1, 2.5, True], "e": {"f": "x", "g": {"h i": 1e-300}}}, "name": "n"}
     assert tomllib.loads(toml_text(odd)) == odd
+    assert tomllib.loads(toml_text(POLE)) == POLE and toml_text(POLE).endswith('method = "rk4"\n')
 
 
 @pytest.mark.parametrize("sample", [None, 0.02])

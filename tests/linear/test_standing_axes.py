@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,6 +16,7 @@ from tests.linear.test_campbell import BENDING, DIAMETRAL, K11, K12, K22, LENGTH
 SPEEDS = np.linspace(0.0, 900.0, 7)
 
 
+@cache
 def springs(driven: bool = False, uneven: float = 1.0, plane: bool = False) -> eomgen.Model:
     """Return a disc at the end of a massless shaft along z that turns with the disc: springs on the spin joint.
     ``uneven`` is the ratio of the stiffnesses, and in a ``plane`` the shaft bends along x only."""

@@ -43,7 +43,6 @@ def precessions(theta: float, spin: float) -> list[float]:
     return sorted(np.roots([(ACROSS - ALONG) * math.cos(theta), -ALONG * spin, MASS * G * REACH]).real)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("root", [0, 1], ids=["slow", "fast"])
 def test_steady_precession_of_a_top(model: eomgen.Model, root: int) -> None:
     theta, spin = 0.6, 80.0
@@ -67,7 +66,6 @@ def test_steady_precession_of_a_top(model: eomgen.Model, root: int) -> None:
     assert modes.stability == "marginal"
 
 
-@pytest.mark.slow
 def test_inclination_of_a_top_from_both_rates(model: eomgen.Model) -> None:
     slow = precessions(0.7, 90.0)[0]
     found = model.steady_motion({"spin": 90.0, "v.precession": slow}, initial={"nutation": 0.5})
@@ -76,7 +74,6 @@ def test_inclination_of_a_top_from_both_rates(model: eomgen.Model) -> None:
     np.testing.assert_allclose(solution.q[-1, 1], 0.7, rtol=0, atol=1e-9)
 
 
-@pytest.mark.slow
 def test_what_is_left_open_is_named(model: eomgen.Model) -> None:
     found = model.steady_motion({"spin": 80.0}, initial={"nutation": 0.5, "precession": {"velocity": 1.3}})
     assert set(found.undetermined) == {"nutation", "v.precession"}
@@ -105,8 +102,6 @@ REFUSED: dict[str, Callable[[eomgen.Model], Any]] = {
 }
 
 
-@pytest.mark.slow_cases("no steady motion was found in", "t is nan, not a finite number")
-@pytest.mark.slow_cases("nearer to it, or velocities of coordinates on which nothing depends: v.precession")
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_is_no_steady_motion_is_named(model: eomgen.Model, text: str) -> None:
     with pytest.raises((NumericalError, UsageError, ModelError)) as caught:

@@ -93,10 +93,10 @@ class LoadPaths(RestPart):
 
     def _table(self, path: EquilibriumPath, name: str) -> None:
         shown = self.over or (path.largest_column,)
-        rows = [
-            (item.kind, f"{item.value:.9g}", *(f"{item.columns[column]:.6g}" for column in shown), item.components[0])
-            for item in path.critical
-        ]
+        rows = []
+        for item in path.critical:
+            of_columns = (f"{item.columns.get(column, item.value):.6g}" for column in shown)
+            rows.append((item.kind, f"{item.value:.9g}", *of_columns, item.components[0]))
         if rows:
             heading = ("critical point", path.parameter, *shown, "along")
             print_table(f"{name}: critical points", heading, rows, numeric=range(1, 2 + len(shown)))
