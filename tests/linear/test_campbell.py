@@ -92,6 +92,29 @@ def test_an_overhung_disc_has_the_frequencies_of_its_polynomial(sense: float) ->
     np.testing.assert_array_equal(swapped.whirl, -diagram.whirl[1:3])
 
 
+@pytest.mark.parametrize("after", [1, 2, 6, 7])
+def test_ctrl_c_keeps_the_values_and_crossings_so_far(after: int) -> None:
+    """Half of the progress is for the values, half for the crossings."""
+    speeds, told = np.linspace(0.0, 1500.0, 5), list[tuple[int, int]]()
+    whole = campbell("spin", "rad/s", speeds, overhung_by_hand, (1,), PLANES)
+
+    def report(done: int, total: int) -> None:
+        told.append((done, total))
+        if len(told) == after:
+            raise KeyboardInterrupt
+
+    if after == 1:
+        with pytest.raises(KeyboardInterrupt):
+            campbell("spin", "rad/s", speeds, overhung_by_hand, (1,), PLANES, report)
+        return
+    part = campbell("spin", "rad/s", speeds, overhung_by_hand, (1,), PLANES, report)
+    assert part.interrupted and not whole.interrupted and len(whole.crossings) == 3
+    np.testing.assert_array_equal(part.values, speeds[:after])
+    np.testing.assert_array_equal(part.eigenvalues, whole.eigenvalues[:after])
+    assert len(part.crossings) == max(0, after - len(speeds)) and set(part.crossings) <= set(whole.crossings)
+    assert told == sorted(told) and {total for _, total in told} == {10}
+
+
 def test_critical_speeds_are_roots_of_their_own_polynomial() -> None:
     """Forward w = n W: (k11 - m w^2) (k22 + (I_p / n - I_d) w^2) = k12^2; backward with -I_p."""
     diagram = campbell("spin", "rad/s", np.linspace(1.0, 2500.0, 9), overhung_by_hand, (1, 2), PLANES)
@@ -137,26 +160,6 @@ def test_modes_have_the_numbers_of_a_table_at_any_speed() -> None:
     assert set(oscillating) < set(numbers) and max(numbers) > len(few.modes())
     other = linear_model(np.eye(1), np.zeros((1, 1)), np.eye(1), ["z"])
     assert campbell("spin", "rad/s", speeds, overhung_by_hand, reference=(0.0, other)).numbers == ()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("after", [2, 10])
-def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, after: int) -> None:
-    speeds, told = np.linspace(0.0, 1500.0, 9), list[tuple[int, int]]()
-    whole = overhung.campbell("spin", speeds, whirl=[("x", "y")])
-
-    def report(done: int, total: int) -> None:
-        told.append((done, total))
-        if len(told) == after:
-            raise KeyboardInterrupt
-
-    part = overhung.campbell("spin", speeds, whirl=[("x", "y")], progress=report)
-    assert part.interrupted and not whole.interrupted
-    assert repr(part).endswith("; interrupted>") and "interrupted" not in repr(whole)
-    np.testing.assert_array_equal(part.values, speeds[:after])
-    np.testing.assert_array_equal(part.eigenvalues, whole.eigenvalues[:after])
-    assert len(part.crossings) == max(0, after - len(speeds)) and set(part.crossings) <= set(whole.crossings)
-    assert told == sorted(told) and {total for _, total in told} == {18}
 
 
 def test_orbits_between_the_frequencies_of_unequal_bearings_are_lines() -> None:
@@ -444,25 +447,6 @@ def test_modes_above_the_drawn_range_are_counted(heights: list[float], top: floa
     (axis,) = plot_campbell(diagram, Figure().subplots())
     assert [note.get_text() for note in axis.texts if " above " in note.get_text()] == ([words] if words else [])
     assert axis.get_ylim() == pytest.approx((0.0, top)) and axis.get_xlim() == (0.0, 10.0)
-
-
-def test_an_interrupted_root_locus_has_the_values_so_far(overhung: eomgen.Model) -> None:
-    seen: list[tuple[int, int]] = []
-
-    def interrupting(done: int, total: int) -> None:
-        seen.append((done, total))
-        if done == 2:
-            raise KeyboardInterrupt
-
-    values = [1.0, 2.0, 4.0, 8.0]
-    whole = overhung.root_locus("damping", values, at="initial", progress=lambda *_: None)
-    part = overhung.root_locus("damping", values, at="initial", progress=interrupting)
-    assert seen == [(1, 4), (2, 4)] and part.interrupted and not whole.interrupted
-    np.testing.assert_array_equal(part.eigenvalues, whole.eigenvalues[:2])
-    assert part.values.tolist() == [1.0, 2.0] and part.stability == whole.stability[:2]
-    assert repr(part).endswith("; interrupted>") and "interrupted" not in repr(whole)
-    with pytest.raises(UsageError, match="progress: 3 is neither a function nor True"):
-        overhung.root_locus("damping", values, progress=3)  # type: ignore[arg-type]
 
 
 def veering(value: float, before: Linearization | None = None) -> Linearization:

@@ -59,12 +59,6 @@ def car() -> StateSpace:
     return linear(flat(), t=100.0)  # when the road has faded in
 
 
-def states_of(model: eomgen.Model, run: Any, names: list[str]) -> np.ndarray:
-    """Return coordinates, velocities and some internal states, (rows, ns)."""
-    there = list(model.states)
-    return np.column_stack([run.q, run.v, run.z[:, [there.index(name) for name in names]]])
-
-
 @pytest.mark.slow
 def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     assert car.states == ("wheel", "body", "v.wheel", "v.body", "z.tension")
@@ -76,41 +70,6 @@ def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     pole = linear(POLE, any_kind=True)
     np.testing.assert_allclose(pole.reference("states", "rail"), 0.5, rtol=1e-9)
     np.testing.assert_allclose(pole.references["outputs"], [0.5, 0.5, 0.0, 1.2], atol=1e-9)
-
-
-@pytest.mark.slow
-def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> None:
-    law = OutputFeedback(lqr(car, WEIGHTS, FORCE), kalman(car, NOISE, MEASURED))
-    model = eomgen.build(with_controller(flat(), law), profile="quick")
-    assert model.states == (
-        "tension",
-        *(f"estimate_{name}" for name in ("wheel", "body", "v_wheel", "v_body", "z_tension")),
-    )
-    run = model.simulate(0.3, 5e-4, initial={"body": {"position": 1e-4, "velocity": 2e-3}}, method="rk4")
-    found = states_of(model, run, list(model.states))
-    expected = np.array([expm(law.closed_loop.A * t) @ found[0] for t in run.t])
-    assert np.all(np.abs(found - expected).max(axis=0) <= 1e-4 * np.abs(found).max(axis=0))
-    again = model.linearize().state_space()
-    np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-7)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("estimated", "delay"), [(False, 0.0007), (True, 0.0), (True, 0.0035)])
-def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, estimated: bool, delay: float) -> None:
-    law: Regulator | OutputFeedback = lqr(car, WEIGHTS, FORCE, sample="2 ms", delay=delay)
-    if estimated:
-        law = OutputFeedback(law, kalman(car, NOISE, MEASURED, sample="2 ms", delay=delay))  # type: ignore[arg-type]
-    model = eomgen.build(with_controller(flat(), law), profile="quick")
-    run = model.simulate(0.1, 5e-4, initial={"body": {"position": 1e-4, "velocity": 2e-3}}, method="rk4")
-    found = states_of(model, run, ["tension"])[::4]
-    state = np.zeros(len(law.closed_loop.states))
-    state[:5] = found[0]
-    for row in found:
-        assert np.all(np.abs(row - state[:5]) <= 1e-6 * np.abs(found).max(axis=0))
-        state = law.closed_loop.A @ state
-    # decays at the rate of the slowest eigenvalue
-    assert law.closed_loop.stability == "stable"
-    assert 0.0 < law.closed_loop.decay < 50.0
 
 
 @pytest.mark.slow

@@ -114,13 +114,6 @@ def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, str
 
 
 @pytest.mark.slow
-def test_reversed_loads_are_named(column: Model) -> None:
-    found = column.buckling_loads("load", at=-1.0, count=2)
-    assert found.reversed == tuple(found.values > 0.0)
-    assert f"{found.values[0]:.6g} (reversed load)" in repr(found)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1.0, 1e-9, 1e-13])
 def test_the_first_buckling_load_does_not_depend_on_the_unit_of_the_load(unit: float) -> None:
     scene = rod()

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterator, Mapping
-from itertools import islice
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,6 @@ from eomgen.errors import NumericalError, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.solvers import equilibrium_path
 from eomgen.solvers.bordered_newton import CorrectedPoint
-from eomgen.solvers.equilibrium_path import PathPoint, follow
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.models.library import scene
 from tests.models.toml_text import toml_text
@@ -93,37 +91,6 @@ def test_a_path_that_is_too_long_says_where_it_ends(snap: Model) -> None:
     path = snap.equilibrium_path("load", 1e200, max_points=6)
     assert not path.success and len(path.values) == 6
     assert path.message.startswith(f"the path ends at load = {path.values[-1]:.6g}, not at 1e+200: 6 points are not")
-
-
-def test_progress_is_reported_and_ctrl_c_keeps_the_path_so_far(snap: Model) -> None:
-    told: list[tuple[int, int]] = []
-
-    def report(done: int, total: int) -> None:
-        told.append((done, total))
-        if len(told) == 4:
-            raise KeyboardInterrupt
-
-    path = snap.equilibrium_path("load", 20.0, progress=report)
-    assert path.interrupted and not path.success
-    assert path.message == f"the path ends at load = {path.values[-1]:.6g}, not at 20: interrupted"
-    assert len(path.values) == len(path.negative) == len(path.lowest) >= 4
-    assert all(0 <= done <= total for done, total in told)
-
-
-def test_the_command_line_keeps_an_interrupted_path(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    scene, table = tmp_path / "truss.toml", tmp_path / "path.csv"
-    scene.write_text(toml_text(truss()), encoding="utf-8")
-
-    def interrupted(*arguments: object, **options: object) -> Iterator[PathPoint]:
-        yield from islice(follow(*arguments, **options), 3)  # type: ignore[arg-type]
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("eomgen.products.statics.path_following.follow", interrupted)
-    assert main(["equilibrium", str(scene), "--path", "load=0:20", "--out", str(table), "--profile", "quick"]) == 130
-    assert "interrupted" in capsys.readouterr().err
-    assert len(table.read_text(encoding="utf-8").splitlines()) == 5
 
 
 @pytest.mark.parametrize(
