@@ -548,3 +548,25 @@ def test_poles_and_costs_do_not_depend_on_the_units_of_states(sample: float | No
     plain = lqr(model(A, B), weights, {"u1": 0.3}, sample=sample)
     other = lqr(model(units[:, np.newaxis] * A / units, units[:, np.newaxis] * B), scaled, {"u1": 0.3}, sample=sample)
     np.testing.assert_allclose(other.gains * units, plain.gains, rtol=1e-8)
+
+
+@pytest.mark.parametrize("sample", [None, 0.05])
+@pytest.mark.parametrize("unit", [1e-18, 1e12])
+def test_gains_do_not_depend_on_the_unit_of_the_cost_or_of_intensities(unit: float, sample: float | None) -> None:
+    space = random_model(4, 2, 2, 2)
+    Q, R = np.diag([2.0, 1.0, 0.5, 3.0]), np.diag([0.3, 1.0])
+    plain, other = (lqr(space, factor * Q, factor * R, sample=sample) for factor in (1.0, unit))
+    np.testing.assert_allclose(other.gains, plain.gains, rtol=1e-8)
+    np.testing.assert_allclose(other.cost_left, unit * plain.cost_left, rtol=1e-8)
+    seen, scaled = (
+        kalman(space, {"w1": 2.0 * factor, "w2": factor}, {"y1": 0.1 * factor, "y2": 0.3 * factor}, sample=sample)
+        for factor in (1.0, unit)
+    )
+    np.testing.assert_allclose(scaled.gains, seen.gains, rtol=1e-8)
+    np.testing.assert_allclose(scaled.covariance, unit * seen.covariance, rtol=1e-8)
+    for weights, said in (
+        (np.diag([1.0, -1e-3, 0, 0]), "negative in some direction"),
+        (np.eye(4, k=1), "not symmetric"),
+    ):
+        with pytest.raises(UsageError, match=f"Q is {said}"):
+            lqr(space, unit * weights, unit * R)

@@ -43,6 +43,20 @@ def test_a_profile_of_known_spectrum_has_it(spacing: float, segments: int, seed:
         assert found == pytest.approx(ROUGHNESS * 0.01 * (1.0 / low - 1.0 / high), rel=0.2)
 
 
+@pytest.mark.parametrize(("points", "asked", "used"), [(32, 8, 1), (47, 8, 1), (48, 8, 2), (160, 8, 8), (160, 3, 3)])
+def test_short_profiles_have_segments_of_32_points_at_the_least(points: int, asked: int, used: int) -> None:
+    x = 0.5 * np.arange(points)
+    road = MeasuredRoad.of_profile(x, np.sin(x), asked, source="here")
+    length = 2 * points // (used + 1)
+    spacing = 1.0 / (0.5 * length)  # of the frequencies of a segment
+    assert road.name == f"here, {x[-1]:.6g} m in {used} segments, {spacing:.3g} cycle/m apart"
+    np.testing.assert_allclose(road.frequencies, spacing * np.arange(2, length // 2), rtol=1e-12)
+    with pytest.raises(UsageError, match="the profile has 31 points, and needs 32"):
+        MeasuredRoad.of_profile(x[:31], x[:31])
+    gap = MeasuredRoad.of_profile(x, np.sin(x), asked, widest=2.0)
+    assert gap.frequencies[-1] <= 0.25 < gap.frequencies[-1] + spacing + 1e-12
+
+
 def quarter_car(inputs: dict[str, Any], **sections: Any) -> Any:
     """Return a mass on a spring and a damper that stand on a road, with the road's rate as an input of its own; as far
     as its excitation needs a model."""

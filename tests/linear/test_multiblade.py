@@ -380,4 +380,3 @@ def test_changes_are_parts_of_the_largest_entry_of_their_row() -> None:
     assert largest_change(A, [A, other], sizes, 0.0) == (pytest.approx(0.02 / 4.0), 1)
     assert largest_change(A, [A, third], sizes, 0.0) == (pytest.approx(0.1), 0)
     assert largest_change(A, [other], sizes, 40.0)[0] == pytest.approx(0.02 * 0.25 / 40.0)
-    assert largest_change(np.zeros((0, 0)), [np.zeros((0, 0))], np.zeros(0), 0.0) == (0.0, 0)

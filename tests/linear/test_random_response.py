@@ -268,6 +268,8 @@ def test_roads_and_wheels_that_cannot_be() -> None:
         (Road, "a road needs either a class or a roughness"),
         (lambda: Road("X"), "there is no road class 'X'; try: one of A, B, C, D, E, F, G, H"),
         (lambda: Road(roughness=-1.0), r"Road: roughness: -1\.0 is not a positive number"),
+        (lambda: Road("A", exponent=0.0), r"Road: exponent: 0\.0 is not a positive number"),
+        (lambda: Road("A", long_exponent=-1.0), r"Road: long_exponent: -1\.0 is not a positive number"),
         (lambda: Road("A", band=(1.0, 0.1)), "not a pair of spatial frequencies, the lower first"),
         (lambda: RoadExcitation(Road("A"), 0.0, {"w": 0.0}), "RoadExcitation: speed: 0.0 is not a positive number"),
         (lambda: RoadExcitation(Road("A"), 9.0, {}), "there are no wheels"),

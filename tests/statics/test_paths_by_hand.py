@@ -209,6 +209,19 @@ def test_linear_buckling_is_by_eigenvalues_of_the_stiffness_and_its_rate(at: flo
     assert len(linear_buckling(links(), rest, 1)[0]) == 1
 
 
+def test_of_two_loads_of_one_size_the_positive_one_comes_first() -> None:
+    """Two links, pulled by the same load as pushed: one buckles under it, the other one under the reversed load."""
+    sign = np.array([1.0, -1.0])
+
+    def pulled(k: Array) -> LoadedStatics:
+        return structure(
+            lambda q, s: k * q - s * sign * q, lambda q, s: np.diag(k - s * sign), lambda q, s: -sign * q, 2
+        )  # fmt: skip  # three functions
+
+    for k, expected in (([1.0, 1.0], [1.0, -1.0]), ([1.2, 1.0], [-1.0, 1.2]), ([1.0, 1.2], [1.0, -1.2])):
+        np.testing.assert_allclose(linear_buckling(pulled(np.array(k)), REST, 2)[0], expected, rtol=1e-8)
+
+
 def test_large_structures_buckle_by_iteration() -> None:
     """A row of hinged links with 61 coordinates and more: the eigenvalues next to the preload."""
     n = 80

@@ -252,7 +252,7 @@ def _feedback_of_whole_state(
 
 def _check_balance(linear: Linearization) -> None:
     """Raise ModelError if the linear model is not about a balance."""
-    acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
+    acceleration = float(np.abs(linear.reference.a).max())
     if acceleration > WRITTEN:
         fault = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2 [E0518]"
         raise ModelError(fault, 'at = "equilibrium", or an initial state of rest or of steady motion')
@@ -260,7 +260,7 @@ def _check_balance(linear: Linearization) -> None:
 
 def _check_second_order(linear: Linearization) -> None:
     """Raise ModelError if the linear model is none of second order."""
-    if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
+    if np.any(linear.Z0):
         where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
         fault = f"forces depend on the internal states {where}, and modes belong to models of second order [E0519]"
         raise ModelError(fault, "lqr, or all poles; a controller without memory between, or gains of your own")
@@ -332,14 +332,14 @@ def _by_signals(space: StateSpace, item: StateFeedback, G: Array, Y: Array, Y_u:
     sizes[sizes == 0.0] = 1.0
     scaled = scaled / sizes[:, np.newaxis]
     result = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
-    left, scale = wanted - result @ scaled, np.abs(G).max(axis=0, initial=0.0)
+    left, scale = wanted - result @ scaled, np.abs(G).max(axis=0)
     if np.linalg.norm(left) > _MISSING * float(np.linalg.norm(wanted)):
         share = np.abs(left / scales).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
         name = space.states[int(np.argmax(share))]
         missing, of = name.removeprefix("z.") if "." in name else f"q.{name}", item.name
         fault = f"the feedback needs {missing}, which the coordinates and signals of {of} do not determine [E0521]"
         raise ModelError(fault, f"{missing} among its signals, or its joint among its coordinates")
-    result[np.abs(result) < 1e-13 * np.abs(result).max(initial=0.0)] = 0.0
+    result[np.abs(result) < 1e-13 * np.abs(result).max()] = 0.0
     return np.asarray(result / sizes)
 
 

@@ -15,6 +15,7 @@ from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted
 from eomgen.base.products import objects_of
 from eomgen.base.progress import waiting
+from eomgen.base.rounding import COMPUTED
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
     any_kind_option,
@@ -494,7 +495,7 @@ def _stability_text(lin: Linearization) -> str:
     if not len(modes.eigenvalues):
         return "no mode: drives and constraints determine the whole motion"
     # steady motions and equilibria keep the linear model, states that accelerate leave the point of linearization
-    accelerating = np.abs(lin.reference.a).max(initial=0.0) > 1e-9
+    accelerating = np.any(np.abs(lin.reference.a) > COMPUTED)
     frozen = f", frozen at t = {lin.reference.t:.6g} s in a state that accelerates" if accelerating else ""
     match modes.stability:
         case "stable":

@@ -157,7 +157,7 @@ def _without_rounding(law: Regulator | OutputFeedback) -> Regulator | OutputFeed
 
     def drop_small_gains(gains: Array) -> Array:
         sizes = np.abs(gains * scales)
-        return np.where(sizes > len(scales) * EPSILON * np.max(sizes, axis=1, keepdims=True, initial=0.0), gains, 0.0)
+        return np.where(sizes > len(scales) * EPSILON * np.max(sizes, axis=1, keepdims=True), gains, 0.0)
 
     if isinstance(law, Regulator):
         return replace(law, gains=drop_small_gains(law.gains))

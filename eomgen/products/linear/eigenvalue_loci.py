@@ -222,7 +222,7 @@ def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
     norm = (LogNorm if logarithmic else Normalize)(low, high)
     exact = np.abs(locus.eigenvalues.real) > COMPUTED * np.abs(locus.eigenvalues)
     eigenvalues = np.where(exact, locus.eigenvalues, 1j * locus.eigenvalues.imag)
-    tolerance = COMPUTED * (1.0 + float(np.max(np.abs(eigenvalues), initial=0.0)))
+    tolerance = COMPUTED * (1.0 + float(np.linalg.norm(eigenvalues)))
     extent = float(np.ptp(eigenvalues.real) + np.ptp(eigenvalues.imag))
     drawn = None
     for root in eigenvalues.T:

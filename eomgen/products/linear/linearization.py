@@ -212,9 +212,10 @@ class Linearization(NamedAttributes):
         For a direction that is unstable without damping, minus the rate of growth; not a number for complex
         eigenvalues, which follower forces may cause.
         """
-        values = np.asarray(scipy.linalg.eigvals(self.K0, self.M0)) if len(self.M0) else np.zeros(0, complex)
-        scale = float(np.max(np.abs(values), initial=0.0))
-        real = np.abs(values.imag) <= COMPUTED * scale
+        if not len(self.M0):
+            return np.zeros(0)
+        values = np.asarray(scipy.linalg.eigvals(self.K0, self.M0))
+        real = np.abs(values.imag) <= COMPUTED * np.max(np.abs(values))
         return np.sort(np.where(real, np.sign(values.real) * np.sqrt(np.abs(values.real)), np.nan))
 
     # -- first order ---------------------------------------------------------------------------------------------------

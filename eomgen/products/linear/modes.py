@@ -178,8 +178,8 @@ class Modes(NamedAttributes):
             raise UsageError(Problem("mode", f"there is no mode {mode!r} [E0373]", numbers))
         sizes = self.weights * np.abs(self.shapes[:, mode])
         order = np.argsort(-sizes, kind="stable")[:count]
-        largest = np.max(sizes, initial=0.0)
-        return [(self.coordinates[k], complex(self.shapes[k, mode])) for k in order if sizes[k] > 0.05 * largest]
+        kept = [k for k in order if sizes[k] > 0.05 * sizes[order[0]]]
+        return [(self.coordinates[k], complex(self.shapes[k, mode])) for k in kept]
 
 
 def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias: Array) -> Modes:

@@ -277,16 +277,12 @@ def in_multiblade(
 def largest_change(A: Array, others: Collection[Array], sizes: Array, least: float) -> tuple[float, int]:
     """Return the largest difference of matrices from A (n, n), as a part of the largest entry of the row, and the row.
 
-    Without rows the result is 0.0 and 0.
-
     Parameters
     ----------
     A, others : (n, n) matrix, and matrices that are compared with A
     sizes : (n,) of the states, which make entries comparable: roots of inertias
     least : lower bound of the largest entry of a row
     """
-    if not len(A):
-        return 0.0, 0
     scale = sizes[:, np.newaxis] / sizes
     of_rows = np.max(np.abs(A) * scale, axis=1)
     of_rows = np.maximum(of_rows, max(least, WRITTEN * float(np.max(of_rows))))

@@ -464,7 +464,7 @@ def has_diagonal_inertia(M: Array, names: Sequence[str]) -> bool:
     inertia."""
     diagonal = np.diagonal(M)
     alone = np.count_nonzero(M) == np.count_nonzero(diagonal)
-    if alone and np.min(diagonal, initial=np.inf) > 1e-14 * np.max(diagonal, initial=0.0):
+    if alone and np.min(diagonal) > 1e-14 * np.max(diagonal):
         return True
     values, vectors = np.linalg.eigh(0.5 * (M + M.T))
     if values[0] <= 1e-14 * values[-1]:

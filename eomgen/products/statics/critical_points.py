@@ -332,7 +332,7 @@ def _factors(K: csc_array, B: csc_array, rate: csc_array, count: int) -> tuple[A
     inverse: Complex = np.asarray(values, complex)
     mu = -np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse != 0.0)
     kept = np.isfinite(mu) & (np.abs(mu.imag) <= WRITTEN * np.abs(mu))
-    kept &= np.abs(inverse) > np.max(np.abs(inverse), initial=0.0) / 1e8
+    kept &= np.abs(inverse) > np.max(np.abs(inverse)) / 1e8
     sizes = np.abs(mu) * np.where(mu.real < 0.0, 1.0 + WRITTEN, 1.0)  # of two of the same size the positive one first
     order = [k for k in np.argsort(sizes, kind="stable") if kept[k]][:count]
     return mu.real[order], np.asarray(vectors).real[:, order]

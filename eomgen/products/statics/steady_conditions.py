@@ -208,7 +208,7 @@ class Conditions:
         inverse = np.linalg.inv(regular_inertia(at.M, at.B, extents))
         nv, holonomic = len(extents), len(at.position)
         rows = np.abs(at.B) @ extents
-        rows = np.where(rows > 0.0, rows, float(np.max(extents, initial=1.0)))
+        rows = np.where(rows > 0.0, rows, np.max(extents))
         terms = np.abs(at.Fq) @ extents + np.abs(at.Fv) @ speed
         terms = np.where(terms > 0.0, terms, np.max(np.abs(at.Fz), axis=1, initial=0.0))
         sizes = np.concatenate([rows[:holonomic], pace * rows, pace * pace * rows, np.where(terms > 0.0, terms, 1.0)])
@@ -237,6 +237,6 @@ class Conditions:
             by_q = np.concatenate([at.K, at.B[: len(at.position)], at.Z, at.Aq, at.Fq])
             J, _ = self.measured(at, by_q * self.extents)
             finite = np.all(np.isfinite(J), axis=0)
-            sizes = np.max(np.abs(np.where(np.isfinite(J), J, 0.0)), axis=0, initial=0.0)
-            nothing &= finite & (sizes <= SUMMED * max(float(np.max(sizes, initial=0.0)), 1e-300))
+            sizes = np.max(np.abs(np.where(np.isfinite(J), J, 0.0)), axis=0)
+            nothing &= finite & (sizes <= SUMMED * np.max(sizes))
         return nothing

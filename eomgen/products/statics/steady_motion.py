@@ -280,7 +280,7 @@ def motion_along(
     state = result.state
     able.check_left_out(state.q, state.v, conditions.t, p)
     undetermined = _undetermined(conditions, result, targets)
-    acceleration = float(np.max(np.abs(conditions.accelerations(*state.motion)), initial=0.0))
+    acceleration = float(np.max(np.abs(conditions.accelerations(*state.motion))))
     message = f"steady after {result.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if undetermined:
         message += f"; one more value could have been given, of {', '.join(undetermined[:6])}"
@@ -297,7 +297,7 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
     measures = SceneMeasures(model, p, t, None)
     length = measures.length(q)
     extents = np.where([unit == "rad/s" for unit in model.v_units], 1.0, length)
-    pace = max(float(np.max(np.abs(v) / extents, initial=0.0)), float(np.sqrt(measures.gravity() / length))) or 1.0
+    pace = max(float(np.max(np.abs(v) / extents)), float(np.sqrt(measures.gravity() / length))) or 1.0
     return Conditions(model, p, t, u, extents, pace)
 
 
@@ -313,7 +313,7 @@ def _undetermined(conditions: Conditions, search: SteadySearch, targets: Prescri
     sizes = np.linalg.norm(J, axis=0)
     sizes = np.where(sizes > 0.0, sizes, 1.0)
     _, singular, Vt = np.linalg.svd(J / sizes)
-    free = (Vt[int(np.sum(singular > 1e-7 * np.max(singular, initial=1e-300))) :] / sizes).T
+    free = (Vt[int(np.sum(singular > _STEADY * singular[:1])) :] / sizes).T
     if not free.size:
         return []
     eta = linear.across @ free[:coordinates]
@@ -337,17 +337,17 @@ def _check_lasting(
     rounding errors and, in every component, twice the largest acceleration left at the start, whose direction may turn
     with the motion."""
     model, state, extents = conditions.model, search.state, conditions.extents
-    fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
+    fastest = float(np.max(np.abs(state.v) / extents))
     turn = 2.0 * np.pi / fastest if fastest > COMPUTED * conditions.pace else 1.0 / conditions.pace
     at, worst = conditions.at(*state.motion), np.zeros(model.nv)
     rounding = conditions.measured(at, at.values)[1][: model.nv] * conditions.pace**2 * extents
-    left = 2.0 * float(np.max(np.abs(conditions.accelerations(*state.motion)) / extents, initial=0.0))
+    left = 2.0 * float(np.max(np.abs(conditions.accelerations(*state.motion)) / extents))
     for share in _LATER:
         later = conditions.after(share * turn)
         moved = motion_at(later, search.fields, search.fields.after(state.q, state.g, share * turn), state.g, state.z)
         worst = np.maximum(worst, np.abs(later.accelerations(*moved.motion)))
-    k = int(np.argmax((worst - rounding) / extents)) if len(worst) else 0
-    if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
+    k = int(np.argmax((worst - rounding) / extents))
+    if not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
         fault = (
             "forces balance at this instant only, for they change along the motion or with time: later"
             f" {model.v_names[k]} accelerates with {worst[k]:.3g} {_per_second(model, k)} [E0094]"

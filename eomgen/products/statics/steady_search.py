@@ -91,7 +91,7 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
     answer = np.zeros((len(moving), int(np.sum(moving))))
     answer[~moving] = np.linalg.lstsq(B[:, ~moving], -B[:, moving], rcond=None)[0]
     sizes = np.max(np.abs(answer), axis=1, initial=0.0)
-    result: Mask = sizes > 0.05 * np.max(sizes, initial=0.0)
+    result: Mask = sizes > 0.05 * np.max(sizes)
     return result
 
 
@@ -239,8 +239,7 @@ def _search(conditions: Conditions, fields: Fields, targets: PrescribedComponent
         scale = _weights(linear)
         change = -np.linalg.lstsq(J / scale, value, rcond=1e-11)[0] / scale
         increment = linear.across @ change[: linear.across.shape[1]]
-        turn = float(np.max(np.abs(increment[conditions.turning]), initial=0.0))
-        share = min(1.0, 0.5 / turn) if turn > 0.0 else 1.0
+        share = 0.5 / float(np.max(np.abs(increment[conditions.turning]), initial=0.5))
         for _ in range(1 if balanced else 30):
             moved = _moved(conditions, fields, linear, state, share * change)
             next_value = _values(conditions, targets, linear.at, moved)

@@ -126,7 +126,7 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     model = conditions.model
     basis = _candidates(model, conditions.extents)
     rng = np.random.default_rng(1)
-    count = 2 + 3 * len(basis) // max(model.nv, 1)
+    count = 2 + 3 * len(basis) // model.nv
     samples = filter(None, (conditions.sample(q, rng) for _ in range(count)))
     parts = [_equations(conditions, basis, *sample, z) for sample in samples]
     if not parts:
@@ -136,7 +136,7 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     if len(matrix) < len(basis):
         matrix = np.vstack([matrix, np.zeros((len(basis) - len(matrix), len(basis)))])
     _, singular, Vt = np.linalg.svd(matrix, full_matrices=False)
-    null_space = Vt[int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300))) :]
+    null_space = Vt[int(np.sum(singular > _NOTHING * singular[:1])) :]
     # a candidate that is in all symmetries only by rounding has a velocity of exactly zero
     null_space = np.where(np.linalg.norm(null_space, axis=0) > _NOTHING, null_space, 0.0)
     fields = (Fields(model, basis).along(coefficients) for coefficients in null_space)
@@ -217,7 +217,7 @@ def _equations(
     free = np.eye(len(v))
     if len(at.B) and np.all(np.isfinite(at.B)):
         _, singular, Vt = np.linalg.svd(at.B * extents)
-        free = extents[:, np.newaxis] * Vt[int(np.sum(singular > COMPUTED * np.max(singular, initial=0.0))) :].T
+        free = extents[:, np.newaxis] * Vt[int(np.sum(singular > COMPUTED * singular[:1])) :].T
     fields = Fields(model, basis)
     W = fields.stacked.W
     eta, by_v, by_a = fields.directions(q), (W @ v).T, (W @ a).T

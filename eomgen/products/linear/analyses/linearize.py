@@ -409,16 +409,14 @@ def _warn_of_change(model: CompiledModel, state: OperatingState, linear: Lineari
     model is computed again after 0.11 turns of the fastest rotating velocity, and the matrices A are compared. No
     comparison without a rotating velocity. Forces may stay balanced along the motion although their derivatives change,
     as for a rotor with two blades."""
-    turning = np.abs([v for v, unit in zip(state.v, model.v_units, strict=True) if unit == "rad/s"])
-    fastest = float(np.max(turning, initial=0.0))
-    if not fastest:
+    turning = [abs(v) for v, unit in zip(state.v, model.v_units, strict=True) if unit == "rad/s"]
+    if not any(turning):
         return
-    moved = _later(model, state, linear, _LATER * 2.0 * np.pi / fastest)
+    moved = _later(model, state, linear, _LATER * 2.0 * np.pi / max(turning))
     before, after = linear.state_space().A, moved.state_space().A
     if not before.size or before.shape != after.shape:
         return
-    change = float(np.max(np.abs(after - before), initial=0.0))
-    if change > SAME * float(np.max(np.abs(before))):
+    if np.max(np.abs(after - before)) > SAME * np.max(np.abs(before)):
         sentence = (
             f"linear about the {state.kind}: {AT_ONE_INSTANT} of {drives(model, state.v)}, so it holds at this"
             " instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
@@ -486,9 +484,9 @@ def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization],
     rows = {"output": [space.C / sizes for space in spaces], "input": [space.B.T * sizes for space in spaces]}
     told = []
     for kind, (first, *later) in rows.items():
-        largest = np.max(np.abs(first), axis=1, initial=0.0)
-        change = np.max([np.max(np.abs(matrix - first), axis=1, initial=0.0) for matrix in later], axis=0)
-        changing = change > np.maximum(SAME * largest, SUMMED * np.max(largest, initial=0.0))
+        largest = np.max(np.abs(first), axis=1)
+        change = np.max([np.max(np.abs(matrix - first), axis=1) for matrix in later], axis=0)
+        changing = change > np.maximum(SAME * largest, SUMMED * np.linalg.norm(largest))
         names = [name for name, true in zip(getattr(spaces[0], f"{kind}s"), changing, strict=True) if true]
         if names:
             told.append(f"the {kind}{'s' if len(names) > 1 else ''} {listed(names)}")
@@ -616,8 +614,8 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
     """Warn if a state given without velocities is not at rest, because its modes may be mistaken for modes of an
     equilibrium."""
     a = linear.reference.a
-    k = int(np.argmax(np.abs(a))) if len(a) else 0
-    if len(a) and abs(a[k]) > 1e-3:
+    k = int(np.argmax(np.abs(a)))
+    if abs(a[k]) > 1e-3:
         name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
         sentence = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
         hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'

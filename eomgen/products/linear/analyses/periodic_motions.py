@@ -164,8 +164,6 @@ class _Return(NamedTuple):
     def largest(self) -> tuple[float, str]:
         """The largest change as a part of the size of the motion, and in words."""
         parts = np.abs(self.changes) / self.sizes
-        if not len(parts):
-            return 0.0, ""
         k = int(np.argmax(parts))
         return float(parts[k]), f"{self.names[k]} changes by {self.changes[k]:.3g}"
 
@@ -263,7 +261,7 @@ class _Orbit:
             ends[factor.q] -= turns[factor.v]
             sizes_of_q[factor.v] = np.ptp(run.q[:, factor.q], axis=0) + 1.0
         changes = [difference(model.factors, run.q[0], ends), run.v[-1] - run.v[0], run.z[-1] - run.z[0]]
-        sizes = [sizes_of_q, *(1.0 + np.abs(part).max(axis=0, initial=0.0) for part in (run.v, run.z))]
+        sizes = [sizes_of_q, *(1.0 + np.abs(part).max(axis=0) for part in (run.v, run.z))]
         names = [*(f"q.{name.removeprefix('v.')}" for name in model.v_names), *model.v_names]
         names += [f"z.{name}" for name in model.states]
         return _Return(np.concatenate(changes), turns, np.concatenate(sizes), names)
@@ -355,8 +353,7 @@ def _change(orbit: _Orbit, run: Solution, now: StateArrays, then: StateArrays) -
         ("accelerations", before.reference.a, after.reference.a),
         ("coefficients", before.state_space().A, after.state_space().A),
     ):
-        size = 1.0 + float(np.abs(first).max(initial=0.0))
-        off = float(np.abs(second - first).max(initial=0.0)) / size
+        off = float(np.linalg.norm(second - first) / (1.0 + np.linalg.norm(first)))
         if off > 1e2 * _PERIODIC:
             return name, off
     return None

@@ -60,9 +60,9 @@ _REACH, _APART = 2.6, 0.8
 
 def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[Any]:
     """Draw the loop at each input, with the point -1, the unit circle and the circle of the modulus margin about -1.
-    Rings with frequencies, and an arrow towards higher frequencies, give the direction of each curve. Limits hold -1
-    and the unit circle; a loop that is larger leaves the frame, and the legend says so. Returns the list of axes, one
-    for each input: the caller's, or axes of a new figure."""
+    Rings with frequencies give the direction of each curve. Limits hold -1 and the unit circle; a loop that is larger
+    leaves the frame, and the legend says so. Returns the list of axes, one for each input: the caller's, or axes of a
+    new figure."""
     names = list(margins)
     drawn = axes_of_caller("plot", axes, names, (5.2 * len(names), 5.7))
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 181))
@@ -91,25 +91,12 @@ def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[An
 
 
 def _annotate_direction(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> None:
-    """Write frequencies in Hz along a loop on an axis, and draw an arrow towards higher frequencies.
-
-    Parameters
-    ----------
-    item : margins with the loop's frequencies and values
-    inside : (n,) whether the points of the loop are within the frame
-    """
-    places: list[int] = []
-    for k in np.flatnonzero(inside).tolist():
-        if len(places) < 4 and all(abs(item.loop[k] - item.loop[earlier]) > _APART for earlier in places):
-            places.append(k)
-    look: dict[str, Any] = {"fontsize": 7, "color": "#0B62C4", "textcoords": "offset points"}
-    for k in places:
-        point = item.loop[k]
-        axis.plot([point.real], [point.imag], "o", color="#0B62C4", markersize=3.5)
-        text = f"{item.frequencies[k] / (2.0 * np.pi):.3g} Hz"
-        axis.annotate(text, (point.real, point.imag), (2, -11), **look)
-    for k in places[:2][-1:]:
-        step = next((j for j in range(k + 1, len(inside)) if abs(item.loop[j] - item.loop[k]) > 0.5 * _APART), None)
-        if step is not None:
-            ends = [(value.real, value.imag) for value in (item.loop[step], item.loop[k])]
-            axis.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": "#0B62C4", "mutation_scale": 14})
+    """Write frequencies in Hz at up to four points of a loop on an axis. `inside` (n,) is whether a point of the loop
+    is within the frame."""
+    places: list[complex] = []
+    for frequency, point in zip(item.frequencies[inside], item.loop[inside].tolist(), strict=True):
+        if len(places) < 4 and all(abs(point - earlier) > _APART for earlier in places):
+            places.append(point)
+            axis.plot([point.real], [point.imag], "o", color="#0B62C4", markersize=3.5)
+            look = {"fontsize": 7, "color": "#0B62C4", "textcoords": "offset points"}
+            axis.annotate(f"{frequency / (2.0 * np.pi):.3g} Hz", (point.real, point.imag), (2, -11), **look)

@@ -85,7 +85,7 @@ class ModalFeedback:
 
 def modes_of(plant: Plant) -> PlantModes:
     """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
-    if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=1e-8 * np.abs(plant.K).max(initial=0.0)):
+    if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=1e-8 * np.abs(plant.K).max()):
         fault = "the stiffness matrix is not symmetric, so there are no modes that keep their shape [E0415]"
         raise ModelError(fault, "lqr")
     squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
