@@ -367,6 +367,41 @@ def test_margins_are_where_the_sampled_loop_becomes_unstable() -> None:
         np.testing.assert_allclose(radius(factor), 1.0, rtol=1e-9)
 
 
+@pytest.mark.parametrize("sample", [None, 0.1])
+@pytest.mark.parametrize("seed", [0, 5, 6])
+def test_margins_are_those_of_a_dense_curve(seed: int, sample: float | None) -> None:
+    """Crossovers, lags and the distance from -1 of the loop at frequencies without end; growth at both limits."""
+    space = random_model(4, 2, 1, 0, seed)
+    law = lqr(space, np.eye(4), np.diag([0.1, 2.0]), sample=sample)
+    A, B, G = law.space.A, law.space.B, law.gains
+    for k, (name, margins) in enumerate(law.margins.items()):
+        other = 1 - k
+        opened = A - B[:, [other]] @ G[[other]]
+
+        def loop(w: Array, k: int = k, opened: Array = opened) -> NDArray[np.complex128]:
+            points = 1j * w if sample is None else np.exp(1j * w * sample)
+            pencils = points[:, np.newaxis, np.newaxis] * np.eye(4) - opened
+            return np.linalg.solve(pencils, np.broadcast_to(B[:, [k]], (len(w), 4, 1)))[..., 0] @ G[k]
+
+        w = np.geomspace(1e-3, 300.0 if sample is None else math.pi / sample, 40_001)
+        values = loop(w)
+        np.testing.assert_allclose(margins.loop, loop(margins.frequencies), rtol=1e-9)
+        assert margins.modulus_margin == pytest.approx(np.abs(1.0 + values).min(), rel=3e-4)
+        crossed = np.flatnonzero(np.diff(np.sign(np.abs(values) - 1.0)))
+        np.testing.assert_allclose(margins.crossover, 0.5 * (w[crossed] + w[crossed + 1]), rtol=3e-4)
+        lags = np.degrees(np.angle(-values[crossed])) % 360.0
+        expected = min([min(lag, 360.0 - lag) for lag in lags], default=np.inf)
+        assert margins.phase_margin == pytest.approx(expected, abs=0.1)
+        late = min([math.radians(lag) / at for lag, at in zip(lags, w[crossed], strict=True)], default=np.inf)
+        assert margins.delay_margin == pytest.approx(late, rel=3e-3)
+        assert margins.gain_reduction < 1.0 < margins.gain_margin, name
+        for factor in (margins.gain_reduction, margins.gain_margin):
+            if 0.0 < factor < np.inf:
+                moved = np.linalg.eigvals(opened - factor * B[:, [k]] @ G[[k]])
+                growth = moved.real.max() if sample is None else np.abs(moved).max() - 1.0
+                assert growth == pytest.approx(0.0, abs=1e-7)
+
+
 def test_a_gain_margin_may_be_at_standstill() -> None:
     """1 / (s - 1) with u = -2 s: the loop is -2 at standstill, and half of the gain is the least that holds it."""
     law = place(model([[1.0]], [[1.0]]), [-1.0])

@@ -22,7 +22,7 @@ from eomgen.products.linear.analyses import parameter_sweeps as campbell_module
 from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.products.linear.campbell_search import _Oscillations, _tracks_modes, campbell
 from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.plots import LabelBox
+from eomgen.products.linear.plots import LabelBox, free_box
 from tests.linear.by_hand import linear_model
 
 MASS, DIAMETRAL, POLAR = 12.0, 0.18, 0.31
@@ -257,6 +257,22 @@ def test_boxes_of_labels_overlap_up_to_the_sum_of_their_half_sides() -> None:
     box = LabelBox(1.0, 2.0, 3.0, 1.0)
     met = [box.meets(LabelBox(1.0 + x, 2.0 + y, 2.0, 0.5)) for x in (-5.0, -4.9, 4.9, 5.0) for y in (-1.5, -1.4, 1.4)]
     assert met == [False] * 4 + [True] * 2 + [False] + [True] * 2 + [False] * 3
+
+
+def test_a_label_stands_at_its_first_free_place_within_the_axes() -> None:
+    """Two letters of 5.6 points and a line of 12: a box of half sides 5.6 and 6, 4 points from the dot."""
+    places = ((1, 0.0), (-1, 5.0), (0, -20.0))
+    assert free_box((50.0, 40.0), "ab", places, []) == LabelBox(50.0 + 9.6, 40.0, 5.6, 6.0)
+    assert free_box((50.0, 40.0), "ab", places, [LabelBox(60.0, 40.0, 1.0, 1.0)]) == LabelBox(40.4, 45.0, 5.6, 6.0)
+    taken = [LabelBox(x, 40.0, 1.0, 1.0) for x in (60.0, 40.0)]
+    assert free_box((50.0, 40.0), "ab", places, taken) == LabelBox(50.0, 20.0, 5.6, 6.0)
+    assert free_box((50.0, 40.0), "ab", places, [*taken, LabelBox(50.0, 20.0, 1.0, 1.0)]) is None
+    for size, place in (((65.2, 46.0), (59.6, 40.0)), ((65.1, 51.0), (40.4, 45.0)), ((55.6, 40.0), (50.0, 20.0))):
+        box = free_box((50.0, 40.0), "ab", places, [], size)
+        assert box is not None and box[:2] == pytest.approx(place)
+    assert free_box((50.0, 40.0), "ab", places, [], (55.5, 40.0)) is None
+    assert free_box((4.0, 5.0), "ab", ((0, 0.0), (1, 1.0)), [], (60.0, 60.0)) == LabelBox(13.6, 6.0, 5.6, 6.0)
+    assert LabelBox.dot(1.0, 2.0) == LabelBox(1.0, 2.0, 3.5, 3.5)
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.special import mathieu_a, mathieu_b
 
 import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
+from eomgen.lie.product import Factor, update
 from eomgen.products.linear.analyses.periodic_motions import _TRIED, _Orbit
 from eomgen.products.linear.floquet import Floquet, monodromy, multipliers
 from tests.models.library import scene
@@ -316,3 +318,27 @@ def test_errors_are_parts_of_large_matrices() -> None:
     _, bounds, error = multipliers(matrix, matrix + 4e-6 * np.eye(2), matrix + 4e-6 * np.eye(2))
     assert error == pytest.approx(1e-6)
     np.testing.assert_allclose(bounds, 4e-6 + 64.0 * EPSILON, rtol=1e-6)
+
+
+def test_changes_over_a_period_leave_out_whole_turns_of_angles(rng: np.random.Generator) -> None:
+    """They are measured by one more than the reach of each coordinate and the largest velocity."""
+    factors = [Factor("R", "slide", 0, 1, 0, 1), Factor("R", "spin", 1, 1, 1, 1), Factor("SO3", "ball", 2, 4, 2, 3)]
+    units = ("m/s", "rad/s", *("rad/s",) * 3)
+    names = ("v.slide", "v.spin", *(f"v.ball[{k}]" for k in range(3)))
+    model: Any = SimpleNamespace(nv=5, factors=factors, v_units=np.array(units), v_names=names, states=("lag",))
+    orbit: Any = SimpleNamespace(model=model)
+    v, z = rng.normal(size=(4, 5)), rng.normal(size=(4, 1))
+    off = np.array([6.4, 0.02, 0.0, 0.1, -0.3])
+    rows = [np.array([0.5, 1.0, 1.0, 0.0, 0.0, 0.0])]
+    rows += [update(factors, rows[0], share * np.array([12.0, -15.0, 0.1, 0.2, 0.3])) for share in (0.4, 1.0)]
+    rows.append(update(factors, rows[0], off - 4.0 * math.pi * np.eye(5)[1]))
+    run: Any = SimpleNamespace(q=np.array(rows), v=v, z=z)
+    found = _Orbit.change_over_period(orbit, run)
+    np.testing.assert_allclose(found.changes, [*off, *(v[3] - v[0]), *(z[3] - z[0])], atol=1e-12)
+    np.testing.assert_allclose(found.turns, [0.0, -4.0 * math.pi, 0.0, 0.0, 0.0])
+    reach = [1.0 + np.ptp(run.q[:, 0]), 1.0 + np.ptp(run.q[:, 1]), 1.0, 1.0, 1.0]
+    np.testing.assert_allclose(found.sizes, [*reach, *(1.0 + np.abs(v).max(axis=0)), *(1.0 + np.abs(z).max(axis=0))])
+    assert found.names == [*(f"q.{name[2:]}" for name in names), *names, "z.lag"]
+    parts = np.abs(found.changes) / found.sizes
+    k = int(np.argmax(parts))
+    assert found.largest == (parts[k], f"{found.names[k]} changes by {found.changes[k]:.3g}")

@@ -242,6 +242,11 @@ def test_an_inertia_matrix_without_inertia_along_coordinates_names_them() -> Non
     M = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.25], [0.0, 0.25, 4.0]])
     np.testing.assert_allclose(M @ _solve(M, M @ M, ["a", "b", "c"]), M @ M, atol=1e-14)
     assert _solve(np.zeros((0, 0)), np.zeros((0, 2)), []).shape == (0, 2)
+    right = np.array([[2.0, 3.0], [5.0, 7.0]])
+    np.testing.assert_array_equal(_solve(np.diag([4.0, 1e-9]), right, ["a", "b"]), right / [[4.0], [1e-9]])
+    for light in (0.0, 1e-15, -1.0):
+        with pytest.raises(ModelError, match="the inertia matrix is singular along b, so"):
+            _solve(np.diag([4.0, light]), right, ["a", "b"])
 
 
 @pytest.mark.slow

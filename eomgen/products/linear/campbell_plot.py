@@ -21,7 +21,7 @@ from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figur
 from eomgen.base.html import page, table
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
-from eomgen.products.linear.plots import LETTER, LabelBox, free_box
+from eomgen.products.linear.plots import AROUND, LETTER, LabelBox, free_box
 
 #: Colour, line style and word of each sense of whirl.
 _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#333333", "-", "")}
@@ -34,12 +34,7 @@ _SIZE = (8.6, 5.6)
 _POINTS = 9.0
 #: Crossings nearer than this part of the figure are one dot.
 _TOGETHER = 0.008
-#: Candidates for labels: which corner or side is at the point, and points upwards from the point. Of crossings the
-#: nearest come first; of curves and rays at the right end, and of rays that leave through the top.
-_AROUND = (
-    (-1, 7.0), (1, -7.0), (-1, -7.0), (1, 7.0), (0, 11.0), (0, -11.0), (1, 0.0), (-1, 0.0),
-    (-1, 15.0), (1, -15.0), (-1, -15.0), (1, 15.0),
-)  # fmt: skip  # a table
+#: Candidates for labels of curves and rays at the right end, and of rays that leave through the top.
 _BESIDE = tuple((1, lines * LETTER[1]) for lines in (0, 1, -1, 2, -2))
 _ABOVE = tuple((side, 2.0 + 0.5 * LETTER[1]) for side in (0, 1, -1))
 #: Inches after the labels at the right.
@@ -445,7 +440,7 @@ class _Drawing:
         looks = {"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
         for _, speed, frequency in single:
             given = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
-            self._label(speed, frequency, _number(speed * self.scale), _AROUND, _CROSSING, self.size, **given)
+            self._label(speed, frequency, _number(speed * self.scale), AROUND, _CROSSING, self.size, **given)
         return bool(single)
 
     def _points(self, speed: float, frequency: float) -> Array:

@@ -21,6 +21,11 @@ from eomgen.errors import EomgenError, Problem
 from eomgen.products.linear.campbell_plot import Campbell, Crossing  # noqa: F401  # public here
 from eomgen.products.linear.linearization import Linearization
 
+#: Marks of roots at the first and the last value.
+_ENDS: tuple[tuple[int, dict[str, Any]], ...] = (
+    (0, {"marker": "x", "color": "#C8102E"}),
+    (-1, {"marker": "o", "facecolors": "none", "edgecolors": "#C8102E"}),
+)
 #: A number within a warning.
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
@@ -233,13 +238,9 @@ def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
             axis.plot(root.real[k : k + 2], root.imag[k : k + 2], color="#bbbbbb", linewidth=0.8, zorder=1)
         colours = locus.values[upper]
         drawn = axis.scatter(root.real[upper], root.imag[upper], c=colours, cmap="viridis", norm=norm, s=12, zorder=2)
-        for end, marker in ((0, "x"), (-1, "o")):
+        for end, looks in _ENDS:
             if upper[end]:
-                faces = {"facecolors": "none"} if marker == "o" else {}
-                colour = {"edgecolors": "#C8102E"} if marker == "o" else {"color": "#C8102E"}
-                axis.scatter(
-                    [root[end].real], [root[end].imag], marker=marker, s=46, linewidths=1.3, zorder=3, **faces, **colour
-                )
+                axis.scatter([root[end].real], [root[end].imag], s=46, linewidths=1.3, zorder=3, **looks)
     axis.axvline(0.0, color="#222222", linewidth=1.0, zorder=1)
     axis.set_xlabel("real part, 1/s")
     axis.set_ylabel("imaginary part, rad/s")

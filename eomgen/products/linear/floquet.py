@@ -18,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid
 from eomgen.base.html import page, paragraph, table
 from eomgen.products.linear.eigenvalues import EPSILON, MARGIN, balance, eigenvectors, verdict
-from eomgen.products.linear.plots import LabelBox, free_box
+from eomgen.products.linear.plots import AROUND, LabelBox, free_box
 
 #: Places of the collocation in an interval, from 0 on.
 PLACES = 6
@@ -139,10 +139,8 @@ class Floquet:
             axis.plot(values.real, values.imag, "o", color=colour, markersize=6.0, markeredgecolor="white")
         taken = [LabelBox.dot(_UNIT * value.real, _UNIT * value.imag) for value in self.multipliers.tolist()]
         for value, frequency in zip(self.multipliers.tolist(), self.frequencies.tolist(), strict=True):
-            x, y, inward = _UNIT * value.real, _UNIT * value.imag, -1 if value.real > 0.0 else 1
-            sides = ((inward, 0.0), (0, 10.0), (inward, 10.0), (inward, -10.0), (-inward, 0.0), (0, -10.0))
-            text = f"{frequency:.3g} Hz"
-            if value.imag > 0.0 and (box := free_box((x, y), text, sides, taken)):
+            x, y, text = _UNIT * value.real, _UNIT * value.imag, f"{frequency:.3g} Hz"
+            if value.imag > 0.0 and (box := free_box((x, y), text, AROUND, taken)):
                 taken.append(box)
                 axis.annotate(
                     text, (value.real, value.imag), (box.x - x, box.y - y), textcoords="offset points",

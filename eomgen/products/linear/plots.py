@@ -103,6 +103,11 @@ def _ratio(over: str, under: str) -> str:
 
 #: Width and height of a letter in points, with the space to the next line.
 LETTER = (5.6, 12.0)
+#: Candidates for the label of a dot: which corner or side is at the dot, and points upwards from the dot.
+AROUND = (
+    (-1, 7.0), (1, -7.0), (-1, -7.0), (1, 7.0), (0, 11.0), (0, -11.0), (1, 0.0), (-1, 0.0),
+    (-1, 15.0), (1, -15.0), (-1, -15.0), (1, 15.0),
+)  # fmt: skip  # nearest first
 
 
 class LabelBox(NamedTuple):
