@@ -75,7 +75,7 @@ def interrupt(monkeypatch: pytest.MonkeyPatch, title: str, after: int) -> None:
     monkeypatch.setattr("eomgen.base.progress.terminal_bar", bar)
 
 
-@pytest.mark.slow_cases("1-interrupted before there was a Campbell diagram")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("after", "told"),
     [
@@ -110,6 +110,7 @@ def test_an_interrupted_root_locus_is_written_as_far_as_it_came(
     assert sorted({float(row["mass"]) for row in rows}) == [1.0, 1.25, 1.5]
 
 
+@pytest.mark.slow_cases("words0-equilibrium", "words1-buckling_loads")
 @pytest.mark.parametrize(
     ("words", "called"),
     [

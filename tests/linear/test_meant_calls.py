@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
+from eomgen.control import OutputFeedback, kalman, lqr, place
 from eomgen.products.linear.augmentation import delay_line, shaping_filter
 from eomgen.products.linear.control.riccati_equation import without_cross_terms
 from eomgen.products.linear.control.second_order import placed_modal_gains
@@ -109,8 +109,6 @@ def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) 
         (lambda: place(SPACE, [1, 2]), "place: poles with positive real parts are asked for, 1, 2: such motions"),
         (lambda: place(SPACE, [1 + 2j, 1 - 2j]), "asked for, 1+2j, 1-2j"),
         (lambda: place(SPACE, [1, 2], sample="10 ms"), "poles z = e^(s T) outside the unit circle"),
-        (lambda: regulator(sample=500), 'is 500 s; try: sample="0.002 s" for 500 a second, or "500 s" if it is'),
-        (lambda: discretized(SPACE, 500), 'try: sample="0.002 s" for 500 a second'),
     ],
 )  # fmt: skip  # a table
 def test_linear_designs_that_are_hardly_meant_are_warned_of(call: Callable[[], Any], piece: str) -> None:
@@ -124,8 +122,6 @@ def test_linear_designs_that_are_meant_are_not_warned_of() -> None:
         warnings.simplefilter("error")
         place(SPACE, [-1, -2])
         place(SPACE, [-1, -2], sample="10 ms")
-        regulator(sample="20 s")
-        regulator(sample=0.002)
 
 
 def refused(call: Callable[[], Any]) -> str:

@@ -6,6 +6,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,10 +15,15 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
+from eomgen.products.linear import campbell_plot, eigenvalue_loci, plots
 from eomgen.products.linear import command as linearize
+from eomgen.products.linear import modes as modes_module
+from eomgen.products.linear.campbell_plot import Campbell, Crossing
 from eomgen.products.linear.command import CampbellRequest
 from eomgen.products.linear.modes import Modes, modes, table_row
+from eomgen.products.linear.spectra import PowerSpectrum, RideTable
 from eomgen.products.statics import command
+from tests.linear.by_hand import linear_model
 
 
 def of(A: list[list[float]], names: tuple[str, ...] = ("x", "y"), at_rest: bool = True, t: float = 0.5) -> Any:
@@ -99,6 +106,9 @@ def test_words_of_options_are_read() -> None:
     wanted = {"outputs": outputs, "classes": ["A", "C"], "speeds": (10.0,), "band": (0.5, 80.0)}
     assert linearize._ride(("body", "seat:Wk"), "A, C", "10", (0.5, 80.0)) == wanted
     assert linearize._ride((), None, None, None) is None
+    assert linearize._blades(()) is None
+    found = linearize._blades((" spin : a_1, a_2", "spin:b_1,b_2", "tail: c"))
+    assert found == {"spin": [("a_1", "a_2"), ("b_1", "b_2")], "tail": [("c",)]}
 
 
 #: Texts of which the catalogue of bad inputs has none, or one of several causes.
@@ -114,6 +124,10 @@ NUMBERS, FIRST = "a parameter, two finite values without units, and", "two posit
         (lambda: linearize._sweep("c=1:0:3:log"), "c=1:0:3:log: values in equal ratios must be positive"),
         (lambda: linearize._band("-1:50", from_zero=True), "--band -1:50: two frequencies in Hz from 0 on are needed"),
         *((lambda band=band: linearize._band(band), f"--band {band}: {FIRST}") for band in ("0:50", "2:2", "1:inf")),
+        *(
+            (lambda text=text: linearize._blades((text,)), f"--multiblade {text}: a rotor and its blades are needed")
+            for text in ("a_1,a_2", ":a_1,a_2", "spin:a_1,,a_3")
+        ),
         (lambda: command._range("=0:1"), "--path =0:1: a name and two numbers are needed; try: --path load=0:10"),
         (lambda: command._preload("load=a"), "--buckling load=a: 'a' is not a number; try: --buckling load=0"),
     ],
@@ -121,6 +135,71 @@ NUMBERS, FIRST = "a parameter, two finite values without units, and", "two posit
 def test_words_that_cannot_be_read(read: Callable[[], object], text: str) -> None:
     with pytest.raises(UsageError, match=re.escape(text)):
         read()
+
+
+# -- files and tables --------------------------------------------------------------------------------------------------
+
+#: Oscillations over a speed; the second mode crosses the first order at 4 rad/s.
+DIAGRAM = Campbell(
+    "spin", "rad/s", np.array([1.0, 5.0]), np.array([[2j, 4j], [2j, 4j]]), np.zeros((2, 2), int), (1.0,),
+    (Crossing(1.0, 4.0, 4.0, 1, "forward"),), ("marginal",) * 2,
+)  # fmt: skip  # a table
+TABLE = RideTable(("place",), ("m",), ("A", "B"), np.array([10.0]), np.array([[[0.5]], [[1.0]]]), ("",))
+
+
+def test_files_of_a_linear_model_have_their_names_and_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[str] = []
+    for module in (modes_module, plots, eigenvalue_loci, campbell_plot):
+        monkeypatch.setattr(module, "save_figure", lambda figure, path: drawn.append(path.name) or path)
+    scene = SimpleNamespace(parameters=[SimpleNamespace(name="c", unit="N s/m")])
+    layout = SimpleNamespace(layout={"axes": []})
+    description = SimpleNamespace(exact_beams=())
+    request = object.__new__(linearize._Request)
+    request.model = cast(Any, SimpleNamespace(name="rig", scene=scene, library=layout, description=description))
+    lin = linear_model(2.0, 0.5, 50.0, ["x"], {"f": [1.0]}, None, {"place": {"q": [1.0]}}, ["m"])
+    locus = eigenvalue_loci.RootLocus("c", np.array([1.0, 2.0]), np.array([[1j, -1j], [2j, -2j]]), ("marginal",) * 2)
+    f = np.array([0.5, 2.0])
+    spectra = [PowerSpectrum("place", "m", f, f)]
+    pairs, folder = [("f", "place")], tmp_path / "out"
+    view = campbell_plot.CampbellView()
+    files = request.write(lin, {"a": 1}, folder, locus, pairs, (0.5, 20.0), (DIAGRAM, view), (TABLE, spectra))
+    assert [file.name for file in files] == [
+        "modes.json", "modes.csv", "matrices.npz", "modes.png", "root_locus.csv", "root_locus.png", "responses.csv",
+        "responses.png", "campbell.csv", "campbell.png", "ride.csv", "spectra.csv", "spectra.png",
+    ]  # fmt: skip  # names
+    assert drawn == [file.name for file in files if file.suffix == ".png"]
+    assert all((folder / file.name).is_file() == (file.suffix != ".png") for file in files)
+    table = np.loadtxt(folder / "responses.csv", delimiter=",", skiprows=1)
+    assert len(table) == 600 and (table[0, 0], table[-1, 0]) == pytest.approx((0.5, 20.0))
+    w = 2.0 * math.pi * table[:, 0]
+    np.testing.assert_allclose(table[:, 1] + 1j * table[:, 2], 1.0 / (50.0 - 2.0 * w**2 + 0.5j * w), rtol=1e-9)
+    few = request.write(lin, {}, tmp_path / "few", None, pairs, None, (None, None), (None, []))
+    assert [file.name for file in few][4:] == ["responses.csv", "responses.png"]
+    band = np.loadtxt(tmp_path / "few" / "responses.csv", delimiter=",", skiprows=1)[[0, -1], 0]
+    np.testing.assert_allclose(band, np.array([0.1, 10.0]) * 5.0 / (2.0 * math.pi), rtol=1e-9)
+    request.model = cast(Any, SimpleNamespace(name="rig", library=layout, description=description))
+    assert len(request.write(lin, {}, tmp_path / "none", None, [], None, (None, None), (None, []))) == 4
+
+
+def test_rides_and_crossings_are_printed_behind_the_modes(capsys: pytest.CaptureFixture[str]) -> None:
+    linearize._print_tables(TABLE, DIAGRAM)
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["A", "10", "0.5"] in lines and ["B", "10", "1"] in lines
+    assert ["1", "4", f"{120.0 / math.pi:.9g}", f"{2.0 / math.pi:.9g}", "2", "forward"] in lines
+    for unit, shown_unit in (("", "not given"), ("N/m", "N/m")):
+        linearize._print_tables(None, replace(DIAGRAM, orders=(), unit=unit, parameter="k"))
+        shown = capsys.readouterr()
+        assert shown.out == "" and shown.err == f"no orders: k is not a speed of rotation (unit {shown_unit})\n"
+
+
+def test_views_have_the_modes_of_the_table() -> None:
+    numbered = replace(DIAGRAM, numbers=(3, 5))
+    for modes_asked, columns in (("5", (1,)), ("5,3", (1, 0)), (None, None)):
+        view = cast(Any, campbell("1P", modes=modes_asked)).view(numbered, (0.0, 2.0))
+        assert (view.modes, view.frequencies, view.letter) == (columns, (0.0, 2.0), "P")
+    assert campbell(modes="4,3").view(numbered, None).modes == (0,)  # with a note
+    with pytest.raises(UsageError, match="there is no mode 1 or 4 that oscillates in the diagram; try: some of 3, 5"):
+        campbell(modes="1,4").view(numbered, None)
 
 
 # -- modes of matrices -------------------------------------------------------------------------------------------------

@@ -234,9 +234,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     if folder is not None:
         locus, cut = (None, "") if sweep is None else request.roots(*sweep)
         ends = ends or cut
-        files = request.write(lin, data, Path(folder), locus, pairs, band)
-        files += request.written_campbell(diagram, view, Path(folder))
-        files += request.written_ride(table, spectra, Path(folder))
+        drawn, ridden = (diagram, view), (table, spectra)
+        files = request.write(lin, data, Path(folder), locus, pairs, band, drawn, ridden)
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:
@@ -371,16 +370,19 @@ class _Request:
         locus: RootLocus | None,
         pairs: Sequence[tuple[str, str]],
         band: tuple[float, float] | None,
+        drawn: tuple[Campbell | None, CampbellView | None],
+        ridden: tuple[RideTable | None, Sequence[PowerSpectrum]],
     ) -> list[Path]:
         """Write modes (JSON, CSV), matrices (NPZ) and figures to a folder, and return the paths of the files. Also
-        the root locus if there is one, and the frequency responses of `pairs` (input, output) over `band` (Hz, None
-        for the band of the modes). Everything is computed before the first file is made; `data` is the content of
-        modes.json."""
+        the root locus, the Campbell diagram with its view (`drawn`) and the ride with its spectra (`ridden`), if there
+        are any, and the frequency responses of `pairs` (input, output) over `band` (Hz, None for the band of the
+        modes). Everything is computed before the first file is made; `data` is the content of modes.json."""
         import numpy as np  # noqa: PLC0415
 
         from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
         from eomgen.products.linear import files as linear_files  # noqa: PLC0415
         from eomgen.products.linear import plots  # noqa: PLC0415
+        from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
         from eomgen.products.linear.eigenvalue_loci import draw_root_locus  # noqa: PLC0415
         from eomgen.products.linear.modes import draw_modes  # noqa: PLC0415
 
@@ -402,27 +404,16 @@ class _Request:
         if responses:
             files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
             files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
+        diagram, view = drawn
+        if diagram is not None and view is not None:
+            files.append(linear_files.write_campbell(diagram, folder / "campbell.csv"))
+            files.append(draw_campbell(diagram, name, folder / "campbell.png", view))
+        table, spectra = ridden
+        if table is not None:
+            files.append(linear_files.write_ride(table, folder / "ride.csv"))
+            files.append(linear_files.write_spectra(spectra, folder / "spectra.csv"))
+            files.append(plots.draw_spectra(spectra, name, folder / "spectra.png"))
         return files
-
-    def written_campbell(self, diagram: Campbell | None, view: CampbellView | None, folder: Path) -> list[Path]:
-        """Write campbell.csv and campbell.png, and return both paths; an empty list without a diagram."""
-        if diagram is None or view is None:
-            return []
-        from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
-        from eomgen.products.linear.files import write_campbell  # noqa: PLC0415
-
-        table = write_campbell(diagram, folder / "campbell.csv")
-        return [table, draw_campbell(diagram, self.model.name, folder / "campbell.png", view)]
-
-    def written_ride(self, table: RideTable | None, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
-        """Write ride.csv, spectra.csv and spectra.png of random roads, and return the paths; an empty list without a
-        table."""
-        if table is None:
-            return []
-        from eomgen.products.linear import files, plots  # noqa: PLC0415
-
-        tables = [files.write_ride(table, folder / "ride.csv"), files.write_spectra(spectra, folder / "spectra.csv")]
-        return [*tables, plots.draw_spectra(spectra, self.model.name, folder / "spectra.png")]
 
     def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> list[Path]:
         """Draw the shapes of the oscillating modes with the registered ``eomgen.mode_figures``; return the paths of the

@@ -68,11 +68,7 @@ def _response(magnitude: Any, phase: Any, frequencies: Array, values: Complex, t
     """Draw magnitude and phase of a complex response (n,) over frequency in Hz (n,) on two axes; `over` is the unit."""
     from matplotlib.ticker import MultipleLocator  # noqa: PLC0415  # slow to import, and only drawing needs it
 
-    size = np.abs(values)
-    if np.any(size > 0.0):
-        magnitude.loglog(frequencies, np.where(size > 0.0, size, np.nan), color="#0B62C4", linewidth=1.4)
-    else:
-        magnitude.semilogx(frequencies, size, color="#0B62C4", linewidth=1.4)
+    magnitude.loglog(frequencies, np.where(values, np.abs(values), np.nan), color="#0B62C4", linewidth=1.4)
     angles = np.degrees(np.unwrap(np.angle(values)))
     phase.semilogx(frequencies, angles, color="#0B62C4", linewidth=1.4)
     middle, half = 0.5 * (angles.max() + angles.min()), max(0.55 * np.ptp(angles), 100.0)

@@ -15,7 +15,6 @@ Automatic Control 33 (1988) 820).
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from fractions import Fraction
 
@@ -30,16 +29,12 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.linear.freedom import Partials
 from eomgen.products.linear.state_space import HasStateSpace, StateSpace, labels, state_space_of, with_more
 
-#: A sampling time above this number of seconds, given as a number, is more likely meant as samples per second.
-RARE = 10.0
 #: Largest number of inputs that wait for their effect.
 _WAITING = 1000
 
 
 def discretized(space: StateSpace | HasStateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
     """Return the exact model from sample to sample under inputs and disturbances that are held.
-
-    Warns of a time between two samples of 10 s or more that is given as a number.
 
     Parameters
     ----------
@@ -81,8 +76,6 @@ def sampled_with_cost(
     Inputs that wait are states ``NAME_before``, ``NAME_before_2``, ... after the other states: the input of the
     previous sample, and so on.
 
-    Warns of a period of 10 s or more that is given as a number.
-
     Parameters
     ----------
     space : StateSpace
@@ -104,10 +97,6 @@ def sampled_with_cost(
     if not period > 0.0:
         fault = f"the time between two samples is {period:.6g} s [E0459]"
         raise UsageError(Problem("sample", fault, "a time above zero"))
-    if not isinstance(sample, str) and period >= RARE:
-        hint = f'sample="{1.0 / period:.6g} s" for {period:.6g} a second, or "{period:.6g} s" if it is meant'
-        text = f"sample: the time between two samples is {period:.6g} s; try: {hint} [W0042]"
-        warnings.warn(text, RuntimeWarning, stacklevel=5)
     if not 0.0 <= late <= _WAITING * period:
         fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s [E0458]"
         raise UsageError(Problem("delay", fault, f"a delay from zero to {_WAITING} samples"))

@@ -103,8 +103,6 @@ def kalman(
 ) -> Observer:
     """Return the observer with the least error in the mean square.
 
-    Warns of a ``sample`` of 10 s or more that is given as a number.
-
     Parameters
     ----------
     space : StateSpace or Linearization
@@ -192,7 +190,7 @@ def place_observer(
 ) -> Observer:
     """Return the observer with given eigenvalues of the error of the estimate.
 
-    Warns of eigenvalues that grow, and of a ``sample`` of 10 s or more that is given as a number.
+    Warns of eigenvalues that grow.
 
     Parameters
     ----------

@@ -187,8 +187,6 @@ def lqr(
 ) -> Regulator:
     """Return the feedback of the whole state that minimises int s^T Q s + 2 s^T N u + u^T R u dt.
 
-    Warns of a ``sample`` of 10 s or more that is given as a number.
-
     Parameters
     ----------
     space : StateSpace or Linearization
@@ -258,7 +256,7 @@ def place(
 ) -> Regulator:
     """Return the feedback of the whole state for which the closed loop has given eigenvalues (SciPy's placement).
 
-    Warns of eigenvalues that grow, and of a ``sample`` of 10 s or more that is given as a number.
+    Warns of eigenvalues that grow.
 
     Parameters
     ----------
