@@ -214,6 +214,7 @@ def test_the_speed_has_the_unit_that_is_asked_for(unit: str, scale: float) -> No
     dots = next(line for line in axis.lines if line.get_marker() == "o")
     assert dots.get_xdata() == pytest.approx([8.0 * scale]) and dots.get_ydata() == pytest.approx([8.0 / 2 / math.pi])
     assert f"{8.0 * scale:.4g}" in {text.get_text() for text in axis.texts}
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == [f"crossing, {unit}"]
 
 
 def test_crossings_of_modes_and_orders_that_are_not_drawn_are_left_out() -> None:

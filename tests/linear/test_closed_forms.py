@@ -31,7 +31,6 @@ def motor() -> eomgen.Scene:
     return builder.output("angle", formula="sin(q.hinge)").output("power", formula="torque * v.hinge").build()
 
 
-@pytest.mark.slow
 def test_a_driven_pendulum_hanging_and_upright() -> None:
     model = eomgen.build(motor(), profile="quick")
     inertia, weight = 0.02 + 1.5 * 0.4**2, 1.5 * 9.81 * 0.4

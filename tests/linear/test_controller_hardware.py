@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from eomgen.control import OutputFeedback, Regulator, kalman, lqr
 from eomgen.errors import UsageError
 from eomgen.products.linear.controllers import with_controller
 from eomgen.products.linear.state_space import StateSpace
+from tests.linear.by_hand import linear_model
 
 PERIOD, MASS, STIFFNESS, LOAD = 0.01, 2.0, 40.0, 3.0
 START = (0.1, 0.0)
@@ -46,8 +48,12 @@ def cart() -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def plant() -> StateSpace:
     """Return the cart about x = 0, at which the command is 3 N."""
-    model = eomgen.build(cart(), profile="quick")
-    return model.linearize(at="initial", initial={"x": 0.0}, u={"push": LOAD}).state_space()
+    space = linear_model(
+        MASS, 0.0, STIFFNESS, ["x"], {"push": [1.0]}, None, {"place": {"q": [1.0]}}, ["m"]
+    ).state_space()
+    return replace(
+        space, units={**space.units, "inputs": ("N",)}, references={**space.references, "inputs": np.array([LOAD])}
+    )
 
 
 def by_hand(law: Regulator | OutputFeedback, hardware: Mapping[str, Any], rows: int, fine: int) -> Array:

@@ -36,7 +36,6 @@ def rolling() -> eomgen.Model:
     return eomgen.build(disc(), profile="quick")
 
 
-@pytest.mark.slow
 def test_one_compilation_serves_all_points(driven: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     driven.linearize()
     monkeypatch.setattr("eomgen.pipeline.pipeline.build", None)
@@ -54,7 +53,6 @@ def test_a_model_with_the_terms_needs_no_other(driven: eomgen.Model) -> None:
     assert list(blocks) == ["M0", "C0", "K0", "B0", "E0"]
 
 
-@pytest.mark.slow
 def test_along_a_run(driven: eomgen.Model) -> None:
     solution = driven.simulate(0.5, 1e-3, inputs={"torque": lambda t: 2.0 * t}, initial={"hinge": 0.4})
     lin = solution.linearize(0.3)
@@ -70,7 +68,6 @@ def test_along_a_run(driven: eomgen.Model) -> None:
     np.testing.assert_array_equal(again.linearize(0.3).K0, lin.K0)
 
 
-@pytest.mark.slow
 def test_along_a_run_with_constraints(crank: eomgen.Model) -> None:
     lin = crank.simulate(0.2, 1e-3, initial={"main": {"velocity": 3.0}}).linearize(0.1234)
     assert len(lin.coordinates) == 1

@@ -157,6 +157,7 @@ def test_blades_and_shafts_that_bend_in_one_plane_keep_the_frequencies_of_their_
         assert not said and not diagram.whirl.any()
 
 
+@pytest.mark.slow
 def test_the_dots_of_crossings_have_a_legend_with_their_unit_and_labels_end_within_the_figure() -> None:
     model = springs()
     diagram = model.campbell("spin", np.linspace(0.0, 200.0, 3))

@@ -347,6 +347,7 @@ def test_a_path_does_not_leap_over_an_infinite_stiffness(to: float) -> None:
     np.testing.assert_allclose(path.q[:, 0] * path.values, 9.81, rtol=1e-6)
 
 
+@pytest.mark.slow_cases("1000000000000000.0")
 @pytest.mark.parametrize("to", [1e12, 1e15])
 def test_limit_points_do_not_depend_on_the_range(snap: Model, to: float) -> None:
     """Beside a long range the change of the load at its extreme would be rounding."""

@@ -53,7 +53,11 @@ def test_steady_precession_of_a_top(model: eomgen.Model, root: int) -> None:
     np.testing.assert_allclose(found.v, [expected, 0.0, spin], rtol=1e-10, atol=1e-12)
     np.testing.assert_allclose(found.q[1], theta, rtol=1e-15)
     assert found.ignorable == ("v.precession", "v.spin")
-    assert not found.undetermined
+    assert not found.undetermined and found.base is None and found.t == 0.0 and not np.any(found.a)
+    assert found.acceleration < 1e-9 and 0 < found.iterations < 20 and len(found.multipliers) == 0
+    said = f"steady after {found.iterations} steps, unbalanced acceleration {found.acceleration:.3g}"
+    assert found.message == said and repr(found) == f"<SteadyMotion: {said}>"
+    assert list(found.initial) == ["q", "v"] and found.initial["q"] is found.q
 
     lin = model.linearize(at=found)
     assert lin.reference.what == "steady motion"
