@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,7 +19,6 @@ from matplotlib.text import Text
 
 import eomgen
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.products.linear.analyses import parameter_sweeps as campbell_module
 from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.products.linear.campbell_search import _Oscillations, _tracks_modes, campbell
 from eomgen.products.linear.linearization import Linearization
@@ -180,9 +180,8 @@ def test_speeds_may_be_values_of_a_parameter() -> None:
     assert diagram.unit == "rad/s"
 
 
-@pytest.mark.slow
-def test_modes_and_frequencies_of_a_picture_are_chosen(overhung: eomgen.Model) -> None:
-    diagram = overhung.campbell("spin", [0.0, 100.0], orders=(1, 2), whirl=[("x", "y")])
+def test_modes_and_frequencies_of_a_picture_are_chosen() -> None:
+    diagram = campbell("spin", "rad/s", [0.0, 100.0], overhung_by_hand, (1, 2), PLANES)
     chosen = Figure().subplots()
     diagram.plot(chosen, frequencies=(5.0, 90.0), modes=np.array([0]))
     assert chosen.get_ylim() == (5.0, 90.0)
@@ -203,7 +202,7 @@ def test_modes_and_frequencies_of_a_picture_are_chosen(overhung: eomgen.Model) -
         with pytest.raises(eomgen.UsageError, match=text):
             diagram.plot(chosen, **wrong)
     with pytest.raises(eomgen.UsageError, match=r"speed_unit: damping has no unit, and a speed in rad/s is converted"):
-        overhung.campbell("damping", [1.0, 2.0]).plot(chosen, speed_unit="rpm")
+        replace(diagram, parameter="damping", unit="").plot(chosen, speed_unit="rpm")
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("rad/s", 1.0), ("rpm", 30.0 / math.pi), ("Hz", 0.5 / math.pi)])
@@ -305,37 +304,6 @@ def test_labels_never_lie_on_one_another(heights: list[float], orders: list[int]
     assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for _, box in boxes)
 
 
-@pytest.mark.slow
-def test_warnings_in_the_same_words_are_one_with_a_count(
-    overhung: eomgen.Model, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """They count the values of the caller: linear models between these, for the crossings, are none of them."""
-    linearize, shares = campbell_module.linearize, itertools.count(1)
-
-    def doubtful(*arguments: Any, **options: Any) -> Any:
-        warnings.warn(f"coefficients change by {next(shares):.3g} %", RuntimeWarning, stacklevel=2)
-        return linearize(*arguments, **options)
-
-    monkeypatch.setattr(campbell_module, "linearize", doubtful)
-    said = "at 4 values of {}, at {} for instance: coefficients change by {} % [W0040]"
-    speeds, damping = [10.0, 100.0, 200.0, 300.0], [1.0, 2.0, 3.0, 4.0]
-    for call, text in (
-        (lambda: overhung.campbell("spin", speeds, orders=(1, 2)), said.format("spin from 10 to 300", "spin = 10", 1)),
-        (
-            lambda: overhung.root_locus("damping", damping, at="initial"),
-            said.format("damping from 1 to 4", "damping = 1", 1),
-        ),
-    ):
-        shares = itertools.count(1)
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            call()
-        found = [
-            (str(item.message).partition(": ")[2], item.filename) for item in caught if "coeff" in str(item.message)
-        ]
-        assert found == [(text, __file__)]
-
-
 def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
     for call, text in (
         (lambda: overhung.campbell("spinn", [1.0, 2.0]), "no tunable parameter or velocity 'spinn'; try: spin"),
@@ -363,11 +331,11 @@ def test_deflections_against_the_sense_of_the_spin_are_warned_of(overhung: eomge
     assert found == ([(said, __file__)] if first.endswith("y") else [])
 
 
-def test_a_value_without_a_linear_model_is_left_out_and_named(overhung: eomgen.Model) -> None:
+def test_a_value_without_a_linear_model_is_left_out_and_named() -> None:
     def linearized(speed: float, before: Linearization | None) -> Linearization:
         if speed in lost:
             raise NumericalError(Problem("steady motion", "it does not last", "another speed"))
-        return overhung.linearize(at=overhung.steady_motion({"spin": speed}))
+        return overhung_by_hand(speed)
 
     lost = {60.0}
     with pytest.warns(RuntimeWarning, match="left out: numerical error: at spin = 60: steady motion: it does not"):

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 import eomgen
 from eomgen.control import OutputFeedback, Regulator, driven_by, kalman, lqr, shaping_filter
@@ -86,48 +85,6 @@ def test_a_pole_is_held_upright_where_a_force_is_needed() -> None:
         assert run.success
         np.testing.assert_allclose(run.q[-1], [space.reference("states", "rail"), 0.0], atol=1e-5)
         np.testing.assert_allclose(run.z[-1][model.states.index("motor")], 0.4, atol=1e-4)
-
-
-def craft(turned: dict[str, Any]) -> dict[str, Any]:
-    """Return the data of a body that floats with an arm on a ball joint, both pushed and turned along their axes."""
-    floating = {"type": "free", "parent": "base", "child": "hull", "initial": {"position": [1, -2, 0.5], **turned}}
-    ball = {"type": "spherical", "parent": "hull", "child": "arm", "initial": {"position": [0.8, 0.36, 0, -0.48]}}
-    efforts = {f"of{k}": {"joint": "float", "index": k, "effort": f"push{k}"} for k in range(6)}
-    efforts |= {f"arm{k}": {"joint": "ball", "index": k, "effort": f"turn{k} - 0.2 * v.ball[{k}]"} for k in range(3)}
-    hull = {"mass": 3.0, "center_of_mass": [0.1, 0.02, -0.05], "inertia": [0.3, 0.5, 0.7]}
-    arm = {"mass": 0.4, "center_of_mass": [0, 0, 0.3], "inertia": [0.02, 0.03, 0.01]}
-    return {
-        "format": 1, "name": "craft", "gravity": [0, 0, 0], "bodies": {"hull": hull, "arm": arm}, "efforts": efforts,
-        "inputs": {name: {} for name in (*(f"push{k}" for k in range(6)), *(f"turn{k}" for k in range(3)))},
-        "joints": {"float": floating, "ball": ball}, "simulation": {"method": "rk4"},
-    }  # fmt: skip  # a table
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("sample", [None, "5 ms"])
-def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None) -> None:
-    """About a turned pose, of a free joint and of a ball joint."""
-    data = craft({"orientation": [0.6, 0, 0.64, 0.48]})
-    plant = eomgen.build(data, profile="quick")
-    space = plant.linearize(at="initial").state_space()
-    assert space.states[:2] == ("float[0]", "float[1]") and set(space.orientations) == {"float", "ball"}
-    law = lqr(space, dict.fromkeys(space.states, 1.0), dict.fromkeys(space.inputs, 10.0), sample=sample)
-    assert law.closed_loop.stability == "stable"
-    model = eomgen.build(with_controller(data, law), profile="quick")
-    if sample is None:
-        again = model.linearize(at="initial").state_space()
-        np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-8, atol=1e-8)
-    off = np.array([0.02, -0.01, 0.03, 0.05, -0.04, 0.02, 0.03, 0.0, -0.02])
-    start = model.integrate(model.initial_q, 1e-3 * off)
-    run = model.simulate(0.5, 1e-3, initial={"q": start}, error_estimate=False)
-    assert run.success, run.message
-    found = np.column_stack([model.difference(np.broadcast_to(model.initial_q, run.q.shape), run.q), run.v])[::5]
-    state = np.zeros(len(law.closed_loop.states))
-    state[:18] = found[0]
-    step = expm(law.closed_loop.A * 5e-3) if sample is None else law.closed_loop.A
-    for row in found:
-        assert np.all(np.abs(row - state[:18]) <= 1e-4 * np.abs(found).max())
-        state = step @ state
 
 
 @pytest.mark.parametrize("units", [1.0, 1e-4])

@@ -7,7 +7,7 @@ import math
 import pickle
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
+from eomgen.products.linear.analyses.linearize import _check_finite
 from eomgen.products.linear.state_space import _solve
 from tests.linear.test_closed_forms import motor, slider_crank
 from tests.linear.test_neighbouring_motions import disc
@@ -207,27 +208,19 @@ def test_messages(
         call(request.getfixturevalue(name))
 
 
-@pytest.mark.slow
-def test_a_singular_mechanism_is_refused(crank: eomgen.Model) -> None:
-    """A parallelogram whose bars lie on one line may move in two ways."""
-    builder = eomgen.SceneBuilder("bars", gravity=[0, 0, 0])
-    for name, parent, at in (("a", "base", [0, 0, 0]), ("b", "a", [1.0, 0, 0]), ("c", "base", [1.0, 0, 0])):
-        builder.body(name, 1.0, inertia=[0.1] * 3)
-        builder.joint(f"j{name}", "revolute", parent, name, axis=[0, 0, 1], position=at, initial={"position": 0.4})
-    builder.point("end", "c", [1.0, 0, 0])
-    line = {"body": "b", "position": [1.0, 0, 0], "axis": [0, 0, 1], "x_axis": [1, 0, 0]}
-    model = eomgen.build(builder.constraint("closed", "point_on_line", line, "end").build(), profile="quick")
-    with pytest.raises(ModelError, match="constraints depend on each other in this state"):
-        model.linearize([0.0, 0.0, 0.0])
-
-
-@pytest.mark.slow
-def test_resonance_without_damping_has_no_bound() -> None:
-    builder = eomgen.SceneBuilder("mass", gravity=[0, 0, 0]).input("push").body("m", 1.0)
-    builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=4.0).effort("push", "slide", "push")
-    lin = eomgen.build(builder.build(), profile="quick").linearize()
-    with pytest.raises(NumericalError, match="a frequency is equal to the frequency of a mode without damping"):
-        lin.frequency_response([1.0, 2.0], "push", "slide")
+def test_partials_that_are_no_numbers_are_named() -> None:
+    """Outputs by their rows, if the equations of motion have slopes."""
+    names: Any = SimpleNamespace(outputs=("tilt", "twice", "far"))
+    known = np.zeros((3, 2))
+    for steep, said in (([0], "the output tilt is not"), ([0, 2], "the output tilt and of far is not")):
+        blocks = {"K": np.zeros((2, 2)), "Yq": known.copy(), "Yv": known}
+        _check_finite(blocks, names)
+        blocks["Yq"][steep, 1] = np.inf
+        with pytest.raises(NumericalError, match=f"linearize: the slope of {said} a finite number in this state"):
+            _check_finite(blocks, names)
+    for name in ("K", "J"):
+        with pytest.raises(NumericalError, match=f"partials are not finite numbers in this state: {name}, Yq"):
+            _check_finite({**blocks, name: np.full((2, 2), np.nan)}, names)
 
 
 def test_an_inertia_matrix_without_inertia_along_coordinates_names_them() -> None:
@@ -244,28 +237,3 @@ def test_an_inertia_matrix_without_inertia_along_coordinates_names_them() -> Non
     for light in (0.0, 1e-15, -1.0):
         with pytest.raises(ModelError, match="the inertia matrix is singular along b, so"):
             _solve(np.diag([4.0, light]), right, ["a", "b"])
-
-
-@pytest.mark.slow
-def test_motion_without_inertia_is_named() -> None:
-    builder = eomgen.SceneBuilder("light", gravity=[0, 0, 0]).parameter("load", 1.0, tunable=True)
-    builder.body("m", 1.0).body("arm", "load", center_of_mass=[0.1, 0, 0])
-    builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0])
-    builder.joint("hinge", "revolute", "m", "arm", axis=[0, 0, 1], stiffness=1.0)
-    # which would refuse what a URDF may have, and others by their positions
-    scene = replace(builder.build(), requirements=())
-    model = eomgen.build(scene, profile="quick")
-    lin = model.linearize([0.0, 0.0], a=[0.0, 0.0], parameters={"load": 0.0})
-    with pytest.raises(ModelError, match=r"the inertia matrix is singular along v\.hinge, so there is no linear model"):
-        lin.modes()
-
-
-@pytest.mark.slow
-def test_an_output_without_a_slope_is_named() -> None:
-    builder = eomgen.SceneBuilder("cart", gravity=[0, 0, 0]).body("m", 1.0)
-    builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=1.0)
-    builder.output("tilt", formula="acos(1 - q.slide ** 2)").output("twice", formula="2 * q.slide")
-    model = eomgen.build(builder.build(), profile="quick")
-    with pytest.raises(NumericalError) as caught:
-        model.linearize(at="initial")
-    assert "linearize: the slope of the output tilt is not a finite number in this state" in str(caught.value)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
-import importlib
 import json
 import math
 import re
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -55,59 +52,6 @@ def test_a_table_of_modes(capsys: pytest.CaptureFixture[str]) -> None:
         r" +2 +11\.0246889 +0\.201257 +-13\.9411045 ± 67\.8527903j +wheel 1, body 0\.0592 at -112°", lines[3]
     )
     assert shown.err == "stable: every mode decays, the slowest with e^(-1.712 t)\n"
-
-
-def interrupt(monkeypatch: pytest.MonkeyPatch, title: str, after: int) -> None:
-    """Ctrl-C comes after some of five values of a study with this title, or before its first."""
-
-    def report(number: int, total: int) -> None:
-        if number == after:
-            raise KeyboardInterrupt
-
-    @contextlib.contextmanager
-    def bar(told: str) -> Iterator[Callable[[int, int], None]]:
-        if not after:
-            raise KeyboardInterrupt
-        assert told == title
-        yield report
-
-    importlib.import_module("eomgen.cli.running")  # a first import here would bind the bar of this test for good
-    monkeypatch.setattr("eomgen.base.progress.terminal_bar", bar)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("after", "told"),
-    [
-        (1, "interrupted before there was a Campbell diagram"),
-        (3, "interrupted: the Campbell diagram has 3 of 5 values of mass and 0 crossings"),
-    ],
-)
-def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
-    top: str, after: int, told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    interrupt(monkeypatch, "top: mass", after)
-    assert main(["linearize", top, "--at", "initial", "--campbell", "mass=1:2:5"]) == 130
-    shown = capsys.readouterr()
-    assert shown.out.startswith("top about the initial state at t = 0 s") and shown.err.splitlines()[-1] == told
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("after", [0, 3])
-def test_an_interrupted_root_locus_is_written_as_far_as_it_came(
-    top: str, after: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    interrupt(monkeypatch, "top: roots over mass", after)
-    folder = tmp_path / "out"
-    assert main(["linearize", top, "--at", "initial", "--root-locus", "mass=1:2:5", "--out", str(folder)]) == 130
-    last = capsys.readouterr().err.splitlines()[-1]
-    assert (folder / "modes.csv").is_file()
-    if not after:
-        assert last == "interrupted before there was a root locus" and not (folder / "root_locus.csv").exists()
-        return
-    assert last == "interrupted: the root locus has 3 of 5 values of mass" and (folder / "root_locus.png").is_file()
-    rows = list(csv.DictReader((folder / "root_locus.csv").open(encoding="utf-8")))
-    assert sorted({float(row["mass"]) for row in rows}) == [1.0, 1.25, 1.5]
 
 
 @pytest.mark.slow_cases("words0-equilibrium", "words1-buckling_loads")

@@ -42,6 +42,10 @@ def unpacked(result: Any) -> None:
 NARROW = PowerSpectrum("y", "m", np.array([1.0, 5.0]), np.ones(2))
 ONE = np.ones((1, 1))
 CALLS: list[tuple[Callable[[], Any], str]] = [
+    (
+        lambda: linear_model(1.0, 0.0, 4.0, ["x"], {"f": [1.0]}).frequency_response([1.0, 2.0], "f", "x"),
+        "a frequency is equal to the frequency of a mode without damping, whose response has no bound",
+    ),
     (lambda: delay_line("u", "y", 0, 0.1), "samples: a whole number from 1 on is needed, not 0; try: 1"),
     (lambda: delay_line("u", "y", 2, 0.0), "sample: the time between two samples is 0 s; try: a time above zero"),
     (lambda: shaping_filter([1.0], [0.0, 0.0], "w", "u"), "shaping_filter: the coefficients are not finite numbers"),

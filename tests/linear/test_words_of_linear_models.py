@@ -192,6 +192,41 @@ def test_rides_and_crossings_are_printed_behind_the_modes(capsys: pytest.Capture
         assert shown.out == "" and shown.err == f"no orders: k is not a speed of rotation (unit {shown_unit})\n"
 
 
+def test_ctrl_c_in_a_diagram_or_a_locus_is_told_with_what_there_is() -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    request: Any = object.__new__(linearize._Request)
+    request.velocities, request.held, request.inputs, request.multiblade = {"tail": 2.0, "spin": 1.0}, {}, {}, None
+    request.parameters, request.initial, request.time, request.at = {"c": 1.0}, {}, 0.5, "steady"
+    asked, calls = CampbellRequest.read("spin=1:5:3", None, (), None, None), list[dict[str, Any]]()
+    for result, said in (
+        (
+            replace(DIAGRAM, interrupted=True),
+            "interrupted: the Campbell diagram has 2 of 3 values of spin and 1 crossing",
+        ),
+        (DIAGRAM, ""),
+    ):
+        campbell_of = lambda name, values, result=result, **given: calls.append(given) or result  # noqa: E731
+        request.model = SimpleNamespace(name="rig", parameters={"c": 1.0}, campbell=campbell_of)
+        assert request.campbell(asked, "reference") == (result, said)
+    assert calls[0] == {
+        "parameters": {"c": 1.0}, "initial": None, "t": 0.5, "velocities": {"tail": 2.0}, "coordinates": {}, "u": None,
+        "multiblade": None, "reference": "reference", "orders": None, "whirl": [], "progress": True,
+    }  # fmt: skip  # a table
+    request.model.campbell = interrupted
+    assert request.campbell(asked, None) == (None, "interrupted before there was a Campbell diagram")
+    assert request.campbell(None, None) == (None, "")
+    request.linearize = interrupted
+    assert request.roots("c", [1.0, 2.0]) == (None, "interrupted before there was a root locus")
+    request.linearize = lambda given, _: (
+        linear_model(1.0, given["c"], 4.0, ["x"]) if given["c"] < 3.0 else interrupted()
+    )
+    locus, told = request.roots("c", [1.0, 2.0, 3.0])
+    assert told == "interrupted: the root locus has 2 of 3 values of c" and locus.values.tolist() == [1.0, 2.0]
+    assert request.roots("c", [1.0, 2.0])[1] == ""
+
+
 def test_views_have_the_modes_of_the_table() -> None:
     numbered = replace(DIAGRAM, numbers=(3, 5))
     for modes_asked, columns in (("5", (1,)), ("5,3", (1, 0)), (None, None)):

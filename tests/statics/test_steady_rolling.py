@@ -102,7 +102,6 @@ def circle_of(model: eomgen.Model, found: SteadyMotion) -> tuple[float, float, f
 # -- a disc ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("spin, lean", [(8.0, 0.3), (12.0, -0.6), (-9.0, 0.4)])
 def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
     model = model_of("axes")
@@ -142,7 +141,6 @@ def test_a_disc_in_a_circle_in_other_coordinates(name: str) -> None:
     np.testing.assert_allclose(height, height[0], atol=1e-7)
 
 
-@pytest.mark.slow
 def test_velocities_that_rows_force_are_free() -> None:
     model = model_of("axes")
     start = {"rise": RADIUS}
@@ -155,7 +153,6 @@ def test_velocities_that_rows_force_are_free() -> None:
     np.testing.assert_allclose(both.v, from_spin.v, atol=1e-10)
 
 
-@pytest.mark.slow
 def test_a_disc_stays_upright_above_its_critical_spin() -> None:
     """It does for spin^2 > A m g r / (C (C + m r^2)), the moment about a diameter times the tipping one over the axial
     ones."""
@@ -179,7 +176,6 @@ def test_symmetries_of_discs() -> None:
         assert len(symmetries(conditions, model.initial_q, model.initial_z)) == 4
 
 
-@pytest.mark.slow
 def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
     model = model_of("axes")
     found = model.steady_motion({"spin": 8.0}, {"lean": 0.3}, {"yaw": {"velocity": -1.0}, "rise": 0.28})
