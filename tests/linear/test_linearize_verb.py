@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.files import read_arrays
 from eomgen.cli import main
 from eomgen.solvers import equilibrium_search
 
@@ -108,15 +107,11 @@ def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str
     data = json.loads(capsys.readouterr().out)
     files = ["modes.json", "modes.csv", "matrices.npz", "modes.png", "root_locus.csv", "root_locus.png"]
     assert data["files"] == [*files, "responses.csv", "responses.png"]
-    for figure in folder.glob("*.png"):
-        assert figure.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     model = eomgen.build(QUARTER_CAR)
     lin = model.linearize(t=30.0, parameters={"skyhook": 300.0})
     values = lin.modes().eigenvalues.tolist()
     assert [mode["eigenvalue"] for mode in data["modes"]] == [[value.real, value.imag] for value in values]
     assert {k: v for k, v in data.items() if k != "files"} == json.loads((folder / "modes.json").read_text())
-    arrays, _ = read_arrays(folder / "matrices.npz")
-    np.testing.assert_array_equal(arrays["A"], lin.state_space().A)
     roots = np.loadtxt(folder / "root_locus.csv", delimiter=",", skiprows=1)
     np.testing.assert_allclose(roots[:, 0], np.geomspace(100.0, 6000.0, 7), rtol=1e-12)
     for row in roots:
@@ -167,21 +162,6 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
         model.root_locus("stiffness", 5.0)  # type: ignore[arg-type]  # on purpose
     with pytest.raises(eomgen.UsageError, match="at stifness = 5: there is no parameter 'stifness'; try: stiffness"):
         model.root_locus("stifness", [5.0])
-
-
-@pytest.mark.slow
-def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = tmp_path / "ride"
-    words = ["--ride", "body_acceleration:Wk", "--ride", "tyre_load", "--classes", "A,C", "--speeds", "10,20"]
-    assert main(["linearize", QUARTER_CAR, "--t", "30", "--json", "--out", str(folder), *words]) == 0
-    ride = json.loads(capsys.readouterr().out)["ride"]
-    assert [(row["class"], row["speed"]) for row in ride] == [("A", 10.0), ("A", 20.0), ("C", 10.0), ("C", 20.0)]
-    for rough, smooth in zip(ride[2:], ride[:2], strict=True):  # four times the amplitude
-        for name in ("body_acceleration", "tyre_load"):
-            assert rough["rms"][name] == pytest.approx(4.0 * smooth["rms"][name], rel=1e-12)
-    f, _, load = np.loadtxt(folder / "spectra.csv", delimiter=",", skiprows=1).T
-    assert math.sqrt(np.trapezoid(load, f)) == pytest.approx(ride[3]["rms"]["tyre_load"], rel=1e-3)
-    assert (folder / "spectra.png").stat().st_size > 10_000 and (folder / "ride.csv").is_file()
 
 
 @pytest.mark.slow
@@ -242,12 +222,4 @@ spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] 
         header, *rows = list(csv.reader(file))
     assert header[:4] == ["spin", "mode3 damped frequency [Hz]", "mode3 damping_ratio", "mode3 whirl"]
     assert [float(row[0]) for row in rows] == [10.0, 155.0, 300.0] and float(rows[0][3]) == -1.0
-    assert (folder / "campbell.png").stat().st_size > 10_000
-    assert main(["linearize", str(path), *words[:-1]]) == 0
-    shown = " ".join(capsys.readouterr().out.split())
-    assert "crossings with orders; modes: numbers of the table of modes" in shown
-    # the spin is modes 1 and 2 of the table, without stiffness
-    assert re.search(r"\b1 +0 +0 +spin 1\b", shown) and {item["mode"] for item in crossings} == {3, 4}
-    assert main(["linearize", str(path), "--out", str(folder), *words[:-1], "--modes", "1"]) == 2
-    assert "--modes: there is no mode 1 that oscillates in the diagram; try: some of 3, 4" in capsys.readouterr().err
-    assert main(["linearize", str(path), "--out", str(folder), *words[:2], "--orders", "1P,2P"]) == 0
+    assert {item["mode"] for item in crossings} == {3, 4}  # the spin is modes 1 and 2, without stiffness

@@ -154,20 +154,6 @@ def test_forces_without_a_potential_bifurcate_where_the_determinant_vanishes(fol
     assert {item.kind for item in critical} <= {"bifurcation"}
 
 
-def test_a_truss_turns_round_at_its_limit_loads() -> None:
-    load = lambda h: 1000.0 * (np.hypot(1.0, 0.2) / np.hypot(1.0, h) - 1.0) * h  # noqa: E731
-    top = minimize_scalar(lambda h: -load(h), bounds=(0.0, 0.2), method="bounded", options={"xatol": 1e-12})
-    points, critical = path_of(truss(), [0.2, 0.0], 12.0, 0.05)
-    assert [item.kind for item in critical] == ["limit point"] * 2
-    assert [item.point.rest.s for item in critical] == pytest.approx([-top.fun, top.fun], rel=1e-9)
-    assert [item.point.rest.q[0] for item in critical] == pytest.approx([top.x, -top.x], abs=1e-6)
-    for item in critical:
-        np.testing.assert_allclose(np.abs(item.modes[:, 0]), [1.0, 0.0], atol=1e-6)
-    for item in points:
-        assert item.point.rest.s == pytest.approx(load(item.point.rest.q[0]), abs=1e-8)
-        assert item.stiffness.negative == (abs(item.point.rest.q[0]) < top.x)
-
-
 @pytest.mark.parametrize("size", [1.0, -1.0, 2.0])
 def test_branches_leave_on_the_side_that_is_asked_for(size: float) -> None:
     """Past the first load of one link: q / sin(q) = s."""
