@@ -19,6 +19,7 @@ from scipy.linalg import expm, solve_discrete_lyapunov
 from eomgen.control import OutputFeedback, kalman, lqr, place, place_observer
 from eomgen.errors import EomgenError, ModelError, NumericalError, UsageError
 from eomgen.products.linear.augmentation import delay, delay_line, driven_by, shaping_filter
+from eomgen.products.linear.control.margins import _roots
 from eomgen.products.linear.control.second_order import Plant
 from eomgen.products.linear.control.stationary import root_mean_squares, stationary_covariance
 from eomgen.products.linear.sampling import discretized
@@ -605,3 +606,10 @@ def test_gains_do_not_depend_on_the_unit_of_the_cost_or_of_intensities(unit: flo
     ):
         with pytest.raises(UsageError, match=f"Q is {said}"):
             lqr(space, unit * weights, unit * R)
+
+
+def test_roots_lie_between_points_and_on_them() -> None:
+    """(x - 1) (x - 2.5) (x - 4) over whole numbers, with a root that is touched at 7."""
+    points = np.arange(1.0, 9.0)
+    function = lambda x: (x - 1.0) * (x - 2.5) * (x - 4.0) * (x - 7.0) ** 2  # noqa: E731
+    assert sorted(_roots(function, points, function(points))) == pytest.approx([1.0, 2.5, 4.0, 7.0], rel=1e-12)

@@ -507,3 +507,12 @@ def test_a_mode_that_ends_is_not_followed_by_one_that_begins() -> None:
     assert not _tracks_modes(before, _oscillations([10.0, 40.0], np.eye(3)[:, 1:]))
     assert _tracks_modes(before, _oscillations([10.0], np.eye(3)[:, 1:2]))
     assert _tracks_modes(_oscillations([], np.zeros((3, 0))), before)
+
+
+@pytest.mark.parametrize(("turning", "sense"), [(1e-9, 0), (1e-4, 1)])
+def test_orbits_that_are_straight_but_for_rounding_have_no_sense(turning: float, sense: int) -> None:
+    """Along both diagonals, with equal deflections in x and y: x'' + turning * y' + 2 x + y = 0 and the like."""
+    gyroscopic = np.array([[0.0, turning], [-turning, 0.0]])
+    lin = linear_model(np.eye(2), gyroscopic, [[2.0, 1.0], [1.0, 2.0]], ("x", "y"))
+    diagram = campbell("spin", "rad/s", np.array([1.0, 2.0]), lambda *_: lin, (), [("x", "y")])
+    assert sorted(np.abs(diagram.whirl).ravel()) == [sense] * 4

@@ -14,6 +14,7 @@ import pytest
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
 from eomgen.lie.product import Factor, bracket_matrix, difference, update
+from eomgen.products.statics import steady_motion
 from eomgen.products.statics.steady_conditions import Conditions, ConditionValues
 from eomgen.products.statics.steady_search import _across
 from eomgen.products.statics.symmetries import Fields, SymmetryField, constant
@@ -382,3 +383,15 @@ def test_arbitrary_increments_keep_beams_within_their_reach() -> None:
         assert conditions.around(np.array([0.0, 0.0, -7.0])).tolist() == [0.0, 0.0, -0.01]
     assert conditions.turning.tolist() == [False, True, False]
     assert conditions.after(0.5).t == 0.5 and conditions.after(0.5).after(-2.0).t == -1.5
+
+
+@pytest.mark.parametrize(("indefinite", "beams"), [(True, ["rope"]), (True, []), (False, ["rope"]), (False, [])])
+def test_a_singular_inertia_is_of_the_end_unless_beams_bend_too_far_at_the_start(
+    indefinite: bool, beams: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = SimpleNamespace(text="too far at the start", hint="less")
+    monkeypatch.setattr(steady_motion, "inertia_warning", lambda *_, where: start if indefinite else None)
+    monkeypatch.setattr(steady_motion, "beams_beyond_linear_range", lambda *_: beams)
+    said = str(steady_motion._not_positive_definite(cast(Any, None), np.zeros(1), np.zeros(0)))
+    assert ("too far at the start; try: less" in said) == (indefinite and bool(beams))
+    assert ("singular at the end of the search" in said) != (indefinite and bool(beams))

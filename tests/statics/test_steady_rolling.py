@@ -165,15 +165,15 @@ def test_a_disc_stays_upright_above_its_critical_spin() -> None:
         assert (growth < 1e-3) if stable else (growth > 0.1)
 
 
-@pytest.mark.slow
-def test_symmetries_of_discs() -> None:
+@pytest.mark.slow_cases("free", "SE3", "R3xSO3", "frame")
+@pytest.mark.parametrize("name", ["axes", "free", "SE3", "R3xSO3", "frame"])
+def test_symmetries_of_discs(name: str) -> None:
     """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch
     besides."""
-    for name in ("axes", "free", "SE3", "R3xSO3", "frame"):
-        model = model_of(name).having(PURPOSES["linearization"])
-        p = model.parameter_array(None)
-        conditions = _conditions(model, p, 0.0, None, model.initial_q, np.ones(model.nv))
-        assert len(symmetries(conditions, model.initial_q, model.initial_z)) == 4
+    model = model_of(name).having(PURPOSES["linearization"])
+    p = model.parameter_array(None)
+    conditions = _conditions(model, p, 0.0, None, model.initial_q, np.ones(model.nv))
+    assert len(symmetries(conditions, model.initial_q, model.initial_z)) == 4
 
 
 def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
