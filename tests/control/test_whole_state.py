@@ -481,7 +481,10 @@ def test_root_mean_squares_of_filtered_noise() -> None:
 UNMOVED = model([[0.4, 0.0], [0.0, -1.0]], [[0.0], [1.0]], E=[[1.0], [1.0]])
 HELD = model([[0.0, 0.0], [0.0, -1.0]], [[1.0], [1.0]], [[0.0, 1.0]], [[0.0], [1.0]])
 FINE = random_model(3, 1, 2, 1)
-UNDRIVEN = shaping_filter([1.0], [1.0, 1.0], "white", "road")
+
+
+def undriven() -> StateSpace:
+    return shaping_filter([1.0], [1.0, 1.0], "white", "road")
 
 
 def oscillator(growth: float) -> StateSpace:
@@ -541,8 +544,8 @@ REFUSED: dict[str, Callable[[], object]] = {
     "sample: the time between two samples is -0.1 s": lambda: discretized(FINE, -0.1),
     "delay: the delay is -0.1 s, and a sample lasts 0.1 s": lambda: discretized(FINE, 0.1, -0.1),
     "measurement_noise: the noise of y1 is 0.0": lambda: kalman(FINE, {"w1": 1.0}, {"y1": 0.0}),
-    "inputs: the model has no": lambda: kalman(UNDRIVEN, {"white": 1.0}, {"road": 1.0}, inputs=["u1"]),
-    "inputs: the model has no input": lambda: place_observer(UNDRIVEN, [-2.0], ["road"], inputs=["u1"]),
+    "inputs: the model has no": lambda: kalman(undriven(), {"white": 1.0}, {"road": 1.0}, inputs=["u1"]),
+    "inputs: the model has no input": lambda: place_observer(undriven(), [-2.0], ["road"], inputs=["u1"]),
     "measurement_noise: no measured signal is named": lambda: kalman(FINE, {"w1": 1.0}, {}),
     "no disturbance, input or state 'w9'": lambda: kalman(FINE, {"w9": 1.0}, {"y1": 1.0}),
     "try: the same model, inputs, sample and delay for both": lambda: OutputFeedback(

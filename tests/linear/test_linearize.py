@@ -237,3 +237,5 @@ def test_an_inertia_matrix_without_inertia_along_coordinates_names_them() -> Non
     for light in (0.0, 1e-15, -1.0):
         with pytest.raises(ModelError, match="the inertia matrix is singular along b, so"):
             _solve(np.diag([4.0, light]), right, ["a", "b"])
+    with pytest.raises(ModelError, match="the inertia matrix is singular along a, so"):
+        _solve(np.zeros((2, 2)), right, ["a", "b"])
