@@ -314,6 +314,7 @@ def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("x", "z")]), "there is no output or state 'z'"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("tilt_x", "spin")]), "whirl tilt_x:spin: spin is the"),
         (lambda: overhung.campbell("damping", [1.0, 2.0], velocities={"spin": 1.0}), "damping is a parameter, and"),
+        (lambda: overhung.campbell("spin", [1.0, 2.0], coordinates={"tilt": 0.1}), "coordinate or joint 'tilt'; try: "),
     ):
         with pytest.raises(UsageError, match=text):
             call()

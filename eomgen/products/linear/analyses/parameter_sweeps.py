@@ -185,7 +185,6 @@ def campbell(
     _check_pairs(whirl)
     if not is_parameter:
         _check_whirl(model, speed, whirl, initial, parameters)
-    held = coordinates or {}
     found_once = KnownSymmetries()
     standing = StandingAxes(model, () if is_parameter else (speed, *(velocities or {})), t)
 
@@ -202,12 +201,12 @@ def campbell(
         moving = {**(velocities or {}), speed: value}
         first = near is None and found_once.fields is None
         try:
-            motion = motion_along(model, found_once, moving, held, near or initial, parameters or None, t, u)
+            motion = motion_along(model, found_once, moving, coordinates, near or initial, parameters or None, t, u)
         except NumericalError:
             if first:
                 raise
             found_once.forget()
-            motion = motion_along(model, found_once, moving, held, initial, parameters or None, t, u)
+            motion = motion_along(model, found_once, moving, coordinates, initial, parameters or None, t, u)
         return linearize(model, t=t, u=u, at=motion, parameters=parameters or None, multiblade=multiblade)
 
     def linearize_oscillations(value: float, before: Linearization | None) -> Linearization:
