@@ -386,7 +386,7 @@ class _Drawing:
             self.axis.plot(line * self.scale, heights, ":", color=_RAY, linewidth=1.1, zorder=1.5)
 
     def _labels_at_ends(self) -> None:
-        """Label rays of orders where they leave the figure, and modes at the right end, each if there is a free
+        """Label rays of orders at the edge of the figure, and modes at the right end, each if there is a free
         place."""
         end = float(self.ends[1])
         for order in self.orders:

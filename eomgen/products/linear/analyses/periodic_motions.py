@@ -31,7 +31,7 @@ from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.inputs import Signal
 
-#: Bound of tolerances: with larger errors multipliers have no digit, and their differences do not show the error.
+#: Bound of tolerances: multipliers with larger errors have no digit, and differences do not show the error.
 _WIDEST = 0.1
 #: Numbers of intervals of the collocation, doubled until the monodromy matrix is known.
 _FIRST, _LAST = 8, 512

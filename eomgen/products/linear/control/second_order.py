@@ -118,7 +118,7 @@ def placed_modal_gains(
 ) -> tuple[Array, Array]:
     """Return modal gains g (1/s^2) and h (1/s) that give modes new frequencies and damping ratios.
 
-    Raises UsageError for a new frequency that is not positive, as that of a mode without stiffness.
+    Raises UsageError for a new frequency that is not positive, such as of a mode without stiffness.
 
     Parameters
     ----------
