@@ -369,7 +369,7 @@ def test_margins_are_where_the_sampled_loop_becomes_unstable() -> None:
 
 
 @pytest.mark.parametrize("sample", [None, 0.1])
-@pytest.mark.parametrize("seed", [0, 5, 6])
+@pytest.mark.parametrize("seed", [0, 6])
 def test_margins_are_those_of_a_dense_curve(seed: int, sample: float | None) -> None:
     """Crossovers, lags and the distance from -1 of the loop at frequencies without end; growth at both limits."""
     space = random_model(4, 2, 1, 0, seed)

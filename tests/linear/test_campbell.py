@@ -92,7 +92,7 @@ def test_an_overhung_disc_has_the_frequencies_of_its_polynomial(sense: float) ->
     np.testing.assert_array_equal(swapped.whirl, -diagram.whirl[1:3])
 
 
-@pytest.mark.parametrize("after", [1, 2, 6, 7])
+@pytest.mark.parametrize("after", [1, 2, 7])
 def test_ctrl_c_keeps_the_values_and_crossings_so_far(after: int) -> None:
     """Half of the progress is for the values, half for the crossings."""
     speeds, told = np.linspace(0.0, 1500.0, 5), list[tuple[int, int]]()
