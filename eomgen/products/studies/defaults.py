@@ -1,6 +1,6 @@
 """Defaults of studies, for calls and the command line.
 
-Signatures of ``eomgen.studies`` and options of the command line read it here, so that ``--help`` imports no study.
+Read by signatures of ``eomgen.studies`` and options of the command line, so that ``--help`` imports no study.
 """
 
 from __future__ import annotations

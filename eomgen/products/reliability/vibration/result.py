@@ -162,7 +162,7 @@ class RandomVibration:
         Parameters
         ----------
         folder : path
-            Made if it is absent.
+            Made if absent.
 
         Returns
         -------
@@ -193,7 +193,7 @@ class RandomVibration:
         Parameters
         ----------
         folder : path
-            Made if it is absent.
+            Made if absent.
 
         Returns
         -------

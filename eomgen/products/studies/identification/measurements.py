@@ -135,7 +135,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
 
 
 def times_of(name: str, columns: Mapping[str, Array]) -> Array:
-    """Return the column ``t``, (n,) in s. Raises UsageError if it is absent, does not increase, or has fewer than two
+    """Return the column ``t``, (n,) in s. Raises UsageError if absent, does not increase, or has fewer than two
     rows."""
     if "t" not in columns:
         hint = nearest("t", columns) if any(key.lower() in ("t", "time") for key in columns) else listed(columns)

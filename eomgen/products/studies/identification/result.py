@@ -180,7 +180,7 @@ class Identification:
         Parameters
         ----------
         folder : path
-            Made if it is absent.
+            Made if absent.
 
         Returns
         -------
@@ -209,7 +209,7 @@ class Identification:
         Parameters
         ----------
         folder : path
-            Made if it is absent.
+            Made if absent.
 
         Returns
         -------

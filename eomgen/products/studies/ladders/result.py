@@ -187,7 +187,7 @@ class Extremes:
         Parameters
         ----------
         folder : path
-            Made if it is absent.
+            Made if absent.
 
         Returns
         -------

@@ -169,7 +169,7 @@ class RunnerProcess:
         Parameters
         ----------
         request : picklable data
-        limit : s; then the process is interrupted, and killed if it does not answer
+        limit : s; then the process is interrupted, and killed without an answer
         """
         pipe, process = self._there()
         began = time.perf_counter()

@@ -156,7 +156,7 @@ class _Factors:
 
 
 def _powers(unit: str) -> dict[str, float]:
-    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint
 
     result = measure(read_unit(unit))[1] if unit not in ("", "1", "rad") else {}
     return {name: power for name, power in result.items() if name in UNITS}

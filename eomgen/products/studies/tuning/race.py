@@ -149,7 +149,7 @@ class Contender:
         return coarser if finer > 1.2 * resolution and missed < coarser < finer else finer
 
     def _between(self, resolution: float, demand: float) -> float:
-        """Return a resolution if it lies between a run that misses the demand and the next run that meets the demand;
+        """Return a resolution that lies between a run that misses the demand and the next run that meets the demand;
         else the middle of both runs."""
         met = min((run.resolution for run in self.runs if run.error <= demand), default=math.inf)
         missed = max((run.resolution for run in self.runs if run.error > demand and run.resolution < met), default=0.0)
@@ -438,7 +438,7 @@ class RaceEntries:
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
     def _contenders_on(self, name: str, best: Contender | None) -> list[Contender]:
-        """Return contenders on another formulation: the winner's family if it runs there, else one contender of each
+        """Return contenders on another formulation: the winner's family if possible there, else one contender of each
         family. Empty, with the reason in ``left_out``, if the formulation cannot be built."""
         self.race.say(f"building: {name}")
         try:

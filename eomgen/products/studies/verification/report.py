@@ -72,7 +72,7 @@ class FormReport:
     ----------
     name, meaning, family : str
     agreement, step, slope : float or None
-        The best agreement with finite differences over the ladder, the step at which it occurs (in the units of the
+        The best agreement with finite differences over the ladder, its step (in the units of the
         directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error at larger steps; None if the form
         is not a derivative, the slope also if differences are exact up to round-off.
     complex_step : float or None

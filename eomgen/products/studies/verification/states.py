@@ -93,7 +93,7 @@ def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict
 def _random(
     model: Model, motion: list[dict[str, Array]], scales: dict[str, Array], rng: np.random.Generator
 ) -> dict[str, Array] | None:
-    """Return a random state near a state of the motion, at any time of a run, on the constraints. It is drawn nearer in
+    """Return a random state near a state of the motion, at any time of a run, on the constraints, drawn nearer in
     each of eight trials until all terms are finite; None if none is found."""
     draws = {name: rng.uniform(-1.0, 1.0, model.nv) for name in ("q", "v")} | {"z": rng.uniform(-1.0, 1.0, model.nz)}
     around = motion[int(rng.integers(len(motion)))]

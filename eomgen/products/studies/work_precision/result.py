@@ -340,7 +340,7 @@ class Tradeoff:
         Parameters
         ----------
         folder : path
-            Made if it is absent.
+            Made if absent.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Claims of the closed forms: value, the function it is a derivative of, second derivation."""
+"""Claims of the closed forms: value, differentiated function, second derivation."""
 
 __all__ = []
 #: Open to the other parts of ``studies.verification`` as well.

@@ -243,7 +243,7 @@ def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int
 
 def _elimination_claims(space: Space) -> list[Claim]:
     """Return the claims on K, C and M of a long tree's extended system, with inner unknowns eliminated. Compared are
-    derivatives of the residual, and the term ``partials`` if the model has it."""
+    derivatives of the residual, and the term ``partials`` if present."""
     from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
