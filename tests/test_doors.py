@@ -410,17 +410,6 @@ LATE: dict[str, dict[str, str]] = {
         "scene.sources.renamed_keys": "a scene of a record is not read",
         "scene.reading.xml": "for endings that several formats share",
     },
-    "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},
-    "scene.document.units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.bodies.reading": {"formula.units.conversion": "Pint; few bases follow a curve with a unit"},
-    "products.studies.ladders.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},
-    "scene.signals.curves": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.signals.sections": {
-        "formula.units.conversion": "Pint; most outputs have the unit of their kind, few definitions one of their own"
-    },
-    "products.laws.section": {"formula.units.conversion": "Pint; units that are refused need a remedy"},
-    "products.maps.section": {"formula.units.conversion": "Pint; few maps say the units of their arguments"},
-    "formula.units.labels": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.load": {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
         "scene.include": "most scenes include nothing",

@@ -200,7 +200,8 @@ def _print(data: dict[str, Any]) -> None:
     for part in products:
         part.show(data)
     _print_states(data["states"])
-    _print_events(data["events"])
+    header = ("name", "direction", "action", "description")
+    _print_rows("Events", header, [[event[key] for key in header] for event in data["events"]])
     _print_operations(data["functions"])
     if "step" in data:
         _print_step(data["step"])
@@ -228,32 +229,30 @@ def _print_summary(data: dict[str, Any]) -> None:
 
 def _print_configuration(data: dict[str, Any]) -> None:
     """Print the groups of the configuration, constraint rows and places."""
-    out = console()
     groups: dict[str, list[str]] = {}
     for factor in data["groups"]:
         groups.setdefault(factor["group"], []).append(factor["joint"])
     if data["angles"]:
         groups["over turns"] = data["angles"]
-    out.print()
-    print_table(
-        "Configuration",
-        ("group", "joints", "names"),
-        [(g, len(names), ", ".join(_join_runs(names))) for g, names in groups.items()],
-        numeric=(1,),
-    )
-    if data["constraints"]:
-        out.print()
-        print_table("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(data), numeric=(1,))
+    joined = [(group, len(names), ", ".join(_join_runs(names))) for group, names in groups.items()]
+    _print_rows("Configuration", ("group", "joints", "names"), joined, (1,))
+    _print_rows("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(data), (1,))
     if data["places"]:
-        out.print()
+        console().print()
         _print_places(data["places"], "base" if data["base_moves"] else "world")
+
+
+def _print_rows(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[object]], numeric: Sequence[int] = ()
+) -> None:
+    """Print an empty line and a table, unless the table has no rows."""
+    if rows:
+        console().print()
+        print_table(title, header, rows, numeric=numeric)
 
 
 def _print_parameters(data: dict[str, Any], hidden: Collection[str]) -> None:
     """Print the tunable parameters without the parameters that a product shows."""
-    if not data["parameters"]:
-        return
-    console().print()
     units = data["parameter_units"]
     later = dict.fromkeys(data["calibrated"], "calibrated")  # when the model is built
     values = [
@@ -261,31 +260,17 @@ def _print_parameters(data: dict[str, Any], hidden: Collection[str]) -> None:
         for name, value in data["parameters"].items()
         if name not in hidden
     ]
-    if values:
-        print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
+    _print_rows("Tunable parameters", ("name", "value", "unit"), values, (1,))
 
 
 def _print_definitions(definitions: Sequence[Mapping[str, str]]) -> None:
-    if definitions:
-        console().print()
-        lines = [(item["name"], item["formula"], item["unit"], item["description"]) for item in definitions]
-        print_table("Definitions", ("name", "formula", "unit", "description"), lines)
+    header = ("name", "formula", "unit", "description")
+    _print_rows("Definitions", header, [[item[key] for key in header] for item in definitions])
 
 
 def _print_states(states: Sequence[Mapping[str, Any]]) -> None:
-    if states:
-        console().print()
-        lines = [
-            (s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"]) for s in states
-        ]
-        print_table("Internal states", ("name", "initial", "unit", "flops of its rate"), lines, numeric=(1, 3))
-
-
-def _print_events(events: Sequence[Mapping[str, str]]) -> None:
-    if events:
-        console().print()
-        table = [(e["name"], e["direction"], e["action"], e["description"]) for e in events]
-        print_table("Events", ("name", "direction", "action", "description"), table)
+    rows = [(s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"]) for s in states]
+    _print_rows("Internal states", ("name", "initial", "unit", "flops of its rate"), rows, (1, 3))
 
 
 def _print_operations(functions: Mapping[str, Any]) -> None:
@@ -293,8 +278,7 @@ def _print_operations(functions: Mapping[str, Any]) -> None:
     keys = ("additions", "multiplications", "divisions", "functions", "selections", "flops")
     rows = [(name, *(item["counts"][key] for key in keys), item["critical_path"]) for name, item in functions.items()]
     header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops", "critical path")
-    console().print()
-    print_table("Exact operation counts, and cycles of the critical path", header, rows, numeric=tuple(range(1, 8)))
+    _print_rows("Exact operation counts, and cycles of the critical path", header, rows, range(1, 8))
 
 
 def _print_step(step: Mapping[str, Any]) -> None:
@@ -302,18 +286,16 @@ def _print_step(step: Mapping[str, Any]) -> None:
     parts = [(row["what"], row["times"], *(row[key] for key in _OPERATIONS)) for row in step["parts"]]
     parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
     title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
-    console().print()
-    print_table(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
+    _print_rows(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, range(1, 6))
 
 
 def _print_base_parameters(base: Mapping[str, Any]) -> None:
     """Print the combinations of inertia parameters that the motion depends on."""
-    out = console()
     rows = [(row["combination"], f"{row['value']:.6g}", row["unit"]) for row in base["combinations"]]
-    title = f"Base parameters: {len(rows)} combinations of {base['of']}"
-    out.print()
-    print_table(title, ("combination", "value", "unit"), rows, numeric=(1,))
-    out.print(f"Without effect: {', '.join(base['without_effect']) or 'none'}", markup=False)
+    _print_rows(
+        f"Base parameters: {len(rows)} combinations of {base['of']}", ("combination", "value", "unit"), rows, (1,)
+    )
+    console().print(f"Without effect: {', '.join(base['without_effect']) or 'none'}", markup=False)
 
 
 def _print_savings(data: dict[str, Any]) -> None:
@@ -323,13 +305,9 @@ def _print_savings(data: dict[str, Any]) -> None:
         out.print()
         who = "rosenbrock, lsrt2, corrected_predictor and the tdg methods eliminate them without subtraction"
         out.print(f"Relative springs join {', '.join(names)}: {who}", markup=False)
-    out.print()
-    print_table(
-        "Savings of simplifications",
-        ("because of", "function", "flops", "flops without it"),
-        [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]],
-        numeric=(2, 3),
-    )
+    rows = [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]]
+    header = ("because of", "function", "flops", "flops without it")
+    _print_rows("Savings of simplifications", header, rows, (2, 3))
 
 
 def _print_lists(data: dict[str, Any]) -> None:

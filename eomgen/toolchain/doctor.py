@@ -31,7 +31,6 @@ PACKAGES = (
     "rich",
     "platformdirs",
     "matplotlib",
-    "pint",
 )
 #: Bytes that should be free for compiled models.
 ROOM = 50_000_000

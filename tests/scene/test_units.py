@@ -4,8 +4,6 @@ through."""
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from decimal import Decimal
 from functools import cache
 from typing import Any
@@ -26,7 +24,7 @@ from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.key_metadata import ANY_UNIT, fields_of, tables_of
 from eomgen.scene.reading.report import Report
-from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
+from tests.scene.test_scene_files import problems, read, replaced
 
 DOCUMENT = every_document()
 
@@ -415,16 +413,6 @@ def test_texts_that_cannot_be_taken(text: str, label: str, message: str) -> None
     with pytest.raises(UsageError) as caught:
         in_label("--set x", text, label)
     assert str(caught.value.problems[0]).startswith(message)
-
-
-@pytest.mark.slow
-def test_pint_is_imported_for_unit_strings_only() -> None:
-    code = "import sys; from eomgen.scene.load import load_toml; load_toml({!r}); print('pint' in sys.modules)"
-    for text, expected in ((PENDULUM, "False"), (replaced("length = 0.8", 'length = "800 mm"'), "True")):
-        run = subprocess.run(
-            [sys.executable, "-c", code.format(text)], capture_output=True, text=True, check=True, timeout=60
-        )
-        assert run.stdout.strip() == expected
 
 
 @pytest.mark.parametrize("text", ["1", " 1 "])

@@ -1,4 +1,4 @@
-"""Conversion of quantities to SI, and names of dimensions; the only module that imports pint.
+"""Conversion of quantities to SI, and names of dimensions.
 
 A number stays an exact fraction until the last step, so ``"35 mm"`` is the same double as 0.035.
 """
@@ -6,45 +6,19 @@ A number stays an exact fraction until the last step, so ``"35 mm"`` is the same
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from fractions import Fraction
-from functools import cache
-from typing import Any
-
-import pint
-from pint.util import UnitsContainer
+from typing import TYPE_CHECKING
 
 from eomgen.base.messages import shown
 from eomgen.formula.units.parser import Factors, QuantityWithUnit, UnitError, read_unit
-from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
+from eomgen.formula.units.table import NAMED, measure, names
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 Dimension = Mapping[str, int]
 _ANGLE = "[angle]"
 #: Of the travel of a screw.
 _PITCH = {"[length]": 1, _ANGLE: -1}
-
-
-@cache
-def _registry() -> Any:
-    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction)
-    for short, long, factor in PREFIXES:
-        registry.define(f"{long}- = {factor} = {short}-")
-    for unit in UNITS:
-        registry.define(f"{unit.words.split()[0]} = {unit.definition}")
-    return registry
-
-
-@cache
-def measure(factors: Factors) -> tuple[Fraction, Dimension]:
-    """Return the size of a unit, the coherent unit of SI being 1, as an exact fraction, and the exponents of the
-    dimension by base dimension, such as ``[length]``. Angles are a dimension, which radians measure."""
-    powers: dict[str, int] = {}
-    for name, exponent in factors:
-        word = names()[name].pint
-        powers[word] = powers.get(word, 0) + exponent
-    size, base = _registry().get_root_units(UnitsContainer({name: power for name, power in powers.items() if power}))
-    dimension = {name: int(power) for name, power in _registry().get_dimensionality(base).items()}
-    grams = Fraction(1000) ** dimension.get("[mass]", 0)
-    return Fraction(size) / grams, dimension
 
 
 def to_unit(quantity: QuantityWithUnit, unit: str, *, over_time: bool = False) -> float:

@@ -8,6 +8,7 @@ from collections.abc import Collection
 
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.units.conversion import to_si, to_unit
 from eomgen.formula.units.parser import UnitError, is_quantity, read_quantity, read_unit
 
 
@@ -55,7 +56,6 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple
     UnitError
         Also for a label that is not a unit: such a label could mean anything.
     """
-    from eomgen.formula.units.conversion import to_si, to_unit  # noqa: PLC0415  # imports pint
 
     quantity = read_quantity(text, known)
     if not label.strip():

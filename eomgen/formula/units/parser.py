@@ -4,9 +4,6 @@ units of formulas.
     quantity := number unit                        unit    := ["1/"] product { "/" term }
     product  := term { ("*" | "." | blank) term }  term    := factor | "(" product ")"
     factor   := name [("^" | "**") whole number]
-
-pint is not needed here: pint gets names from ``table`` and whole exponents later, never the text; nor is it for
-dimensions, because every formula is judged.
 """
 
 from __future__ import annotations
@@ -14,21 +11,17 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import close_names, shown
 from eomgen.errors import DescriptionError, Message, Problem
-from eomgen.formula.units.table import REFUSED, names
+from eomgen.formula.units.table import NAMED, REFUSED, measure, names
 from eomgen.formula.words import RESERVED, WORDS
 
 if TYPE_CHECKING:
     from fractions import Fraction
-from collections.abc import Iterable
-from functools import cache
-from typing import NamedTuple
-
-from eomgen.formula.units.table import NAMED, UNITS
 
 LENGTH = 100
 LARGEST_EXPONENT = 9
@@ -273,10 +266,8 @@ def _parameter(number: str, unit: str) -> str:
     return f'a parameter, name = "{number[:20]} {unit[:20]}", and its name here'
 
 
-_BASE = ("kg", "m", "s", "A", "K")
+_BASE = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A", "[temperature]": "K"}
 _ANGLE = "rad"
-_DEFINITIONS = {unit.symbol: unit.definition for unit in UNITS}
-_TERM = re.compile(r"([*/]?)\s*([a-z_]+)(?:\*\*(\d))?")
 
 
 class Dimension(NamedTuple):
@@ -316,27 +307,8 @@ def dimension_of(label: str) -> Dimension | None:
 
 
 def _dimension(factors: Factors) -> Dimension:
-    powers = dict.fromkeys((*_BASE, _ANGLE), 0.0)
-    for name, exponent in factors:
-        for base, power in _base_exponents(names()[name].coherent):
-            powers[base] += exponent * power
-    return Dimension(tuple(powers[base] for base in _BASE), powers[_ANGLE])
-
-
-@cache
-def _base_exponents(unit: str) -> tuple[tuple[str, float], ...]:
-    """Return the base units of SI, and rad, in a coherent unit, as pairs (base unit, exponent)."""
-    if unit in _BASE or unit == _ANGLE:
-        return ((unit, 1.0),)
-    factors: Iterable[tuple[str, int]] = read_unit(unit)
-    if unit in _DEFINITIONS:
-        terms = _TERM.findall(_DEFINITIONS[unit])
-        factors = [(word, int(power or 1) * (-1 if sign == "/" else 1)) for sign, word, power in terms]
-    result: dict[str, float] = {}
-    for name, exponent in factors:
-        for base, power in _base_exponents(names()[name].coherent):
-            result[base] = result.get(base, 0.0) + exponent * power
-    return tuple(result.items())
+    powers = measure(factors)[1]
+    return Dimension(tuple(float(powers.get(base, 0)) for base in _BASE), float(powers.get("[angle]", 0)))
 
 
 @cache
@@ -353,7 +325,7 @@ def _text(dimension: Dimension) -> str:
     known = _unit_names().get(dimension if dimension.angle is not None else Dimension(dimension.powers))
     if known and not (known == "Hz" and dimension.angle is None):
         return known
-    powers = [*zip(_BASE, dimension.powers, strict=True), (_ANGLE, dimension.angle or 0.0)]
+    powers = [*zip(_BASE.values(), dimension.powers, strict=True), (_ANGLE, dimension.angle or 0.0)]
     above = [name if power == 1 else f"{name}^{power:g}" for name, power in powers if power > 0]
     below = [name if power == -1 else f"{name}^{-power:g}" for name, power in powers if power < 0]
     divisor = f"({' '.join(below)})" if len(below) > 1 else "".join(below)

@@ -1,13 +1,17 @@
-"""The table of units of scene files: names and definitions, independent of pint.
+"""The table of units of scene files: names, sizes and dimensions.
 
 Angles are a dimension of their own here, so that a torque is not a stiffness, and a frequency is not an angular speed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 
 class Unit(NamedTuple):
@@ -16,8 +20,8 @@ class Unit(NamedTuple):
     Attributes
     ----------
     symbol : the short name, which takes the short prefixes if ``prefixed``.
-    words : long names, separated by blanks, which take the long prefixes and a plural s; the first is pint's.
-    definition : for pint; a dimension in brackets for the base of one.
+    words : long names, separated by blanks, which take the long prefixes and a plural s; definitions use the first.
+    definition : by units above; in brackets a dimension, for the unit of SI.
     coherent : the unit of SI of the same kind, in the form of a unit string.
     """
 
@@ -31,7 +35,7 @@ class Unit(NamedTuple):
 _TURN = "6.28318530717958647692528676655900576839433879875021"  # 2 pi, to more digits than a double has
 UNITS = (
     Unit("m", "meter metre", "[length]", "m", True),
-    Unit("g", "gram", "[mass]", "kg", True),
+    Unit("g", "gram", "0.001 * [mass]", "kg", True),
     Unit("s", "second sec", "[time]", "s", True),
     Unit("rad", "radian", "[angle]", "rad", True),
     Unit("A", "ampere", "[current]", "A", True),
@@ -53,9 +57,9 @@ UNITS = (
     Unit("arcmin", "arcminute", "degree / 60", "rad"),
     Unit("arcsec", "arcsecond", "degree / 3600", "rad"),
     Unit("rev", "revolution turn", f"{_TURN} * radian", "rad"),
-    Unit("rpm", "revolution_per_minute", "revolution / minute", "rad/s"),
     Unit("min", "minute", "60 * second", "s"),
     Unit("h", "hour", "3600 * second", "s"),
+    Unit("rpm", "revolution_per_minute", "revolution / minute", "rad/s"),
     Unit("L", "liter litre", "0.001 * meter**3", "m^3", True),
     Unit("tonne", "tonne", "1000 * kilogram", "kg"),
     Unit("bar", "bar", "1e5 * pascal", "Pa", True),
@@ -127,9 +131,9 @@ NAMED = {
 
 
 class UnitName(NamedTuple):
-    """A known name of a unit: the name in pint, the SI unit of the same kind, and whether the name is that SI unit."""
+    """A known name of a unit: the long name, the SI unit of the same kind, and whether the name is that SI unit."""
 
-    pint: str
+    word: str
     coherent: str
     is_coherent: bool
 
@@ -158,3 +162,43 @@ def _every() -> Iterator[tuple[str, UnitName]]:
 def _numbers(word: str) -> tuple[str, ...]:
     """Return a word in the singular and, if it ends with s, the plural."""
     return (word,) if word.endswith(("foot", "feet", "inch", "inches", "hertz", "henry")) else (word, f"{word}s")
+
+
+#: Size of a unit, the coherent unit of SI being 1, as an exact fraction, and the exponents of its dimensions.
+Measure = tuple["Fraction", dict[str, int]]
+_TERM = re.compile(r"([*/]?) *([a-z_]+|\[[a-z]+\]|[0-9.e]+)(?:\*\*([0-9]))?")
+
+
+@cache
+def _measures() -> dict[str, Measure]:
+    """Return the measure of each unit by its long name, with and without prefixes."""
+    from fractions import Fraction  # noqa: PLC0415  # a compiled model knows its units
+
+    result: dict[str, Measure] = {}
+    for unit in UNITS:
+        terms = []
+        for sign, word, power in _TERM.findall(unit.definition):
+            plain = (Fraction(1), {word: 1}) if word[0] == "[" else (Fraction(word), {}) if word[0].isdigit() else None
+            terms.append((plain or result[word], int(power or 1) * (-1 if sign == "/" else 1)))
+        first = unit.words.split()[0]
+        size, dimension = result[first] = _product(terms)
+        for _, long, factor in PREFIXES if unit.prefixed else ():
+            result[long + first] = Fraction(factor) * size, dimension
+    return result
+
+
+def _product(terms: Iterable[tuple[Measure, int]]) -> Measure:
+    """Return the measure of the product of units with exponents."""
+    size: Any = 1
+    dimension: dict[str, int] = {}
+    for (factor, own), exponent in terms:
+        size = factor**exponent * size
+        for name, power in own.items():
+            dimension[name] = dimension.get(name, 0) + exponent * power
+    return size, {name: power for name, power in dimension.items() if power}
+
+
+@cache
+def measure(factors: tuple[tuple[str, int], ...]) -> Measure:
+    """Return the measure of a product of named units with exponents."""
+    return _product((_measures()[names()[name].word], exponent) for name, exponent in factors)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from functools import cache
 
 from eomgen.base.data import dataclass
-from eomgen.formula.units.conversion import measure
 from eomgen.formula.units.parser import UnitError, read_unit
+from eomgen.formula.units.table import measure
 
 #: Attributes of base units by dimensions.
 _BASE = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A", "[temperature]": "K", "[angle]": "rad"}

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from eomgen.base.messages import is_legal, key_of, nearest, shown
+from eomgen.formula.units.conversion import coherent
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.products.laws.code import CCode, PythonCode, arguments_of, python_code
 from eomgen.products.laws.law import FileLaw
@@ -162,8 +163,6 @@ def _check_unit(key: str, unit: str, report: Report) -> None:
         if not unit.strip() or is_in_si(unit):
             return
     if unit_factor(key, unit, report) != 1.0:
-        from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # Pint is slow to import
-
         fault = f"a law has numbers in SI that are not converted, and {shown(unit)} is not of SI [E0906]"
         report.add(key, fault, f'"{coherent(read_unit(unit))}", and the factor in the file')
 

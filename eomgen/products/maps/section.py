@@ -17,6 +17,7 @@ from eomgen.base.files import read_bytes
 from eomgen.base.messages import counted, is_number, key_of, listed, shown
 from eomgen.base.rounding import COMPUTED
 from eomgen.errors import FileError
+from eomgen.formula.units.conversion import coherent
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import MapSurface
 from eomgen.scene.reading.key_metadata import Table, key, optional
@@ -134,7 +135,6 @@ class _Grid:
         units = [self.units.x_unit, self.units.y_unit, self.units.value_unit]
         if not any(unit.strip() for unit in units):
             return "", "", self.entry.unit
-        from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # imports pint
 
         x, y, value = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
         label = dimension_of(self.entry.unit)

@@ -16,7 +16,9 @@ from eomgen.formula.integration import Integration, IntegrationError, SecondInte
 from eomgen.formula.nodes import ZERO, Application, Formula, Number
 from eomgen.formula.recording import law_and_rate
 from eomgen.formula.substitution import total
+from eomgen.formula.units.conversion import unit_fault
 from eomgen.formula.units.parser import UnitError, read_unit
+from eomgen.formula.units.table import measure
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.design_poses import Axes, attach
 from eomgen.scene.formula.scope import ACCELERATION, MOTION, PARAMETERS
@@ -162,7 +164,6 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
     label = labels.get(formula.curve.name, "").strip() if isinstance(formula, Application) else ""
     if not isinstance(formula, Application) or formula.derivative or not label:
         return False
-    from eomgen.formula.units.conversion import measure, unit_fault  # noqa: PLC0415  # imports pint
 
     name = formula.curve.name
     try:

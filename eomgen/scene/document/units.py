@@ -12,6 +12,7 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of, shown
+from eomgen.formula.units.conversion import coherent, is_coherent, misplaced_kind, to_si, to_unit, unit_fault
 from eomgen.formula.units.parser import (
     Factors,
     QuantityWithUnit,
@@ -22,7 +23,7 @@ from eomgen.formula.units.parser import (
     read_quantity,
     read_unit,
 )
-from eomgen.formula.units.table import names
+from eomgen.formula.units.table import measure, names
 from eomgen.scene.document.schema import document_for
 from eomgen.scene.formula.namespaces import IncludedText
 from eomgen.scene.joints.schema import Initial
@@ -67,7 +68,6 @@ class ColumnUnits:
     def fault_of_unit(self, column: Column, text: str) -> tuple[str, str] | None:
         """Return reason and remedy if the unit ``text`` of a table's column does not fit the column's label; None if
         the unit fits. The column's unit is set to SI of ``text`` if unknown."""
-        from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
         try:
             factors = read_unit(text)
@@ -100,13 +100,11 @@ def _columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | No
 
 
 def _in_si(factors: Factors) -> str:
-    from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # imports pint
 
     return coherent(factors)
 
 
 def _is_same(factors: Factors, unit: str) -> bool:
-    from eomgen.formula.units.conversion import measure  # noqa: PLC0415
 
     return measure(factors) == measure(read_unit(unit))
 
@@ -257,8 +255,6 @@ class _Converter:
             note = f"{key}.unit: {shown(label)} is not a known unit, and is shown unchanged [W0125]"
             self.notes += [note] if note not in self.notes else []
         if isinstance(written, str) and isinstance(number, float):
-            from eomgen.formula.units.conversion import is_coherent, to_si  # noqa: PLC0415
-
             quantity = read_quantity(written)
             unit = to_si(quantity)[1]
             if not label.strip():
@@ -337,8 +333,6 @@ class _Converter:
             return None
         from fractions import Fraction  # noqa: PLC0415  # scenes whose labels fit do not need it
 
-        from eomgen.formula.units.conversion import misplaced_kind, to_unit  # noqa: PLC0415
-
         if name in self.parameters and (fault := misplaced_kind(self.labels[name], unit)):
             self.report.add(key, f"the parameter {name} is {fault} [E1474]", f"a parameter in {unit}")
             return FaultyText(name)
@@ -380,7 +374,6 @@ class _Converter:
         """Return the number in SI of a text such as "250 mm"; ``FaultyText``, after a report at ``key``, if the unit
         does not fit ``unit`` or cannot be read. ``unit`` is the SI unit needed, empty for none; a tuple of units
         refuses a single text."""
-        from eomgen.formula.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # imports pint
 
         try:
             if over_time and (product := _WITH_TIME.fullmatch(text)):

@@ -20,6 +20,7 @@ from eomgen.formula.discontinuities import applications, knots_along_a_beam
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
 from eomgen.formula.nodes import EntryQuantity, Formula, Number, Operation, Symbol, Vector, distinct_nodes
 from eomgen.formula.substitution import substitute
+from eomgen.formula.units.conversion import misplaced_kind, unit_fault
 from eomgen.formula.units.parser import Dimension, dimension_of, read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.formula.namespaces import mentions_any, read_included
@@ -190,7 +191,6 @@ class Values:
         whether a note is added."""
         if expected is None or known is None or known.powers == expected.powers:
             return False
-        from eomgen.formula.units.conversion import misplaced_kind  # noqa: PLC0415  # imports pint
 
         plain = f"a plain number, a quantity in {expected} is expected"
         fault = plain if known.is_number else misplaced_kind(str(known), str(expected))
@@ -217,7 +217,6 @@ class Values:
             argument_unit = unit_of(formula_of, self.names)
             if argument_unit in ("", "1", unit) or not unit:
                 continue
-            from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
             if unit_fault(argument_unit, read_unit(argument_unit), unit) is not None:
                 fault = f"{argument} is in {unit} by its own entry, and is given here in {argument_unit} [E1797]"

@@ -17,7 +17,9 @@ _TAG = re.compile(r"<([A-Za-z_][\w.:-]*)")
 _ANY_TAG = re.compile(r"""<(/?)([A-Za-z_][\w.:-]*)(?:[^<>"'/]|/(?!>)|"[^"<]*"|'[^'<]*')*(/?)>""")
 #: An attribute without a blank before the next attribute.
 _TIGHT = re.compile(r"""(=\s*(?:"[^"<>]*"|'[^'<>]*'))(?=[A-Za-z_])""")
-_BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
+_BLANK = re.compile(r"\s+")
+#: Blanks and comments, and an XML declaration after these, which should be the first.
+_LATE_DECLARATION = re.compile(r"(\ufeff?(?>\s|<!--.*?-->)++)(<\?xml\s.*?\?>)", re.DOTALL)
 
 
 class _NotXmlError(DescriptionError):
@@ -136,12 +138,11 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
         If the text is not well formed, nested deeper than ``deepest``, or has a document type (which could define
         entities).
     """
-    late = _late_declaration(text)
     # the declaration is parsed separately and replaced by blanks, so that lines and columns stay the same
-    if late:
-        before, declaration, after = text[: late.start], text[late], text[late.stop :]
+    if late := _LATE_DECLARATION.match(text):
+        before, declaration = late.groups()
         _parse(f"{declaration}<a/>", file, deepest, lines_before=before.count("\n"))
-        text = before + re.sub(r"[^\n]", " ", declaration) + after
+        text = before + re.sub(r"[^\n]", " ", declaration) + text[late.end() :]
     try:
         return _parse(text, file, deepest)
     except _NotXmlError:
@@ -212,22 +213,6 @@ def root_tag(text: str) -> str:
         position = text.find(ending, position) + len(ending)
         if position < len(ending):
             return ""
-
-
-def _late_declaration(text: str) -> slice | None:
-    """Return the range of an XML declaration that follows blanks or comments in a text; None without a declaration, and
-    for a declaration at the start, as XML demands."""
-    first = position = 1 if text.startswith("\ufeff") else 0
-    while not _DECLARATION.match(text, position):
-        blank = _BLANK.match(text, position)
-        if blank:
-            position = blank.end()
-        elif text.startswith("<!--", position) and (end := text.find("-->", position + 4)) >= 0:
-            position = end + 3
-        else:
-            return None
-    end = text.find("?>", position)
-    return slice(position, end + 2) if position > first and end >= 0 else None
 
 
 def _parse(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Element:

@@ -17,7 +17,9 @@ from eomgen.errors import FileError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
 from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.nodes import Application, Formula, Symbol
+from eomgen.formula.units.conversion import unit_fault
 from eomgen.formula.units.parser import UnitError, read_unit
+from eomgen.formula.units.table import measure
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
@@ -99,7 +101,6 @@ def unit_factor(key: str, unit: str, report: Report) -> float:
     the key."""
     if not unit.strip():
         return 1.0
-    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # imports pint
 
     try:
         return float(measure(read_unit(unit))[0])
@@ -363,7 +364,6 @@ def _misfit(in_title: str, unit: str) -> str:
     unit that fits, without an expected unit, and for labels that are not units."""
     if not unit.strip() or in_title == unit.strip():
         return ""
-    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
     try:
         wanted = read_unit(unit)

@@ -14,6 +14,7 @@ from eomgen.base.random_inputs import Harmonic
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.units.conversion import misplaced_kind, unit_fault
 from eomgen.formula.units.parser import Dimension, dimension_of, factors_of, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.formula.definitions import named_expressions
@@ -74,7 +75,6 @@ def doubtful_label(label: str, unit: str) -> str:
             f"its unit {label} is a label, and its values are in {unit}: a label does not convert values, a formula"
             " does [W0140]"
         )
-    from eomgen.formula.units.conversion import misplaced_kind  # noqa: PLC0415  # imports pint
 
     note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     return note if misplaced_kind(label, unit) else ""
@@ -259,7 +259,6 @@ def _unit_fault(label: str, expected: Dimension) -> tuple[str, str] | None:
         return None
     if expected.is_number:
         return f"the unit {shown(label)} is not of a plain number, as its formula is [E1883]", "no unit"
-    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
     fault = unit_fault(label, read_unit(label), str(expected))
     return fault and (fault[0], f'"{expected}", the unit of its formula in SI')

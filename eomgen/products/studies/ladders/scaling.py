@@ -18,6 +18,7 @@ from typing import Any, cast
 
 from eomgen.base.data import dataclass
 from eomgen.formula.units.parser import read_unit
+from eomgen.formula.units.table import measure
 from eomgen.scene.document.quantities import SceneQuantity, quantities
 from eomgen.scene.document.schema import SceneDocument
 from eomgen.scene.document.units import in_si
@@ -156,7 +157,6 @@ class _Factors:
 
 
 def _powers(unit: str) -> dict[str, float]:
-    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint
 
     result = measure(read_unit(unit))[1] if unit not in ("", "1", "rad") else {}
     return {name: power for name, power in result.items() if name in UNITS}
