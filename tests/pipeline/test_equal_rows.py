@@ -13,6 +13,7 @@ import eomgen
 from benchmarks import chains
 from benchmarks.large_scenes import NET, SPRING
 from eomgen.base.data import fields, is_dataclass
+from eomgen.codegen.continuation import IrregularSamples
 from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.register import C
@@ -203,6 +204,72 @@ def test_numbers_that_grow_otherwise_are_not_continued(stiffness: Callable[[int]
         short = rows.fewer([step.number * step.more * long for long in step.grows])
         assert short is not None
         assert {joint.stiffness for joint in short.joints} == {joint.stiffness for joint in scene.joints}
+
+
+@dataclasses.dataclass(frozen=True)
+class Made:
+    """Stands for the Program that is continued."""
+
+    scenes: list[Scene]
+    number: int
+    functions: tuple[()] = ()
+    initial_q: Any = None
+    initial_v: Any = None
+
+
+def test_three_shorter_scenes_are_derived_with_samples_of_their_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(equal_parts, "continued_program", lambda made, number, rule: Made(made, number))
+    scene, asked = net(40), []
+    rows = equal_rows.equal_rows(scene)
+    assert rows is not None
+    ((least, more, number, _),) = rows.plans[0]
+
+    def derived(short: Scene, sample: Any) -> Any:
+        asked.append((len(short.bodies) // WIDTH, sample.parts, sample.missing))
+        return short, "no stepper"
+
+    made, refusal = rows.program(derived)  # type: ignore[misc, arg-type]
+    edges = sum(run.groups for run in rows.runs if run.groups == 1)
+    sizes = [least + more * k for k in range(3)]
+    assert sorted(asked) == [(size + edges, size, 40 - edges - size) for size in sizes]
+    assert [len(short.bodies) // WIDTH for short in made.scenes] == [size + edges for size in sizes]
+    assert (made.number, refusal) == (number, "no stepper") and sizes[0] + more * number == 40 - edges
+    np.testing.assert_array_equal(made.initial_q, free_start(scene)[0])  # type: ignore[index]
+    refusals = iter(("", "", "no stepper"))
+    assert rows.program(lambda short, sample: (short, next(refusals, ""))) is None  # type: ignore[arg-type, return-value]
+
+
+def test_a_scene_whose_samples_are_irregular_is_derived_whole() -> None:
+    def derived(scene: Scene, sample: Any) -> Any:
+        raise IrregularSamples("a list")
+
+    rows = equal_rows.equal_rows(net(40))
+    assert rows is not None and rows.program(derived) is None
+
+
+def test_numbers_that_grow_from_row_to_row_are_the_scene_s_own() -> None:
+    """Lists of three shorter nets determine the list of the whole net, with the same bits."""
+
+    def stiffer(text: str) -> str:
+        return text.replace('second = "eye_{i}_{j}", SPRING', 'second = "eye_{i}_{j}", stiffness = "{1000 + 0.1 * i}"')
+
+    scene = net(40, stiffer)
+    rows = equal_rows.equal_rows(scene)
+    assert rows is not None
+    continued = rows.rule((), 7)
+    whole = [1000.0 + 0.1 * k for k in range(1, 40)]
+    own = sorted({spring.stiffness.value for spring in scene.springs} - {scene.springs[0].stiffness.value})
+    assert set(whole[:30]) & set(own) and len(rows.growing) >= len(own)
+    lists = [[value for value in own[: 6 + 2 * k] for _ in range(2)] for k in range(3)]
+    assert continued(tuple(lists)) == [value for value in own[: 6 + 2 * 7] for _ in range(2)]  # type: ignore[arg-type]
+    for other in (
+        (lists[0], lists[1], [*lists[2][:-1], own[30]]),  # another end
+        (lists[0], lists[1], [own[1], *lists[2][1:]]),  # another beginning
+        ([own[1], *lists[0][1:]], lists[1], lists[2]),
+        (lists[0][:3], lists[0][:5], lists[0][:7]),  # fewer rows than two steps
+        ([1], [1, 2], [1, 2, 3]),
+    ):
+        assert continued(other) is None  # type: ignore[arg-type]
 
 
 def test_parameters_with_names_of_rows_are_derived_whole() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shlex
 import shutil
+import struct
 import subprocess
 from pathlib import Path
 
@@ -12,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.toolchain import cross
-from eomgen.toolchain.compiler import find_compiler, zig_program
+from eomgen.toolchain.compiler import Compiler, find_compiler, zig_program
 from eomgen.toolchain.cross import TARGETS, code_bytes, cross_build, cross_target
 
 ROOT = Path(__file__).parents[2]
@@ -77,6 +79,103 @@ def test_code_is_counted_as_binutils_count_it(folder: Path) -> None:
     assert code_bytes(data) == sum(int(words[1]) for words in lines) > 1000
     with pytest.raises(ValueError, match="unknown format"):
         code_bytes(b"no object")
+
+
+def object_file(kind: str, sections: list[tuple[int, int]]) -> bytes:
+    """Return headers of an object file by its specification: sections by flags and size."""
+    if kind.startswith("elf"):
+        wide = kind == "elf64"
+        header = bytearray(64 if wide else 52)
+        header[:6] = b"\x7fELF" + bytes((1 + wide, 1))
+        size, place = (64, 64) if wide else (40, 52)
+        struct.pack_into("<Q" if wide else "<I", header, 40 if wide else 32, place)  # e_shoff
+        struct.pack_into("<HH", header, 58 if wide else 46, size, len(sections))  # e_shentsize, e_shnum
+        rows = [
+            struct.pack("<IIQQQQIIQQ" if wide else "<IIIIIIIIII", 7, 1, flags, 0, 0, length, 0, 0, 0, 0)
+            for flags, length in sections
+        ]
+        return bytes(header) + b"".join(rows)
+    if kind == "coff":
+        rows = [struct.pack("<8sIIIIIIHHI", b".text", 0, 0, length, 0, 0, 0, 0, 0, flags) for flags, length in sections]
+        return struct.pack("<HHIIIHH", 0x8664, len(sections), 0, 0, 0, 0, 0) + b"".join(rows)
+    rows = [
+        struct.pack("<16s16sQQIIIIIIII", b"__text", b"__TEXT", 0, length, 0, 0, 0, 0, flags, 0, 0, 0)
+        for flags, length in sections
+    ]
+    segment = struct.pack("<II16sQQQQIIII", 0x19, 72 + 80 * len(rows), b"", 0, 0, 0, 0, 7, 7, len(rows), 0)
+    symbols = struct.pack("<IIIIII", 2, 24, 0, 0, 0, 0)
+    commands = symbols + segment + b"".join(rows) + symbols
+    return struct.pack("<IIIIIIII", 0xFEEDFACF, 0x0100000C, 0, 1, 3, len(commands), 0, 0) + commands
+
+
+@pytest.mark.parametrize(
+    ("kind", "code", "data"),
+    [("elf64", 0x6, 0x3), ("elf32", 0x4, 0x10), ("coff", 0x60000020, 0xC0000040), ("mach-o", 0x80000400, 0x2)],
+)
+def test_code_of_each_format_is_counted(kind: str, code: int, data: int) -> None:
+    assert code_bytes(object_file(kind, [(data, 7), (code, 1000), (code, 234), (data, 5000)])) == 1234
+    assert code_bytes(object_file(kind, [(data, 9)])) == 0
+
+
+def test_code_of_webassembly_is_counted() -> None:
+    """Sizes are numbers of 7 bits a byte, the lowest first."""
+    section = bytes((10, 0xB0, 0x09)) + bytes(0x30 + 128 * 9)
+    other = bytes((1, 5)) + bytes(5)
+    assert code_bytes(b"\0asm\1\0\0\0" + other + section + other + bytes((10, 3)) + bytes(3)) == 0x30 + 128 * 9 + 3
+
+
+def test_the_deepest_chain_of_calls_and_the_sizes_of_all_objects(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    listing = """
+define dso_local void @step(ptr %0) #0 {
+  call void @mass(ptr %0)
+  tail call fastcc i32 @"force"(ptr %0)
+}
+define internal void @mass(ptr %0) {
+  %1 = call double @sin(double 1.0)
+}
+define i32 @"force"(ptr %0) {
+  call void @mass(ptr %0)
+}
+define void @alone() {
+}
+"""
+    frames = {"step": 100, "mass": 40, "force": 500, "alone": 600, "main": 9000}
+    commands: list[list[str]] = []
+
+    def compiled(words: list[str], output: Path, location: str) -> str:
+        commands.append(words)
+        assert location == f"zig for wasm32, sources in {folder}"
+        if "-emit-llvm" in words:
+            output.write_text(listing, encoding="utf-8")
+            return ""
+        output.write_bytes(object_file("elf64", [(6, 1000)]) if "-c" in words else b"program")
+        return "\n".join(
+            f"x.c:1:6: warning: stack frame size ({size}) exceeds limit (0) in '{name}' [-Wframe-larger-than]"
+            for name, size in frames.items()
+        )
+
+    monkeypatch.setattr(cross, "zig", lambda: Compiler(("zig", "cc"), Path("zig")))
+    monkeypatch.setattr(cross, "run_compiler", compiled)
+    made = cross_build(folder, "wasm32")
+    assert (made.target, made.size, made.code, made.stack) == ("wasm32", len(b"program"), 2000, 640)
+    assert made.file == folder.resolve() / "spherical_pendulum-wasm32.wasm"
+    assert all(words[:4] == ["zig", "cc", "-target", "wasm32-wasi"] for words in commands)
+    sources = [Path(word).name for words in commands[:-1] for word in words if word.endswith(".c")]
+    assert sources == ["spherical_pendulum.c"] * 2 + ["spherical_pendulum_step.c"] * 2
+    assert [Path(word).name for word in commands[-1] if word.endswith((".c", ".o"))] == [
+        "main.c", "spherical_pendulum.o", "spherical_pendulum_step.o",
+    ]  # fmt: skip  # a list
+    assert commands[-1][-4:-2] == ["-s", "-lm"] and shlex.split(made.command) == commands[-1]
+    assert {"-std=c99", "-O2", "-ffp-contract=off"} <= set(commands[0]) and "-Wframe-larger-than=0" in commands[0]
+
+
+def test_other_folders_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cross, "zig", lambda: Compiler(("zig", "cc"), Path("zig")))
+    for text in (None, "{}", "[]", "no JSON"):
+        if text is not None:
+            (tmp_path / "manifest.json").write_text(text, encoding="utf-8")
+        with pytest.raises(eomgen.FileError, match="this is not a folder of eomgen's"):
+            cross_build(tmp_path, "cortex-m4")
 
 
 @needs_zig

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -95,6 +96,57 @@ def test_what_is_ill_is_mended_by_what_is_prescribed(
     assert any(file.is_file() and file.read_text(encoding="utf-8") == "mine" for file in tmp_path.glob("the cache*"))
 
 
+def test_the_findings_have_their_remedies_in_this_process_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same ills as of ``ILLS``, without a shell for each."""
+    script(tmp_path / "broken", "echo no luck >&2; exit 1")
+    (tmp_path / "the cache").write_text("mine", encoding="utf-8")
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    checks = {"compiler": doctor._compiler, "compiles": doctor._compiles, "cache": doctor._cache}
+    for name, variables, what, remedy in ILLS:
+        with monkeypatch.context() as patch:
+            for variable, value in variables.items():
+                if value is None:
+                    patch.delenv(variable, raising=False)
+                else:
+                    patch.setenv(variable, value.replace("{folder}", str(tmp_path)))
+            ill = checks[name]()
+        assert (ill.name, ill.ok, ill.needed) == (name, False, name != "cache" or "cannot be found" in what)
+        assert what.replace("{folder}", str(tmp_path)) in ill.found
+        assert ill.remedy == remedy.replace("{folder}", str(tmp_path))
+
+
+@pytest.mark.parametrize("chosen", [True, False])
+def test_full_disks_and_temporary_folders(chosen: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for variable, value in (("EOMGEN_CACHE", str(tmp_path / "not" / "yet")), ("TMPDIR", str(tmp_path))):
+        if chosen:
+            monkeypatch.setenv(variable, value)
+        else:
+            monkeypatch.delenv(variable, raising=False)
+    fine = doctor._room()
+    monkeypatch.setattr(doctor.shutil, "disk_usage", lambda folder: shutil._ntuple_diskusage(9, 9, doctor.ROOM - 1))
+    full = doctor._room()
+    assert (fine.ok, fine.remedy, full.ok, full.needed) == (True, "", False, False)
+    assert full.found == f"50 MB free for the cache in {tmp_path}"
+    assert full.remedy == ("unset EOMGEN_CACHE" if chosen else "export EOMGEN_CACHE=/var/tmp/eomgen-cache")
+
+    def refuse(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    assert doctor._temporary().ok
+    monkeypatch.setattr(doctor.tempfile, "TemporaryFile", refuse)
+    ill = doctor._temporary()
+    others = [name for name in ("TEMP", "TMP") if os.environ.get(name)]
+    assert (ill.ok, ill.found) == (False, "No space left on device")
+    folder = f"unset {others[0]}" if others else 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
+    assert ill.remedy == ("unset TMPDIR" if chosen else folder)
+    assert doctor._run_check(refuse) == ToolchainCheck(
+        "refuse", False, str(OSError(28, "No space left on device")), "see the message"
+    )
+
+
 @pytest.mark.slow
 def test_no_compiler_at_all(tmp_path: Path) -> None:
     """On a path that holds the package manager only. Its command is run as a rehearsal: tests do not change
@@ -179,3 +231,24 @@ def test_headers_that_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ill.remedy.endswith("apt-get install -y python3-dev") or not shutil.which("apt-get")
     monkeypatch.setattr(doctor.sys, "base_prefix", "/opt/python")
     assert doctor._headers().remedy == "the headers of this Python, from where it was installed"
+    monkeypatch.setattr(doctor.sys, "platform", "win32")
+    fine = doctor._headers()
+    assert fine.ok and not fine.needed and fine.found == "not used on Windows, whose models are loaded in ABI mode"
+
+
+def test_zig_takes_its_first_build_for_its_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = iter((7.0, 0.5))
+    monkeypatch.setattr(doctor, "_seconds_of_build", lambda: next(times))
+    monkeypatch.setattr(doctor, "find_compiler", lambda: types.SimpleNamespace(is_zig=True))
+    found = doctor._compiles().found
+    assert (
+        found == "a small library builds and links in 0.5 s; zig took 7 s to make its C library for this machine, once"
+    )
+
+
+def test_packages_that_are_not_installed_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    ill = doctor._package("no-such-distribution-of-eomgen")
+    assert (ill.ok, ill.found) == (False, "not installed")
+    assert ill.remedy == f"{PYTHON} -m pip install no-such-distribution-of-eomgen"
+    monkeypatch.setattr(doctor, "version", lambda name: "1.2.3")
+    assert doctor._package("sympy") == ToolchainCheck("sympy", True, "1.2.3")
