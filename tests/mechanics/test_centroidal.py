@@ -19,8 +19,6 @@ from tests.oracles.formulas import value_of
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import derivative, jacobian, random_states, rotation_of
 
-pytestmark = pytest.mark.slow
-
 TERMS = [
     "center_of_mass", "center_of_mass_jacobian", "center_of_mass_jacobian_rate", "center_of_mass_drift",
     "centroidal_momentum", "centroidal_momentum_rate", "centroidal_drift",
@@ -78,6 +76,7 @@ def check_rates(system: object, evaluate: Evaluate, state: dict[str, Array]) -> 
         assert relative_error(evaluate(drift, state)["drift"], by_v, floor=1e-3) <= 1e-11
 
 
+@pytest.mark.slow_except("1-joint")
 @pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])
 @pytest.mark.parametrize("seed", range(6))
 def test_sums_over_the_bodies(seed: int, absolute: bool, rng: np.random.Generator) -> None:
@@ -101,6 +100,7 @@ def test_sums_over_the_bodies(seed: int, absolute: bool, rng: np.random.Generato
     check_rates(system, evaluate, state)
 
 
+@pytest.mark.slow
 def test_beams_have_momentum(rng: np.random.Generator) -> None:
     """The centre of mass is that of the deformed beam; linear rows are its Jacobian times the mass."""
     bends, stretches = {"modes": 2, "stiffness": 100.0}, {"modes": 1, "stiffness": 1e4}
@@ -129,6 +129,7 @@ COUNTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("term", TERMS)
 def test_number_of_operations(term: str) -> None:
     panda = load(robot_file("panda_description/urdf/panda.urdf"))
