@@ -227,6 +227,7 @@ def test_hessians_of_robots_are_those_of_casadi(name: str, operations: int, rng:
         assert len(values) == len(rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("term", DYNAMICS)
 def test_structural_nonzeros_are_the_nonzeros_at_some_of_1000_states(term: str, rng: np.random.Generator) -> None:
     model = model_of("double_pendulum")

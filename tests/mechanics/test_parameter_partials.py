@@ -174,6 +174,7 @@ def test_compiled_partials_of_outputs(model: eomgen.Model) -> None:
     assert found["felt"][1, 0] == pytest.approx(np.sin(2.0 * 0.7), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_differentiated_in(model: eomgen.Model) -> None:
     q, v, a = np.zeros((3, 2))
     with pytest.raises(UsageError) as caught:

@@ -117,6 +117,7 @@ def test_another_python_opens_the_library_without_its_module(
     np.testing.assert_array_equal(own.mass([0.3]), other.mass([0.3]))
 
 
+@pytest.mark.slow_except("architecture-pdp11-architecture pdp11, here ")
 @pytest.mark.parametrize(
     ("name", "value", "text"),
     [

@@ -74,6 +74,7 @@ def test_unknown_keys_are_refused_with_the_nearest_one() -> None:
     assert check(misspelt) > 120
 
 
+@pytest.mark.slow
 def test_missing_keys_are_named_with_an_example() -> None:
     def without(table: dict[str, Any], model: type[Table]) -> dict[str, tuple[str, str]]:
         required = [field.alias or name for name, field in model.model_fields.items() if field.is_required()]
@@ -110,6 +111,7 @@ def test_names_of_entries_that_are_not_there_are_refused_with_the_nearest_one() 
     assert check(renamed) > 70
 
 
+@pytest.mark.slow
 def test_values_of_parameters_are_not_of_time() -> None:
     def of_time(table: dict[str, Any], model: type[Table]) -> dict[str, tuple[str, str]]:
         fields = {key for key, (meaning, _) in fields_of(model).items() if meaning.names is PARAMETERS}
@@ -120,7 +122,7 @@ def test_values_of_parameters_are_not_of_time() -> None:
     assert check(of_time) > 40
 
 
-@pytest.mark.slow_except("0", "3")
+@pytest.mark.slow_except("3")
 @pytest.mark.parametrize("place", range(12))
 def test_values_of_another_type_are_refused(place: int) -> None:
     """At one key of each table."""
