@@ -154,24 +154,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has gone, which is not an error of eomgen
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except EomgenError as error:
-        if "--debug" in words:
-            traceback.print_exc()
-        _show_error(error, words)
-        return error.exit_code
-    except OSError as error:
-        if "--debug" in words:
-            traceback.print_exc()
-        file = str(error.filename or "")
-        from eomgen.base.files import system_code  # noqa: PLC0415  # for a mistake only
-
-        remedy = "free space on the disk, or another path of the output"
-        _show_error(FileError(Problem(file, error.strerror or str(error), remedy, system_code(error))), words)
-        _drop_what_cannot_be_written()
-        return FileError.exit_code
     except Exception as error:
         if "--debug" in words:
             traceback.print_exc()
+        if isinstance(error, EomgenError):
+            _show_error(error, words)
+            return error.exit_code
+        if isinstance(error, OSError):
+            from eomgen.base.files import system_code  # noqa: PLC0415  # for a mistake only
+
+            file, remedy = str(error.filename or ""), "free space on the disk, or another path of the output"
+            _show_error(FileError(Problem(file, error.strerror or str(error), remedy, system_code(error))), words)
+            _drop_what_cannot_be_written()
+            return FileError.exit_code
         if isinstance(error.__cause__, KeyboardInterrupt):  # Python 3.11 wraps a Ctrl-C while a class is made
             click.echo("interrupted", err=True)
             return INTERRUPTED

@@ -83,17 +83,11 @@ class StoredScene:
     @cached_property
     def scene(self) -> Scene:
         """The scene itself, which knows its record and its digest."""
-        scene = _scene_of(self.text, self.elements)
-        vars(scene).update(_record=self, digest=self.content)
+        scene: Scene = from_text(self.text)
+        # force elements are made on the first request: their classes come with their schemas
+        vars(scene).update(_record=self, digest=self.content, _elements=partial(from_text, self.elements))
+        del vars(scene)["elements"]
         return scene
-
-
-def _scene_of(text: str, elements: str) -> Scene:
-    """Return a scene whose force elements are made on the first request: their classes come with their schemas."""
-    scene: Scene = from_text(text)
-    vars(scene)["_elements"] = partial(from_text, elements)
-    del vars(scene)["elements"]
-    return scene
 
 
 def record_of(scene: object) -> StoredScene | None:
@@ -173,13 +167,11 @@ Record = tuple[str, str, bool, str, str]
 
 def to_record(scene: Scene, description: Description) -> Record:
     """Return the data of a record as JSON types. Raises NoRecordError for a scene with parts that a record cannot hold.
-    These are joint types of other distributions, objects other than data, and values that JSON does not keep."""
+    These are joint types of other distributions, and objects other than data."""
     for joint in scene.joints:
         if joint.has_extension_type:  # the type may change
             raise NoRecordError(f"the type of the joint {joint.name}")
     text, elements = to_text(replace(scene, elements=())), to_text(scene.elements)
-    if not _same(scene, _scene_of(text, elements)):
-        raise NoRecordError("a value that JSON does not keep")
     plain = scene.coordinates == "joint" and not any(item.calibration for item in scene.feedback)
     return scene.digest.hex(), to_text(description), plain, text, elements
 
@@ -230,11 +222,6 @@ def _place(path: str | os.PathLike[str], options: Mapping[str, Any]) -> Path:
     made_by = [__version__, checkout_stamp(), *sys.version_info[:2]]
     key = json.dumps([made_by, file, sorted(options.items()), CALLED.get()[:2]])
     return folder / READINGS / hashlib.sha256(key.encode()).hexdigest()
-
-
-def _same(scene: Scene, again: Scene) -> bool:
-    said = ("source", "notes", "metadata", "description", "shapes")
-    return again.digest == scene.digest and all(getattr(again, name) == getattr(scene, name) for name in said)
 
 
 def _remove_oldest(folder: Path) -> None:

@@ -9,7 +9,7 @@ the world when ``Scene.base`` is None). A body's frame coincides with its joint'
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar, cast
 
@@ -94,12 +94,8 @@ def _add(value: Any, parts: _ByteParts, known: Known) -> None:
         _add(list(value.items()), parts, known)
     elif isinstance(value, tuple | list):
         _add(list(value), parts, known)
-    elif isinstance(value, frozenset | set):
-        _add_sorted(value, parts, known)
     elif callable(value) and hasattr(value, "__qualname__"):  # rules of requirements, values of words of formulas
         parts.append(f"{value.__module__}.{value.__qualname__}{code_stamp(value)}".encode())
-    elif is_dataclass(kind):  # without fields
-        parts.append(kind.__qualname__.encode())
     else:
         raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 
@@ -116,17 +112,6 @@ def _add_field(value: Any, parts: _ByteParts, known: Known) -> None:
         _add(value, pieces, known)
         known[id(value)] = (value, b"\0".join(pieces))
     parts.append(known[id(value)][1])
-
-
-def _add_sorted(values: Iterable[Any], parts: _ByteParts, known: Known) -> None:
-    """Append the bytes of a set's items to ``parts``, sorted, so that the digest does not depend on the order of the
-    set."""
-    items: list[bytes] = []
-    for item in values:
-        pieces: list[bytes] = []
-        _add(item, pieces, known)
-        items.append(b"\0".join(pieces))
-    _add(sorted(items), parts, known)
 
 
 @cache
