@@ -193,6 +193,39 @@ def test_a_beam_carries_what_its_coordinates_say(rng) -> None:
     assert found[:, 1] == pytest.approx(by_name["wrist"], rel=1e-11)
 
 
+@pytest.mark.parametrize("turning", [False, True], ids=["at rest", "turning base"])
+def test_axes_and_points_may_belong_to_another_branch(turning: bool, rng) -> None:
+    builder = SceneBuilder("fork").body("left", 2.0, center_of_mass=[0.1, 0.3, -0.5], inertia=[0.2, 0.3, 0.4])
+    builder.body("right", 1.0, center_of_mass=[0.2, 0, 0.4], inertia=[0.1, 0.1, 0.1])
+    if turning:
+        builder.base(position=["0.1*sin(t)", 0, 0], rotation=[{"axis": [0.6, 0, 0.8], "angle": "0.7 * t"}])
+    builder.joint("first", "revolute", "base", "left", axis=[1, 2, 2], position=[0.5, 0, 0])
+    builder.joint("second", "universal", "base", "right", axis=[0, 0, 1], second_axis=[1, 0, 0], position=[0, 0.4, 0.1])
+    builder.point("tip", "right", position=[0.3, -0.2, 0.6]).point("root", "left")
+    for name, more in {
+        "world": {},
+        "other": {"axes": "right"},
+        "base": {"axes": "base"},
+        "far": {"point": "tip"},
+    }.items():
+        builder.reaction(f"in_{name}", joint="first", **{"axes": "world", **more})
+        parts = [f"reaction.in_{name}.{part}[{k}]" for part in ("moment", "force") for k in range(3)]
+        builder.output(name, formula=parts)
+    builder.output("tip", position="tip").output("root", position="root")
+    system = derive(builder.build(), ["outputs", "poses", *(["base_motion"] * turning)])
+    evaluate, state = tape_evaluator(system), states_of(system, rng)
+    y = evaluate("outputs", state)["y"]
+    world, other, base, far = (y[:, 6 * k : 6 * k + 6].reshape(STATES, 2, 3) for k in range(4))
+    tip, root = y[:, 24:27], y[:, 27:30]
+    poses = evaluate("poses", state)["pose"]
+    R = rotation_of(poses[:, list(system.bodies).index("right"), :4])
+    np.testing.assert_allclose(np.einsum("sij,skj->ski", R, other), world, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(base, axis=-1), np.linalg.norm(world, axis=-1), rtol=1e-12)
+    assert np.allclose(base, world) != turning
+    np.testing.assert_allclose(far[:, 1], world[:, 1], rtol=1e-12)
+    np.testing.assert_allclose(far[:, 0], world[:, 0] - np.cross(tip - root, world[:, 1]), rtol=1e-12, atol=1e-11)
+
+
 #: What a multiplier of 1 is on the body of ``second`` where the frames coincide: moment, force, in their axes.
 MEANT = {
     "origins meet along x": (0, 0, 0, 1, 0, 0),
