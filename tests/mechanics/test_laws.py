@@ -11,12 +11,12 @@ import pytest
 import sympy
 
 import eomgen
+from eomgen.mechanics.laws.derivation import COMMAND, DERIVATIONS, module
 from eomgen.mechanics.laws.derived import LAWS
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.symbolic_kernel import kernel_of
 from eomgen.symbolic.tape import Tape
-from tests.mechanics.derivation_of_laws import COMMAND, DERIVATIONS, module
 from tests.models.scenes import PENDULUM_TOML
 
 

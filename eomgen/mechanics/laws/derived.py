@@ -1,5 +1,5 @@
 """Laws derived by SymPy, so that no build imports it: written by
-``python -m tests.mechanics.derivation_of_laws eomgen/mechanics/laws/derived.py``."""
+``python -m eomgen.mechanics.laws.derivation eomgen/mechanics/laws/derived.py``."""
 
 # fmt: off
 from __future__ import annotations

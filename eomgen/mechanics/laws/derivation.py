@@ -1,5 +1,5 @@
 """The laws of bodies, beams and contacts, derived with SymPy, and the module of derived laws: ``python -m
-tests.mechanics.derivation_of_laws eomgen/mechanics/laws/derived.py``.
+eomgen.mechanics.laws.derivation eomgen/mechanics/laws/derived.py``.
 
 Every acceleration field that a rigid body can have is affine in the position s in the body: A + U s. With shape
 functions (1, s) the mass enters only through the shape integrals m = int dm, d = int s dm and S = int s s^T dm (Lieh
@@ -200,7 +200,7 @@ def onset() -> Kernel:
     return kernel_of([rise, potential])
 
 
-COMMAND = "python -m tests.mechanics.derivation_of_laws eomgen/mechanics/laws/derived.py"
+COMMAND = "python -m eomgen.mechanics.laws.derivation eomgen/mechanics/laws/derived.py"
 DERIVATIONS: Mapping[str, Callable[[], Kernel]] = {
     "rotation_of_quaternion": rotation,
     "virtual_work_of_rigid_body": virtual_work,
