@@ -61,5 +61,12 @@ def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
     """Return the terms that a step of a method calls."""
     from eomgen.integrators.families.register import terms_of  # noqa: PLC0415
 
-    constrained = bool(scene.constraints) or scene.coordinates == "absolute"
-    return terms_of(method, constrained, bool(scene.states))
+    return terms_of(method, is_constrained(scene), bool(scene.states))
+
+
+def is_constrained(scene: Scene) -> bool:
+    """Return whether the equations have constraints: of the scene, joints of absolute coordinates, drives of joints, or
+    strains that a beam does not have."""
+    beams = (getattr(element, "beam", None) for element in scene.elements)
+    of_parts = [*(joint.drive for joint in scene.joints), *(getattr(beam, "absent_strains", ()) for beam in beams)]
+    return bool(scene.constraints) or scene.coordinates == "absolute" or any(of_parts)

@@ -39,16 +39,13 @@ class Inertia:
         about = tensor(rotate_inertia(orientation, entries_of(self.about_center)))
         return Inertia(self.mass, orientation @ self.center + position, about)
 
-    def about_origin(self) -> Array:
-        """Return the (3, 3) inertia about the frame's origin (Steiner)."""
-        return self.about_center + tensor(steiner(self.mass, self.center.tolist()))
-
     def spatial(self, length: float) -> Array:
         """Return the (6, 6) spatial inertia about the frame's origin, angular part first, with lengths in multiples of
         ``length``, m, so that all entries are in kg."""
         arm = skew(self.mass * self.center) / length
         spatial = np.empty((6, 6))
-        spatial[:3, :3], spatial[:3, 3:] = self.about_origin() / length**2, arm
+        about_origin = self.about_center + tensor(steiner(self.mass, self.center.tolist()))
+        spatial[:3, :3], spatial[:3, 3:] = about_origin / length**2, arm
         spatial[3:, :3], spatial[3:, 3:] = arm.T, self.mass * np.eye(3)
         return spatial
 
@@ -58,8 +55,7 @@ NOTHING = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
 
 def tensor(entries: Sequence[Numbers]) -> Array:
     """Return the (3, 3) matrix of (xx, yy, zz, xy, xz, yz)."""
-    matrix: Array = np.array(entries)[PLACES]
-    return matrix
+    return np.asarray(np.array(entries)[PLACES])
 
 
 def entries_of(matrix: Array) -> list[Numbers]:

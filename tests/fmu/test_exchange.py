@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.fmu.importers import Unit, recorded, run
+from tests.fmu.importers import Unit, recorded, run, written
 from tests.fmu.test_calls import EXAMPLES, VERSIONS, file_of, unit_of
 
 #: What a correction logs.
@@ -111,3 +111,21 @@ def test_loops_have_few_events_and_stay_on_the_constraints(tolerance: float) -> 
     model = eomgen.build(scene)
     q = np.stack([np.asarray(rows[name], float) for name in recorded(file) if name.startswith("q.")], axis=1)
     assert np.max(np.abs(model.evaluate("constraint", q)["Phi"])) < 100.0 * tolerance
+
+
+@pytest.mark.slow
+def test_drives_alone_are_constraints() -> None:
+    """A mass on a carriage that is driven by s sin t: x'' + w^2 x = s sin t by the carriage's motion."""
+    s, w, x_0 = 0.1, 10.0, 0.1
+    bodies = {"carriage": {"mass": 1.0}, "mass": {"mass": 2.0}}
+    slides = {"type": "prismatic", "axis": [1, 0, 0]}
+    joints = {
+        "drive": slides | {"parent": "base", "child": "carriage", "drive": f"{s} * sin(t)"},
+        "slide": slides
+        | {"parent": "carriage", "child": "mass", "stiffness": 2.0 * w**2, "initial": {"position": x_0}},
+    }
+    scene = eomgen.load({"format": 1, "name": "driven", "bodies": bodies, "joints": joints})
+    rows = run(written(scene, 3), "ModelExchange", 1.0, 0.01, relative_tolerance=1e-9)
+    t, forced = np.asarray(rows["time"]), s / (w**2 - 1.0)
+    expected = x_0 * np.cos(w * t) + forced * (np.sin(t) - np.sin(w * t) / w)
+    assert np.max(np.abs(rows["q.slide"] - expected)) < 1e-6 * x_0

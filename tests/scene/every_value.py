@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from eomgen.scene.document.schema import every_document, section_keys
-from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, fields_of
 from eomgen.scene.sections import bounds_of, own_sections
 from tests.models.library import scene
@@ -39,7 +39,9 @@ def parameter_keys(model: type[Table] = DOCUMENT, before: str = "") -> Iterator[
             continue
         if inner is not None:
             yield from parameter_keys(inner.model, key)
-        elif meaning.names is PARAMETERS or key in bounds_of(own_sections()):
+        elif meaning.names is PARAMETERS or (
+            meaning.names is not FIXED_PARAMETERS and key in bounds_of(own_sections())
+        ):
             yield key
 
 

@@ -20,10 +20,9 @@ from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.naming import free_prefix
 from eomgen.codegen.targets.register import C
 from eomgen.errors import FileError, ModelError, Problem, UsageError
-from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline.documents import as_document, load_scene
 from eomgen.pipeline.generation import exported_program
-from eomgen.pipeline.methods import method_of
+from eomgen.pipeline.methods import is_constrained, method_of, terms_of_step
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.arrays import listed
@@ -306,10 +305,9 @@ def _program(
     identifier = free_prefix(scene.name)
     document, front_end = as_document(scene if identifier == scene.name else replace(scene, name=identifier))
     name = method_of(scene, method)
-    constrained = bool(scene.constraints) or scene.coordinates == "absolute"
-    called = terms_of(name, constrained, bool(scene.states))
+    called = terms_of_step(scene, name)
     wanted = [*PURPOSES["run"], *PURPOSES["accelerations"], "inverse_dynamics", *called, *PATTERNS]
-    wanted += ["inverse_dynamics_derivatives"] if options.dae and not constrained else []
+    wanted += ["inverse_dynamics_derivatives"] if options.dae and not is_constrained(scene) else []
     wanted = list(dict.fromkeys(wanted))
     program, refusal = exported_program(document, front_end, C, wanted, method, parameters=parameters)
     if initial and program.method:

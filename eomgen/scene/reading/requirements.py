@@ -240,8 +240,7 @@ def _thicker_than_the_radius(thickness: Numbers, diameter: Numbers) -> Flags:
 def _thin(*moments: Numbers) -> Flags:
     """Return whether one of several moments of inertia, all above 0, is negligible compared with the other moments."""
     least, largest = np.minimum.reduce(np.broadcast_arrays(*moments)), np.maximum.reduce(np.broadcast_arrays(*moments))
-    result: Flags = np.logical_and(least > 0.0, least <= NO_INERTIA * largest)
-    return result
+    return np.asarray((least > 0.0) & (least <= NO_INERTIA * largest))
 
 
 #: Rules for several values. The rule that a joint moves some inertia belongs to each joint of a scene,
