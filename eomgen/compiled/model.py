@@ -451,7 +451,7 @@ class CompiledModel(NamedAttributes):
         >>> model.consistent(model.initial_q + 0.01, [30.0, 0.0, 0.0], hold="drive").v[:1]
         array([30.])
         """
-        p = self.parameter_array(parameters)
+        p = self.evaluator.one_set(parameters, "consistent(...) for each set")
         held = held_components(self, hold)
         v = np.zeros(self.nv) if v is None else v
         try:

@@ -504,6 +504,10 @@ NOT_DESIGNED: dict[str, Callable[[], object]] = {
     "the mode of x1 and x2 at 2 Hz, which grows at 0.25 1/s, cannot be stabilised: no actuator moves it": (
         lambda: lqr(oscillator(0.25), np.eye(2), {"u1": 1.0})
     ),
+    # of several motions at 0, side, yaw, yaw rate and travel of a car with a steering wheel, the one without actuator
+    "the mode of x4 at 0 Hz, which nothing holds, cannot be stabilised": (
+        lambda: lqr(model([[0, 20, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0], [0, 0, 0, 0]], [[0], [0], [1], [0]]), 1.0, 1.0)
+    ),
     "the mode of x1 and x2 at 2 Hz, which decays at 0.25 1/s, cannot be placed: no actuator moves it": (
         lambda: place(oscillator(-0.25), [-1.0, -2.0])
     ),

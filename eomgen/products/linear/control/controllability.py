@@ -9,7 +9,7 @@ IEEE Transactions on Power Apparatus and Systems 101, 1982).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -63,23 +63,23 @@ class Dynamics:
 
 def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError, with the name of the motion, if a motion that does not decay is out of the actuators' reach."""
-    if worst := _worst(dynamics, _uncontrollable_eigenvalues(dynamics, B)):
+    if worst := _worst(dynamics, _uncontrollable_modes(dynamics, B)):
         fault = f"{worst} cannot be stabilised: no actuator moves it [E0378]"
         raise ModelError(fault, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
 
 
 def check_controllable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError if a motion is out of the actuators' reach, decaying or not."""
-    lost = _uncontrollable_eigenvalues(dynamics, B)
+    lost = _uncontrollable_modes(dynamics, B)
     if lost:
-        fault = f"{describe_mode(dynamics, lost[0])} cannot be placed: no actuator moves it [E0379]"
+        fault = f"{describe_mode(dynamics, *next(iter(lost.items())))} cannot be placed: no actuator moves it [E0379]"
         raise ModelError(fault, "an actuator that works on it, or lqr, which leaves it as it is")
 
 
 def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
     """Raise ModelError, with the name of the motion, if a motion that does not decay is unobservable in the
     measurements."""
-    if worst := _worst(dynamics, _uncontrollable_eigenvalues(dynamics.dual, C.T)):
+    if worst := _worst(dynamics, _uncontrollable_modes(dynamics.dual, C.T)):
         fault = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it [E0380]"
         raise ModelError(fault, "a measured signal that it moves")
 
@@ -115,55 +115,59 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
 def check_observable(dynamics: Dynamics, C: Array) -> None:
     """Raise ModelError if a motion is unobservable in the measurements, decaying or not. `dynamics` is the dual model
     with A^T, and `C` the transposed output matrix, (ns, ny)."""
-    lost = _uncontrollable_eigenvalues(dynamics, C)
+    lost = _uncontrollable_modes(dynamics, C)
     if lost:
-        of = describe_mode(dynamics, lost[0])
+        of = describe_mode(dynamics, *next(iter(lost.items())))
         fault = f"the error of the estimate of {of} cannot be placed: nothing measured shows it [E0383]"
         raise ModelError(fault, "a measured signal that it moves, or kalman, which leaves it as it is")
 
 
-def _worst(dynamics: Dynamics, lost: Sequence[complex]) -> str:
-    """Return the fastest growing of those motions that do not decay; empty for none."""
-    lasting = [value for value in lost if dynamics.growth(value) > -_ON_BORDER]
-    return describe_mode(dynamics, max(lasting, key=dynamics.growth)) if lasting else ""
+def _worst(dynamics: Dynamics, lost: Mapping[complex, Array]) -> str:
+    """Return the fastest growing motion of the ones that do not decay; empty for none."""
+    value = max(lost, key=dynamics.growth, default=0.0)
+    lasts = value in lost and dynamics.growth(value) > -_ON_BORDER
+    return describe_mode(dynamics, value, lost[value]) if lasts else ""
 
 
 def _unseen_on_border(dynamics: Dynamics, root: Array) -> str:
     """Return the first motion on the border of stability that a square root (r, ns) does not see; empty for none."""
-    for value in _uncontrollable_eigenvalues(dynamics.dual, root.T, math.sqrt(COMPUTED), _ON_BORDER):
+    for value, shares in _uncontrollable_modes(dynamics.dual, root.T, math.sqrt(COMPUTED), _ON_BORDER).items():
         if abs(dynamics.growth(value)) <= _ON_BORDER:
-            return describe_mode(dynamics, value)
+            return describe_mode(dynamics, value, shares)
     return ""
 
 
-def _uncontrollable_eigenvalues(
+def _uncontrollable_modes(
     dynamics: Dynamics, B: Array, tolerance: float = COMPUTED, negligible: float = 0.0
-) -> list[complex]:
-    """Return the eigenvalues of the modes that the columns of B (ns, m) do not reach, one of each pair. `tolerance`
-    bounds the least singular value of [A - s 1, B] in balanced units. Columns shorter than a ``negligible`` share of
-    the longest count as zero."""
+) -> dict[complex, Array]:
+    """Return the modes that the columns of B (ns, m) do not reach, one of each pair: the eigenvalue s, and each state's
+    share (ns,) in the left null vector of [A - s 1, B] in balanced units. `tolerance` bounds the least singular value.
+    Columns shorter than a ``negligible`` share of the longest count as zero."""
     if not len(dynamics.A):
-        return []
+        return {}
     T = np.diag(balance(dynamics.A, permute=False)[1]) if dynamics.scales is None else dynamics.scales
     A, b = dynamics.A * T / T[:, np.newaxis], B / T[:, np.newaxis]
     sizes = np.linalg.norm(b, axis=0)
     kept = sizes > negligible * np.max(sizes, initial=0.0)
     b = b[:, kept] / sizes[kept]
     norm = float(np.linalg.norm(A, 2)) or 1.0
-    lost = []
+    lost = {}
     for value in _distinct(np.linalg.eigvals(A / norm).astype(complex)):
         pencil = np.hstack([A / norm - value * np.eye(len(A)), b])
-        if np.linalg.svd(pencil, compute_uv=False)[-1] < tolerance:
-            lost.append(norm * value)
+        directions, stretches, _ = np.linalg.svd(pencil)
+        if stretches[-1] < tolerance:
+            lost[norm * value] = np.abs(directions[:, -1])
     return lost
 
 
-def describe_mode(dynamics: Dynamics, value: complex) -> str:
-    """Return the mode with the eigenvalue `value` in words: frequency, growth, and the two states that dominate."""
+def describe_mode(dynamics: Dynamics, value: complex, shares: Array) -> str:
+    """Return the mode with the eigenvalue `value` in words: frequency, growth, and the two states that dominate; among
+    several modes with this eigenvalue, by ``shares`` (ns,)."""
     decomposed: Any = scipy.linalg.eig(dynamics.A, left=True, right=True)  # the stubs know of one kind of vectors only
     values, left, right = decomposed
-    k = int(np.argmin(np.abs(values - value)))
-    shares = np.abs(left[:, k] * right[:, k])
+    k, *others = np.argsort(np.abs(values - value), kind="stable")
+    if not others or abs(values[others[0]] - value) > _ON_BORDER * dynamics.rate:
+        shares = np.abs(left[:, k] * right[:, k])
     order = np.argsort(-shares, kind="stable")[:2]
     movers = [dynamics.states[j] for j in order if shares[j] > 0.3 * shares[order[0]]]
     if dynamics.sample is not None:
