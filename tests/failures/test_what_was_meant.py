@@ -137,7 +137,7 @@ RUN = "--out o --no-plots"
         ("info s.toml --terms mass force", "argument (force); try: --terms mass,force, with commas; eomgen info"),
         ("info s.toml --json out.json", "unexpected extra argument (out.json); try: --json > out.json; eomgen info"),
         ("info r.urdf --root floating", "'floating' is not one of 'fixed', 'free'; try: --root free; eomgen info"),
-        ("info r.urdf --lock lift,lift", "try: one name for each: lock=['lift', 'lift'], or --lock lift --lock lift"),
+        ("info r.urdf --lock lift,lift", "r.urdf has no joint 'lift,lift' to lock; try: lift"),
         ("schema s.toml", "unexpected extra argument (s.toml); try: eomgen schema alone: it takes no scene"),
         ("tune s.toml --error 5%", "'5%' is not a valid float; try: --error 0.05; eomgen tune --help lists all"),
         ("animate solution.csv --out a.html", "a stored solution is needed; try: {folder}/solution.npz"),
