@@ -20,7 +20,7 @@ from matplotlib.text import Text
 import eomgen
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
-from eomgen.products.linear.campbell_search import _Oscillations, _tracks_modes, campbell
+from eomgen.products.linear.campbell_search import _FollowedModes, _Oscillations, _tracks_modes, campbell
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.plots import LabelBox, free_box
 from tests.linear.by_hand import linear_model
@@ -517,3 +517,11 @@ def test_orbits_that_are_straight_but_for_rounding_have_no_sense(turning: float,
     lin = linear_model(np.eye(2), gyroscopic, [[2.0, 1.0], [1.0, 2.0]], ("x", "y"))
     diagram = campbell("spin", "rad/s", np.array([1.0, 2.0]), lambda *_: lin, (), [("x", "y")])
     assert sorted(np.abs(diagram.whirl).ravel()) == [sense] * 4
+
+
+def test_crossings_are_sought_between_nodes_that_have_the_mode() -> None:
+    """Frequencies 5 - speed, and 3, lost at the speeds 1 and 3, against one and two times the speed."""
+    speeds, lost = np.arange(5.0), np.nan
+    frequencies = np.column_stack([5.0 - speeds, [3.0, lost, 3.0, lost, 3.0]])
+    followed = _FollowedModes(speeds, 1j * frequencies, np.zeros((5, 2), dtype=int), [[0, 1]] * 5)
+    assert followed.candidates([1.0, 2.0]) == [(1.0, 2, 0), (2.0, 1, 0)]

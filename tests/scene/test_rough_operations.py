@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from eomgen.formula.features import rough_operations
-from eomgen.formula.nodes import Operation, Symbol
+from eomgen.formula.features import Feature, rough_operations
+from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, SceneNames
 
@@ -44,3 +45,12 @@ def test_roots_logarithms_powers_and_angles_of_moving_quantities_are_named(text:
 def test_quantities_at_the_place_of_a_load_are_named_as_they_are_written() -> None:
     arguments = (Symbol("local", "velocity", 1), Symbol("local", "velocity", 0))
     assert rough_operations([Operation("atan2", arguments)]) == "atan2(velocity.here[1], velocity.here[0])"
+
+
+@pytest.mark.parametrize(("low", "high"), [(-10.6, 10.4), (-30.0, -9.0), (2.3, 2.4), (5.25, 5.25)])
+def test_places_of_a_period_are_found_on_both_sides_of_zero(low: float, high: float) -> None:
+    feature = Feature(Number(0.0), np.array([0.25, 0.5]), period=1.0)
+    every = np.sort(np.add.outer(np.arange(-40, 40), [0.25, 0.5]), axis=None)
+    inside = every[(every >= low) & (every <= high)]
+    np.testing.assert_array_equal(feature.between(low, high, 1000), inside)
+    np.testing.assert_array_equal(feature.between(low, high, 3), inside[:3])
