@@ -73,8 +73,7 @@ def measured(name: str, method: str, profile: str, steps: int, rounds: int) -> R
     record = np.empty((count, 1, lanes.width))
 
     def together() -> None:
-        lanes.start(starts, parameters, held)
-        record[:] = lanes.run(steps, 1)
+        record[:] = lanes.runs(starts, parameters, held, steps, 1, 0)[0][:, 1:]
 
     def one(lane: int) -> None:
         alone.initialize(0.0, model.initial_q, v[lane], tables[lane], model.initial_z)
