@@ -148,7 +148,7 @@ def subject(name: str, file: Path) -> Subject:
     found = formulations(file, {}, others=False)
     simulation = found.scenes[found.own].simulation
     end = min(ENDS.get(file.parent.name, math.inf), simulation.duration)
-    grid = ladder_grid(0.0, end, simulation.step, simulation.step * simulation.record_every, ())
+    grid = ladder_grid(end, simulation.step, simulation.step * simulation.record_every, ())
     runner = Runner(found, grid, limit=LONGEST)
     every = candidates(found.own, runner.model(found.own), (), {})
     return Subject(name, runner, reference(runner, every, REFERENCES, lambda _: None))

@@ -158,7 +158,7 @@ class _Beside:
         self.judge = Judge(self.runner, every, Demand(demand, output, "largest"), 9.0, lambda _: None)
         near = itertools.islice(conditions(self.runner, self.judge.reference().observation), CONDITIONS)
         seen = {run.what for run in tuned.verified}
-        self.checks = [condition for condition in near if condition.what in seen]
+        self.checks = [condition for condition in near if condition.label in seen]
         usable = [p for p in study.usable if study.error(p) <= demand]
         self.points = sorted(usable, key=lambda p: p.seconds or math.inf)
 
