@@ -96,7 +96,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     "products.waves": (
         "base cli codegen errors formula integrators.compositions mechanics scene symbolic system toolchain"
     ),
-    "products.fmu": "base cli codegen errors formula integrators pipeline scene system toolchain",
+    "products.fmu": "base cli codegen errors formula pipeline scene system toolchain",
     "products.fields": "base cli codegen errors formula integrators lie pipeline scene symbolic system toolchain",
     "products.studies": (
         "base cli compiled errors formula integrators lie pipeline results scene simulation solvers.quadrature "
