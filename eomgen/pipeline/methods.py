@@ -68,5 +68,5 @@ def is_constrained(scene: Scene) -> bool:
     """Return whether the equations have constraints: of the scene, joints of absolute coordinates, drives of joints, or
     strains that a beam does not have."""
     beams = (getattr(element, "beam", None) for element in scene.elements)
-    of_parts = [*(joint.drive for joint in scene.joints), *(getattr(beam, "absent_strains", ()) for beam in beams)]
-    return bool(scene.constraints) or scene.coordinates == "absolute" or any(of_parts)
+    from_parts = [*(joint.drive for joint in scene.joints), *(getattr(beam, "absent_strains", ()) for beam in beams)]
+    return bool(scene.constraints) or scene.coordinates == "absolute" or any(from_parts)

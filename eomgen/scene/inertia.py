@@ -149,7 +149,7 @@ def not_positive(entries: Sequence[Numbers]) -> Flags:
     return _not_positive(_principal_moments(entries))
 
 
-def side_by_side(entries: Sequence[Numbers]) -> Array:
+def stack_numbers(entries: Sequence[Numbers]) -> Array:
     """Return numbers, or batches that broadcast, as one array (..., n); numbers alone without broadcasting, which is
     ten times slower."""
     batches = any(isinstance(entry, np.ndarray) for entry in entries)
@@ -159,7 +159,7 @@ def side_by_side(entries: Sequence[Numbers]) -> Array:
 def _principal_moments(entries: Sequence[Numbers]) -> Array:
     """Return the eigenvalues (..., 3), increasing, of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches;
     ones for matrices that are not finite."""
-    numbers = side_by_side(entries)
+    numbers = stack_numbers(entries)
     finite = np.isfinite(numbers).all(axis=-1, keepdims=True)
     if numbers.ndim == 1 and not numbers[3:].any():  # along the axes, as most inertias are
         return np.sort(np.where(finite, numbers[:3], 1.0))

@@ -14,7 +14,7 @@ from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number
 from eomgen.lie.numeric import skew
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.inertia import NO_INERTIA, PLACES, side_by_side
+from eomgen.scene.inertia import NO_INERTIA, PLACES, stack_numbers
 from eomgen.scene.joint_types import JOINTS, Connection
 from eomgen.scene.joints.model import Joint, LightJoint
 
@@ -111,7 +111,7 @@ class MovableInertia:
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         with np.errstate(all="ignore"):  # numbers near the largest double are refused elsewhere
-            inertia = self._inertia(side_by_side(numbers))
+            inertia = self._inertia(stack_numbers(numbers))
         finite = np.isfinite(inertia).all(axis=(-2, -1), keepdims=True)
         least = np.linalg.eigvalsh(np.where(finite, inertia, np.eye(len(self.kind.units))))[..., 0]
         return (least <= NO_INERTIA) & _all_zero([numbers[index] for index in self.followers])
