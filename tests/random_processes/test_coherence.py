@@ -18,9 +18,9 @@ from eomgen.products.reliability.random_processes.covariance import (
     Band,
     Covariance,
     Exponential,
-    Oscillator,
     RoadProfile,
     SquaredExponential,
+    oscillator,
 )
 from eomgen.products.reliability.random_processes.karhunen_loeve import expand, expand_jointly
 
@@ -33,7 +33,7 @@ TABLE = CoherenceTable(np.array([0.0, 0.3, 1.2]), np.array([1.0, 0.8, -0.2]))
     [
         (SquaredExponential(1.3, 0.7), ExponentialCoherence(0.4), 3.0),
         (Exponential(0.8, 0.5), ExponentialCoherence(0.6), 40.0),
-        (Oscillator(1.0, 4.0, 0.02), TABLE, 1.2),
+        (oscillator(1.0, 4.0, 0.02), TABLE, 1.2),
         (Band(2.0, 0.2, 1.5), ExponentialCoherence(1.0), 1.5),
     ],
     ids=["smooth", "kink", "peak", "band"],

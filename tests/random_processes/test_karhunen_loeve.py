@@ -19,10 +19,10 @@ from eomgen.products.reliability.random_processes.covariance import (
     CovarianceTable,
     DampedCosine,
     Exponential,
-    KanaiTajimi,
-    Oscillator,
     RoadProfile,
     SquaredExponential,
+    kanai_tajimi,
+    oscillator,
 )
 from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, expand
 
@@ -50,7 +50,7 @@ class _Unnamed:
     ("covariance", "counts"),
     [
         (UNIT, {0.95: 10, 0.99: 14, 0.999: 17, 0.9999: 21, 0.999999: 26}),
-        (Oscillator(1.0, np.hypot(0.2, 1.2), 0.2 / np.hypot(0.2, 1.2)), {0.95: 9, 0.99: 14, 0.999: 26, 0.9999: 53}),
+        (oscillator(1.0, np.hypot(0.2, 1.2), 0.2 / np.hypot(0.2, 1.2)), {0.95: 9, 0.99: 14, 0.999: 26, 0.9999: 53}),
     ],
 )
 def test_as_many_modes_as_a_share_asks_for(covariance: Covariance, counts: dict[float, int]) -> None:
@@ -99,7 +99,7 @@ def test_the_first_eigenvalues_of_the_smooth_kernel_by_mpmath() -> None:
 
 @pytest.mark.parametrize(
     "covariance",
-    [UNIT, DampedCosine(1.2, 0.5, 3.0), KanaiTajimi(0.8, 6.0, 0.5), Exponential(1.0, 2.0), RoadProfile("C")],
+    [UNIT, DampedCosine(1.2, 0.5, 3.0), kanai_tajimi(0.8, 6.0, 0.5), Exponential(1.0, 2.0), RoadProfile("C")],
     ids=lambda item: type(item).__name__,
 )
 def test_modes_are_orthonormal_and_sum_up_to_the_covariance(covariance: Covariance) -> None:
@@ -199,7 +199,7 @@ def test_modes_that_a_process_has_not_are_refused() -> None:
 
 def test_an_earthquake_of_ten_seconds_has_its_modes() -> None:
     """Of Kanai and Tajimi's spectrum; the number of modes is that of the spectrum, within a few."""
-    soil = KanaiTajimi(1.0, 15.0, 0.6)
+    soil = kanai_tajimi(1.0, 15.0, 0.6)
     found = expand(soil, 10.0, share=0.85)
     frequency = np.linspace(0.0, 200.0, 400_001)
     below = np.cumsum(soil.density(frequency)) * frequency[1]

@@ -16,8 +16,8 @@ from eomgen.products.reliability.random_processes.covariance import (
     Band,
     Covariance,
     Exponential,
-    KanaiTajimi,
     SquaredExponential,
+    kanai_tajimi,
 )
 from eomgen.products.reliability.vibration.inputs import lost_variance
 from eomgen.scene.load import from_data
@@ -61,7 +61,7 @@ GUSTS = {"type": "exponential", "correlation_time": "2 s"}
 ROAD = {"type": "squared_exponential", "correlation_length": "3 m", "speed": "4 m/s", "standard_deviation": 3}
 BAND = {"type": "band", "band": [9, 11], "share": 0.99}
 LATER, OTHER = {"follows": "force", "delay": 0.4}, {"correlation": {"force": 0.6}, "standard_deviation": 2}
-SOIL, WIND = KanaiTajimi(1.0, 15.0, 0.6), Exponential(1.0, 2.0)
+SOIL, WIND = kanai_tajimi(1.0, 15.0, 0.6), Exponential(1.0, 2.0)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,12 @@ from eomgen.formula.substitution import map_symbols
 from eomgen.products.reliability.random_processes.coherence import Coherence, nearest_correlation
 from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.products.reliability.section import schema as written
-from eomgen.products.reliability.section.covariances import Coherences, Covariances, Translations, cross_covariances
+from eomgen.products.reliability.section.covariances import (
+    Covariances,
+    Translations,
+    cross_covariances,
+    read_coherences,
+)
 from eomgen.scene.formula.scope import Laws
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values
@@ -31,15 +36,12 @@ from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault
 from eomgen.scene.signals.curves import Curves
 from eomgen.system.signals import Input, NormalSeries, Parameter, variables_of
 
-#: Least number of points of a table, and the largest number.
-_FEWEST, _MOST_POINTS = 32, 4096
-
 
 def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
     """Return the modes of an expansion as splines over x from ``start`` on, the largest eigenvalue first. x is a time
     in s or a distance in m; `name` is the process's, for the names of the curves. Each curve has as many points as its
     error requires, 4096 at most: modes of short waves have small values, and need less relative accuracy."""
-    count, points = len(expansion.eigenvalues), _FEWEST
+    count, points = len(expansion.eigenvalues), 32
     result: dict[int, Curve] = {}
     allowed = max(WRITTEN, 1e-4 * math.sqrt(max(1.0 - float(expansion.variance_shares[-1]), 0.0)))
     highest = 0.0
@@ -48,7 +50,7 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
         between = 0.5 * (x[1:] + x[:-1])
         y, exact = expansion.modes(x), expansion.modes(between)
         highest = max(highest, float(np.max(np.abs(y))))
-        last = 2 * points > _MOST_POINTS
+        last = 2 * points > 4096
         for k in range(count):
             # mode k has about k / 2 waves: fewer points may be on the mode by chance
             if k in result or (points < 8 * (k + 1) // 2 and not last):
@@ -229,7 +231,7 @@ class Processes:
                 fault = f"it is correlated with {first}, with which others are coherent [E1012]"
                 self.report.add(f"{key_of('random', mixed[0])}.correlation", fault, "coherence for all of them")
                 return []
-            coherences = Coherences(self.values).read(names, entries)
+            coherences = read_coherences(self.values, names, entries)
             if coherences is None:
                 return []
         made = self._leader(first, entries[first], *lag, coherences)
