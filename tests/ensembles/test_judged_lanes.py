@@ -33,7 +33,7 @@ def test_lanes_break_constraints_beyond_a_part_of_the_machine(units: list[str], 
         library=SimpleNamespace(layout={"row_units": units}),
     )  # fmt: skip
     lanes: Any = SimpleNamespace(model=model)
-    limit = side_by_side._VIOLATION * bounds
+    limit = 1e-4 * bounds
     for share, broken in ((0.999, False), (1.001, bool(units)), (np.nan, bool(units))):
         largest = np.array([[share * limit], [0.0]])
         result = side_by_side.SideBySide._breaks_constraints(lanes, rows, parameters, largest)
@@ -53,7 +53,7 @@ def test_lanes_gain_energy_beyond_a_part_of_the_energies_that_move(
     kinetic = np.tile([3.0, 2.0, 1.0, 2.0, 3.0], (3, 1))
     total = potential + kinetic
     total[:] = 100.0
-    total[1, 2] += gain * side_by_side._GAIN * (2.0 + 3.0)
+    total[1, 2] += gain * 0.2 * (2.0 + 3.0)
     values = {"total": total.ravel(), "potential": potential.ravel(), "kinetic": kinetic.ravel()}
     monkeypatch.setattr(side_by_side, "_LOOKED_AT", count)
     monkeypatch.setattr(side_by_side, "row_values", lambda *given: values)

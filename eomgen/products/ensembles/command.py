@@ -21,9 +21,6 @@ from eomgen.formula.units.parser import is_quantity
 if TYPE_CHECKING:
     from eomgen.products.ensembles import Ensemble
 
-#: Failed samples that are named.
-_NAMED = 3
-
 _option = arguments_of("eomgen.products.ensembles.simulate_many:simulate_many")
 
 
@@ -110,11 +107,13 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 
 
 def _say_failures(result: Ensemble) -> None:
-    for sample in result.failed[:_NAMED]:
+    """Print the first three failed samples with their reasons, and the number of others."""
+    named, others = result.failed[:3], len(result.failed[3:])
+    for sample in named:
         values = ", ".join(f"{name} = {value:.6g}" for name, value in sample.values.items())
         say(f"sample {sample.number} failed ({values}): {sample.reason}")
-    if len(result.failed) > _NAMED:
-        say(f"{counted(len(result.failed) - _NAMED, 'more failed sample')}, in failed.csv")
+    if others:
+        say(f"{counted(others, 'more failed sample')}, in failed.csv")
 
 
 def _why_unranked(result: Ensemble) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def _latin_hypercube(samples: int, dimensions: int, seed: int) -> Points:
 
 
 def _sobol(samples: int, dimensions: int, seed: int) -> Points:
-    return lambda first, count: _sobol_points(dimensions, seed, first, count)
+    return partial(_sobol_points, dimensions, seed)
 
 
 def _sobol_points(dimensions: int, seed: int, first: int, count: int) -> Array:
@@ -108,8 +109,6 @@ DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
 #: Designs that follow from the varied quantities.
 OTHER_DESIGNS = ("grid",)
 _MOST_DIMENSIONS = {"sobol": 21201, "saltelli": 21201 // 2}
-#: Largest number of entries of a Latin hypercube, because all entries are made at once.
-_MOST_AT_ONCE = 100_000_000
 #: Designs that are balanced if the number of samples is a power of two.
 _BALANCED = ("sobol", "saltelli")
 
@@ -137,8 +136,8 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
     if dimensions > (most := _MOST_DIMENSIONS.get(name, dimensions)):
         fault = f"{name} has {most} dimensions at most, not {dimensions} [E0656]"
         raise UsageError(Problem("design", fault, "monte_carlo"))
-    if name == "latin_hypercube" and samples * dimensions > _MOST_AT_ONCE:
-        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most [E0657]"
+    if name == "latin_hypercube" and samples * dimensions > 10**8:
+        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {10**8} at most [E0657]"
         raise UsageError(Problem("samples", fault, "fewer of them, or sobol"))
     points = DESIGNS[name](samples, dimensions, seed)
 

@@ -223,6 +223,25 @@ class SampleBlock:
     failed: tuple[FailedSample, ...] = ()
 
 
+@dataclass(frozen=True)
+class EnsemblePart:
+    """Samples that a process of a cluster has run: content alone, never a path of the process, never machine code.
+
+    Attributes
+    ----------
+    solutions : number of a sample -> the file of the sample's solution, for solutions to be kept
+    seconds : that the samples took, without the model's compilation
+    code : digest of the compiled model
+    how : of ``SampleRunner``
+    """
+
+    block: SampleBlock
+    solutions: Mapping[int, bytes]
+    seconds: float
+    code: str
+    how: str
+
+
 @dataclass
 class SampleRunner:
     """Runs blocks of the samples of a design.

@@ -30,8 +30,6 @@ from eomgen.system.signals import Input
 
 #: Properties of a law that may vary: the seed of a random road or process, a factor of the whole law.
 LAWS = ("seed", "scale")
-#: Number of times for which harmonics are summed together, so that arrays stay in the processor's cache.
-_TOGETHER = 64
 
 
 def laws_that_vary(model: CompiledModel) -> list[str]:
@@ -186,9 +184,10 @@ def _own(model: CompiledModel, t: Array, p: Array, index: int) -> Array:
 
 def _sum(waves: Array, t: Array) -> Array:
     """Return the sum of harmonics (n,) at times t (n,) s; `waves` has rows of amplitude, frequency in rad/s and phase.
-    Summed row by row, so that the bits do not depend on the number of rows."""
+    Summed row by row, so that the bits do not depend on the number of rows, and for 64 times together, so that arrays
+    stay in the processor's cache."""
     amplitude, frequency, phase = waves.T
-    parts = (t[first : first + _TOGETHER, np.newaxis] for first in range(0, len(t), _TOGETHER))
+    parts = (t[first : first + 64, np.newaxis] for first in range(0, len(t), 64))
     return np.concatenate([(np.cos(part * frequency + phase) * amplitude).sum(axis=1) for part in parts])
 
 
@@ -293,7 +292,7 @@ def starts_of_several_turns(items: Sequence[Variation], vary: Mapping[str, str |
         ends = read_distribution(f"vary {item.name}", text, item.unit).quantiles(np.array([0.05, 0.95]))
         farthest = float(ends[np.argmax(np.abs(ends))])
         notes.append(several_turns(f"vary {item.name} = {text}: samples start at up to", farthest))
-    return [note for note in notes if note]
+    return list(filter(None, notes))
 
 
 def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:
