@@ -25,7 +25,8 @@ from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.accuracy import FOLLOWED, STEP_OF_GROWTH, not_followed, passages, passes_growth
 from eomgen.products.doubts.fast_motions import EXCITED, NOTICED, UNRESOLVED, UNSEEN, fast_laws
-from eomgen.products.doubts.limits import (
+from eomgen.products.doubts.places import BACK, place, poses_of, shortest
+from eomgen.products.doubts.sampled_run import (
     ALIASED,
     ALIASED_PART,
     DEFECT,
@@ -33,9 +34,8 @@ from eomgen.products.doubts.limits import (
     MISSED,
     MISSED_PART,
     UNDERSTATED,
+    SampledRun,
 )
-from eomgen.products.doubts.places import BACK, place, poses_of, shortest
-from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.fastest_rates import STEEP_PART, Rate
 from eomgen.simulation.judgement.failures import FAULTS

@@ -125,14 +125,11 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
     """Return the C of a wrapper ``eg_each_NAME`` that calls a function for a single trajectory for each lane of a mask.
     `kinds` are the types of the parameters; arrays are copied to and from the lane, and results are returned by
     lane."""
-    arrays = [k for k, kind in enumerate(kinds) if isinstance(kind, Pointer)]
-    texts = {
-        "plain": [f"double *x{k}" if k in arrays else f"double x{k}" for k in range(len(kinds))],
-        "taken": [f"real *x{k}, int n{k}" if k in arrays else f"real x{k}" for k in range(len(kinds))],
-        "given": [f"y{k}" if k in arrays else f"x{k}[lane]" for k in range(len(kinds))],
-    }
-    joined = {part: ", ".join(each) for part, each in texts.items()}
-    return environment().get_template("ensembles/each.c.jinja").render(name=name, arrays=arrays, **joined).rstrip()
+    arrays, template = (
+        [isinstance(kind, Pointer) for kind in kinds],
+        environment().get_template("ensembles/each.c.jinja"),
+    )
+    return template.render(name=name, arrays=arrays).rstrip()
 
 
 def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
@@ -140,13 +137,10 @@ def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
     lanes only. `sizes` are the sizes of its output arrays, the last parameters."""
     kinds = source.functions[name]
     outputs = {i: size for i, size in enumerate(sizes, len(kinds) - len(sizes)) if isinstance(kinds[i], Pointer)}
-    texts = {
-        "taken": [declaration(f"x{k}", kind) for k, kind in enumerate(kinds)],
-        "whole": [f"x{k}" for k in range(len(kinds))],
-        "masked": [f"y{k}" if k in outputs else f"x{k}" for k in range(len(kinds))],
-    }
-    joined = {part: ", ".join(each) for part, each in texts.items()}
-    return environment().get_template("ensembles/masked.c.jinja").render(name=name, outputs=outputs, **joined).rstrip()
+    taken = [declaration(f"x{k}", kind) for k, kind in enumerate(kinds)]
+    return (
+        environment().get_template("ensembles/masked.c.jinja").render(name=name, outputs=outputs, taken=taken).rstrip()
+    )
 
 
 _NUMBERS = """\

@@ -172,13 +172,6 @@ def _rows_of(function: Callable[[Array], Array], column: int, times: Array) -> A
     return function(times)[:, column]
 
 
-def _too_many(share: float, modes: int, has: float) -> Problem:
-    fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g} [E0969]"
-    least = math.floor(has * 1e4) / 1e4
-    hint = f"share = {least:g}, or a shorter window" if least >= 0.05 else "a shorter window, a longer correlation"
-    return Problem("", fault, hint)
-
-
 def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Expansion:
     """Return the first modes of an expansion: as many as ``modes`` says, else as many as have the share of the
     variance. Raises UsageError if both are None, if more than ``MOST_MODES`` are needed, or if the expansion has too
@@ -192,7 +185,11 @@ def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Exp
         count = int(reached[0]) + 1 if len(reached) else math.inf
         if count > MOST_MODES:
             most = min(MOST_MODES, len(expansion.eigenvalues))
-            raise UsageError(_too_many(share, most, float(expansion.variance_shares[most - 1])))
+            has = float(expansion.variance_shares[most - 1])
+            fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {most} have {has:.4g}"
+            least = math.floor(has * 1e4) / 1e4
+            hint = f"share = {least:g}, or" if least >= 0.05 else "a longer correlation, or"
+            raise UsageError(Problem("", f"{fault} [E0969]", f"{hint} a shorter window"))
         modes = int(count)
     if modes > MOST_MODES:
         raise UsageError(
