@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +12,6 @@ import pytest
 import eomgen
 from eomgen.base.calls import (
     UnknownAttribute,
-    UnknownName,
     attributes_elsewhere,
     checked_call,
     meant_term,
@@ -166,22 +163,6 @@ def test_the_package_itself_names_where_runs_are() -> None:
         eomgen.simulate  # noqa: B018
     with pytest.raises(AttributeError, match="no attribute 'SceneBulder'; try: SceneBuilder"):
         eomgen.SceneBulder  # noqa: B018
-
-
-def test_results_answer_names_that_they_do_not_have() -> None:
-    run = pendulum().simulate(0.01, 1e-2)
-    kept = pickle.loads(pickle.dumps(run))
-    for outputs in (run.outputs, kept.outputs, copy.deepcopy(run.outputs), pendulum().outputs([0.1], [0.0])):
-        with pytest.raises(UnknownName, match=r"^usage error: there is no output 'tipp'; try: tip$"):
-            outputs["tipp"]
-        with pytest.raises(KeyError):
-            outputs["tipp"]
-        assert outputs.get("tipp") is None and "tipp" not in outputs and set(outputs) == {"tip", "angle"}
-    with pytest.raises(UnknownName, match="there is no energy 'totl'; try: total"):
-        run.energy["totl"]
-    bare = eomgen.build(CART, profile="quick").simulate(0.01, 1e-2)
-    with pytest.raises(UnknownName, match="there is no output 'tip'; try: a scene or a model that has outputs"):
-        bare.outputs["tip"]
 
 
 def test_a_scene_is_loaded_from_all_that_build_takes(tmp_path: Path) -> None:

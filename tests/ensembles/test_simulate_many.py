@@ -167,16 +167,6 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     assert again.done == 60 and bits(again) == straight
 
 
-@pytest.mark.long_cases("0.0001-5")
-@pytest.mark.slow_except("0.5-64")
-@pytest.mark.parametrize(("step", "block"), [(0.5, 64), (1e-3, 16), (1e-4, 5)])
-def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block: int) -> None:
-    """Runs of a few evaluations, of some 1000, and of some 10 000 of the 50 000 that are worth a block."""
-    done: list[int] = []
-    cart.simulate_many(1.0, step, vary=VARY, samples=64, progress=lambda number, _: done.append(number))
-    assert done[-1] == 64 and max(np.diff([0, *done])) == block  # a busy machine ends blocks earlier
-
-
 @pytest.mark.parametrize(
     ("samples", "work", "numbers", "size"),
     [(10_000, 1, 1, 2500), (100_000, 1, 1, 4096), (10_000, 1, 2**14, 256), (10_000, 10**6, 1, 256), (64, 10**6, 1, 4)],

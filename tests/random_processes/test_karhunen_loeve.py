@@ -83,20 +83,6 @@ def test_nystrom_across_the_kink_has_the_digits_of_the_closed_form() -> None:
     np.testing.assert_allclose(found.modes(times), exact.modes(times), rtol=0, atol=1e-9)
 
 
-def test_the_first_eigenvalues_of_the_smooth_kernel_by_mpmath() -> None:
-    """Galerkin's method with Legendre's polynomials, quadrature by mpmath's own nodes, 30 digits."""
-    found = expand(SquaredExponential(1.0, 1.0), 3.0, modes=4).eigenvalues
-    with mpmath.workdps(30):
-        nodes = mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).get_nodes(-1, 1, 4, 100)
-        times, weights = [mpmath.mpf("1.5") * (1 + x) for x, _ in nodes], [mpmath.mpf("1.5") * w for _, w in nodes]
-        matrix = mpmath.matrix(len(nodes))
-        for i in range(len(nodes)):
-            for j in range(len(nodes)):
-                matrix[i, j] = mpmath.sqrt(weights[i] * weights[j]) * mpmath.exp(-((times[i] - times[j]) ** 2) / 2)
-        values = sorted((float(value) for value in mpmath.eigsy(matrix, eigvals_only=True)), reverse=True)
-    np.testing.assert_allclose(found, values[:4], rtol=1e-13)
-
-
 @pytest.mark.parametrize(
     "covariance",
     [UNIT, DampedCosine(1.2, 0.5, 3.0), kanai_tajimi(0.8, 6.0, 0.5), Exponential(1.0, 2.0), RoadProfile("C")],
