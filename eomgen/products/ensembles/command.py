@@ -71,8 +71,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "resume")
     study_options = {name: options.pop(name) for name in words}
     columns, vary = options.pop("columns"), _read_variations(options.pop("vary"))
-    file = options.pop("table")
-    table = None if file is None else _read_samples(Path(file))
+    table = None if (file := options.pop("table")) is None else _read_samples(Path(file))
     if not vary and table is None:
         fault = "nothing varies: all samples would be the same [E0652]"
         raise UsageError(Problem("--vary", fault, "--vary 'mass=normal(1, 0.1)', or --table FILE"))
@@ -163,17 +162,13 @@ def _cell(where: str, word: str) -> float | str:
         raise FileError(Problem(where, fault, "numbers in the scene's units, or with units: 250 mm")) from None
 
 
-#: Designs whose samples are not drawn, or not one by one.
-_NOT_INDEPENDENT = ("grid", "table", "saltelli")
-
-
 def _print(result: Ensemble) -> None:
     """Print a table with a row for each column: mean, its error, deviation, extremes and quantiles at the end."""
     good = result.done - len(result.failed)
     if not good:
         return
     rows: list[tuple[str, ...]] = []
-    random = result.design not in _NOT_INDEPENDENT
+    random = result.design not in ("grid", "table", "saltelli")  # samples are drawn one by one
     for column in result.columns:
         low, high = result.envelope(column)
         deviation = result.deviation(column)[-1]

@@ -3,8 +3,9 @@ blocks."""
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -94,15 +95,13 @@ class BlockJournal:
             self.reduction = None
             return
         self.done = int(data["done"])
-        self.failed = [FailedSample(item["number"], item["reason"], item["values"]) for item in data["failed"]]
+        self.failed = [FailedSample(**item) for item in data["failed"]]
 
     def keep(self, block: SampleBlock) -> None:
         """Append a finished block: its values, extremes and failures go to a file of the folder, or stay in memory.
         Rows over time, which are reduced, are not kept."""
         if self._folder is None:
-            self._kept.append(
-                replace(block, rows=block.rows[:0].copy())
-            )  # which are reduced, and would grow with the samples
+            self._kept.append(replace(block, rows=block.rows[:0].copy()))  # which would grow with the samples
         else:
             self._write_part(block)
         self.failed += block.failed
@@ -111,9 +110,7 @@ class BlockJournal:
 
     def broken(self) -> list[tuple[int, int]]:
         """Return the first number and the count of samples of each part that is missing, cut short or damaged."""
-        if self._folder is None:
-            return []
-        return [(first, count) for first, count in self._parts if not self._is_whole(first, count)]
+        return [(first, count) for first, count in self._parts if self._folder and not self._is_whole(first, count)]
 
     def _is_whole(self, first: int, count: int) -> bool:
         """Return whether the file of the block with `count` samples from number `first` on can be read; checksums are
@@ -146,9 +143,7 @@ class BlockJournal:
         one."""
         if self._folder is None:
             return
-        failed = [
-            {"number": sample.number, "reason": sample.reason, "values": dict(sample.values)} for sample in self.failed
-        ]
+        failed = [dict(vars(sample), values=dict(sample.values)) for sample in self.failed]
         arrays: dict[str, NDArray[Any]] = {
             **reduction.arrays(),
             "parts": np.array(self._parts, np.int64).reshape(-1, 2),
@@ -158,16 +153,11 @@ class BlockJournal:
     def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:
         """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read one by one."""
         values, extremes = np.empty((done, varied)), np.empty((done, columns, 3))
-        for first, own_values, own_extremes in self._blocks():
+        blocks = [(block.first, vars(block)) for block in self._kept]
+        paths = [] if self._folder is None else sorted((self._folder / _BLOCKS).glob("*.npz"))
+        read = (read_arrays(path, _KIND, "another folder") for path in paths)
+        for first, arrays in itertools.chain(blocks, ((int(data["first"]), arrays) for arrays, data in read)):
             if first < done:
-                part = slice(first, first + len(own_values))
-                values[part], extremes[part] = own_values, own_extremes
+                part = slice(first, first + len(arrays["values"]))
+                values[part], extremes[part] = arrays["values"], arrays["extremes"]
         return values, extremes
-
-    def _blocks(self) -> Iterator[tuple[int, Array, Array]]:
-        if self._folder is None:
-            yield from ((block.first, block.values, block.extremes) for block in self._kept)
-            return
-        for path in sorted((self._folder / _BLOCKS).glob("*.npz")):
-            arrays, data = read_arrays(path, _KIND, "another folder")
-            yield int(data["first"]), arrays["values"], arrays["extremes"]

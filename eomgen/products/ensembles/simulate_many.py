@@ -34,7 +34,6 @@ from eomgen.products.ensembles.designs import (
     grid_design,
     note_on_balance,
     random_design,
-    table_design,
 )
 from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.distributions import Distribution
@@ -377,7 +376,7 @@ def _make_design(
             fault = f"a table says the values of all samples, and {excess} is given too [E0676]"
             raise UsageError(Problem(excess, fault, f"the table, or {excess}, alone"))
         items, rows = read_table(model, table)
-        return items, table_design(rows)
+        return items, Design("table", len(rows), lambda first, count: rows[first : first + count])
     if isinstance(vary, Mapping | None) and not vary:
         hint = 'vary={"mass": "normal(1, 0.1)"}, or table={"mass": [...]}'
         raise UsageError(Problem("vary", "nothing varies: all samples would be the same [E0652]", hint))

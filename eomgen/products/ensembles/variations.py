@@ -49,54 +49,47 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     name : ``seed.NAME`` or ``scale.NAME``
     """
     kind, _, of = name.partition(".")
-    index = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
-    label = f"{where} {name}"
-    curves = [curve.name for curve in getattr(model.scene, "curves", ())]
-    if index is None and of in curves:
+    inputs, waves = model.description.inputs, {item.name: item for item in _waves(model)}
+    index = {item.name: k for k, item in enumerate(inputs)}.get(of)
+    item = None if index is None else inputs[index]
+    fault, hint = "", _others(model, kind)
+    if item is None and of in [curve.name for curve in getattr(model.scene, "curves", ())]:
         fault = f"{of} is a curve, whose numbers are fixed in the code [E0688]"
         hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
         if kind == "seed":
             hint = f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}"
-        raise UsageError(Problem(label, fault, hint))
-    if index is None and of in (seas := [waves.name for waves in _waves(model)]):
-        number = seas.index(of)
-        if kind == "seed" and _waves(model)[number].variables:
-            return len(model.description.inputs) + number
-        fault = f"{of} are waves, whose numbers are fixed in the code [E0689]"
-        hint = f"variables = true in [waves.{of}]"
+    elif item is None and of in waves:
+        index = len(inputs) + list(waves).index(of)
         if kind != "seed":
             fault = f"{of} are waves, which are as high as their spectrum says [E0693]"
             hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
-        raise UsageError(Problem(label, fault, hint))
-    if index is None:
+        elif not waves[of].variables:
+            fault = f"{of} are waves, whose numbers are fixed in the code [E0689]"
+            hint = f"variables = true in [waves.{of}]"
+    elif item is None:
         fault = f"there is no input {shown(of)} [E0432]"
-        raise UsageError(Problem(label, fault, _others(model, kind)))
-    item = model.description.inputs[index]
-    if kind == "seed" and item.series is not None and item.series.follows:
-        leader = item.series.follows
-        fault = f"the random process {of} follows {leader}, and has its variables [E0690]"
-        raise UsageError(Problem(label, fault, f"seed.{leader}"))
-    if kind == "seed" and item.road is None and item.series is None:
+    elif kind == "seed" and item.series is not None and item.series.follows:
+        fault = f"the random process {of} follows {item.series.follows}, and has its variables [E0690]"
+        hint = f"seed.{item.series.follows}"
+    elif kind == "seed" and item.road is None and item.series is None:
         fault = f"the input {of} is neither a random road nor a random process, so it has no seed [E0691]"
-        raise UsageError(Problem(label, fault, _others(model, kind)))
-    if not item.given:
+    elif not item.given:
         fault = f"the scene gives the input {of} no law that could be multiplied [E0692]"
-        raise UsageError(Problem(label, fault, f"{of}, a value that is constant over a run"))
+        hint = f"{of}, a value that is constant over a run"
+    if fault or index is None:
+        raise UsageError(Problem(f"{where} {name}", fault, hint))
     return index
 
 
 def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str, float]:
     """Return the values of parameters that a seed draws for the random process or the waves at an index of ``law_of``,
     by name. Empty for a road, which has no parameters."""
-    inputs = model.description.inputs
+    inputs, names, stream = model.description.inputs, (), WAVES
     if index >= len(inputs):
         names = _waves(model)[index - len(inputs)].variables
-        return dict(zip(names, standard_normals(int(seed), len(names), WAVES).tolist(), strict=True))
-    process = inputs[index].series
-    if process is None:
-        return {}
-    variables = process.own_variables
-    return dict(zip(variables, standard_normals(int(seed), len(variables), process.name).tolist(), strict=True))
+    elif (process := inputs[index].series) is not None:
+        names, stream = process.own_variables, process.name
+    return dict(zip(names, standard_normals(int(seed), len(names), stream).tolist(), strict=True))
 
 
 def _waves(model: CompiledModel) -> tuple[Any, ...]:
