@@ -183,6 +183,12 @@ def _far(arms: Sequence[_Arm]) -> list[_Arm]:
     return []
 
 
+def _gyration(body: Body, values: Values) -> float:
+    """Return the largest radius of gyration of a body, m; 0 without mass or inertia."""
+    mass, largest = values.value(body.mass), max(values.value(entry) for entry in body.inertia[:3])
+    return math.sqrt(largest / mass) if mass > 0.0 and largest > 0.0 else 0.0
+
+
 def _lengths(
     bodies: Iterable[Body], elements: Iterable[ForceElement], shaped: Collection[str], values: Values
 ) -> Iterator[tuple[str, str, float, str]]:
@@ -190,9 +196,8 @@ def _lengths(
     for body in bodies:
         if body.node_of in shaped:
             continue
-        mass, largest = values.value(body.mass), max(values.value(entry) for entry in body.inertia[:3])
-        if body.beam is None and mass > 0.0 and largest > 0.0 and body.node_of in ("", body.name):
-            gyration = math.sqrt(largest / mass)
+        gyration = _gyration(body, values)
+        if body.beam is None and gyration > 0.0 and body.node_of in ("", body.name):
             if body.node_of:
                 key = key_of("beams", body.name)
                 yield f"{key}.rotary_inertia", "the radius of gyration of the sections", gyration, "kg m"
@@ -210,18 +215,12 @@ def _lengths_of_constraints(
     """Yield key, quantity, value and unit for each length in constraints, and for the height of each curve that is a
     summand in an equation or a surface in m. The radius of a rolling body is left out if the radius of gyration is
     similar."""
-
-    def gyration(name: str) -> float:
-        body = next((body for body in bodies if body.name == name), None)
-        if body is None or not (mass := values.value(body.mass)) > 0.0:
-            return 0.0
-        return math.sqrt(max(values.value(entry) for entry in body.inertia[:3]) / mass)
-
+    gyrations = {body.name: _gyration(body, values) for body in bodies}
     for item in constraints:
         key = key_of("constraints", item.name)
         for name, formula in item.given_lengths():
             length = values.value(formula)
-            if name == "length" or length >= FACTOR * gyration(item.second.body):
+            if name == "length" or length >= FACTOR * gyrations.get(item.second.body, 0.0):
                 yield f"{key}.{name}", f"the {name.partition('[')[0]}", length, "m"
         height = item.equation if item.surface is None else item.surface
         if item.framed and height is not None and item.unit == "m":

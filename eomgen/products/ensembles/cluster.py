@@ -195,7 +195,7 @@ class Machines:
 
     def _thread_count(self) -> int:
         """Return the number of threads of the cluster, 1 with a warning if there are no workers."""
-        threads = sum(self._client.nthreads().values())
+        threads = int(sum(self._client.nthreads().values()))
         if not threads:
             message = f"cluster {self.name} has no workers: the samples wait for the first one [W0051]"
             warnings.warn(message, RuntimeWarning, stacklevel=2)

@@ -84,7 +84,8 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
 def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str, float]:
     """Return the values of parameters that a seed draws for the random process or the waves at an index of ``law_of``,
     by name. Empty for a road, which has no parameters."""
-    inputs, names, stream = model.description.inputs, (), WAVES
+    inputs, stream = model.description.inputs, WAVES
+    names: Sequence[str] = ()
     if index >= len(inputs):
         names = _waves(model)[index - len(inputs)].variables
     elif (process := inputs[index].series) is not None:

@@ -7,6 +7,7 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 from distributed import Worker, WorkerPlugin, get_worker
 
@@ -87,5 +88,4 @@ class SampleWorker(WorkerPlugin):
 
 def run_part(ensemble: str, first: int, values: Array) -> EnsemblePart | EomgenError | None:
     """Run samples with values (n, d) on this worker; raise LookupError if the plugin is missing."""
-    worker: SampleWorker = get_worker().plugins[ensemble]
-    return worker.run(first, values)
+    return cast(SampleWorker, get_worker().plugins[ensemble]).run(first, values)

@@ -291,29 +291,25 @@ class RoutineText(LaneExpressions):
             self._line(f"return {value};" if value else "return;")
             self._ended = self._ended or self.depth == 1
             return
-        here = self.mask()
         if value:
-            self._line(f"result = {self._pick(here, value, 'result')};")
-        regions: Region | None = self.region
-        masks = {"live"}
-        for loop in self.loops:
-            if loop.parted:
-                masks |= {loop.run, loop.region.mask}
-        self._leave(here, masks)
-        while regions is not None:
-            regions.left = True
-            regions = regions.outer
+            self._line(f"result = {self._pick(self.mask(), value, 'result')};")
+        self._leave({"live"}.union(*({loop.run, loop.region.mask} for loop in self.loops if loop.parted)))
 
     def _pick(self, mask: str, value: str, if_false: str) -> str:
         if not isinstance(self.returns, Real | LaneIntegers):
             raise no_lanes("a structure, returned where lanes part company", self.routine.node)
         return pick(mask, value, if_false, self.returns)
 
-    def _leave(self, here: str, masks: set[str]) -> None:
+    def _leave(self, masks: set[str], until: Region | None = None) -> None:
+        """Write the removal of the active lanes from masks; regions around, before ``until``, have lanes that left."""
         gone = self.fresh("gone")
-        self._line(f"const eg_wholes {gone} = {here};")
-        for mask in sorted(masks | {here}):
+        self._line(f"const eg_wholes {gone} = {self.mask()};")
+        for mask in sorted(masks | {self.mask()}):
             self._line(f"{mask} = {mask} & ~{gone};")
+        region: Region | None = self.region
+        while region is not None and region is not until:
+            region.left = True
+            region = region.outer
 
     def _jump(self, node: Any) -> None:
         word = "break" if isinstance(node, c_ast.Break) else "continue"
@@ -323,12 +319,7 @@ class RoutineText(LaneExpressions):
             return
         if not loop.parted:
             raise _DivergentLanes(loop)
-        masks = {loop.region.mask} | ({loop.run} if word == "break" else set())
-        self._leave(self.mask(), masks)
-        region: Region | None = self.region
-        while region is not None and region is not loop.region:
-            region.left = True
-            region = region.outer
+        self._leave({loop.region.mask} | ({loop.run} if word == "break" else set()), loop.region)
         loop.region.left = True
 
     # -- blocks under masks ------------------------------------------------------------------------------------------
@@ -443,10 +434,8 @@ class RoutineText(LaneExpressions):
         loop = Loop(self.region)
         self.loops.append(loop)
         test = "" if condition is None else self.value(condition).text
-        if again:
-            self._line(f"for (; !{again} || {test}; {again} = 1) {{")
-        else:
-            self._line(f"for (; {test}; {self._step(step)}) {{")
+        head = f"!{again} || {test}; {again} = 1" if again else f"{test}; {self._step(step)}"
+        self._line(f"for (; {head}) {{")
         self._inner_block(body)
         self._line("}")
         self.loops.pop()

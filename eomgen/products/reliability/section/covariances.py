@@ -309,16 +309,19 @@ class Translations:
         if len(words) > 1:
             self.report.add(f"{key}.{words[1]}", f"both {words[0]} and {words[1]} define the process [E2204]", "one")
             return None
-        if entry.distribution is not None:
-            return self._distribution(f"{key}.distribution", name, entry)
-        if entry.quantiles is not None:
-            return self._quantiles(f"{key}.quantiles", name, entry)
-        if entry.translation is None:
+        if entry.translation is not None:
+            return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
+        if not words:
             return None
-        return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
+        curve_of = self._distribution if entry.quantiles is None else self._quantiles
+        if (curve := curve_of(f"{key}.{words[0]}", name, entry)) is None:
+            return None
+        mean, deviation = self.values.constant(f"{key}.mean", entry.mean), _deviation(key, entry, self.values)
+        g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
+        return Application(curve, g if deviation == 1.0 else g / deviation)
 
-    def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the monotone map from g to a variable with the entry's quantiles, as a formula; None for a fault,
+    def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
+        """Return the monotone map from a standard normal variable to one with the entry's quantiles; None for a fault,
         which is reported. The map is straight before the first and after the last quantile."""
         points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
@@ -329,11 +332,11 @@ class Translations:
             )
             self.report.add(key, fault, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
             return None
-        return self._standard_curve(name, entry, Curve(f"{name} quantiles", MAPPED, quantile_map(share, value)))
+        return Curve(f"{name} quantiles", MAPPED, quantile_map(share, value))
 
-    def _distribution(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the map from g to a variable of the entry's distribution, as a formula: a spline through its quantile
-        function. None for a fault, which is reported, as a distribution with single values."""
+    def _distribution(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
+        """Return the map from a standard normal variable to one of the entry's distribution, a spline through its
+        quantile function. None for a fault, which is reported, as a distribution with single values."""
         # few processes have one
         from eomgen.products.ensembles import from_normal, read_distribution  # noqa: PLC0415
 
@@ -347,15 +350,7 @@ class Translations:
             fault = f"{entry.distribution} has single values, and a process takes all between them [E2205]"
             self.report.add(key, fault, 'distribution = "uniform(0, 1)"')
             return None
-        curve = Curve(f"{name} distribution", MAPPED, from_normal(distribution, MAPPED), smooth_ends=True)
-        return self._standard_curve(name, entry, curve)
-
-    def _standard_curve(self, name: str, entry: written.RandomProcess, curve: Curve) -> Formula:
-        """Return a curve of the standard normal variable of g."""
-        key = key_of("random", name)
-        mean, deviation = self.values.constant(f"{key}.mean", entry.mean), _deviation(key, entry, self.values)
-        g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
-        return Application(curve, g if deviation == 1.0 else g / deviation)
+        return Curve(f"{name} distribution", MAPPED, from_normal(distribution, MAPPED), smooth_ends=True)
 
     def underlying(
         self,

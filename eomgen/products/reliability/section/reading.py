@@ -171,8 +171,10 @@ class Processes:
     def _first(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> str | None:
-        """Return the name of the process that defines the covariance of process `name`: a process correlated or
-        coherent with it, else itself. None for a process that follows another, and for a fault, which is reported."""
+        """Return the name of the process that defines the covariance of process `name`: the one with a type that a
+        correlated or coherent process refers to, else itself. None for a process that follows another, and for a fault,
+        which is reported: correlation and coherence, a reference to itself, to an unknown process or to one that
+        follows another, not exactly one process with a type, or a key that the process with the type sets for both."""
         key = key_of("random", name)
         if entry.follows is not None:
             return None
@@ -182,15 +184,6 @@ class Processes:
             fault = "both correlation and coherence say how it goes with others [E1008]"
             self.report.add(f"{key}.coherence", fault, "one of them")
             return None
-        return self._leader_of_group(name, entry, entries)
-
-    def _leader_of_group(
-        self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
-    ) -> str | None:
-        """Return the name of the process with its own type that a correlated or coherent process refers to; None for a
-        fault. A fault is reported: a reference to itself, to an unknown process or to one that follows another, not
-        exactly one process with a type, or a key that the process with the type sets for both."""
-        key = key_of("random", name)
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
         for named in others:

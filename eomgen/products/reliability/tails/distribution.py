@@ -188,7 +188,7 @@ def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
         with np.errstate(divide="ignore", invalid="ignore"):
             between = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi) * (1.0 / w - 1.0 / (s0 * np.sqrt(second)))
         limit = generating.third(s0, rows) / (6.0 * np.sqrt(2.0 * np.pi) * second**1.5)
-        return np.where(np.abs(w) < 1e-4, limit, between)
+        return np.asarray(np.where(np.abs(w) < 1e-4, limit, between))
 
     return _tails(forms, thresholds, off_normal)
 
