@@ -10,14 +10,14 @@ from scipy.integrate import quad
 
 from eomgen.formula.curves import Curve
 from eomgen.products.reliability.random_processes.covariance import (
-    Band,
     Covariance,
     CovarianceTable,
     DampedCosine,
     DensityTable,
-    Exponential,
     RoadProfile,
     SquaredExponential,
+    band,
+    exponential,
     kanai_tajimi,
     oscillator,
 )
@@ -26,11 +26,11 @@ LAGS = np.linspace(0.0, 6.0, 41)
 #: Each covariance with the range of frequencies outside of which there is none, or hardly any.
 PAIRS: dict[str, tuple[Covariance, float, float]] = {
     "squared exponential": (SquaredExponential(1.7, 0.8), 0.0, 3.0),
-    "exponential": (Exponential(0.6, 1.3), 0.0, math.inf),
+    "exponential": (exponential(0.6, 1.3), 0.0, math.inf),
     "damped cosine": (DampedCosine(2.0, 0.4, 3.0), 0.0, math.inf),
     "oscillator": (oscillator(1.3, 4.0, 0.15), 0.0, math.inf),
     "Kanai-Tajimi": (kanai_tajimi(0.9, 5.0, 0.6), 0.0, math.inf),
-    "band": (Band(1.5, 0.3, 2.2), 0.3, 2.2),
+    "band": (band(1.5, 0.3, 2.2), 0.3, 2.2),
     "road": (RoadProfile("C"), 0.011, 2.83),
     "table of a spectrum": (
         DensityTable(np.array([0.1, 0.5, 1.0, 2.5]), np.array([0.0, 2.0, 0.5, 1.0])), 0.1, 2.5,

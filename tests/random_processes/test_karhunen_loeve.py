@@ -18,9 +18,9 @@ from eomgen.products.reliability.random_processes.covariance import (
     Covariance,
     CovarianceTable,
     DampedCosine,
-    Exponential,
     RoadProfile,
     SquaredExponential,
+    exponential,
     kanai_tajimi,
     oscillator,
 )
@@ -61,7 +61,7 @@ def test_as_many_modes_as_a_share_asks_for(covariance: Covariance, counts: dict[
 
 
 def test_the_closed_form_of_the_exponential_meets_its_equations() -> None:
-    found = expand(Exponential(1.0, 1.0), 15.0, modes=100)
+    found = expand(exponential(1.0, 1.0), 15.0, modes=100)
     np.testing.assert_allclose(found.eigenvalues[:3], [1.93378538, 1.75749908, 1.52223483], rtol=0, atol=5e-9)
     np.testing.assert_allclose(found.variance_shares[[9, 29, 99]], [0.7087, 0.8981, 0.9695], rtol=0, atol=5e-5)
     with mpmath.workdps(30):  # c = w tan(w a) of the even ones, w = -c tan(w a) of the odd ones
@@ -76,7 +76,7 @@ def test_the_closed_form_of_the_exponential_meets_its_equations() -> None:
 
 
 def test_nystrom_across_the_kink_has_the_digits_of_the_closed_form() -> None:
-    covariance = Exponential(1.3, 0.7)
+    covariance = exponential(1.3, 0.7)
     exact, found = expand(covariance, 12.0, modes=60), expand(_Unnamed(covariance), 12.0, modes=60)
     np.testing.assert_allclose(found.eigenvalues, exact.eigenvalues, rtol=1e-12)
     times = np.linspace(0.0, 12.0, 500)
@@ -85,7 +85,7 @@ def test_nystrom_across_the_kink_has_the_digits_of_the_closed_form() -> None:
 
 @pytest.mark.parametrize(
     "covariance",
-    [UNIT, DampedCosine(1.2, 0.5, 3.0), kanai_tajimi(0.8, 6.0, 0.5), Exponential(1.0, 2.0), RoadProfile("C")],
+    [UNIT, DampedCosine(1.2, 0.5, 3.0), kanai_tajimi(0.8, 6.0, 0.5), exponential(1.0, 2.0), RoadProfile("C")],
     ids=lambda item: type(item).__name__,
 )
 def test_modes_are_orthonormal_and_sum_up_to_the_covariance(covariance: Covariance) -> None:
@@ -119,7 +119,7 @@ def few_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("few_nodes")
 def test_a_table_is_what_it_was_sampled_from_and_a_box_is_none() -> None:
     lags = np.linspace(0.0, 5.0, 51)
-    exact = expand(Exponential(1.0, 2.0), 4.0, modes=8)
+    exact = expand(exponential(1.0, 2.0), 4.0, modes=8)
     table = expand(CovarianceTable(Curve("", lags, np.exp(-lags / 2.0))), 4.0, modes=8)
     np.testing.assert_allclose(table.eigenvalues, exact.eigenvalues, rtol=0, atol=1e-6 * exact.eigenvalues[0])
     box = CovarianceTable(Curve("", lags, 1.0 / (1.0 + (lags / 1.2) ** 16)))
@@ -161,14 +161,14 @@ def test_a_constant_is_one_mode() -> None:
 
 def test_a_share_or_a_number_of_modes_is_needed() -> None:
     with pytest.raises(UsageError, match="neither a share of the variance nor a number of modes is given; try: share"):
-        expand(Exponential(1.0, 1.0), 1.0)
+        expand(exponential(1.0, 1.0), 1.0)
 
 
 def test_shares_that_need_too_many_modes_are_refused_with_the_share_that_does_not() -> None:
     with pytest.raises(
         UsageError, match=f"needs more than {MOST_MODES} modes; {MOST_MODES} have 0.997.*; try: share = "
     ):
-        expand(Exponential(1.0, 1.0), 15.0, share=0.9999)
+        expand(exponential(1.0, 1.0), 15.0, share=0.9999)
 
 
 @pytest.mark.usefixtures("few_nodes")

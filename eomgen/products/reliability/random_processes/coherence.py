@@ -19,7 +19,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import FREQUENCY_RANGE
 from eomgen.base.rounding import SUMMED
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import Band, Covariance, DensityTable, RoadProfile
+from eomgen.products.reliability.random_processes.covariance import Covariance, DensityTable, RoadProfile
 from eomgen.products.reliability.random_processes.karhunen_loeve import PANEL
 from eomgen.solvers.quadrature import gauss_legendre
 
@@ -161,10 +161,8 @@ class CrossCovariance:
 
 
 def _edges(covariance: Covariance) -> Sequence[float]:
-    """Return rising frequencies that bound the smooth pieces of a spectrum that is 0 outside: of a band, a road or a
-    table; empty for other spectra."""
-    if isinstance(covariance, Band):
-        return covariance.low, covariance.high
+    """Return rising frequencies that bound the smooth pieces of a spectrum that is 0 outside: of a road or a table;
+    empty for other spectra."""
     if isinstance(covariance, RoadProfile):
         return FREQUENCY_RANGE
     if isinstance(covariance, DensityTable):

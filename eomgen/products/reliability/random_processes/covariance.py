@@ -78,23 +78,6 @@ class SquaredExponential:
 
 
 @dataclass(frozen=True)
-class Exponential:
-    """R = s^2 exp(-abs(tau) / l), s ``standard_deviation``, l ``scale``: white noise through a filter of first order,
-    the Ornstein-Uhlenbeck process."""
-
-    standard_deviation: float
-    scale: float
-    smooth = False
-
-    def at(self, lag: Array) -> Array:
-        return np.asarray(self.standard_deviation**2 * np.exp(-np.abs(lag) / self.scale))
-
-    def density(self, frequency: Array) -> Array:
-        size = 4.0 * self.scale * self.standard_deviation**2
-        return np.asarray(size / (1.0 + (2.0 * math.pi * self.scale * frequency) ** 2))
-
-
-@dataclass(frozen=True)
 class DampedCosine:
     """R = s^2 exp(-d abs(tau)) (cos w tau + c sin w abs(tau)), d ``decay``, w ``frequency`` in rad, both per
     unit of the lag, c ``sine``: with c above 0 white noise through a filter of second order."""
@@ -117,6 +100,12 @@ class DampedCosine:
         return np.asarray(size / ((natural - square) ** 2 + 4.0 * d**2 * square))
 
 
+def exponential(standard_deviation: float, scale: float) -> DampedCosine:
+    """Return R = s^2 exp(-abs(tau) / l), s the standard deviation, l the scale: white noise through a filter of first
+    order, the Ornstein-Uhlenbeck process."""
+    return DampedCosine(standard_deviation, 1.0 / scale, 0.0)
+
+
 def oscillator(standard_deviation: float, frequency: float, damping: float) -> DampedCosine:
     """Return the covariance of the deflection of an oscillator under white noise, whose samples have a rate: natural
     frequency in rad per unit of the lag, damping ratio."""
@@ -130,24 +119,6 @@ def kanai_tajimi(standard_deviation: float, frequency: float, damping: float) ->
     root, square = math.sqrt(1.0 - damping**2), 4.0 * damping**2
     sine = damping * (1.0 - square) / ((1.0 + square) * root)
     return DampedCosine(standard_deviation, damping * frequency, frequency * root, sine)
-
-
-@dataclass(frozen=True)
-class Band:
-    """White noise between two frequencies, cycles per unit of the lag."""
-
-    standard_deviation: float
-    low: float
-    high: float
-    smooth = True
-
-    def at(self, lag: Array) -> Array:
-        middle, width = 0.5 * (self.low + self.high), self.high - self.low
-        return np.asarray(self.standard_deviation**2 * np.cos(2.0 * math.pi * middle * lag) * np.sinc(width * lag))
-
-    def density(self, frequency: Array) -> Array:
-        inside = (frequency >= self.low) & (frequency <= self.high)
-        return np.where(inside, self.standard_deviation**2 / (self.high - self.low), 0.0)
 
 
 @dataclass(frozen=True)
@@ -221,6 +192,11 @@ class DensityTable:
 
     def density(self, frequency: Array) -> Array:
         return np.interp(frequency, self.frequencies, self.densities, left=0.0, right=0.0)
+
+
+def band(standard_deviation: float, low: float, high: float) -> DensityTable:
+    """Return the covariance of white noise between two frequencies, in cycles per unit of the lag."""
+    return DensityTable(np.array([low, high]), np.full(2, standard_deviation**2 / (high - low)))
 
 
 #: Points of a map from a standard normal variable, which is straight beyond.

@@ -23,7 +23,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import Constant, Covariance, Exponential
+from eomgen.products.reliability.random_processes.covariance import Constant, Covariance, DampedCosine
 from eomgen.solvers.quadrature import gauss_legendre
 
 #: Most modes: each is a table, and a variable. Loading time grows with the cube of the number of modes (9 s of
@@ -94,7 +94,7 @@ def expand(
     if isinstance(covariance, Constant):
         variance = np.array([covariance.standard_deviation**2 * duration])
         return Expansion(duration, variance, float(variance[0]), lambda times: np.full((1, len(times)), duration**-0.5))
-    if isinstance(covariance, Exponential):
+    if isinstance(covariance, DampedCosine) and not covariance.frequency:
         return _chosen(_closed_form(covariance, duration), share, modes)
     return expand_jointly([[covariance]], duration, share=share, modes=modes, repair=repair)[0]
 
@@ -300,10 +300,10 @@ def _lagrange(nodes: Array, at: Array) -> Array:
     return np.asarray(result)
 
 
-def _closed_form(covariance: Exponential, duration: float) -> Expansion:
+def _closed_form(covariance: DampedCosine, duration: float) -> Expansion:
     """Return the first ``MOST_MODES`` modes of the exponential covariance: cosines and sines about the middle of the
     window, all with a positive value at its start."""
-    half, rate = 0.5 * duration, 1.0 / covariance.scale
+    half, rate = 0.5 * duration, covariance.decay
     k = np.arange(MOST_MODES)
     # x = w half: the even ones solve x tan x = rate half in (k pi, k pi + pi/2), the odd ones -x cot x = rate half in
     # (k pi + pi/2, k pi + pi): both are x = k pi/2 + atan(rate half / x) with the next quarter for each mode
