@@ -208,11 +208,7 @@ class _Examination:
     interpolant of the steps, ``laws`` are formulas of forces and rates, ``breaks`` steps that are left out."""
 
     def __init__(
-        self,
-        path: StepPath,
-        finished: FinishedRun,
-        laws: Sequence[Formula],
-        breaks: NDArray[np.intp] = NONE,
+        self, path: StepPath, finished: FinishedRun, laws: Sequence[Formula], breaks: NDArray[np.intp] = NONE
     ) -> None:
         """Collect the laws, known times and sizes by which steps are examined."""
         self._path, self._model, self._finished = path, path.run.model, finished

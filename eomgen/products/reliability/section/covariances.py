@@ -353,12 +353,7 @@ class Translations:
         return Curve(f"{name} distribution", MAPPED, from_normal(distribution, MAPPED), smooth_ends=True)
 
     def underlying(
-        self,
-        key: str,
-        entry: written.RandomProcess,
-        covariance: Covariance,
-        translation: Formula | None,
-        window: float,
+        self, key: str, entry: written.RandomProcess, covariance: Covariance, translation: Formula | None, window: float
     ) -> Covariance:
         """Return the covariance of g for which the translated process has the requested covariance.
 
