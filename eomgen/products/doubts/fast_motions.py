@@ -140,9 +140,8 @@ class _UnresolvedModes:
         for frequency, form in zip(frequencies, forms.T, strict=True):
             span = 0.1 / frequency
             later = 0.05 * span if state.jump else 0.0
-            swing, size = self._swing(
-                (state.q, state.v, state.z, state.p), state.t + later, span, frequency, mass @ form, mass
-            )
+            here, weights = (state.q, state.v, state.z, state.p), mass @ form
+            swing, size = self._swing(here, state.t + later, frequency, weights, mass)
             size = max(size, usual)
             deflections = swing / frequency**2 * np.abs(form)
             rounding = SUMMED * reach_of(self.run.model, state.q)
@@ -150,11 +149,10 @@ class _UnresolvedModes:
                 continue
             if state.before is not None:
                 earlier = state.t - 2.05 * span if state.jump else state.t
-                before, _ = self._swing(state.before, earlier, span, frequency, mass @ form, mass)
+                before, _ = self._swing(state.before, earlier, frequency, weights, mass)
                 if not swing > EXCITED * before:
                     continue
-            energy = form * (mass @ form)
-            name = self.run.model.v_names[int(np.argmax(energy))]
+            name = self.run.model.v_names[int(np.argmax(form * weights))]
             result.append(_Swing(swing / size, frequency, name))
         return max(result, default=None)
 
@@ -182,22 +180,16 @@ class _UnresolvedModes:
         return frequencies[places], forms[:, places], mass
 
     def _swing(
-        self,
-        state: tuple[Array, Array, Array, Array],
-        t: float,
-        span: float,
-        frequency: float,
-        weights: Array,
-        mass: Array,
+        self, state: tuple[Array, Array, Array, Array], t: float, frequency: float, weights: Array, mass: Array
     ) -> tuple[float, float]:
         """Return the amplitude of a mode's acceleration from a state (q, v, z, p) at t, and the size of all
         accelerations, in roots of kinetic energy per s.
 
-        ``weights`` (nv,) is M times the form of the mode; accelerations are taken at three times, at intervals of
-        ``span``, s. An oscillation of amplitude A has the second derivative -W^2 A cos and the first one -W A sin.
+        ``weights`` (nv,) is M times the form of the mode; accelerations are taken at three times, at intervals of a
+        tenth of a radian. An oscillation of amplitude A has the second derivative -W^2 A cos, and the first -W A sin.
         """
         model, (q, v, z, p) = self.run.model, state
-        seen = []
+        seen, span = [], 0.1 / frequency
         a, _ = self._accelerations(state, t)
         for number in range(1, 3):
             seen.append(a)

@@ -300,16 +300,12 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, r
         raise UsageError(Problem("sensitivity", fault, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
     if np.ptp(results[there]) > 0.0 and varying:
-        ranks = np.array([_standard(stats.rankdata(values[name][there])) for name in varying])
-        target = _standard(stats.rankdata(results[there]))
+        ranks = np.array([stats.zscore(stats.rankdata(values[name][there])) for name in varying])
+        target = stats.zscore(stats.rankdata(results[there]))
         weights = np.linalg.lstsq(ranks.T, target, rcond=None)[0]
         shares |= {name: float(weight) ** 2 for name, weight in zip(varying, weights, strict=True)}
     ordered = dict(sorted(shares.items(), key=lambda item: -item[1]))
     return Ranking(result, "squared rank regression", ordered, ordered)
-
-
-def _standard(ranks: Array) -> Array:
-    return np.asarray((ranks - ranks.mean()) / ranks.std())
 
 
 def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking:

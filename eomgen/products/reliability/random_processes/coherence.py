@@ -16,10 +16,9 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.random_inputs import FREQUENCY_RANGE
 from eomgen.base.rounding import SUMMED
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import Covariance, DensityTable, RoadProfile
+from eomgen.products.reliability.random_processes.covariance import Covariance
 from eomgen.products.reliability.random_processes.karhunen_loeve import PANEL
 from eomgen.solvers.quadrature import gauss_legendre
 
@@ -136,7 +135,7 @@ class CrossCovariance:
         """Frequencies (n,) of the quadrature in cycles, and its weights times c G, (n,). Panels are halved until the
         integral converges; raises UsageError if more than 40000 frequencies are needed."""
         variance = float(self.covariance.at(np.zeros(1))[0])
-        edges = sorted({edge for edge in (*_edges(self.covariance), *self.coherence.edges) if edge > 0.0})
+        edges = sorted({edge for edge in (*getattr(self.covariance, "edges", ()), *self.coherence.edges) if edge > 0.0})
         borders = np.array([0.0, *(edges or [self._last(variance)])])
         lags, waves = np.linspace(0.0, self.window, 33), 4.0
         before = np.full(len(lags), np.inf)
@@ -158,16 +157,6 @@ class CrossCovariance:
                 fault = "the coherence falls too slowly: at high frequencies the processes are one and the same [E0965]"
                 raise UsageError(Problem("", fault, "a larger decay, or a correlation, the same at all frequencies"))
         return last
-
-
-def _edges(covariance: Covariance) -> Sequence[float]:
-    """Return rising frequencies that bound the smooth pieces of a spectrum that is 0 outside: of a road or a table;
-    empty for other spectra."""
-    if isinstance(covariance, RoadProfile):
-        return FREQUENCY_RANGE
-    if isinstance(covariance, DensityTable):
-        return [float(f) for f in covariance.frequencies]
-    return ()
 
 
 def _panels(borders: Array, widest: float) -> tuple[Array, Array]:

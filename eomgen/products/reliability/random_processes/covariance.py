@@ -127,7 +127,7 @@ class RoadProfile:
     (n / n0)^-2."""
 
     road_class: str
-    smooth = True
+    smooth, edges = True, FREQUENCY_RANGE
 
     def at(self, lag: Array) -> Array:
         from scipy.special import sici  # noqa: PLC0415 - most processes need none
@@ -175,6 +175,11 @@ class DensityTable:
     frequencies: Array
     densities: Array
     smooth = True
+
+    @property
+    def edges(self) -> list[float]:
+        """Rising frequencies that bound the smooth pieces of the spectrum, which is 0 outside."""
+        return [float(f) for f in self.frequencies]
 
     def at(self, lag: Array) -> Array:
         """Return the exact integral of each linear piece."""

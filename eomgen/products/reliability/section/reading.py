@@ -386,7 +386,6 @@ class Processes:
         speed, duration = self._along(key, entry)
         covariance = self._covariances.read(key, name, entry, entry.type)
         mean = self.values.constant(f"{key}.mean", entry.mean)
-        self._check_extent(key, entry)
         translation = self._translations.read(name, entry)
         if len(self.report.noted) > before or covariance is None:
             return []
@@ -441,7 +440,8 @@ class Processes:
 
     def _along(self, key: str, entry: written.RandomProcess) -> tuple[float, float]:
         """Return the speed, m/s, and the duration of the window, s, of an entry; the speed is 0 for a process over
-        time. Values out of range are reported, and returned all the same."""
+        time. Values out of range are reported, and returned all the same; a wrong share, or a share and a number of
+        modes, are reported as well."""
         speed, duration = 0.0, self.duration
         if entry.speed is not None:
             speed = self.values.constant(f"{key}.speed", entry.speed)
@@ -452,14 +452,12 @@ class Processes:
             duration = self.values.constant(f"{key}.duration", entry.duration)
             if not duration > 0.0:
                 self.report.add(f"{key}.duration", f"the duration {duration:.6g} s is not positive [E1025]", "15")
-        return speed, duration
-
-    def _check_extent(self, key: str, entry: written.RandomProcess) -> None:
         if entry.share is not None and entry.modes is not None:
             self.report.add(f"{key}.modes", "both share and modes say how many modes there are [E1026]", "one of them")
         if entry.share is not None and not 0.0 < entry.share < 1.0:
             fault = f"the share {entry.share:.6g} is not between 0 and 1 [E1027]"
             self.report.add(f"{key}.share", fault, "share = 0.99")
+        return speed, duration
 
 
 class _Random(Section):
