@@ -78,6 +78,14 @@ def operations_without_value(description: Description, values: SymbolValues) -> 
     return " and ".join(list(result)[:3])
 
 
+def _quantity_without_value(formula: EntryQuantity, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+    numbers, value = [evaluate(part, value_of) for part in formula.arguments], evaluate(formula, value_of)
+    if all(map(math.isfinite, numbers)) and not math.isfinite(value):
+        pairs = zip(formula.word.arguments_of(formula.item), numbers, strict=False)
+        texts = [f"{name} = {number:.6g}" for name, number in pairs]
+        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {', '.join(texts)}"
+
+
 def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
     """Yield a text for each operation within a formula that has no value at its operands; ``value_of`` gives numbers of
     symbols."""
@@ -91,11 +99,7 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
             condition, then, otherwise = parts
             parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
         elif isinstance(formula, EntryQuantity):
-            numbers, value = [evaluate(part, value_of) for part in parts], evaluate(formula, value_of)
-            if all(map(math.isfinite, numbers)) and not math.isfinite(value):
-                pairs = zip(formula.word.arguments_of(formula.item), numbers, strict=False)
-                texts = [f"{name} = {number:.6g}" for name, number in pairs]
-                yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {', '.join(texts)}"
+            yield from _quantity_without_value(formula, value_of)
         elif formula.name == "div" or formula.name in _SAID:
             numbers = [evaluate(part, value_of) for part in parts]
             if max(map(abs, numbers)) < 1e12:  # else of a motion that has grown without end

@@ -74,12 +74,9 @@ def momentum_drift(
     u = None if signals is None else signals.rows(t)
     M = nonzeros(model, "mass", q, parameters=p)
     forces = model.force(q, v, t, u, z=z, parameters=p)
-    if multipliers is not None:
-        B = nonzeros(model, "constraint_jacobian", q, t, parameters=p) if model.multipliers else None
-        if B is not None:
-            forces = forces - B.transpose().apply(multipliers[chosen], model.nv)
-        elif model.multipliers:
-            return None
+    if multipliers is not None and model.multipliers:
+        B = nonzeros(model, "constraint_jacobian", q, t, parameters=p)
+        forces = forces - (np.nan if B is None else B.transpose().apply(multipliers[chosen], model.nv))
     if M is None:
         return None
     momenta, sizes = M.apply(v, model.nv), M.magnitudes().apply(np.abs(v), model.nv)

@@ -295,7 +295,7 @@ class _Examination:
             return None
         chosen = np.sort(np.array(self.looked_at[:_MOST_STEPS], dtype=np.intp))
         share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
-        if self._path.run.method.chooses_steps:  # whose rows lie within steps, so forces at rows need not act in them
+        if self._path.run.method.chooses_steps:  # whose rows lie within steps, so forces at rows need not act there
             chosen = _without_gaps(chosen)
         law = self._judge(chosen, share)
         if law is None and self._aliased and not self._path.run.method.chooses_steps:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -108,9 +108,15 @@ class BlockJournal:
         self._parts.append((block.first, len(block.values)))
         self.done = block.first + len(block.values)
 
-    def broken(self) -> list[tuple[int, int]]:
-        """Return the first number and the count of samples of each part that is missing, cut short or damaged."""
-        return [(first, count) for first, count in self._parts if self._folder and not self._is_whole(first, count)]
+    def mend(self, run: Callable[[int, int], SampleBlock | None]) -> None:
+        """Write the file of each part that is missing, cut short or damaged anew, and note that its samples, which are
+        in the statistics already, were run again. `run` takes the number of the first sample, and how many follow."""
+        for first, count in self._parts if self._folder else ():
+            if self._is_whole(first, count) or (block := run(first, count)) is None:
+                continue
+            self._write_part(block)
+            said = f"samples {first} to {first + count - 1} were run again"
+            self.notes.append(f"{said}: their part of the folder was cut short or damaged [W0054]")
 
     def _is_whole(self, first: int, count: int) -> bool:
         """Return whether the file of the block with `count` samples from number `first` on can be read; checksums are
@@ -120,15 +126,6 @@ class BlockJournal:
             return data["first"] == first and len(arrays["values"]) == len(arrays["extremes"]) == count
         except (FileError, KeyError):
             return False
-
-    def replace(self, block: SampleBlock) -> None:
-        """Write the file of a block anew, whose samples are in the statistics already, and note that they were run
-        again."""
-        last = block.first + len(block.values) - 1
-        self._write_part(block)
-        self.notes.append(
-            f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged [W0054]"
-        )
 
     def _path(self, first: int) -> Path:
         return (self._folder or Path()) / _BLOCKS / f"{first:09d}.npz"

@@ -58,7 +58,7 @@ from eomgen.simulation.stepping.time_grid import row_times
 
 #: Evaluations of a block of short runs at least, by which they outweigh the work of Python for a block.
 _WORTH_A_BLOCK = 50_000
-#: Seconds between two writings of the reduced results, and of work from which on a plan is told.
+#: Seconds between two writings of the reduced results, and of work from which on a plan is announced.
 _SELDOM = 10.0
 #: Data of a run in the description of an ensemble.
 _DESCRIBED = ("method", "settings", "t_start", "t_end", "record_every", "parameters", "start")
@@ -206,9 +206,7 @@ def simulate_many(
         if runs is not None:
             make_folder(runs)
         began = time.perf_counter()
-        for first, count in journal.broken():
-            if (again := work.block(first, count)) is not None:
-                journal.replace(again)
+        journal.mend(work.block)
         work.save_those_before(journal.done)
         reduction = journal.reduction or Reduction(len(looked_at), len(thinned), block)
         left = (journal.done, drawn.samples)

@@ -51,24 +51,12 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     kind, _, of = name.partition(".")
     inputs, waves = model.description.inputs, {item.name: item for item in _waves(model)}
     index = {item.name: k for k, item in enumerate(inputs)}.get(of)
-    item = None if index is None else inputs[index]
-    fault, hint = "", _others(model, kind)
-    if item is None and of in [curve.name for curve in getattr(model.scene, "curves", ())]:
-        fault = f"{of} is a curve, whose numbers are fixed in the code [E0688]"
-        hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
-        if kind == "seed":
-            hint = f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}"
-    elif item is None and of in waves:
-        index = len(inputs) + list(waves).index(of)
-        if kind != "seed":
-            fault = f"{of} are waves, which are as high as their spectrum says [E0693]"
-            hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
-        elif not waves[of].variables:
-            fault = f"{of} are waves, whose numbers are fixed in the code [E0689]"
-            hint = f"variables = true in [waves.{of}]"
-    elif item is None:
-        fault = f"there is no input {shown(of)} [E0432]"
-    elif kind == "seed" and item.series is not None and item.series.follows:
+    if index is None and kind == "seed" and of in waves and waves[of].variables:
+        return len(inputs) + list(waves).index(of)
+    if index is None:
+        raise UsageError(Problem(f"{where} {name}", *_fault_without_input(model, kind, of)))
+    item, fault, hint = inputs[index], "", _others(model, kind)
+    if kind == "seed" and item.series is not None and item.series.follows:
         fault = f"the random process {of} follows {item.series.follows}, and has its variables [E0690]"
         hint = f"seed.{item.series.follows}"
     elif kind == "seed" and item.road is None and item.series is None:
@@ -76,9 +64,24 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     elif not item.given:
         fault = f"the scene gives the input {of} no law that could be multiplied [E0692]"
         hint = f"{of}, a value that is constant over a run"
-    if fault or index is None:
+    if fault:
         raise UsageError(Problem(f"{where} {name}", fault, hint))
     return index
+
+
+def _fault_without_input(model: CompiledModel, kind: str, of: str) -> tuple[str, str]:
+    """Return the fault of ``seed.NAME`` or ``scale.NAME`` without an input of this name, and a remedy."""
+    if of in [curve.name for curve in getattr(model.scene, "curves", ())]:
+        hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
+        if kind == "seed":
+            hint = f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}"
+        return f"{of} is a curve, whose numbers are fixed in the code [E0688]", hint
+    if of not in [waves.name for waves in _waves(model)]:
+        return f"there is no input {shown(of)} [E0432]", _others(model, kind)
+    if kind == "seed":
+        return f"{of} are waves, whose numbers are fixed in the code [E0689]", f"variables = true in [waves.{of}]"
+    hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
+    return f"{of} are waves, which are as high as their spectrum says [E0693]", hint
 
 
 def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str, float]:

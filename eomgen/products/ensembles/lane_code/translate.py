@@ -106,8 +106,8 @@ def _file(source: LaneSource, made: Mapping[str, RoutineText], outputs: Mapping[
         taken = [declaration(f"x{k}", kind) for k, kind in enumerate(kinds)]
         parts.append(masked.render(name=name, outputs=written, taken=taken).rstrip())
     for name in sorted({name for routine in made.values() for name in routine.foreign}):  # called for each lane
-        arrays = [isinstance(kind, Pointer) for kind in source.foreign[name]]
-        parts.append(each.render(name=name, arrays=arrays).rstrip())
+        arrays = [k for k, kind in enumerate(source.foreign[name]) if isinstance(kind, Pointer)]
+        parts.append(each.render(name=name, count=len(source.foreign[name]), arrays=arrays).rstrip())
     parts += [made[name].signature + ";" for name in order]
     parts += [_both(source, made[name], outputs) for name in order]
     return "\n\n".join(parts) + "\n"

@@ -198,7 +198,7 @@ class Processes:
             return process.correlation is None and process.coherence is None and process.follows is None
 
         leaders = [named for named in others if leads(entries[named])]
-        if len(leaders) != 1 or name in others or any(entries[named].follows is not None for named in others):
+        if len(leaders) != 1 or any(entries[named].follows is not None for named in others):
             fault = (
                 f"it does not name one process with a type of its own, with which all others are {with_others} [E1009]"
             )

@@ -199,7 +199,7 @@ def _tails(
     off_normal: Callable[[_CumulantFunction, Array, NDArray[np.intp], Array], Array],
 ) -> Tails:
     """Return the probabilities of a normal variable at w, plus and minus ``off_normal`` of the cumulant function, the
-    finite saddles, their rows and w. They are 0 or 1 if the form has no spread, or never takes the value y."""
+    finite saddles, their rows and w; 0 or 1 if the form has no spread, or never takes the value y."""
     y = np.ravel(np.asarray(thresholds, dtype=float))
     forms = [several_forms] if isinstance(several_forms, QuadraticForm) else list(several_forms)
     generating = _CumulantFunction(forms, y)

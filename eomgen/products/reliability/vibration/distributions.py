@@ -58,9 +58,9 @@ def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
     forms, thresholds = [point.form for point in reached], [point.threshold for point in reached]
     upper = {"form": first_order, "breitung": breitung, "hohenbichler_rackwitz": hohenbichler_rackwitz}
     tails = {name: np.array([of(point) for point in reached]) for name, of in upper.items()}
-    result = {name: Distribution(1.0 - above, above) for name, above in tails.items()}
+    result = {name: Distribution.without_samples(1.0 - above, above) for name, above in tails.items()}
     for name, inversion in (("lugannani_rice", lugannani_rice), ("quadratic", steepest_descent)):
-        result[name] = Distribution(*inversion(forms, thresholds))
+        result[name] = Distribution.without_samples(*inversion(forms, thresholds))
     return result
 
 
@@ -182,7 +182,7 @@ def correct_by_samples(
         if np.isnan(tail[0]):
             unknown.append(k)
         uppers[k], tails[k] = upper, tail
-    return Distribution.of_tails(uppers, *tails.T), _notes_on_regions(thresholds, sorted(several), sorted(unknown))
+    return Distribution.from_tails(uppers, *tails.T), _notes_on_regions(thresholds, sorted(several), sorted(unknown))
 
 
 def _is_upper(about_mean: Draws, threshold: float) -> bool:
@@ -332,7 +332,7 @@ def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], sample
         for k, (point, above) in enumerate(zip(reached, upper.tolist(), strict=True))
     ]
     tail, spread, _ = np.array(estimates).T * np.array([[1.0], [1.96], [1.0]])
-    return Distribution.of_tails(upper, tail, tail - spread, tail + spread)
+    return Distribution.from_tails(upper, tail, tail - spread, tail + spread)
 
 
 def empirical_distribution(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, float, float, float]]:

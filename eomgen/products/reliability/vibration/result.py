@@ -14,7 +14,7 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass
 from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
@@ -33,13 +33,18 @@ class Distribution:
 
     below: Array
     above: Array
-    low: Array = field(default_factory=lambda: np.zeros(0))
-    high: Array = field(default_factory=lambda: np.zeros(0))
+    low: Array
+    high: Array
 
     @classmethod
-    def of_tails(cls, upper: Array, tail: Array, low: Array, high: Array) -> Distribution:
-        """Return the distribution with given tails and their bounds, (thresholds,): P(y > threshold) where ``upper``,
-        P(y <= threshold) elsewhere."""
+    def without_samples(cls, below: Array, above: Array) -> Distribution:
+        """Return the distribution by a method without samples."""
+        return cls(below, above, np.zeros(0), np.zeros(0))
+
+    @classmethod
+    def from_tails(cls, upper: Array, tail: Array, low: Array, high: Array) -> Distribution:
+        """Return the distribution with given tails and bounds, (thresholds,): P(y > threshold) for ``upper``, else
+        P(y <= threshold)."""
         below, above = np.where(upper, 1.0 - tail, tail), np.where(upper, tail, 1.0 - tail)
         return cls(below, above, np.where(upper, 1.0 - high, low), np.where(upper, 1.0 - low, high))
 

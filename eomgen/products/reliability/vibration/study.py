@@ -186,7 +186,9 @@ def random_vibration(
     varies = deviation > 0.0 or study.varies()
     wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
-    study.distributions = {name: Distribution(*steepest_descent(of, wanted)) for name, of in forms.items()}
+    study.distributions = {
+        name: Distribution.without_samples(*steepest_descent(of, wanted)) for name, of in forms.items()
+    }
     others = bool(samples or len(times) or levels)
     indices = study.about_points(wanted, tail_samples, others) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
@@ -473,7 +475,7 @@ class _VibrationStudy:
         about = at_points(reached) if reached else {}
         failed = self.response.failed
         with self._count_costs("corrected"):
-            forms = spread(about["quadratic"], places, len(wanted)) if reached else Distribution(none, none)
+            forms = spread(about["quadratic"], places, len(wanted)) if reached else Distribution(none, none, none, none)
             more = {places[k]: some for k, some in further.items()}
             whole, unknown = correct_by_samples(self.response, wanted, points, forms, self.about_mean, more, self.seed)
             whole, contradicted = counted_instead(wanted, whole, self.about_mean)
