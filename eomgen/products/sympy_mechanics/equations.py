@@ -28,8 +28,6 @@ from eomgen.system.signals import Input, Output, Parameter, State
 from eomgen.system.system import INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 from eomgen.system.terms import TERMS
 
-#: Most coordinates for which partials of the residual are recorded without a request.
-_SMALL = 40
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
@@ -193,7 +191,8 @@ def _wanted(document: SymbolicEquations, recorder: _TermRecorder, terms: Sequenc
         "states": document.states.names,
     }
     facts = {fact for fact, there in holds.items() if there}
-    small = recorder.count <= _SMALL or bool(rows.names or document.states.names)
+    # partials of the residual of more coordinates take long to record
+    small = recorder.count <= 40 or bool(rows.names or document.states.names)
     missing = {
         *(() if observed.bodies else ("poses", "twists")),
         *(() if observed.energy else ("energy",)),

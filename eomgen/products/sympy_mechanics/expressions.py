@@ -14,13 +14,11 @@ from sympy.logic.boolalg import BooleanAtom
 from sympy.physics.biomechanics import CharacteristicCurveFunction
 from sympy.physics.mechanics import dynamicsymbols
 
-from eomgen.base.messages import shown
+from eomgen.base.messages import NAME_LENGTH, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.symbolic.operations import NAMES, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 
-#: Longest name of a quantity.
-_LONGEST = 60
 _FUNCTIONS: Mapping[type[Any], Op] = {
     **{getattr(sympy, name): op for op, name in NAMES.items() if name != "sqrt"},  # which is a Pow
     sympy.Abs: Op.ABS,
@@ -56,12 +54,12 @@ def basic(value: Any) -> Any:
 
 def name_of(symbol: Any) -> str:
     """Return a legal name for a symbol or function of SymPy: ASCII letters, digits, underscores, Greek letters in
-    words. At most ``_LONGEST`` characters; names begin with a letter."""
+    words. Names begin with a letter, and leave room for an ending."""
     text = str(symbol.func) if isinstance(symbol, AppliedUndef) else str(symbol.name)
     if not text.isascii():
         text = "".join(map(_latin, unicodedata.normalize("NFKD", text)))
     kept = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in text).strip("_")
-    return (kept if kept[:1].isalpha() else f"s_{kept}")[:_LONGEST]
+    return (kept if kept[:1].isalpha() else f"s_{kept}")[: NAME_LENGTH - 4]
 
 
 def _latin(letter: str) -> str:

@@ -24,8 +24,6 @@ from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
-#: Most corrections of a state.
-_CORRECTIONS = 50
 #: Seed of the states at which pivots are chosen, and gradients and equalities are compared.
 SEED = 1
 
@@ -120,7 +118,7 @@ class Constraints:
         ):
             refs = [*values, *(row.get(column, ZERO) for row in slopes for column in range(self.count))]
             size = np.inf if values else 0.0
-            for _ in range(_CORRECTIONS):
+            for _ in range(50):
                 if not values or size < COMPUTED:
                     break
                 results = evaluate(self.tape, refs, state)

@@ -26,7 +26,6 @@ from eomgen.products.fields.documents.document import (
 )
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.products.fields.hamiltonian.solution import (
-    FINER,
     HamiltonianSolution,
     StepErrors,
     by_tolerance,
@@ -230,7 +229,7 @@ class HamiltonianModel(NamedAttributes):
             names = [*self.q_names, *self.p_names]
             try:
                 if chosen.chooses_steps:
-                    finer = run_for_comparison(1.0, every, FINER)
+                    finer = run_for_comparison(1.0, every, 0.1)
                     errors = by_tolerance(rows, finer, taken * step, allowed, names)
                 else:
                     errors = estimate_errors(rows, step, every, steps, chosen.order, names, run_for_comparison)

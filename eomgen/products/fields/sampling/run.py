@@ -27,8 +27,6 @@ from eomgen.products.fields.sampling.result import FieldSamples
 
 #: The file of a folder from which a run goes on.
 CHECKPOINT = "checkpoint.npz"
-#: Seconds between checkpoints.
-CHECKPOINT_EVERY = 60.0
 #: Settings that may differ if a run goes on.
 _OPEN = ("samples", "field")
 #: Settings that are arguments of a sampler.
@@ -42,7 +40,7 @@ def sample(
     resume: bool = False,
     mass: str | None = None,
     progress: Progress | bool | None = None,
-    checkpoint_every: float = CHECKPOINT_EVERY,
+    checkpoint_every: float = 60.0,
     **settings: Any,
 ) -> FieldSamples:
     """Sample the fields of a file by Hamiltonian Monte Carlo.

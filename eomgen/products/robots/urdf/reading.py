@@ -51,8 +51,6 @@ STATUSES = read_table(Path(__file__).with_name("coverage.txt"))
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read.
 NEWEST = 2
-#: Defaults of ``lower``, ``upper`` and ``effort`` before the minor version with open ranges, and since.
-_WITH_OPEN_RANGES, _CLOSED, _OPEN = 2, (0.0, 0.0, 0.0), (-math.inf, math.inf, math.inf)
 #: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 #: Elements to be seen and touched, which have no part in the equations of motion.
@@ -322,9 +320,9 @@ class _UrdfReader:
             return result
         for tag in _OTHER_LIMITS:
             limit.get(tag)
-        defaults = _OPEN if self.out.minor >= _WITH_OPEN_RANGES else _CLOSED
-        ends = zip(("lower", "upper", "effort"), defaults, strict=True)
-        lower, upper, effort = (self.numbers(limit, tag, key, (default,))[0] for tag, default in ends)
+        most = math.inf if self.out.minor >= 2 else 0.0  # ranges are open by default since version 1.2
+        defaults = {"lower": -most, "upper": most, "effort": most}
+        lower, upper, effort = (self.numbers(limit, tag, key, (default,))[0] for tag, default in defaults.items())
         effort = effort if effort >= 0.0 else math.inf
         return replace(result, lower=lower, upper=upper, effort=effort, limited=("position", "velocity", "effort"))
 

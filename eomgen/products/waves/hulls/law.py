@@ -57,10 +57,6 @@ _SLOW = 1e-3
 #: Square of the half width of a uniform distribution with the variance of a circular section, divided by the area: 3/(4
 #: pi).
 _UNIFORM = 3.0 / (4.0 * math.pi)
-#: Least ratio of length to width of a slice seen along G, and vice versa, to avoid a division by zero.
-_THIN = 1e-5
-#: Acceleration added for the upward direction, m/s^2, which is then defined without gravity, too.
-_SLIGHT = 1e-9
 #: Places of added mass in parts of a length.
 _GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 
@@ -243,7 +239,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
     (z,), (surface,), (drag,) = arguments["z"], arguments["surface"], arguments["drag"]
     size, width, volume, carried = arguments["size"]
     steep = minus(acceleration, gravity)
-    up = (steep[0], steep[1], steep[2] + _SLIGHT)
+    up = (steep[0], steep[1], steep[2] + 1e-9)  # m/s^2, so that there is a direction without gravity, too
     leaning = dot(d, up)
     lengths = 0.25 * (size * size) * (leaning * leaning), width * (dot(up, up) - leaning * leaning)
     share, of_length, of_width = _wet_share(inner, up[2] * (surface - z), *lengths)
@@ -284,7 +280,7 @@ def _wet_share(
     share : de/du, 0 to 1
     of_length, of_width : (de/da)/a and (de/db)/b
     """
-    least = _THIN**2 * (along_squared + across_squared)
+    least = 1e-5**2 * (along_squared + across_squared)  # no length is 0: both are divided by
     a, b = (algebra.call(Op.SQRT, item + least) for item in (along_squared, across_squared))
     # limits of the width, -1 to 1, beyond which the length is partly and fully wet, and the wet part of the length
     low, high = (_clamp(algebra, (end - depth) / b, -algebra.one) for end in (-a, a))

@@ -46,12 +46,8 @@ class Components:
 
 #: Frequencies at which a spectrum is divided, in parts of the peak's.
 BAND = (0.5, 3.0)
-#: Number of wave lengths of the peak after which a sea of one direction repeats itself.
-REPEATED_AFTER = 32.0
 #: Name of the variables of wave directions.
 _DIRECTIONS = "directions of waves"
-#: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
-_NODES, _PIECES = 4, 4
 
 
 @checked_calls()
@@ -196,7 +192,7 @@ def discretized(
     if length is not None:
         check_number("discretized: length", length, "m", "500", above_zero=True)
     low, high = (wave_number(spectrum.peak * part, depth, gravity) for part in band)
-    step = wave_number(spectrum.peak, depth, gravity) / REPEATED_AFTER if length is None else 2.0 * math.pi / length
+    step = wave_number(spectrum.peak, depth, gravity) / 32.0 if length is None else 2.0 * math.pi / length
     first, last = math.floor(low / step * (1.0 + 1e-12)) + 1, math.ceil(high / step * (1.0 - 1e-12)) - 1
     if last < first:
         fault = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m [E1171]"
@@ -352,10 +348,10 @@ def divided(
     _check_division("divided", band, depth, gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)
     edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
-    # Gauss-Legendre rule over each part, in pieces, since a spectrum may have kinks: at the peak, or at the points of a
-    # table
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    fine = np.concatenate([np.linspace(a, b, _PIECES, endpoint=False) for a, b in itertools.pairwise(edges)])
+    # Gauss-Legendre rule over each part, in four pieces, since a spectrum may have kinks: at the peak, or at the points
+    # of a table
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    fine = np.concatenate([np.linspace(a, b, 4, endpoint=False) for a, b in itertools.pairwise(edges)])
     if isinstance(spectrum, SpectrumTable):
         points = spectrum.frequencies
         fine = np.union1d(fine, points[(points > edges[0]) & (points < edges[-1])])

@@ -15,9 +15,6 @@ from eomgen.products.waves.sea_states.nonlinearity import beyond_second_order, b
 from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_depth, check_number
 from eomgen.products.waves.second_order.pairs import ENTRIES
 
-#: Bytes of the table of pairs at most.
-MOST_MEMORY = 2_000_000_000
-
 _COMPONENTS = "Sea: components"
 
 
@@ -92,7 +89,7 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
         fault += f" {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
         hint = "a smaller amplitude, or order = 1: Gerstner's waves do not break"
         raise UsageError(Problem(_COMPONENTS, fault, hint))
-    if (needed := 4.0 * len(k) ** 2 * len(ENTRIES)) > MOST_MEMORY:
+    if (needed := 4.0 * len(k) ** 2 * len(ENTRIES)) > 2e9:
         pairs = len(k) * (len(k) - 1) // 2
         fault = f"{len(k)} components have {pairs} pairs, whose table takes {needed / 1e9:.3g} GB [E1201]"
         hint = "fewer components, order = 1, or a SteppedSea, whose second order needs no pairs"

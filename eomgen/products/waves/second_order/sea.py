@@ -22,11 +22,6 @@ from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispers
 from eomgen.products.waves.second_order.profiles import Profile, harmonics, multiples
 from eomgen.products.waves.second_order.routines import LabelledWaves, Routines, routines
 
-#: Error of labels computed for points on the water, as this part of the shortest wave length at most.
-CLOSE = 1e-10
-#: Largest height of labels above the surface, in units of 1 over the highest wave number, for differences by c at the
-#: surface.
-HIGHEST = 0.1
 Vorticity = Literal["none", "gerstner"]
 
 
@@ -191,7 +186,8 @@ class Sea:
     def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
         """Return tables of components, self-interactions and pairs (None at order 1), and the levels of ``_level``, for
         labels at height c, m. Raises UsageError for c outside of the water."""
-        if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
+        # a tenth of 1/k above the surface is for differences by c there
+        if not -self.depth <= c <= 0.1 / float(np.hypot(*self.vectors.T).max()):
             fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0 [E1218]"
             raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
         routines, p = self._of(surface=c == 0.0), self._numbers(c)
@@ -510,7 +506,7 @@ class Sea:
         off = self.motion(labels, time).position[:, :2] - targets
         for _ in range(60):
             distance = np.hypot(*off.T)
-            open_ = distance > CLOSE * scale
+            open_ = distance > 1e-10 * scale
             if not np.any(open_):
                 return labels
             first, _ = self.derivatives(labels[open_], time)
