@@ -144,12 +144,12 @@ def walks(links: str, *edges: Edge, roots: Mapping[str, str] | None = None) -> t
     """Return the steps of each walk as ``joint>link``, with ``<`` of a reversed joint, and the joints of loops."""
     nodes = [node(name) for name in links]
     at = {item: node((roots or {}).get(item[1], links[0])) for item in nodes}
-    tree = tree_of(nodes, edges, at)
+    walked, loops = tree_of(nodes, edges, at)
     found = {
         start[1]: [f"{step.edge.key[1]}{'<' if step.is_reversed else '>'}{step.end[1]}" for step in steps]
-        for start, steps in tree.walks.items()
+        for start, steps in walked.items()
     }
-    return found, [item.key[1] for item in tree.loops]
+    return found, [item.key[1] for item in loops]
 
 
 def test_joints_with_forces_are_of_the_tree_and_one_without_closes_a_loop() -> None:

@@ -43,7 +43,7 @@ from eomgen.products.robots.scene_draft import (
     tunable_body,
     turns_of,
 )
-from eomgen.products.robots.tree import DraftTree, Edge, Step, tree_of
+from eomgen.products.robots.tree import Edge, Step, tree_of
 from eomgen.products.robots.visuals import LEFT_OUT
 from eomgen.scene.inertia import Inertia, combine_inertias, impossible
 from eomgen.scene.joint_types import JOINTS
@@ -103,11 +103,10 @@ class Conversion:
         self.merged: list[str] = []
         self.shifted: list[str] = []
         self.free: list[str] = []
-        for kind, sections in (("body", ("links", "frames")), ("joint", ("joints",)), ("constraint", ("joints",))):
-            nodes = [
-                (path, name) for path, model in self.world.every() for part in sections for name in getattr(model, part)
-            ]
-            self.scene.keep(kind, map(self.name_of, nodes))
+        for path, model in self.world.every():
+            self.scene.keep("body", [self.name_of((path, name)) for name in (*model.links, *model.frames)])
+            for kind in ("joint", "constraint"):
+                self.scene.keep(kind, [self.name_of((path, name)) for name in model.joints])
 
     def name_of(self, node: Node) -> str:
         """Return the full name of a link, frame or joint: names of the models around it, joined by ``::``, then the
@@ -201,12 +200,12 @@ class Conversion:
         moving = [link for link in self.links if link not in self.static]
         roots = {link: self.frames.link(link[0][:1], MODEL_FRAME) if link[0] else link for link in moving}
         gears = [edge for edge in self.edges if edge.joint.gear is not None]
-        tree = tree_of(moving, [edge for edge in self.edges if edge.joint.gear is None], roots)
-        self.place_links(tree)
+        walks, loops = tree_of(moving, [edge for edge in self.edges if edge.joint.gear is None], roots)
+        self.place_links(walks, loops)
         self.add_masses()
         self.scene.report.raise_problems()
-        steps = [step for walk in tree.walks.values() for step in walk]
-        following = Followers(self.scene, self.frames, steps, self.joint_names, self.places).add(gears)
+        steps = [step for walk in walks.values() for step in walk]
+        following = Followers(self, steps).add(gears)
         for gear in gears:
             self.leave_dynamics(gear.joint.axes, self.name_of(gear.key), " of gearboxes")
         driven = following | {entry["joint"] for entry in self.scene.data.get("efforts", {}).values()}
@@ -257,18 +256,18 @@ class Conversion:
             notes.append(f"{note}: {listed(self.shifted)} [W0170]")
         return notes
 
-    def place_links(self, tree: DraftTree) -> None:
+    def place_links(self, walks: Mapping[Node, Sequence[Step]], loops: Sequence[Edge]) -> None:
         """Add bodies, joints and frames for all links along the walks of the tree, then constraints for joints that
         close loops."""
         for link in self.static:
             self.rest(link)
-        for start, steps in tree.walks.items():
+        for start, steps in walks.items():
             if start != WORLD_NODE:
                 self.free_link(start)
             for step in steps:
                 self.step(step)
         self.add_frames()
-        for edge in tree.loops:
+        for edge in loops:
             self.close(edge)
         for loop in self.draft.loops:
             self.close_by_frames(loop)
@@ -469,14 +468,8 @@ class Conversion:
             stops = stops_of(axes, unit)
         if stops is not None:
             entry["limits"] = stops
-        taken = [
-            "dampers",
-            "springs",
-            "mimics",
-            *(["dry friction"] if friction else []),
-            *(["position"] if stops else []),
-        ]
-        self.leave_dynamics(axes, name, taken=taken)
+        taken = {"dampers": True, "springs": True, "mimics": True, "dry friction": friction, "position": stops}
+        self.leave_dynamics(axes, name, taken=[part for part, there in taken.items() if there])
 
     def leave_dynamics(self, axes: Sequence[Axis], name: str, ending: str = "", taken: Collection[str] = ()) -> None:
         """Note as left out the dampers, springs, dry friction, mimics and limited quantities of the axes of a joint,

@@ -83,7 +83,7 @@ class _Actuator(ControlledDrive):
             note = f"not modelled: the actuator {self.name}, which acts on contacts alone [W0149]"
             self.draft.leave_out(self.place, note)
             return
-        if hasattr(model, "actuator_delay") and float(model.actuator_delay[index]) > 0.0:
+        if float(model.actuator_delay[index]) > 0.0:
             self.refuse("a delay of the control is not supported [E1911]", "delay 0")
             return
         if self.is_of("gain", "SO3"):
@@ -143,13 +143,11 @@ class _Actuator(ControlledDrive):
         """Add the inputs of the actuator, and return the terms of its controls within their ranges; ``controls`` has
         these terms by their words in ``SIGNALS``, by w, x, y, z for several without words, or by an empty word."""
         model = self.model
-        count = int(model.actuator_ctrlnum[self.index]) if hasattr(model, "actuator_ctrlnum") else 1
-        signals = int(model.actuator_ctrlspec[self.index]) if hasattr(model, "actuator_ctrlspec") else 0
+        count, signals = int(model.actuator_ctrlnum[self.index]), int(model.actuator_ctrlspec[self.index])
         words = [word for word, bit in SIGNALS.items() if signals & bit]
         if len(words) != count:
             words = [""] if count == 1 else ["w", "x", "y", "z"][-count:] if count else []
-        # before 4.0 every actuator has one control
-        first = int(model.actuator_ctrladr[self.index]) if hasattr(model, "actuator_ctrladr") else self.index
+        first = int(model.actuator_ctrladr[self.index])
         self.controls = {word: self.input(first + k, word if count > 1 else "") for k, word in enumerate(words)}
         return list(self.controls.values())
 
@@ -236,10 +234,6 @@ class _Actuator(ControlledDrive):
     def controlled_force(self) -> str:
         """Return the formula of the force of a PID controller or a DC motor; empty for a fault, which is reported.
         Inputs and states are added."""
-        if not hasattr(self.model, "actuator_ctrlspec"):
-            fault = "a pid or dcmotor of MuJoCo before 3.12 is not supported [E1917]"
-            self.refuse(fault, "pip install -U 'eomgen[mujoco]'")
-            return ""
         self.add_controls()
         if self.is_of("gain", "PID"):
             return self.limit(pid_force(self))
@@ -251,22 +245,16 @@ class _Actuator(ControlledDrive):
 
     def limit(self, force: str) -> str:
         """Return the formula of a force, limited to the range of forces of its tendon and then to its own range."""
-        model = self.model
-        if self.is_of("trn", "TENDON"):
-            force = self.limit_by_tendon(force, int(model.actuator_trnid[self.index][0]))
-        if not model.actuator_forcelimited[self.index]:
-            return force
-        return clip(force, *map(float, model.actuator_forcerange[self.index]))
-
-    def limit_by_tendon(self, force: str, tendon: int) -> str:
-        model = self.model
-        if not model.tendon_actfrclimited[tendon]:
-            return force
-        on_tendons = np.array(model.actuator_trntype) == int(self.draft.mujoco.mjtTrn.mjTRN_TENDON)
-        if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
-            fault = "actuatorfrcrange of a tendon with several actuators is not supported [E1918]"
-            self.refuse(fault, "forcerange of each")
-        return clip(force, *map(float, model.tendon_actfrcrange[tendon]))
+        model, tendon = self.model, self.targets()[0]
+        if self.is_of("trn", "TENDON") and model.tendon_actfrclimited[tendon]:
+            on_tendons = np.array(model.actuator_trntype) == int(self.draft.mujoco.mjtTrn.mjTRN_TENDON)
+            if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
+                fault = "actuatorfrcrange of a tendon with several actuators is not supported [E1918]"
+                self.refuse(fault, "forcerange of each")
+            force = clip(force, *map(float, model.tendon_actfrcrange[tendon]))
+        if model.actuator_forcelimited[self.index]:
+            force = clip(force, *map(float, model.actuator_forcerange[self.index]))
+        return force
 
     def muscle_force(self) -> str:
         """Return the formula of the force of a muscle within its ranges; empty for a fault, which is reported. The

@@ -62,8 +62,7 @@ class ActuatorParts:
     ) -> None:
         self.draft, self.model, self.efforts = draft, draft.model, efforts
         self.name, self.index, self.place = name, index, location
-        # before 4.0 every actuator has one output
-        self.output = int(self.model.actuator_outadr[index]) if hasattr(self.model, "actuator_outadr") else index
+        self.output = int(self.model.actuator_outadr[index])
         self.gear = [float(value) for value in self.model.actuator_gear[self.output]]
         self.path = MjcfTransmission("0.0", "0.0", lambda force: None)
         self.controls: dict[str, str] = {}
@@ -73,11 +72,10 @@ class ActuatorParts:
         self.draft.refuse(self.place, f"actuator {self.name}", fault, hint)
 
     def is_of(self, kind: str, *names: str) -> bool:
-        """Return whether a property of the actuator, as ``gain``, has one of some values, if MuJoCo has these."""
+        """Return whether a property of the actuator, as ``gain``, has one of some values."""
         values = getattr(self.draft.mujoco, f"mjt{kind.capitalize()}")
-        known = [getattr(values, f"mj{kind.upper()}_{name}", None) for name in names]
         return int(getattr(self.model, f"actuator_{kind}type")[self.index]) in [
-            int(kind_number) for kind_number in known if kind_number is not None
+            getattr(values, f"mj{kind.upper()}_{name}") for name in names
         ]
 
     def define(self, word: str, formula: str) -> str:
