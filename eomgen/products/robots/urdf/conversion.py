@@ -182,21 +182,17 @@ def _root_of(robot: Robot, report: Report) -> str:
             report.add_at(joint.place.line, f"joints.{joint.name}", fault, hint)
         carrier.setdefault(joint.child, joint)
         children[joint.parent].append(joint)
-    roots = [key for key in robot.links if key not in carrier]
-    if len(roots) != 1:
-        fault = (
-            f"there are {len(roots)} root links: {listed([robot.links[key].name for key in roots])} [E1692]"
-            if roots
-            else "no link is the root: the joints run in a circle [E1693]"
-        )
-        report.add_at(1, "", fault, "one link that is not a joint's child")
     report.raise_problems()
-    reached = [roots[0]]
+    roots = [key for key in robot.links if key not in carrier]
+    reached = [*roots]
     for key in reached:
         reached += [joint.child for joint in children[key]]
     lost = [joint.name for joint in robot.joints.values() if joint.child not in reached]
     if lost:
-        fault = f"the joints {listed(lost)} run in a circle, away from the root {robot.links[roots[0]].name} [E1695]"
-        report.add_at(robot.joints[lost[0]].place.line, "", fault, "")
+        fault = f"the joints {listed(lost)} run in a circle [E1695]"
+        report.add_at(robot.joints[lost[0]].place.line, "", fault, "one link that is not a joint's child")
+    elif len(roots) > 1:
+        fault = f"there are {len(roots)} root links: {listed([robot.links[key].name for key in roots])} [E1692]"
+        report.add_at(1, "", fault, "one link that is not a joint's child")
     report.raise_problems()
     return roots[0]
