@@ -7,17 +7,17 @@ A joint at rest (fixed, or locked by the user) may be followed too; its follower
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 
 from eomgen.base.data import replace
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import first_of, listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion, joints_to_hold
 from eomgen.products.robots.draft import Draft, DraftJoint, DraftMimic, DraftModel, WrittenPose
-from eomgen.products.robots.leftovers import ElementPlace
+from eomgen.products.robots.leftovers import NAMED, ElementPlace
 from eomgen.products.robots.scene_draft import SceneDraft
-from eomgen.products.robots.urdf.notes import note_version, notes_of
-from eomgen.products.robots.urdf.reading import JOINT_TYPES, Robot, link_key, read_robot
+from eomgen.products.robots.urdf.reading import JOINT_TYPES, NEWEST, Robot, link_key, read_robot
 from eomgen.products.robots.urdf.transmissions import convert_transmissions, read_transmissions
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -25,6 +25,8 @@ from eomgen.scene.reading.xml import read_xml
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 
 _ROOT_JOINT = "root_joint"
+#: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
+_TURN = 2.0 * math.pi + 1e-3
 
 
 def _mimic_of(joint: DraftJoint) -> DraftMimic | None:
@@ -124,8 +126,37 @@ def urdf_data(
         *([f"joints locked at zero: {listed(sorted(locked))} [W0171]"] if locked else []),
         *notes_of(robot, locked, held, leaders),
     ]
-    note_version(conversion.scene, robot)
+    if robot.minor > NEWEST:
+        note = f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]"
+        conversion.scene.leave_out(ElementPlace(file, 1), note)
     return conversion.result(strict=strict)
+
+
+def notes_of(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
+    """Return notes on changed names, on angles and ranges of more than a turn, on joints that are held because their
+    leaders are held, and on joints that follow others. ``locked`` are joints that the user holds, ``held`` coordinates
+    of all held joints, ``leaders`` the leader by follower."""
+    notes = []
+    names = [*robot.link_names.items(), *robot.joint_names.items(), *robot.loop_names.items()]
+    if pairs := [f"{shown(written)} is {name}" for written, name in dict.fromkeys(names) if written != name]:
+        notes.append(f"names made legal: {first_of(pairs, NAMED)} [W0184]")
+    turning = [joint for joint in robot.joints.values() if joint.unit == "rad"]
+    wide = [
+        joint.name
+        for joint in turning
+        for axis in joint.axes
+        if any(_TURN < abs(end) < math.inf for end in (axis.lower, axis.upper))
+    ]
+    for word, owners in (("rpy", robot.several_turns), ("limits", wide)):
+        if owners:
+            note = f"{word} of more than a turn at {listed(dict.fromkeys(owners))}"
+            notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
+    if resting := [name for name in held if name not in locked and robot.joints[name].components]:
+        notes.append(f"joints held because their leaders are held: {listed(resting)} [W0189]")
+    if leaders:
+        pairs = [f"{follower} follows {leader}" for follower, leader in leaders.items()]
+        notes.append(f"joints that mimic others are not independent coordinates: {first_of(pairs, NAMED)} [W0190]")
+    return notes
 
 
 def _joint_key(name: str) -> str:

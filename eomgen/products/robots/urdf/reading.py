@@ -350,19 +350,17 @@ class _UrdfReader:
         if element.tag == "loop_joint":
             key, title, types, ends = f"loop_joints.{name}", "loop joint", LOOP_TYPES, ("link1", "link2")
             origins, axes = ends, ("axis", "axis")
-            unknown = f"the type {shown(written)} of a loop joint is not known [E1713]"
         else:
             key, title, types, ends = f"constraints.{name}", "constraint", _CONSTRAINT_TYPES, ("parent", "child")
             origins, axes = ("parent_origin", "child_origin"), ("parent_axis", "child_axis")
-            unknown = f"the type {shown(written)} of a constraint is not known [E1715]"
         if written not in types:
-            self.report.add_at(element.line, key, unknown, nearest(written, types))
+            fault = f"the type {shown(written)} of a {title} is not known [E1713]"
+            self.report.add_at(element.line, key, fault, nearest(written, types))
         vectors = {}
         for tag in dict.fromkeys(axes):
             vectors[tag] = self.numbers(element.first(tag), "xyz", (1.0, 0.0, 0.0), key)
             if not any(vectors[tag]):
-                fault = f"the {tag} of the constraint has no direction [E1716]"
-                fault = "the axis of the loop joint has no direction [E1714]" if tag == "axis" else fault
+                fault = f"the {tag} of the {title} has no direction [E1714]"
                 self.report.add_at(element.line, key, fault, f'<{tag} xyz="0 0 1"/>')
         links = tuple(link_key(self.end(element, tag, key, title)) for tag in ends)
         kind, poses = types.get(written, ""), []
@@ -380,9 +378,7 @@ class _UrdfReader:
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
-            fault = f"the {title} has no <{tag} link=...> [E1717]"
-            fault = f"the joint has no <{tag} link=...> [E1976]" if title == "joint" else fault
-            self.report.add_at(element.line, key, fault, "")
+            self.report.add_at(element.line, key, f"the {title} has no <{tag} link=...> [E1717]", "")
         elif written not in self.link_names:
             line = end.line if end else element.line
             hint = nearest(written, self.link_names)
