@@ -182,7 +182,7 @@ def test_what_transforms_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:
             FieldPosterior(mesh, "s**4", {"s": white(mesh)}, **options)
         return str(caught.value)
 
-    assert "transforms: there is no library 'fftv' for transforms; try: fftw" in message(transforms="fftv")
+    assert "transforms: there is no library 'fftv'; try: fftw" in message(transforms="fftv")
     assert "precision: there is no precision 'half'; try: one of double, single" in message(precision="half")
     monkeypatch.setitem(sys.modules, "pyfftw", None)  # an import fails
     text = "transforms: FFTW comes with the package pyfftw, which is not installed; try: pip install 'eomgen[fast"

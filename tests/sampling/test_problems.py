@@ -361,8 +361,6 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
     assert "none.npy: cannot be read" in of_data("none.npy")
     assert "there is no column 'counts'; try: column = one of a, b in data.counts" in of_data("two.csv")
     assert "two.csv has 1 row, and the mesh 240 cells" in of_data({"file": "two.csv", "column": "a"})
-    for entry in ("counts.txt", {"file": "counts.txt"}, "data/counts.fits"):
-        assert ".txt' is not a file of data; try: a path that ends" in of_data(entry).replace("fits", "txt")
     assert problem(tmp_path, data__counts="1.5e1/2.5", truth=None).posterior.data["counts"][0, 0, 0] == 6.0
 
     def of_power(file: str) -> str:

@@ -152,7 +152,7 @@ def test_paths_of_starts_in_a_file_begin_at_its_folder(tmp_path: Path) -> None:
         ({"method": "leapfrg"}, "leapfrog"),
         ({"start": "modus"}, "Sampler: start: 'modus' is not a start"),
         ({"mass": "heavy"}, "mass: there is no mass 'heavy'"),
-        ({"transforms": "fft"}, "transforms: there is no library 'fft' for transforms; try: fftw"),
+        ({"transforms": "fft"}, "transforms: there is no library 'fft'; try: fftw"),
         ({"precision": "half"}, "precision: there is no precision 'half'; try: one of double, single"),
     ],
 )

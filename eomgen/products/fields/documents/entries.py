@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 
 from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown, unused_note
-from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.words import RESERVED
@@ -29,19 +29,10 @@ from eomgen.scene.sources.source import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 
 
-def toml_file(path: str | os.PathLike[str], fault: str) -> tuple[dict[str, Any], dict[str, int], str]:
-    """Return the data of a TOML file, the line of each key, and the file's name for messages.
-
-    Raises
-    ------
-    UsageError
-        With the message ``fault``, for another ending than .toml.
-    FileError, DescriptionError
-        For a file that cannot be read, or is not TOML.
-    """
+def toml_file(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, int], str]:
+    """Return the data of a TOML file, the line of each key, and the file's name for messages. Raises FileError or
+    DescriptionError for a file that cannot be read, or is not TOML."""
     path = Path(path).expanduser()
-    if path.suffix.lower() != ".toml":
-        raise UsageError(Problem(str(path), fault, f"{path.stem}.toml"))
     file = shown_file(path)
     return *toml_data(read_text(path), file), file
 

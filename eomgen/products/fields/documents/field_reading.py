@@ -28,13 +28,7 @@ from eomgen.products.fields.documents.document import (
     Operator,
 )
 from eomgen.products.fields.documents.entries import FieldEntries, toml_file
-from eomgen.products.fields.documents.schema import (
-    DATA_FILES,
-    KIND,
-    FieldFile,
-    OperatorTable,
-    value_text,
-)
+from eomgen.products.fields.documents.schema import KIND, FieldFile, OperatorTable, value_text
 from eomgen.products.fields.documents.tables import Chains, PowerTable
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.reading.report import Report
@@ -65,7 +59,7 @@ def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
     FileError, DescriptionError, UsageError
         DescriptionError contains all faults of the content.
     """
-    data, lines, file = toml_file(path, "a system of fields is read from a .toml file [E0723]")
+    data, lines, file = toml_file(path)
     return fields_from_data(data, file=file, lines=lines, folder=Path(path).expanduser().parent)
 
 
@@ -157,18 +151,11 @@ class _FieldReader(FieldEntries[FieldFile]):
             file.mesh.unit,
             file.description,
             self.folder,
-            {key: report.where(key) for key in self.places(operators, numbers)},
+            {key: report.where(key) for key in report.lines},
             self.content_without("sampling", "description"),
             {name: item.text for name, item in self.defined.items()},
             tuple(map(Message, self.note_on_unused())),
         )
-
-    def places(self, operators: Iterable[Operator], data: Iterable[Data]) -> list[str]:
-        """Return the keys that later messages name."""
-        keys = ["mesh", "mesh.cells", "cell", "cell.energy", "mass", "operators", "data"]
-        keys += [f"sampling.{name}" for name in self.file.sampling.model_fields_set]
-        keys += [f"operators.{item.name}" for item in operators]
-        return keys + [f"data.{item.name}" for item in data]
 
     # -- mesh --------------------------------------------------------------------------------------------------------
 
@@ -301,10 +288,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             inner = f"{key}.{kind}" if isinstance(self.data["data"][name], Mapping) else key
             read: Formula | None = ZERO
             spread: Formula | None = None
-            if kind == "file" and not str(entry.file).lower().endswith(DATA_FILES):
-                fault = f"{shown(entry.file)} is not a file of data [E0742]"
-                self.report.add(inner, fault, "a path that ends with .npy or .csv")
-            elif kind == "formula":
+            if kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
                 read = self.formula(inner, getattr(entry, kind), self.names(self.axes, above), _PLACES)
             elif kind in DRAWN and not faulty:

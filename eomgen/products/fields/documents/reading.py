@@ -40,7 +40,7 @@ def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
     FileError, DescriptionError
         DescriptionError contains all faults of the content.
     """
-    data, lines, file = toml_file(path, "a Hamiltonian system is read from a .toml file [E0758]")
+    data, lines, file = toml_file(path)
     return hamiltonian_from_data(data, file=file, lines=lines)
 
 

@@ -152,11 +152,9 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     if name is None:
         with method_of_file(document):
             return method_for(document, document.simulation.method or standard, first)
-    if not isinstance(name, str):
-        raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", '"omf4"'))
-    if not name:
+    if not isinstance(name, str) or not name:
         hint = f'"{standard}", or no method at all'
-        raise UsageError(Problem("method", "the name of the method is empty [E0777]", hint))
+        raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", hint))
     key = name.lower().replace("-", "_")
     if stages := _STAGES.get(key):
         return _collocation(key, 2 * stages, (1.0,), _SOURCE, stages)
