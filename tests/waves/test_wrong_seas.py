@@ -63,8 +63,8 @@ OF_SEAS: list[tuple[Callable[[], Any], str]] = [
     (lambda: _sea(VECTORS * [[0.0], [1.0]]), "component 0 has the wave vector (0, 0): the water's level"),
     (lambda: _sea(VECTORS[[0, 0]]), "two components have the same wave vector; try: one with the sum of both"),
     (lambda: _sea(amplitude=-ONE), "the amplitude -1 m is negative; try: the phase + pi"),
-    (lambda: _sea(amplitude=ONE[:1]), "2 wave vectors have amplitudes of shape (1,) and phases of (2,)"),
-    (lambda: _sea(VECTORS[0]), "wave vectors have the shape (2,); try: (n, 2), at least one"),
+    (lambda: _sea(amplitude=ONE[:1]), "amplitudes and phases have the shapes (2, 2), (1,) and (2,); try: (n, 2), (n,)"),
+    (lambda: _sea(VECTORS[0]), "wave vectors, amplitudes and phases have the shapes (2,)"),
     (lambda: _sea(amplitude=ONE * np.inf), "a wave vector, an amplitude or a phase is not a finite number"),
     (lambda: _sea(order=3), "Sea: order: there is no order 3; try: 1 or 2"),
     (lambda: _sea(gravity=0.0), "Sea: gravity: 0 m/s^2 is not above 0; try: 9.81"),
@@ -115,7 +115,7 @@ OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
     ),
     (lambda: SpectrumTable([0.5, 1.0], [0.0, 0.0]), "densities: the least is 0 m^2 s/rad, the greatest 0; try: none"),
     (lambda: SpectrumTable([0.5], [1.0]), "shapes (1,) and (1,); try: as many densities as frequencies"),
-    (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "a frequency or a density is not a finite number"),
+    (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "densities: the least is 1 m^2 s/rad, the greatest inf"),
     (lambda: Spreading(0.0), "Spreading: exponent: 0 is not above 0"),
     (
         lambda: Spreading(4.0, directions=1),
@@ -158,7 +158,7 @@ OF_RADARS: list[tuple[Callable[[], Any], str]] = [
         lambda: RADAR.image(_sea(), 0.0, EDGES**2, EDGES),
         "Radar.image: columns: cells are 100 to 1900 m wide; try: edges",
     ),
-    (lambda: RADAR.image(_sea(), 0.0, EDGES, [1.0]), "Radar.image: rows: edges have to increase, two at least"),
+    (lambda: RADAR.image(_sea(), 0.0, EDGES, [1.0]), "Radar.image: rows: cells are 0 to 0 m wide; try: edges that increase"),
     (
         lambda: Radar(1e9, 0.4).image(_sea(), 0.0, EDGES, EDGES),
         "more than 3e+07: facets move by up to 3.286e+09 m; try",

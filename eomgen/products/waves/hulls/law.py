@@ -22,6 +22,7 @@ the derivative along the axis: gradients of accelerations are symmetric if water
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 
 from eomgen.formula.nodes import ZERO_VECTOR, Formula
@@ -207,7 +208,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
     slices. Values of waves at each slice are loops of their own, and are gathered."""
     algebra = quantities.algebra
     kernel = Tape()
-    inner, columns = Algebra(kernel), _Columns()
+    inner, columns = Algebra(kernel), defaultdict[str, list[Sequence[Scalar]]](list)
     for axle in axles:
         member, count = axle.member, axle.item.stations
         size = member.length * (1.0 / count)
@@ -217,23 +218,24 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
             here = plus(axle.origin, arm)
             # how much of the slice moves water at rest
             inert = _clamp(algebra, member.wet / size - float(k), algebra.zero)
-            columns.add("arm", arm)
-            columns.add("z", [here[2]])
-            columns.add("axis", axle.axis)
-            columns.add("velocity", axle.velocity(size * (k + 0.5)))
-            columns.add("surface", [surface_over(quantities, axle.item, here)])
+            columns["arm"].append(arm)
+            columns["z"].append([here[2]])
+            columns["axis"].append(axle.axis)
+            columns["velocity"].append(axle.velocity(size * (k + 0.5)))
+            columns["surface"].append([surface_over(quantities, axle.item, here)])
             water, acceleration = water_at(quantities, axle.item, here)
-            columns.add("water", water)
-            columns.add("acceleration", acceleration)
+            columns["water"].append(water)
             accelerations.append(acceleration)
             volume = member.density * member.area * size
-            columns.add("size", [size, member.area * _UNIFORM, volume, volume * member.added * inert])
-            columns.add("drag", [0.5 * member.density * member.drag * member.diameter * size])
-            columns.add("gravity", quantities.kinematics.base.gravity_world)
-        for change in _changes(algebra, accelerations):
-            columns.add("change", change)
+            columns["size"].append([size, member.area * _UNIFORM, volume, volume * member.added * inert])
+            columns["drag"].append([0.5 * member.density * member.drag * member.diameter * size])
+            columns["gravity"].append(quantities.kinematics.base.gravity_world)
+        columns["acceleration"] += accelerations
+        columns["change"] += _changes(algebra, accelerations)
     inputs = LoopInputs(inner, [])
-    arguments = {name: [inputs.number(column) for column in result] for name, result in columns.columns.items()}
+    arguments = {
+        name: [inputs.number(list(column)) for column in zip(*rows, strict=True)] for name, rows in columns.items()
+    }
     names = ("axis", "velocity", "water", "acceleration", "gravity", "arm", "change")
     d, velocity, water, acceleration, gravity, arm, change = (inner.vector(arguments[name]) for name in names)
     (z,), (surface,), (drag,) = arguments["z"], arguments["surface"], arguments["drag"]
@@ -251,7 +253,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
     couple = cross(d, minus(righting, scaled(volume * (width * (1.0 / 3.0)) * share / size, change)))
     loop = Map(
         kernel,
-        len(columns.columns["z"][0]),
+        len(columns["z"]),
         tuple(inputs.elements),
         tuple(inputs.shared),
         tuple(inputs.gather),
@@ -304,17 +306,6 @@ def _changes(algebra: Algebra, accelerations: Sequence[Vector]) -> list[Vector]:
         rise = minus(accelerations[after], accelerations[before])
         result.append(scaled(algebra.scalar(1.0 / max(after - before, 1)), rise))
     return result
-
-
-class _Columns:
-    """Numbers of slices by name: ``columns[name][k]`` has the k-th number of each slice."""
-
-    def __init__(self) -> None:
-        self.columns: dict[str, list[list[Scalar]]] = {}
-
-    def add(self, name: str, values: Sequence[Scalar]) -> None:
-        for column, value in zip(self.columns.setdefault(name, [[] for _ in values]), values, strict=True):
-            column.append(value)
 
 
 def _on_the_end(axle: _Axle, quantities: Quantities) -> Vector:

@@ -204,11 +204,11 @@ def discretized(
     w, group = frequency_and_group_velocity(k, depth, gravity)
     energy = spectrum.density(w) * group * step
     ends = float(w[0]), float(w[-1])
-    _check_energy("discretized", energy, ends)
-    return _with_directions(k, energy, ends, depth, spreading, heading, height)
+    return _with_directions("discretized", k, energy, ends, depth, spreading, heading, height)
 
 
 def _with_directions(
+    where: str,
     k: Array,
     energy: Array,
     band: tuple[float, float],
@@ -218,18 +218,16 @@ def _with_directions(
     height: float | None,
 ) -> DiscreteSpectrum:
     """Return a spectrum of wave numbers k (n,) with energies (n,), m^2, divided over the directions of ``spreading``,
-    or all along ``heading``; energies are scaled in place to a significant height, if given."""
+    or all along ``heading``; energies are scaled in place to a significant height, if given. Raises UsageError for the
+    call ``where`` without energy in the band."""
+    if not energy.sum() > 0.0:
+        fault = f"the spectrum is zero from {band[0]:.6g} to {band[1]:.6g} rad/s [E1173]"
+        raise UsageError(Problem(f"{where}: band", fault, "a band in which the spectrum has energy"))
     if height is not None:
         energy *= height**2 / (16.0 * energy.sum())
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
     return DiscreteSpectrum(vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), band, depth, len(angles))
-
-
-def _check_energy(where: str, energy: Array, band: tuple[float, float]) -> None:
-    if not energy.sum() > 0.0:
-        fault = f"the spectrum is zero from {band[0]:.6g} to {band[1]:.6g} rad/s [E1173]"
-        raise UsageError(Problem(f"{where}: band", fault, "a band in which the spectrum has energy"))
 
 
 def _check_division(
@@ -361,8 +359,7 @@ def divided(
     starts = np.searchsorted(fine, edges[:-1])
     energy, first = (np.add.reduceat(part.sum(axis=1), starts) for part in (pieces, pieces * w))
     ends = float(edges[0]), float(edges[-1])
-    _check_energy("divided", energy, ends)
     kept = energy > 0.0
     frequencies, energy = first[kept] / energy[kept], energy[kept]
     k = np.array([wave_number(float(frequency), depth, gravity) for frequency in frequencies])
-    return _with_directions(k, energy, ends, depth, spreading, heading, height)
+    return _with_directions("divided", k, energy, ends, depth, spreading, heading, height)

@@ -32,13 +32,10 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
     impossible depth, order or gravity, a wave that crosses itself, and at order 2 a wave that breaks by itself, or too
     many pairs."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
-    if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
-        fault = f"wave vectors have the shape {vectors.shape} [E1188]"
-        raise UsageError(Problem(_COMPONENTS, fault, "(n, 2), at least one"))
-    if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
-        shapes = f"amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
-        fault = f"{len(vectors)} wave vectors have {shapes} [E1189]"
-        raise UsageError(Problem(_COMPONENTS, fault, f"({len(vectors)},) each"))
+    shapes = vectors.shape, amplitude.shape, phase.shape
+    if not vectors.size or shapes != ((len(vectors), 2), (len(vectors),), (len(vectors),)):
+        fault = "wave vectors, amplitudes and phases have the shapes {}, {} and {} [E1188]".format(*shapes)
+        raise UsageError(Problem(_COMPONENTS, fault, "(n, 2), (n,) and (n,), at least one"))
     if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
         raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is not a finite number [E1190]"))
     if np.any(amplitude < 0.0):
