@@ -158,7 +158,7 @@ OF_RADARS: list[tuple[Callable[[], Any], str]] = [
         lambda: RADAR.image(_sea(), 0.0, EDGES**2, EDGES),
         "Radar.image: columns: cells are 100 to 1900 m wide; try: edges",
     ),
-    (lambda: RADAR.image(_sea(), 0.0, EDGES, [1.0]), "Radar.image: rows: cells are 0 to 0 m wide; try: edges that increase"),
+    (lambda: RADAR.image(_sea(), 0.0, EDGES, [1.0]), "Radar.image: rows: cells are 0 to 0 m wide; try: edges"),
     (
         lambda: Radar(1e9, 0.4).image(_sea(), 0.0, EDGES, EDGES),
         "more than 3e+07: facets move by up to 3.286e+09 m; try",

@@ -27,7 +27,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.messages import is_legal, listed, shown
 from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import DescriptionError, Message, Problem, UsageError
-from eomgen.products.sympy_mechanics.equations import FirstOrderStates, Observations, SymbolicEquations
+from eomgen.products.sympy_mechanics.equations import Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
 from eomgen.products.sympy_mechanics.kane import (
     KaneKinematics,
@@ -381,11 +381,12 @@ class _Reading:
         names = [name_of(item) for item in self.q]
         of_states = [name_of(item) for item in self.states]
         values, start = self._values(parameters), self._start([*names, *of_states], initial)
-        z = np.array([start.get(item, 0.0) for item in of_states])
+        states = {item: start.get(item, 0.0) for item in of_states}
         speeds = [item for item in self.speeds if name_of(item) not in names]
         blocks = {"p": np.array([values[item] for item in record.parameters]), "u": np.zeros(len(record.inputs))}
-        blocks |= {"z": z, "t": np.zeros(1), "q": np.array([start.get(item, 0.0) for item in names])}
-        blocks["v"] = np.array([start.get(f"v.{item}", 0.0) for item in names])
+        blocks |= {"z": np.array([*states.values()]), "t": np.zeros(1)}
+        blocks |= {"q": np.array([start.get(item, 0.0) for item in names])}
+        blocks |= {"v": np.array([start.get(f"v.{item}", 0.0) for item in names])}
         begun = self.rows.met(blocks)
         samples = self.rows.near(begun)
         rows = self.rows.rows(samples)
@@ -395,10 +396,9 @@ class _Reading:
         return SymbolicEquations(
             self.name,
             tuple(names),
-            tuple(record.parameters),
+            {item: values[item] for item in record.parameters},
             tuple(record.inputs),
             tuple(name_of(item) for item in speeds),
-            tuple(values[item] for item in record.parameters),
             tuple(begun["q"].tolist()),
             tuple(begun["v"].tolist()),
             self.algebra.tape,
@@ -408,9 +408,8 @@ class _Reading:
             tuple(record(item).ref for item in speeds),
             rows,
             self._observations(terms, rows, samples, notes),
-            FirstOrderStates(
-                tuple(of_states), tuple(z.tolist()), tuple(record(rate).ref for rate in self.states.values())
-            ),
+            states,
+            tuple(record(rate).ref for rate in self.states.values()),
         )
 
     def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> KaneTerms:
