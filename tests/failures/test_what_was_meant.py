@@ -228,7 +228,7 @@ def robot(old: str, new: str) -> Callable[[], Any]:
             "(parameters): a table is needed here, not ''; try: [parameters] and a line for each: NAME = 1.0"),
         (robot('xyz="0 0 0.2"', 'xyz="0,0,0.2"'), "3 numbers are needed here, not '0,0,0.2'; try: blanks between the "
             "numbers: 0 0 0.2"),
-        (lambda: eomgen.load("r.urdf", fixed_base=False), 'no argument \'fixed_base\'; try: root="fixed", or root="fr'),
+        (lambda: eomgen.load("r.urdf", fixed_base=False), 'no argument \'fixed_base\'; try: root="fixed" or "fr'),
     ],
 )  # fmt: skip  # a table
 def test_what_a_file_was_meant_to_say_is_told(call: Callable[[], Any], piece: str) -> None:
@@ -432,7 +432,7 @@ def test_options_of_robots_have_their_counterparts_in_scenes(tmp_path: Path) -> 
 
 
 def test_transmissions_that_are_missing_are_noted() -> None:
-    none = "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint"
+    none = "the file has no <transmission>; actuated=True gives an input for each joint"
     assert none in load_urdf(ROBOT, transmissions=True).notes
     assert none not in load_urdf(ROBOT).notes
 

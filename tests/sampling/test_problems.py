@@ -282,8 +282,8 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ),
         ({"data__counts": "-1.0*z", "truth": None}, "data.counts): 240 cells out of range: -2.5 at (0, 0, 0)"),
         ({"data__counts": "log(x - 10)", "truth": None}, "data.counts): 60 cells out of range: nan at (0, 0, 0)"),
-        ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of the drawn fields is -"),
-        ({"data__counts": {"poisson": "1e30"}}, "data.counts): the mean of the drawn fields is 1e+30 somewhere,"),
+        ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of drawn fields is -"),
+        ({"data__counts": {"poisson": "1e30"}}, "data.counts): the mean of drawn fields is 1e+30 somewhere,"),
         ({"data__counts": {"negative_binomial": "3", "beta": "0"}}, "fields is 0 somewhere, or not finite"),
         ({"sampling__chains": 10**9}, "mesh.cells): sampling with 1000000000 chains on 8 x 6 x 5 cells takes"),
         ({"mesh__cells": [1000000] * 3}, "mesh.cells): sampling with 2 chains on 1000000 x 1000000 x"),
@@ -368,7 +368,7 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
 
     text = "k = 0.2, P = -1 in row 2 are not positive or in order; try: k above 0 that increases, and P above 0"
     assert text in of_power("k.csv")
-    assert "the table is from k = 0.1 to 0.2, and the mesh from 0.157" in of_power("short.csv")
+    assert "the table is from k = 0.1 to 0.2, the mesh from 0.157" in of_power("short.csv")
 
 
 def test_messages_say_the_line() -> None:

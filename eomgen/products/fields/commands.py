@@ -201,10 +201,8 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
 def _settings(command: Callable[..., int]) -> Callable[..., int]:
     """Add an option to a command for each setting of chains; without it the file's counts."""
     for name, item in reversed(Chains.model_fields.items()):
-        option, kind = f"--{name.replace('_', '-')}", type(item.default)
-        command = click.option(option, type=kind, default=None, help=f"{item.description}; the file's by default.")(
-            command
-        )
+        option, text = f"--{name.replace('_', '-')}", f"{item.description}; the file's by default."
+        command = click.option(option, type=type(item.default), default=None, help=text)(command)
     return command
 
 

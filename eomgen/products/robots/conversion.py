@@ -43,7 +43,7 @@ from eomgen.products.robots.scene_draft import (
     tunable_body,
     turns_of,
 )
-from eomgen.products.robots.tree import Edge, Step, tree_of
+from eomgen.products.robots.tree import Edge, Step, Walks, tree_of
 from eomgen.products.robots.visuals import LEFT_OUT
 from eomgen.scene.inertia import Inertia, combine_inertias, impossible
 from eomgen.scene.joint_types import JOINTS
@@ -256,7 +256,7 @@ class Conversion:
             notes.append(f"{note}: {listed(self.shifted)} [W0170]")
         return notes
 
-    def place_links(self, walks: Mapping[Node, Sequence[Step]], loops: Sequence[Edge]) -> None:
+    def place_links(self, walks: Walks, loops: Sequence[Edge]) -> None:
         """Add bodies, joints and frames for all links along the walks of the tree, then constraints for joints that
         close loops."""
         for link in self.static:
@@ -396,9 +396,8 @@ class Conversion:
         edge, end = step.edge, step.end
         joint, key = edge.joint, edge.key
         offset = self.frames.between(end, key).position
-        at_origin = not offset.any() or float(np.linalg.norm(offset)) <= SUMMED * max(
-            float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)
-        )
+        lengths = [float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)]
+        at_origin = not offset.any() or float(np.linalg.norm(offset)) <= SUMMED * max(lengths)
         body = self.body(end, "" if at_origin else "_body")
         self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3) if at_origin else -offset)
         if not at_origin:
@@ -413,11 +412,10 @@ class Conversion:
         name = self.joint_names[key] = self.new_name("joint", key)
         self.scene.lines[f"joints.{name}"] = str(joint.place)
         kind = joint.type
-        entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body, **joint.entry}
+        entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body, **joint.entry, **placed.pose}
         if kind == "universal" and not are_perpendicular(axes):
-            self.carry_by_two(name, entry, placed, axes, written)
+            self.carry_by_two(name, entry, axes, written)
             return
-        entry |= placed.pose
         if axes and JOINTS[kind].coordinates:
             entry["axis"] = axes[0].tolist()
         if kind == "universal":
@@ -429,18 +427,16 @@ class Conversion:
         if joint.around is not None:
             self.resist_turning(joint, joint.around, name)
 
-    def carry_by_two(
-        self, name: str, entry: dict[str, Any], placed: LinkPlace, axes: Sequence[Array], written: Sequence[Any]
-    ) -> None:
+    def carry_by_two(self, name: str, entry: dict[str, Any], axes: Sequence[Array], written: Sequence[Any]) -> None:
         """Add two revolute joints with a massless body between them, for a universal joint whose axes are not
-        perpendicular. `entry` has the child body, `placed` the pose of the joint in the parent body, `axes` two vectors
-        (3,) in the child, and `written` the axes of the file with springs and dampers."""
+        perpendicular. `entry` has both bodies and the pose of the joint in the parent body, `axes` two vectors (3,) in
+        the child, and `written` the axes of the file with springs and dampers."""
         middle = self.scene.name("body", "", f"{name}_between")
         self.scene.data["bodies"][middle] = {"mass": 0.0}
-        names, ends = (name, self.scene.name("joint", "", f"{name}_second")), (placed.body, middle, entry["child"])
+        names, ends = (name, self.scene.name("joint", "", f"{name}_second")), (entry["parent"], middle, entry["child"])
         for joint, parent, child, axis, dynamics in zip(names, ends, ends[1:], axes, written, strict=False):
             part = {"type": "revolute", "parent": parent, "child": child, "axis": axis.tolist()}
-            part |= placed.pose if joint == name else {}
+            part |= {key: entry[key] for key in ("position", "orientation")} if joint == name else {}
             self.add_forces(joint, None, part, [dynamics])
             self.scene.data["joints"][joint] = part
         note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place [W0165]"

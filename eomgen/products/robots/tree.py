@@ -56,9 +56,11 @@ class Step:
         return self.end == self.edge.parent
 
 
-def tree_of(
-    links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]
-) -> tuple[dict[Node, list[Step]], list[Edge]]:
+#: Steps in order, parents first, by start.
+Walks = dict[Node, list[Step]]
+
+
+def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> tuple[Walks, list[Edge]]:
     """Return the tree that joints make of links: joints are taken by their ``rank``, and each that would close a loop
     is a loop.
 

@@ -265,9 +265,7 @@ class _TermRecorder:
         sizes |= {"p": len(document.parameters), "u": len(document.inputs)}
         #: Numbers of the input blocks.
         self.blocks = {name: self.algebra.block(name, size) for name, size in sizes.items()}
-        self.mass, self.coupling, self.force = (
-            self._scalars(refs) for refs in (document.mass, document.coupling, document.force)
-        )
+        self.mass, self.coupling, self.force = map(self._scalars, (document.mass, document.coupling, document.force))
         self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
 
     def _scalars(self, refs: Sequence[Ref]) -> list[Scalar]:

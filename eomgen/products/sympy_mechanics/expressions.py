@@ -17,7 +17,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from eomgen.base.messages import NAME_LENGTH, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.symbolic.operations import NAMES, Op
-from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar
 
 _FUNCTIONS: Mapping[type[Any], Op] = {
     **{getattr(sympy, name): op for op, name in NAMES.items() if name != "sqrt"},  # which is a Pow
@@ -108,9 +108,7 @@ class Expressions:
         for block, items in (("p", symbols - {self.time}), ("u", functions)):
             for item in sorted(items - self.known.keys(), key=str):
                 if block == "u" and item.args != (self.time,):
-                    raise self._refused(
-                        f"the function {item}", "a formula of coordinates and symbols, or a function of the time alone"
-                    )
+                    raise self._refused(f"the function {item}", "a formula, or a function of the time alone")
                 name = name_of(item)
                 if name in self.absent:
                     self.known[item] = self.algebra.one
@@ -227,6 +225,10 @@ class Expressions:
             else:
                 result = self.algebra.select(self.known[condition], self.known[value], result)
         return result if result is not None else self.algebra.zero
+
+    def matrix(self, matrix: Any) -> Matrix:
+        """Return a matrix (3, 3) of expressions on the tape."""
+        return self.algebra.matrix([[self(entry) for entry in row] for row in matrix.tolist()])
 
     def _refused(self, fault: str, remedy: str) -> DescriptionError:
         return DescriptionError(Problem(self.name, f"{fault} has no counterpart [E1147]", remedy))

@@ -55,10 +55,7 @@ class KaneKinematics:
         """Return the rotation matrix from axes of a frame to inertial axes, recorded once per frame."""
         if frame not in self._axes:
             path = self._path(frame, 0)
-            turned = self.algebra.matrix(
-                [[self.expressions(entry) for entry in row] for row in path[1].dcm(frame).tolist()]
-            )
-            self._axes[frame] = multiply(self.axes(path[1]), turned)
+            self._axes[frame] = multiply(self.axes(path[1]), self.expressions.matrix(path[1].dcm(frame)))
         return self._axes[frame]
 
     def is_oriented(self, frame: Any) -> bool:
@@ -184,8 +181,7 @@ def frame_of(body: Any, kinematics: KaneKinematics) -> Any:
 
 def inertia_of(body: Any, kinematics: KaneKinematics) -> Matrix:
     """Return the inertia about the mass centre in the axes of ``frame_of``, kg m^2."""
-    rows = body.central_inertia.to_matrix(frame_of(body, kinematics)).tolist()
-    return kinematics.algebra.matrix([[kinematics.expressions(entry) for entry in row] for row in rows])
+    return kinematics.expressions.matrix(body.central_inertia.to_matrix(frame_of(body, kinematics)))
 
 
 def kane(kinematics: KaneKinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> KaneTerms:

@@ -46,7 +46,7 @@ from eomgen.products.sympy_mechanics.observed import (
     power_of_drivers,
     stored_energy,
 )
-from eomgen.products.sympy_mechanics.rows import SEED, Constraints, KaneRows, angles, is_singular, values_at
+from eomgen.products.sympy_mechanics.rows import SEED, Constraints, KaneRows, Samples, angles, is_singular, values_at
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
@@ -412,7 +412,7 @@ class _Reading:
             tuple(record(rate).ref for rate in self.states.values()),
         )
 
-    def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> KaneTerms:
+    def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Samples) -> KaneTerms:
         """Return the terms; augmented by the rows of constraints, if any, if M is singular at all samples."""
         if not rows.names:
             return terms
@@ -440,9 +440,7 @@ class _Reading:
             return ["the mass matrix is singular at the start, a mass or inertia is 0: no acceleration follows [W0262]"]
         return []
 
-    def _observations(
-        self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]], notes: Sequence[str]
-    ) -> Observations:
+    def _observations(self, terms: KaneTerms, rows: KaneRows, samples: Samples, notes: Sequence[str]) -> Observations:
         """Return angles, poses, twists, energies, drawing and notes of the system, checked at the samples. Raises
         DescriptionError for an angular velocity that contradicts the orientation."""
         random = np.random.default_rng(SEED)
@@ -485,7 +483,7 @@ class _Reading:
         fault = f"no force follows from the potential energy of {listed(names)} in Kane's equations"
         return [f"{fault}; try: a load, or system.form_eoms(LagrangesMethod) before from_sympy [W0263]"]
 
-    def _balance(self, energies: Energies, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
+    def _balance(self, energies: Energies, rows: KaneRows, samples: Samples) -> tuple[Ref, ...]:
         """Return references of kinetic and potential energy, power of loads, and power of drivers. Drivers have power
         if a quantity moves while v = 0 at a sample, else 0."""
         tape, algebra = self.algebra.tape, self.algebra

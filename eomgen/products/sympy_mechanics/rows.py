@@ -24,6 +24,8 @@ from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
+#: Values of the input blocks in several states.
+Samples = Sequence[Mapping[str, Array]]
 #: Seed of the states at which pivots are chosen, and gradients and equalities are compared.
 SEED = 1
 
@@ -95,9 +97,7 @@ class Constraints:
         for number, row in enumerate(self.slopes[len(self.positions) :], 1):
             if any(symbol.block == "v" for symbol in self.tape.depends_on(row.values())):
                 fault = f"the constraint of velocities number {number} is not linear in the rates [E2186]"
-                raise DescriptionError(
-                    Problem(expressions.name, fault, "a constraint of the form a(q, t) q.diff() + b(q, t)")
-                )
+                raise DescriptionError(Problem(expressions.name, fault, "a(q, t) q.diff() + b(q, t)"))
 
     def met(self, start: Mapping[str, Array]) -> dict[str, Array]:
         """Return the state on the constraints to which Newton's corrections from a start lead; states are input blocks.

@@ -81,14 +81,12 @@ class FieldEntries(Generic[Kind]):
         """Return key and name of all entries of sections."""
         return [(f"{section}.{name}", name) for section in sections for name in self.names_in(section)]
 
-    def check_names(
-        self, keyed_names: Iterable[tuple[str, str]], taken: Mapping[str, tuple[str, str]]
-    ) -> dict[str, str]:
+    def check_names(self, entries: Iterable[tuple[str, str]], taken: Mapping[str, tuple[str, str]]) -> dict[str, str]:
         """Return the section in which each name stands first; report names that are not legal, are words of formulas,
-        stand in ``taken`` (with fault and hint), or belong to two entries. ``keyed_names`` has pairs of key
+        stand in ``taken`` (with fault and hint), or belong to two entries. ``entries`` has pairs of key
         (SECTION.NAME) and name."""
         seen: dict[str, str] = {}
-        for key, name in keyed_names:
+        for key, name in entries:
             if not is_legal(name):
                 self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
             elif name in taken:

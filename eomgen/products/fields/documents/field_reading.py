@@ -195,19 +195,17 @@ class _FieldReader(FieldEntries[FieldFile]):
             self.report.add("operators", "there is no operator [E0732]", hint)
         every = list(self.data.get("operators", {}))  # refused ones too, which exist
         for name, entry in self.file.operators.items():
-            result = self.operator(f"operators.{name}", name, entry, data, every[: every.index(name)])
+            result = self.operator(name, entry, data, every[: every.index(name)])
             if result is not None:
                 made.append(result)
         return made
 
-    def operator(
-        self, key: str, name: str, entry: OperatorTable, data: Sequence[str], above: Sequence[str]
-    ) -> Operator | None:
+    def operator(self, name: str, entry: OperatorTable, data: Sequence[str], above: Sequence[str]) -> Operator | None:
         """Return the operator of an entry; None for an entry without exactly one kind, or with an unknown axis. Faults
         are reported. ``data`` are names that a mask may use, ``above`` the names of the operators before this one in
         the file."""
+        key, of = f"operators.{name}", entry.of
         kind = self.kind_of(key, entry, OPERATOR_KINDS)
-        of = entry.of
         if of and of not in above:
             hint = nearest(of, above) or "an operator above it"
             self.report.add(f"{key}.of", f"there is no operator {shown(of)} above this one [E0733]", hint)

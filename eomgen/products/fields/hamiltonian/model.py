@@ -34,6 +34,8 @@ from eomgen.products.fields.hamiltonian.solution import (
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 
+#: Values in place of the file's, by name.
+_Parameters = Mapping[str, float] | None
 #: Size and number of steps, and the number of these between rows.
 _Grid = tuple[float, int, int]
 #: Seconds between looks at the keyboard.
@@ -105,7 +107,7 @@ class HamiltonianModel(NamedAttributes):
         """Number of coordinates."""
         return len(self.q_names)
 
-    def energy(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None) -> Any:
+    def energy(self, q: ArrayLike, p: ArrayLike, parameters: _Parameters = None) -> Any:
         """Return H at a state, or at each of several.
 
         Parameters
@@ -118,15 +120,13 @@ class HamiltonianModel(NamedAttributes):
         total = parts.sum(axis=-1)
         return float(total) if total.ndim == 0 else total
 
-    def gradient(
-        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None
-    ) -> tuple[Array, Array]:
+    def gradient(self, q: ArrayLike, p: ArrayLike, parameters: _Parameters = None) -> tuple[Array, Array]:
         """Return dH/dq and dH/dp, of the shapes of q and p; parameters as in ``energy``."""
         dq, dp = self._call("gradient", [q, p], parameters)
         return dq, dp
 
     def hessian_product(
-        self, q: ArrayLike, p: ArrayLike, dq: ArrayLike, dp: ArrayLike, parameters: Mapping[str, float] | None = None
+        self, q: ArrayLike, p: ArrayLike, dq: ArrayLike, dp: ArrayLike, parameters: _Parameters = None
     ) -> tuple[Array, Array]:
         """Return the product of the Hessian of H with a direction: the changes of dH/dq and dH/dp along dq, dp.
 
@@ -137,9 +137,7 @@ class HamiltonianModel(NamedAttributes):
         along_q, along_p = self._call("hessian_product", [q, p, dq, dp], parameters)
         return along_q, along_p
 
-    def largest_frequency(
-        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None = None
-    ) -> float:
+    def largest_frequency(self, q: ArrayLike, p: ArrayLike, parameters: _Parameters | Array = None) -> float:
         """Return the largest modulus of the eigenvalues of the motion linearised about a state, per unit of time."""
         n = self.n
         rows = np.eye(2 * n)
@@ -364,7 +362,7 @@ class HamiltonianModel(NamedAttributes):
             f" {method.stability_limit:.4g}; try: a step below {0.9 * method.stability_limit / result:.3g}"
         )
 
-    def _values(self, parameters: Mapping[str, float] | Array | None) -> Array:
+    def _values(self, parameters: _Parameters | Array) -> Array:
         """Return the values of all parameters of a run in the file's order: changed by name, the rest by the file and
         formulas there. An array is returned unchanged. Raises UsageError for an unknown name."""
         if isinstance(parameters, np.ndarray):
@@ -397,9 +395,7 @@ class HamiltonianModel(NamedAttributes):
             raise UsageError(Problem("initial", f"H is {energy} at the start [E0784]", NO_START))
         return state[None, :]
 
-    def _call(
-        self, function: str, blocks: list[ArrayLike], parameters: Mapping[str, float] | Array | None
-    ) -> list[Array]:
+    def _call(self, function: str, blocks: list[ArrayLike], parameters: _Parameters | Array) -> list[Array]:
         """Return the outputs of a compiled function at one state (blocks (n,)) or at several (blocks (states, n)). Each
         output has the shape (size,) or (states, size). Raises UsageError for wrong shapes."""
         layout = next(item for item in self.library.layout["functions"] if item["name"] == function)

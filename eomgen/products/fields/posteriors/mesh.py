@@ -35,6 +35,8 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.fields.documents.document import LENGTHS
 
 Complex = NDArray[np.complex128]
+#: A filter by wave number; None for 1.
+Symbol = Array | Complex | None
 #: Spectra and fields of cells in double or single precision.
 Spectrum = NDArray[np.complex128] | NDArray[np.complex64]
 Reals = NDArray[np.float64] | NDArray[np.float32]

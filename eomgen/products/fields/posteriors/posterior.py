@@ -25,9 +25,7 @@ from eomgen.products.fields.posteriors.mesh import transforms as make_transforms
 from eomgen.products.fields.posteriors.operators import LinearOperator
 
 #: Remedy for an energy without a lower bound.
-BOUNDED = (
-    "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of a density"
-)
+BOUNDED = "an energy that grows on both sides: cell.energy is the negative logarithm of a density"
 
 
 @dataclass(frozen=True)

@@ -286,9 +286,8 @@ class Record:
         arrays["energy_errors"][at], arrays["potential"][at] = outcome.error, potential
         arrays["accepted"][at], arrays["gradients"][at] = outcome.accepted, outcome.gradients
         arrays["cells"][at] = values.ravel()[self.watched]
-        self._wave_numbers, arrays["power"][at] = self.mesh.power(
-            self.mesh.spectrum(values) if amplitudes is None else amplitudes, self.bins
-        )
+        amplitudes = self.mesh.spectrum(values) if amplitudes is None else amplitudes
+        self._wave_numbers, arrays["power"][at] = self.mesh.power(amplitudes, self.bins)
         self.counts[chain] += 1
         change = values - self._mean
         self._mean += change / float(self.counts.sum())

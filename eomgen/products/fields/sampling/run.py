@@ -150,9 +150,8 @@ class _Run:
             options["start"] = start_fields(Path(settings.start), self.problem, settings.chains)
         size = self.problem.mesh.size
         count = min(settings.watched, size)
-        stride = next(
-            step for step in range(round(size * (math.sqrt(5.0) - 1.0) / 2.0), 2 * size) if math.gcd(step, size) == 1
-        )
+        golden = round(size * (math.sqrt(5.0) - 1.0) / 2.0)
+        stride = next(step for step in range(golden, 2 * size) if math.gcd(step, size) == 1)
         spread = np.sort(np.arange(count) * stride % size)
         return Sampler(self.problem.posterior, mass=self.mass, watched=spread, **options)
 

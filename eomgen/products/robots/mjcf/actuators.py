@@ -20,8 +20,7 @@ from eomgen.products.robots.scene_draft import number
 def convert_actuators(draft: MjcfDraft) -> None:
     """Add the actuators of a file to the scene: inputs, states, definitions and forces, then one effort for each joint
     that actuators drive. Actuators that the file switches off are noted."""
-    model = draft.model
-    efforts: dict[int, list[str]] = {}
+    model, efforts = draft.model, draft.efforts
     first: dict[int, ElementPlace] = {}  # actuator of each joint
     off = int(model.opt.disableactuator)
     count = len(model.actuator_trntype)
@@ -29,7 +28,7 @@ def convert_actuators(draft: MjcfDraft) -> None:
         location = draft.place("actuator", index, count)
         name = draft.name("signal", draft.element_name("actuator", index), f"actuator_{index + 1}")
         group = int(model.actuator_group[index])
-        actuator = _Actuator(draft, name, index, location, efforts)
+        actuator = _Actuator(draft, name, index, location)
         if draft.is_disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
             draft.leave_out(location, f"not modelled: the actuator {name}, which the file switches off [W0148]")
             actuator.add_inertia_and_damping()  # an actuator without force has these in MuJoCo

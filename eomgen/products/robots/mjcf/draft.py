@@ -78,6 +78,7 @@ class MjcfDraft(SceneDraft):
     points : names of the points at sites
     frame_origins : names of the points at frames, by the wanted names
     actuator_forces, actuator_motions : formulas of the forces of actuators, and of their lengths and rates
+    efforts : terms of the efforts of actuators on hinges and slides, by joint
     branches : of spatial tendons: names in the scene, and the divisors of their lengths
     pulls : of spatial tendons: formulas of tensions from springs, dampers and actuators
     """
@@ -98,6 +99,7 @@ class MjcfDraft(SceneDraft):
     frame_origins: dict[str, str] = field(default_factory=dict)
     actuator_forces: dict[int, str] = field(default_factory=dict)
     actuator_motions: dict[int, tuple[str, str]] = field(default_factory=dict)
+    efforts: dict[int, list[str]] = field(default_factory=dict)
     branches: dict[int, list[tuple[str, float]]] = field(default_factory=dict)
     pulls: dict[int, list[str]] = field(default_factory=dict)
 

@@ -47,7 +47,6 @@ class ActuatorParts:
     ----------
     name, index : of the actuator, in the scene and in the compiled model
     place : for messages
-    efforts : terms of the efforts of hinges and slides, which are added by the caller
 
     Attributes
     ----------
@@ -57,10 +56,8 @@ class ActuatorParts:
     states : number of its internal states so far
     """
 
-    def __init__(
-        self, draft: MjcfDraft, name: str, index: int, location: ElementPlace, efforts: dict[int, list[str]]
-    ) -> None:
-        self.draft, self.model, self.efforts = draft, draft.model, efforts
+    def __init__(self, draft: MjcfDraft, name: str, index: int, location: ElementPlace) -> None:
+        self.draft, self.model, self.efforts = draft, draft.model, draft.efforts
         self.name, self.index, self.place = name, index, location
         self.output = int(self.model.actuator_outadr[index])
         self.gear = [float(value) for value in self.model.actuator_gear[self.output]]
@@ -74,9 +71,8 @@ class ActuatorParts:
     def is_of(self, kind: str, *names: str) -> bool:
         """Return whether a property of the actuator, as ``gain``, has one of some values."""
         values = getattr(self.draft.mujoco, f"mjt{kind.capitalize()}")
-        return int(getattr(self.model, f"actuator_{kind}type")[self.index]) in [
-            getattr(values, f"mj{kind.upper()}_{name}") for name in names
-        ]
+        wanted = [getattr(values, f"mj{kind.upper()}_{name}") for name in names]
+        return int(getattr(self.model, f"actuator_{kind}type")[self.index]) in wanted
 
     def define(self, word: str, formula: str) -> str:
         """Return the name of a definition, which is added."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,7 @@ _MIMIC = {"multiplier": 1.0, "offset": 0.0, "reference": 0.0}
 _DYNAMICS = dict.fromkeys(("damping", "friction", "spring_stiffness", "spring_reference"), 0.0)
 #: Gravity of a world that gives none, m/s^2.
 WORLD_GRAVITY = (0.0, 0.0, -9.8)
+_Item = DraftLink | DraftJoint | DraftFrame | DraftModel
 
 
 class SdfReader:
@@ -152,9 +153,7 @@ class _FileReader(SdfValues):
             self.leftovers.count("physics")
         return result
 
-    def add(
-        self, model: DraftModel, kind: str, item: DraftLink | DraftJoint | DraftFrame | DraftModel, element: Element
-    ) -> None:
+    def add(self, model: DraftModel, kind: str, item: _Item, element: Element) -> None:
         """Add a link, joint, frame or model to ``model`` by name; ``kind`` is the attribute of the model with such
         items. A name that is empty, reserved or already there is reported, and the item not added."""
         name = item.name
@@ -171,14 +170,13 @@ class _FileReader(SdfValues):
     def contents(self, element: Element, key: str, result: DraftModel) -> None:
         """Read frames, links, joints, models and includes of a model or a world into ``result``; ``key`` is ``model``
         or ``world``."""
-        for child in element.children_with_tag("link") if key == "model" else ():
-            self.add(result, "links", self.link(child), child)
-        for child in element.children_with_tag("frame"):
-            self.add(result, "frames", self.frame(child), child)
-        for child in element.children_with_tag("joint"):
-            self.add(result, "joints", self.joint(child), child)
-        for child in element.children_with_tag("model"):
-            self.add(result, "models", self.model(child), child)
+        readers: Mapping[str, Callable[[Element], _Item]] = {
+            **({"link": self.link} if key == "model" else {}),
+            **{"frame": self.frame, "joint": self.joint, "model": self.model},
+        }
+        for tag, read in readers.items():
+            for child in element.children_with_tag(tag):
+                self.add(result, f"{tag}s", read(child), child)
         for child in element.children_with_tag("include"):
             self.include(child, result)
         self.keep(element, key, result.name)

@@ -35,7 +35,7 @@ def visuals_of_link(element: Element, values: SdfValues, path: Callable[[str], s
         entry = solid_of(visual, reader.vector, lambda mesh: _mesh(mesh, reader, path), SDF_SIZES)
         return Visual(pose, entry | _color(visual, reader))
 
-    return visuals_of(element.children_with_tag("visual"), values.file, read)
+    return visuals_of(element.children_with_tag("visual"), read)
 
 
 def _mesh(element: Element, values: SdfValues, path: Callable[[str], str]) -> tuple[str, tuple[float, ...]]:

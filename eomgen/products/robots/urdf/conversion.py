@@ -33,9 +33,7 @@ def _mimic_of(joint: DraftJoint) -> DraftMimic | None:
     return next((axis.mimic for axis in (joint.around, *joint.axes) if axis is not None and axis.mimic), None)
 
 
-def held_and_following(
-    robot: Robot, locked: Collection[str], report: Report
-) -> tuple[dict[str, float], dict[str, str]]:
+def held_and_following(robot: Robot, locked: set[str], report: Report) -> tuple[dict[str, float], dict[str, str]]:
     """Return the coordinates, rad or m, of joints that do not move, by name, and the leader of each joint that follows
     another.
 

@@ -23,6 +23,7 @@ from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
 from eomgen.products.robots.visuals import (
     LEFT_OUT,
     Numbers,
+    Row,
     color_of,
     read_numbers,
     solid_of,
@@ -36,18 +37,10 @@ from eomgen.scene.reading.xml import Element
 from eomgen.scene.rotations import frame_about, roll_pitch_yaw, snapped_rotation, unit_axis
 
 #: Types of joints by name in the format.
-JOINT_TYPES = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "fixed": "fixed",
-    "floating": "free",
-    "planar": "planar",
-}
+_HOLDING = {name: name for name in ("revolute", "prismatic", "fixed", "planar")} | {"continuous": "revolute"}
+JOINT_TYPES = {**_HOLDING, "floating": "free"}
 #: Types of constraints by the types of loop joints.
-LOOP_TYPES = dict.fromkeys(("spherical", "ball"), "spherical") | {
-    written: kind for written, kind in JOINT_TYPES.items() if kind != "free"
-}
+LOOP_TYPES = {"spherical": "spherical", "ball": "spherical", **_HOLDING}
 #: The same by the types of constraints.
 _CONSTRAINT_TYPES = {**LOOP_TYPES, "universal": "universal"}
 #: Drake's own joints, and their types; a universal joint turns about x, then y.
@@ -206,9 +199,7 @@ class _UrdfReader:
             if element.tag == "transmission" or child.tag not in _WITH_OWNERS:
                 self.tell_left_over(child, owner or child.get("name"))
 
-    def numbers(
-        self, element: Element | None, attribute: str, default: tuple[float, ...], key: str = ""
-    ) -> tuple[float, ...]:
+    def numbers(self, element: Element | None, attribute: str, default: Row, key: str = "") -> Row:
         """Return the numbers of an attribute, as many as the default has; the default without the element or attribute,
         or for a fault, which is reported under ``key``."""
         if element is None or not element.has(attribute):
@@ -402,9 +393,9 @@ class _UrdfReader:
             orientation, position, _ = reader.placement(visual, "", "")
             return Visual(WrittenPose(ElementPlace("", visual.line), orientation, position), entry)
 
-        drawn, reasons = visuals_of(element.children_with_tag("visual"), "", read)
+        drawn, reasons = visuals_of(element.children_with_tag("visual"), read)
         collisions = element.children_with_tag("collision") if reasons and not drawn else ()
-        instead, _ = visuals_of(collisions, "", read)
+        instead, _ = visuals_of(collisions, read)
         note = "pictures show collision geometry in place of visuals [W0200]" if instead else LEFT_OUT
         for reason in reasons:
             self.out.undrawn.setdefault((note, reason), []).append(name)

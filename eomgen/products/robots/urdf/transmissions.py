@@ -162,9 +162,7 @@ def convert_transmissions(
         note = f"not modelled: transmissions of the type {shown(kind)} ({len(names)}: {listed(names)}) [W0197]"
         scene.leave_out(ElementPlace(scene.report.file, 1), note)
     if not transmissions and not unknown:
-        scene.notes.append(
-            "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
-        )
+        scene.notes.append("the file has no <transmission>; actuated=True gives an input for each joint [W0176]")
 
 
 def _shares(

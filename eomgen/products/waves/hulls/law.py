@@ -233,9 +233,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
         columns["acceleration"] += accelerations
         columns["change"] += _changes(algebra, accelerations)
     inputs = LoopInputs(inner, [])
-    arguments = {
-        name: [inputs.number(list(column)) for column in zip(*rows, strict=True)] for name, rows in columns.items()
-    }
+    arguments = {name: [inputs.number([*part]) for part in zip(*rows, strict=True)] for name, rows in columns.items()}
     names = ("axis", "velocity", "water", "acceleration", "gravity", "arm", "change")
     d, velocity, water, acceleration, gravity, arm, change = (inner.vector(arguments[name]) for name in names)
     (z,), (surface,), (drag,) = arguments["z"], arguments["surface"], arguments["drag"]

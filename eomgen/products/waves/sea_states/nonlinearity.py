@@ -99,7 +99,7 @@ def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
 
 def bound_waves(
     vectors: Array, frequency: Array, amplitude: Array, phase: Array, depth: float, gravity: float
-) -> tuple[Array, Array, Array, Array, Array]:
+) -> list[Array]:
     """Return the bound waves of n free waves: wave vectors (m, 2), angular frequencies, amplitudes of elevation, phases
     and amplitudes of the potential at z = 0 (m^2/s), (m,) each, m = n^2.
 
@@ -126,5 +126,4 @@ def bound_waves(
         potential = share * (d * w - gravity * s) / (restoring - w**2)
         raised = (share * d + w * potential) / gravity
         rows.append((wave, w, raised, phase[first] + sign * phase[second], potential))
-    columns = [np.concatenate(parts) for parts in zip(*rows, strict=True)]
-    return columns[0], columns[1], columns[2], columns[3], columns[4]
+    return [np.concatenate(parts) for parts in zip(*rows, strict=True)]

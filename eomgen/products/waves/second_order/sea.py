@@ -306,10 +306,8 @@ class Sea:
 
         x, z, u, w = (over_labels(by_name[name]) for name in "xzuw")
         xa, za, xaa, zaa = (over_labels(by_name[name] * (1j * k) ** n) for n in (1, 2) for name in "xz")
-        current = float(self.current @ self._axes[:, 0])
-        return Profile(
-            labels, labels + x + (drift + current) * time, z + lift, u + drift + current, w, 1.0 + xa, za, xaa, zaa
-        )
+        drift += float(self.current @ self._axes[:, 0])
+        return Profile(labels, labels + x + drift * time, z + lift, u + drift, w, 1.0 + xa, za, xaa, zaa)
 
     @property
     def _entries(self) -> tuple[str, ...]:
@@ -360,9 +358,8 @@ class Sea:
         w, all_of = columns[COLUMNS.index("w")], np.arange(len(crest))
         i, j = np.tril_indices(len(crest), -1)
         zero = np.zeros(len(i))
-        groups = [
-            ((i, 1, j, -1), crest[i] * np.conj(crest[j]), named["w"], {x: named.get(f"{x}m", zero) for x in "BXY"})
-        ]
+        differences = {x: named.get(f"{x}m", zero) for x in "BXY"}
+        groups = [((i, 1, j, -1), crest[i] * np.conj(crest[j]), named["w"], differences)]
         if "Xp" in named:
             sums = {x: named.get(f"{x}p", zero) for x in "BXY"}
             groups.append(((i, 1, j, 1), crest[i] * crest[j], w[i] + w[j], sums))

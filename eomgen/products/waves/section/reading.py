@@ -111,9 +111,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
         components = [*components, *_bound(key, components, depth, gravity, values)]
     if len(report.noted) > before or not components:
         return no_waves(name)
-    whole = WaveField(
-        name, tuple(components), depth, level, ramp, entry.stretching, free=free, factor=factor, seed=entry.seed
-    )
+    whole = WaveField(name, tuple(components), depth, level, ramp, entry.stretching, free, factor, seed=entry.seed)
     if not entry.variables:
         return whole
     drawn = [(number, -1, 1) for number in range(free)] + (members_of_bound_waves(free) if entry.order == 2 else [])
@@ -230,9 +228,8 @@ def _irregular(
     if len(report.noted) > before:
         return [], None
     options: dict[str, Any] = {"depth": depth, "gravity": gravity, "band": (low, high), "spreading": spreading}
-    parts = _attempt(
-        key, report, lambda: divided(spectrum, entry.components, heading=heading, height=height, **options)
-    )
+    options |= {"heading": heading, "height": height}
+    parts = _attempt(key, report, lambda: divided(spectrum, entry.components, **options))
     if parts is None:
         return [], None
     unbroken = UnbrokenSea(wave_number(spectrum.peak, depth, gravity), depth)
