@@ -128,14 +128,6 @@ def test_what_is_not_read_is_noted(old: str, new: str, note: str) -> None:
     assert not re.search(r"full.urdf:\d+: not read: .*\n.*not read", strict)
 
 
-def test_elements_that_are_not_known_are_noted_also_on_joints_that_do_not_move() -> None:
-    scene = load_urdf(
-        FULL.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><spring/>').replace("<mass", "<lump/><mass", 1)
-    )
-    assert "not read: elements <spring> of <joint> (1: c)" in scene.notes
-    assert "not read: elements <lump> of <inertial> (1: foot)" in scene.notes
-
-
 @pytest.mark.parametrize(("old", "new", "message"), table("faults_of_full_urdf"))
 def test_refusals(old: str, new: str, message: str) -> None:
     assert old in FULL

@@ -56,12 +56,6 @@ def test_origins_turn_about_fixed_axes(roll: float, pitch: float, yaw: float) ->
     np.testing.assert_allclose(scene.shapes[0].axes, z @ y @ x, atol=1e-14)
 
 
-def test_visuals_change_no_model(tmp_path: Path) -> None:
-    bare = load_urdf(robot())
-    shown = load_urdf(robot(upper=BOX.format("0 0 0", "0 0 0", ""), hand=MESH.format("none.stl", "")))
-    assert len(shown.shapes) == 1 and shown.digest == bare.digest
-
-
 def test_meshes_of_packages_have_their_scale_and_mirrored_ones_keep_their_outside(tmp_path: Path) -> None:
     """The package is the folder around both the meshes and the description; a scale of -2 mirrors."""
     (tmp_path / "arm_robot" / "meshes").mkdir(parents=True)
