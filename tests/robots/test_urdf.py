@@ -54,19 +54,6 @@ def test_agrees_with_pinocchio(name: str, root: str) -> None:
     assert_agrees(load(path, root=root), model)
 
 
-def test_axes_and_damping() -> None:
-    path = ROBOTS / FILES["talos"]
-    model, scene = pin.buildModelFromUrdf(str(path)), load(path)
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    for joint in scene.joints:
-        index = model.getJointId(joint.name)
-        subspace = pin.getJointJacobian(model, data, index, pin.ReferenceFrame.LOCAL)[:, model.idx_vs[index]]
-        expected = subspace[3:] if joint.type == "revolute" else subspace[:3]
-        np.testing.assert_allclose(joint.axis, expected, atol=1e-12)
-        assert numbers((joint.damping,))[0] == model.damping[model.idx_vs[index]]
-
-
 def refusals(text: str, **options: object) -> list[str]:
     with pytest.raises(DescriptionError) as caught:
         load_urdf(text, file="arm.urdf", **options)  # type: ignore[arg-type]

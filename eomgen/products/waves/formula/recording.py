@@ -89,7 +89,7 @@ def _full(
         if not any(column["bottom"]):
             e = kernel.algebra.call(Op.EXP, depth)
         else:
-            # far below the surface, where waves vanish, the exponential stays above 0: b is divided by it
+            # far below the surface, without waves, the exponential stays above 0: b is divided by it
             e = kernel.algebra.call(Op.EXP, kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-300.0)))
             reflected = kernel.column(column["bottom"]) / e
             e = e + reflected if component < 2 else e - reflected

@@ -218,8 +218,8 @@ def _with_directions(
     height: float | None,
 ) -> DiscreteSpectrum:
     """Return a spectrum of wave numbers k (n,) with energies (n,), m^2, divided over the directions of ``spreading``,
-    or all along ``heading``; energies are scaled in place to a significant height, if given. Raises UsageError for the
-    call ``where`` without energy in the band."""
+    or all along ``heading``; energies are scaled in place to a significant height, if given. Raises UsageError if the
+    band has no energy."""
     if not energy.sum() > 0.0:
         fault = f"the spectrum is zero from {band[0]:.6g} to {band[1]:.6g} rad/s [E1173]"
         raise UsageError(Problem(f"{where}: band", fault, "a band in which the spectrum has energy"))

@@ -2,7 +2,7 @@
 
 Labels are (a, b, c) with c = 0 at the free surface; positions are labels + e xi + e^2 eta, pressure over density is
 -g c + e p1 + e^2 p2. Irrotational flow: eta_t = (xi . grad) u + grad Phi, u = xi_t, with Phi harmonic, which
-tests/waves/residuals.py holds to the hierarchy of equations. The dynamic condition at c = 0,
+tests/waves/test_equations.py holds to the equations of motion. The dynamic condition at c = 0,
 
     Phi_tt + g Phi_c = -d/dt (|u|^2 / 2 + xi . u_t) - g (xi . grad) w,
 
