@@ -205,7 +205,7 @@ class Conversion:
         self.add_masses()
         self.scene.report.raise_problems()
         steps = [step for walk in walks.values() for step in walk]
-        following = Followers(self, steps).add(gears)
+        following = Followers(self.scene, self.frames, self.joint_names, self.places, steps).add(gears)
         for gear in gears:
             self.leave_dynamics(gear.joint.axes, self.name_of(gear.key), " of gearboxes")
         driven = following | {entry["joint"] for entry in self.scene.data.get("efforts", {}).values()}

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
 from eomgen.base.rounding import COMPUTED
 from eomgen.products.robots.draft import DraftMimic
-from eomgen.products.robots.frames import WORLD_NODE
+from eomgen.products.robots.frames import WORLD_NODE, Frames, Node
 from eomgen.products.robots.joints import axes_in_link
 from eomgen.products.robots.leftovers import ElementPlace
-from eomgen.products.robots.scene_draft import number
+from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
 from eomgen.products.robots.tree import Edge, Step
-
-if TYPE_CHECKING:
-    from eomgen.products.robots.conversion import Conversion
 
 
 class Followers:
@@ -24,15 +20,23 @@ class Followers:
 
     Parameters
     ----------
-    conversion : Conversion
-        Has the scene, changed in place, with all joints.
-    steps : sequence
+    draft : SceneDraft
+        The scene, changed in place, with all joints.
+    names, places : mappings
+        Names of joints in the scene, and bodies of links, by path and key in the file.
+    steps : list
         The joints of the tree; the ones that move can follow and lead.
     """
 
-    def __init__(self, conversion: Conversion, steps: Sequence[Step]) -> None:
-        self.draft, self.frames = conversion.scene, conversion.frames
-        self.names, self.places = conversion.joint_names, conversion.places
+    def __init__(
+        self,
+        draft: SceneDraft,
+        frames: Frames,
+        names: dict[Node, str],
+        places: dict[Node, LinkPlace],
+        steps: list[Step],
+    ) -> None:
+        self.draft, self.frames, self.names, self.places = draft, frames, names, places
         self.moving = {step.edge.key: step for step in steps if not step.edge.is_fixed}
         self.following: set[str] = set()
 
