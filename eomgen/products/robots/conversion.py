@@ -35,14 +35,7 @@ from eomgen.products.robots.joints import (
     stops_of,
 )
 from eomgen.products.robots.leftovers import ElementPlace
-from eomgen.products.robots.scene_draft import (
-    LinkPlace,
-    SceneDraft,
-    body_entry,
-    number,
-    tunable_body,
-    turns_of,
-)
+from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, body_entry, number, tunable_body, turns_of
 from eomgen.products.robots.tree import Edge, Step, Walks, tree_of
 from eomgen.products.robots.visuals import LEFT_OUT
 from eomgen.scene.inertia import Inertia, combine_inertias, impossible
@@ -492,8 +485,7 @@ class Conversion:
             for name, frame in model.frames.items():
                 carrier = self.frames.link(path, name)
                 within = self.frames.pose((path, name)).seen_from(self.frames.pose(carrier))
-                placement = self.places[carrier]
-                self.frame((path, name), _of(placement, within), frame.place)
+                self.frame((path, name), _of(self.places[carrier], within), frame.place)
 
     def close(self, edge: Edge) -> None:
         """Make a constraint, with the forces of the joint, of a joint that closes a loop. A joint within one body is
@@ -563,8 +555,7 @@ class Conversion:
         and limits, which are left out. `axis` has the dynamics, `name` is the joint in the scene."""
         if axis.damping:
             for index in range(joint.components):
-                effort = f"-{number(axis.damping)} * v.{name}[{index}]"
-                entry = {"joint": name, "index": index, "effort": effort}
+                entry = {"joint": name, "index": index, "effort": f"-{number(axis.damping)} * v.{name}[{index}]"}
                 self.scene.add("efforts", "effort", f"{name}_damper_{index}", entry)
         self.leave_dynamics([axis], name, f" of {joint.written} joints", taken=("dampers",))
 

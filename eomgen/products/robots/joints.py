@@ -67,9 +67,7 @@ def loop_frame(kind: str, axes: Sequence[Array]) -> Array:
     both axes of a universal joint. Without axes the identity."""
     if not axes:
         return np.eye(3)
-    if kind == "universal":
-        return frame_about(np.cross(axes[0], axes[1]), axes[0])
-    return frame_about(axes[0])
+    return frame_about(np.cross(axes[0], axes[1]), axes[0]) if kind == "universal" else frame_about(axes[0])
 
 
 def forces_of(axes: Sequence[Axis]) -> dict[str, Any]:
@@ -103,9 +101,7 @@ def stops_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
     stiff = [stop or (0.0, 0.0) for stop in stops]
     values = {end: [getattr(axis, end) for axis in axes] for end in ("lower", "upper")}
     values |= {"stiffness": [stop[0] for stop in stiff], "damping": [stop[1] for stop in stiff]}
-    if len(axes) > 1:
-        return values
-    return {key: value for key, (value,) in values.items() if math.isfinite(value)}
+    return values if len(axes) > 1 else {key: value for key, (value,) in values.items() if math.isfinite(value)}
 
 
 def _by_effort(axis: Axis, unit: str) -> tuple[float, float] | None:

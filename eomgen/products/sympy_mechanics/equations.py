@@ -341,8 +341,7 @@ class _TermRecorder:
     def forward_dynamics(self) -> list[Ref]:
         """Accelerations, M^-1 (Q - h). Raises ModelError for a coordinate with a zero row of M."""
         for index, name in enumerate(self.document.coordinates):
-            row = self.mass[index * self.count : (index + 1) * self.count]
-            if all(item.is_zero for item in row):
+            if all(item.is_zero for item in self.mass[index * self.count : (index + 1) * self.count]):
                 fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse [E2175]"
                 hint = 'a mass, or terms without accelerations, as eomgen.derive(document, ["mass", "force"])'
                 raise ModelError(Problem(self.document.name, fault, hint))

@@ -118,8 +118,7 @@ class Expressions:
                     raise DescriptionError(Problem(self.name, fault, "other names of the symbols"))
                 places[block][name] = item
         for block, names in places.items():
-            scalars = self.algebra.block(block, len(names))
-            self.known |= dict(zip(names.values(), scalars, strict=True))
+            self.known |= dict(zip(names.values(), self.algebra.block(block, len(names)), strict=True))
         self.known[self.time] = self.algebra.block("t", 1)[0]
 
     def __call__(self, expression: Any) -> Scalar:

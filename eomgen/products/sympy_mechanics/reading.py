@@ -326,8 +326,7 @@ class _Reading:
         rest = [-record(equation.xreplace(without)) for equation in self.kdes]
         solved, relations = _solved(self.algebra, rows, rest, self.name)
         self.relations = [item.ref for item in relations]
-        stale = [key for key in record.known if key not in self.q and key.has(*self.u)]
-        for key in stale:
+        for key in [key for key in record.known if key not in self.q and key.has(*self.u)]:
             del record.known[key]
         for speed, value in zip(self.u, solved, strict=True):
             record.known[speed] = value
@@ -454,8 +453,7 @@ class _Reading:
             observed = Observed(self.kinematics, self.bodies, self.origin, moving)
             if faults := observed.twisted():
                 fault = f"the angular velocity of the frame {faults[0]} is not the rate of the orientation [E2131]"
-                hint = f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call"
-                raise self._refusal(fault, hint)
+                raise self._refusal(fault, f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call")
         if isinstance(self.system, LagrangesMethod):
             lagrangian = self.expressions(self.system._L[0]).ref
             energies = lagrangian_energies(self.algebra, lagrangian, self.v_scalars, terms.force)

@@ -117,8 +117,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         cells, lengths = file.mesh.cells, self.lengths()
         self.axes = OF_PLACES[: len(cells)]
         self.check_every_name()
-        operator_names = self.names_in("operators")
-        more = (*self.axes, *_with_variances(operator_names), *self.names_in("data"))
+        more = (*self.axes, *_with_variances(self.names_in("operators")), *self.names_in("data"))
         self.definitions(self.names(self.waves, more), _ANYWHERE)
         kinds = self.kinds_of_data()
         operators = self.operators([name for name, kind in kinds.items() if kind not in DRAWN])
@@ -174,8 +173,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         entries have, or that belong to the variance of an operator."""
         hint = f"another name than {', '.join(_OWN_NAMES)}"
         taken = {name: (f"formulas have {name} of their own [E0728]", hint) for name in _OWN_NAMES}
-        names = self.keys_in("parameters", "definitions", "operators", "data")
-        seen = self.check_names(names, taken)
+        seen = self.check_names(self.keys_in("parameters", "definitions", "operators", "data"), taken)
         for name in self.names_in("operators"):
             if f"{name}{VARIANCE}" in seen:
                 key = f"{seen[f'{name}{VARIANCE}']}.{name}{VARIANCE}"

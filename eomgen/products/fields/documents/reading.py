@@ -11,13 +11,7 @@ from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.errors import Message
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Operation
-from eomgen.products.fields.documents.document import (
-    Dependence,
-    Hamiltonian,
-    HamiltonianTerm,
-    NamedNumber,
-    StateOutput,
-)
+from eomgen.products.fields.documents.document import Dependence, Hamiltonian, HamiltonianTerm, NamedNumber, StateOutput
 from eomgen.products.fields.documents.entries import FieldEntries, toml_file
 from eomgen.products.fields.documents.schema import HamiltonianFile
 from eomgen.scene.formula.scope import SceneNames, Scope
@@ -133,8 +127,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             named = (name, entry.unit), (entry.momentum or f"p_{name}", entry.momentum_unit)
             pair = []
             for index, (label, unit) in enumerate(named):
-                key = f"coordinates.{name}.initial[{index}]"
-                value, formula = self.number(key, entry.initial[index], parameters)
+                value, formula = self.number(f"coordinates.{name}.initial[{index}]", entry.initial[index], parameters)
                 pair.append(NamedNumber(label, value, unit, formula=formula))
             made.append((pair[0], pair[1]))
         return made
@@ -194,9 +187,7 @@ def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
     """Return whether a term is ``kinetic`` (of momenta alone), ``coupled`` (of both), or ``potential`` (others, also
     constants)."""
     states = _states(formula)
-    if states & momenta:
-        return "coupled" if states - momenta else "kinetic"
-    return "potential"
+    return ("coupled" if states - momenta else "kinetic") if states & momenta else "potential"
 
 
 def summands(formula: Formula, momenta: set[str]) -> list[Formula]:

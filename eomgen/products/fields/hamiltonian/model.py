@@ -25,12 +25,7 @@ from eomgen.products.fields.documents.document import (
     check_step_count,
 )
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
-from eomgen.products.fields.hamiltonian.solution import (
-    HamiltonianSolution,
-    StepErrors,
-    by_tolerance,
-    estimate_errors,
-)
+from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution, StepErrors, by_tolerance, estimate_errors
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 
@@ -116,8 +111,7 @@ class HamiltonianModel(NamedAttributes):
         parameters : mapping, optional
             By name; the file's by default.
         """
-        parts = self._call("hamiltonian", [q, p], parameters)[0]
-        total = parts.sum(axis=-1)
+        total = self._call("hamiltonian", [q, p], parameters)[0].sum(axis=-1)
         return float(total) if total.ndim == 0 else total
 
     def gradient(self, q: ArrayLike, p: ArrayLike, parameters: _Parameters = None) -> tuple[Array, Array]:
@@ -261,8 +255,7 @@ class HamiltonianModel(NamedAttributes):
         named = DEPENDENCES[:2] if self.separable else DEPENDENCES
         energy = {**dict(zip(named, parts.T, strict=False)), "total": parts.sum(axis=1)}
         y = self._call("observed", [q, p], values)[0].T if self.document.outputs else ()
-        names = [item.name for item in self.document.outputs]
-        return energy, NamedResults("output", dict(zip(names, y, strict=True)))
+        return energy, NamedResults("output", dict(zip([item.name for item in self.document.outputs], y, strict=True)))
 
     def _metadata(
         self, chosen: Method, first: str, step: float, tolerance: float, compensated: bool, values: Array
@@ -310,8 +303,7 @@ class HamiltonianModel(NamedAttributes):
             (*method.A, *method.b, *method.error, 0.0),
         )
         numbers = [ffi.from_buffer("double[]", np.array(array)) for array in arguments]
-        work = np.empty(method.work(n) + 1)
-        memories = [ffi.from_buffer("double[]", array) for array in (work, motion)]
+        memories = [ffi.from_buffer("double[]", array) for array in (np.empty(method.work(n) + 1), motion)]
         tally = ffi.new("long[5]")
 
         def run(row: int, rows: int, length: int, *, more: bool) -> int:

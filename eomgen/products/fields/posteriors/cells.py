@@ -34,9 +34,7 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.toolchain.builder import Builder
 
 #: Names of the loops over cells in the template.
-_TAKEN = frozenset(
-    {"n", "i", "f", "d", "j", "h", "r", "lane", "sum", "lost", "sums", "losses", "total", "both", "added"}
-)
+_TAKEN = {"n", "i", "f", "d", "j", "h", "r", "lane", "sum", "lost", "sums", "losses", "total", "both", "added"}
 
 
 #: Size of arrays from which on threads share the work.
@@ -98,8 +96,7 @@ def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = Fa
     ModelError
         The mean is not above 0.
     """
-    formulas = "exp(e) - counts*e", "response*exp(e) - observed*e"
-    return _counts_energy(formulas, response, mean, variance, bias=bias)
+    return _counts_energy(("exp(e) - counts*e", "response*exp(e) - observed*e"), response, mean, variance, bias=bias)
 
 
 def negative_binomial(

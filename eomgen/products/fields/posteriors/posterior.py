@@ -132,8 +132,7 @@ class FieldPosterior:
         made: Any = np.ascontiguousarray(values, kind)
         if made.shape != self.mesh.half or (changed and made is not values):
             fault = f"{np.asarray(values).dtype} of the shape {np.shape(values)} are not a half spectrum [E2239]"
-            hint = f"{made.dtype} of the shape {self.mesh.half}, contiguous in C order"
-            raise UsageError(Problem(name, fault, hint))
+            raise UsageError(Problem(name, fault, f"{made.dtype} of the shape {self.mesh.half}, contiguous in C order"))
         return made
 
     # -- energy and derivatives --------------------------------------------------------------------------------------

@@ -85,8 +85,7 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     """
     values = _chain_values(chains)
     count = values.shape[1]
-    centred = values - values.mean(axis=1, keepdims=True)
-    spectra = np.fft.rfft(centred, 2 * count, axis=1)
+    spectra = np.fft.rfft(values - values.mean(axis=1, keepdims=True), 2 * count, axis=1)
     covariance = np.fft.irfft(np.abs(spectra) ** 2, 2 * count, axis=1)[:, :count].mean(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         times = 2.0 * np.cumsum(covariance / covariance[0], axis=0) - 1.0

@@ -21,15 +21,7 @@ from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
-from eomgen.products.fields.documents.document import (
-    DRAWN,
-    OF_PLACES,
-    OF_WAVES,
-    VARIANCE,
-    Data,
-    FieldSystem,
-    Operator,
-)
+from eomgen.products.fields.documents.document import DRAWN, OF_PLACES, OF_WAVES, VARIANCE, Data, FieldSystem, Operator
 from eomgen.products.fields.documents.tables import PowerTable
 from eomgen.products.fields.posteriors import (
     CellEnergy,
@@ -248,8 +240,7 @@ def _at(system: FieldSystem, key: str) -> Iterator[None]:
             where = problem.where if problem.where.startswith("data.") else key
             where = problem.where if problem.where in said else system.place(where)
             problems.append(Problem(where, problem.what, problem.hint))
-        kind = DescriptionError if isinstance(error, DescriptionError) else ModelError
-        raise kind(problems) from None
+        raise (DescriptionError if isinstance(error, DescriptionError) else ModelError)(problems) from None
 
 
 class _FileObjects:
@@ -314,8 +305,7 @@ class _FileObjects:
         known |= {name: sign * part for name, part in zip(OF_WAVES[1:], mesh.wave_vectors, strict=False)}
         for name, formula in item.where:
             known[name] = evaluate_batch(formula, lambda symbol: known[symbol.name])
-        result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
-        return np.array(np.broadcast_to(result, mesh.half))
+        return np.array(np.broadcast_to(evaluate_batch(item.formula, lambda symbol: known[symbol.name]), mesh.half))
 
     def interpolate_power(self, table: PowerTable) -> Array:
         """Return the power spectrum of a file of k and P at the wave numbers, shape ``mesh.half``, linear in the

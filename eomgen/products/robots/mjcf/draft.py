@@ -35,8 +35,7 @@ def dot(first: Sequence[str], second: Sequence[str]) -> str:
 
 def cross(first: Sequence[str], second: Sequence[str]) -> list[str]:
     """Return formulas of the components of the vector product of two vectors, whose components (3 each) are terms."""
-    pairs = ((1, 2), (2, 0), (0, 1))
-    return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in pairs]
+    return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in ((1, 2), (2, 0), (0, 1))]
 
 
 def clip(term: str, low: float, high: float) -> str:
@@ -105,8 +104,7 @@ class MjcfDraft(SceneDraft):
 
     def element_name(self, kind: str, index: int) -> str:
         """Return the name of an element in the file; empty without one."""
-        kinds = self.mujoco.mjtObj
-        return self.mujoco.mj_id2name(self.model, getattr(kinds, f"mjOBJ_{kind.upper()}"), index) or ""
+        return self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
 
     def define(self, wanted: str, formula: str) -> str:
         """Return the name of a definition, which is added."""

@@ -172,11 +172,9 @@ def _on_ball(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmiss
     if in_parent:
         axis = drive.define_each("axis", quaternions.turned_back(quaternion, gear))
     # the rotation vector has the same components in the axes of both bodies
-    length = drive.define("length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a]))
-    rates = [f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]
     return MjcfTransmission(
-        length,
-        total(rates),
+        drive.define("length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a])),
+        total([f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]),
         lambda force: _add_efforts(drive, name, force, axis),
         2.0 * pi * float(np.linalg.norm(gear)),
     )

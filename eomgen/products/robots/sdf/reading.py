@@ -111,8 +111,7 @@ class SdfReader:
         if self.defaulted:
             note = f"links without <inertial> have 1 kg and 1 kg m^2, as SDF says: {listed(self.defaulted)} [W0168]"
             notes.append(note)
-        only = next(iter(result.models)) if len(result.models) == 1 else ""
-        name = only or name or Path(file).stem or "model"
+        name = (next(iter(result.models)) if len(result.models) == 1 else "") or name or Path(file).stem or "model"
         return Draft(name, result, self.leftovers, gravity, self.undrawn, notes)
 
 
@@ -198,8 +197,7 @@ class _FileReader(SdfValues):
         if result.static:  # inertias of static links are not used
             del self.reader.defaulted[before:]
         if not result.links and not result.models and not result.static:
-            fault = f"the model {shown(name)} has no link [E1955]"
-            self.refuse(element, fault, "one link, or <static>true</static>")
+            self.refuse(element, f"the model {shown(name)} has no link [E1955]", "one link, or <static>true</static>")
         return result
 
     def note_wind(self, element: Element, name: str) -> None:

@@ -56,5 +56,4 @@ def _color(element: Element, values: SdfValues) -> dict[str, Any]:
         return {}
     words = diffuse.text().split()
     parts = values.numbers(material, "diffuse", " ".join(words), (0.5,) * (4 if len(words) != 3 else 3))
-    transparency = values.number(element, "transparency", 0.0)
-    return color_of(parts, 1.0 - min(max(transparency, 0.0), 1.0))
+    return color_of(parts, 1.0 - min(max(values.number(element, "transparency", 0.0), 0.0), 1.0))

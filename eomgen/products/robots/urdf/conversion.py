@@ -138,12 +138,11 @@ def notes_of(robot: Robot, locked: set[str], held: Mapping[str, float], leaders:
     names = [*robot.link_names.items(), *robot.joint_names.items(), *robot.loop_names.items()]
     if pairs := [f"{shown(written)} is {name}" for written, name in dict.fromkeys(names) if written != name]:
         notes.append(f"names made legal: {first_of(pairs, NAMED)} [W0184]")
-    turning = [joint for joint in robot.joints.values() if joint.unit == "rad"]
     wide = [
         joint.name
-        for joint in turning
+        for joint in robot.joints.values()
         for axis in joint.axes
-        if any(_TURN < abs(end) < math.inf for end in (axis.lower, axis.upper))
+        if joint.unit == "rad" and any(_TURN < abs(end) < math.inf for end in (axis.lower, axis.upper))
     ]
     for word, owners in (("rpy", robot.several_turns), ("limits", wide)):
         if owners:
@@ -169,8 +168,7 @@ def _draft_of(robot: Robot, held_joints: Collection[str], leaders: Mapping[str, 
     world = DraftModel("", location, WrittenPose(location))
     carrier = {joint.child: _joint_key(joint.name) for joint in robot.joints.values()}
     for key, link in robot.links.items():
-        pose = WrittenPose(link.place, relative_to=carrier.get(key, ""))
-        world.links[key] = replace(link, pose=pose)
+        world.links[key] = replace(link, pose=WrittenPose(link.place, relative_to=carrier.get(key, "")))
     for name, joint in robot.joints.items():
         axes, around = joint.axes, joint.around
         if joint.components != 1 and name not in held_joints:
@@ -179,8 +177,7 @@ def _draft_of(robot: Robot, held_joints: Collection[str], leaders: Mapping[str, 
             axes = tuple(replace(axis, damping=0.0) for axis in axes)
             around = around and replace(around, damping=0.0)
         elif axes and axes[0].mimic is not None and name in leaders:
-            mimic = replace(axes[0].mimic, joint=_joint_key(leaders[name]))
-            axes = (replace(axes[0], mimic=mimic),)
+            axes = (replace(axes[0], mimic=replace(axes[0].mimic, joint=_joint_key(leaders[name]))),)
         world.joints[_joint_key(name)] = replace(joint, axes=axes, around=around)
     loops = list(robot.loops.values())
     return Draft(robot.name, world, robot.leftovers, undrawn=robot.undrawn, loops=loops, legal=True)

@@ -20,16 +20,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, Visual, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
-from eomgen.products.robots.visuals import (
-    LEFT_OUT,
-    Numbers,
-    Row,
-    color_of,
-    read_numbers,
-    solid_of,
-    turn_of,
-    visuals_of,
-)
+from eomgen.products.robots.visuals import LEFT_OUT, Numbers, Row, color_of, read_numbers, solid_of, turn_of, visuals_of
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -126,8 +117,7 @@ class _UrdfReader:
         self.kept |= {name for element in links if is_legal(name := element.get("name"))}
         self.tell_left_over(root, "")
         for name, element in self.named_elements(links, "link", self.link_names):
-            link = self.link(name, element)
-            self.out.links[link_key(name)] = replace(link, visuals=self.visuals(name, element))
+            self.out.links[link_key(name)] = replace(self.link(name, element), visuals=self.visuals(name, element))
         self.add_world(joints)
         for name, element in self.named_elements(joints, "joint", self.out.joint_names):
             self.out.joints[name] = self.joint(name, element)
@@ -394,8 +384,7 @@ class _UrdfReader:
             return Visual(WrittenPose(ElementPlace("", visual.line), orientation, position), entry)
 
         drawn, reasons = visuals_of(element.children_with_tag("visual"), read)
-        collisions = element.children_with_tag("collision") if reasons and not drawn else ()
-        instead, _ = visuals_of(collisions, read)
+        instead, _ = visuals_of(element.children_with_tag("collision") if reasons and not drawn else (), read)
         note = "pictures show collision geometry in place of visuals [W0200]" if instead else LEFT_OUT
         for reason in reasons:
             self.out.undrawn.setdefault((note, reason), []).append(name)

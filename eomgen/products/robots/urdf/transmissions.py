@@ -108,9 +108,7 @@ def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
 
     roles = [role(element) for element in elements]
     known = [f"{tag}{k + 1}" for k in range(len(elements))]
-    if sorted(roles) == known:
-        return [elements[roles.index(wanted)] for wanted in known]
-    return list(elements)
+    return [elements[roles.index(wanted)] for wanted in known] if sorted(roles) == known else list(elements)
 
 
 def _reduction(element: Element, key: str, report: Report) -> float:

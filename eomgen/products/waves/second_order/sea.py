@@ -191,8 +191,7 @@ class Sea:
             fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0 [E1218]"
             raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
         routines, p = self._of(surface=c == 0.0), self._numbers(c)
-        constants = np.array([self.gravity, p[1], p[2]])
-        columns = routines.table("components", self.vectors, constants)
+        columns = routines.table("components", self.vectors, np.array([self.gravity, p[1], p[2]]))
         self_table = routines.table("own", columns, p)
         table = routines.table("pairs", columns, p) if self.order == 2 else None
         if self.vorticity == "gerstner":
@@ -375,8 +374,7 @@ class Sea:
             parts.append((potential, -1j * speed * potential, x, y))
         potential, rate, *along = (np.concatenate(part) for part in zip(*parts, strict=True))
         x, y = self._axes @ np.stack(along)
-        members = tuple(group[0] for group in groups)
-        return BoundWaves(members, potential, rate, x, y, self._axes @ level[2:] * time)
+        return BoundWaves(tuple(group[0] for group in groups), potential, rate, x, y, self._axes @ level[2:] * time)
 
     def with_waves(self, components: Components) -> Sea:
         """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this sea.
@@ -511,8 +509,7 @@ class Sea:
                 step = np.linalg.solve(first[:, :2, :], off[open_][:, :, None])[:, :, 0]
             except np.linalg.LinAlgError:  # on an edge of a fold
                 break
-            long = np.hypot(*step.T)
-            step *= np.minimum(1.0, 0.25 * scale / np.maximum(long, 1e-300))[:, None]
+            step *= np.minimum(1.0, 0.25 * scale / np.maximum(np.hypot(*step.T), 1e-300))[:, None]
             factor = np.ones(len(step))
             at, best = labels[open_], distance[open_]
             for _ in range(8):

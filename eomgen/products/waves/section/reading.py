@@ -25,13 +25,7 @@ from eomgen.products.waves.sea_states.nonlinearity import (
     members_of_bound_waves,
     too_steep_together,
 )
-from eomgen.products.waves.sea_states.spectra import (
-    Jonswap,
-    PiersonMoskowitz,
-    Spectrum,
-    SpectrumTable,
-    Spreading,
-)
+from eomgen.products.waves.sea_states.spectra import Jonswap, PiersonMoskowitz, Spectrum, SpectrumTable, Spreading
 from eomgen.products.waves.section import schema as written
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
