@@ -172,6 +172,7 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
     chosen = composition_named(system.sampling.method if method is None else method)
     widths = [length / count for length, count in zip(system.lengths, system.cells, strict=True)]
     low, high = 2.0 * math.pi / max(system.lengths), math.pi / max(widths)
+    operators = {item.name: f"{item.kind}{f' after {item.of}' if item.of else ''}" for item in system.operators}
     data = {
         "system": system.name,
         "description": system.description,
@@ -179,7 +180,7 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
         "lengths": list(system.lengths),
         "memory": memory,
         "wave_numbers": [low, high],
-        "operators": {item.name: f"{item.kind}{f' after {item.of}' if item.of else ''}" for item in system.operators},
+        "operators": operators,
         "data": {item.name: item.kind + (f" {item.file}" if item.file else "") for item in system.data},
         "definitions": dict(system.definitions),
         "energy": system.energy,

@@ -555,7 +555,8 @@ class Conversion:
         and limits, which are left out. `axis` has the dynamics, `name` is the joint in the scene."""
         if axis.damping:
             for index in range(joint.components):
-                entry = {"joint": name, "index": index, "effort": f"-{number(axis.damping)} * v.{name}[{index}]"}
+                effort = f"-{number(axis.damping)} * v.{name}[{index}]"
+                entry = {"joint": name, "index": index, "effort": effort}
                 self.scene.add("efforts", "effort", f"{name}_damper_{index}", entry)
         self.leave_dynamics([axis], name, f" of {joint.written} joints", taken=("dampers",))
 

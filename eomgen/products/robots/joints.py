@@ -101,7 +101,9 @@ def stops_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
     stiff = [stop or (0.0, 0.0) for stop in stops]
     values = {end: [getattr(axis, end) for axis in axes] for end in ("lower", "upper")}
     values |= {"stiffness": [stop[0] for stop in stiff], "damping": [stop[1] for stop in stiff]}
-    return values if len(axes) > 1 else {key: value for key, (value,) in values.items() if math.isfinite(value)}
+    if len(axes) > 1:
+        return values
+    return {key: value for key, (value,) in values.items() if math.isfinite(value)}
 
 
 def _by_effort(axis: Axis, unit: str) -> tuple[float, float] | None:

@@ -453,7 +453,8 @@ class _Reading:
             observed = Observed(self.kinematics, self.bodies, self.origin, moving)
             if faults := observed.twisted():
                 fault = f"the angular velocity of the frame {faults[0]} is not the rate of the orientation [E2131]"
-                raise self._refusal(fault, f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call")
+                hint = f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call"
+                raise self._refusal(fault, hint)
         if isinstance(self.system, LagrangesMethod):
             lagrangian = self.expressions(self.system._L[0]).ref
             energies = lagrangian_energies(self.algebra, lagrangian, self.v_scalars, terms.force)

@@ -127,7 +127,8 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             named = (name, entry.unit), (entry.momentum or f"p_{name}", entry.momentum_unit)
             pair = []
             for index, (label, unit) in enumerate(named):
-                value, formula = self.number(f"coordinates.{name}.initial[{index}]", entry.initial[index], parameters)
+                key = f"coordinates.{name}.initial[{index}]"
+                value, formula = self.number(key, entry.initial[index], parameters)
                 pair.append(NamedNumber(label, value, unit, formula=formula))
             made.append((pair[0], pair[1]))
         return made

@@ -255,7 +255,8 @@ class HamiltonianModel(NamedAttributes):
         named = DEPENDENCES[:2] if self.separable else DEPENDENCES
         energy = {**dict(zip(named, parts.T, strict=False)), "total": parts.sum(axis=1)}
         y = self._call("observed", [q, p], values)[0].T if self.document.outputs else ()
-        return energy, NamedResults("output", dict(zip([item.name for item in self.document.outputs], y, strict=True)))
+        names = [item.name for item in self.document.outputs]
+        return energy, NamedResults("output", dict(zip(names, y, strict=True)))
 
     def _metadata(
         self, chosen: Method, first: str, step: float, tolerance: float, compensated: bool, values: Array

@@ -96,7 +96,8 @@ def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = Fa
     ModelError
         The mean is not above 0.
     """
-    return _counts_energy(("exp(e) - counts*e", "response*exp(e) - observed*e"), response, mean, variance, bias=bias)
+    formulas = "exp(e) - counts*e", "response*exp(e) - observed*e"
+    return _counts_energy(formulas, response, mean, variance, bias=bias)
 
 
 def negative_binomial(

@@ -132,7 +132,8 @@ class FieldPosterior:
         made: Any = np.ascontiguousarray(values, kind)
         if made.shape != self.mesh.half or (changed and made is not values):
             fault = f"{np.asarray(values).dtype} of the shape {np.shape(values)} are not a half spectrum [E2239]"
-            raise UsageError(Problem(name, fault, f"{made.dtype} of the shape {self.mesh.half}, contiguous in C order"))
+            hint = f"{made.dtype} of the shape {self.mesh.half}, contiguous in C order"
+            raise UsageError(Problem(name, fault, hint))
         return made
 
     # -- energy and derivatives --------------------------------------------------------------------------------------

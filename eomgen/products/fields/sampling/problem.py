@@ -305,7 +305,8 @@ class _FileObjects:
         known |= {name: sign * part for name, part in zip(OF_WAVES[1:], mesh.wave_vectors, strict=False)}
         for name, formula in item.where:
             known[name] = evaluate_batch(formula, lambda symbol: known[symbol.name])
-        return np.array(np.broadcast_to(evaluate_batch(item.formula, lambda symbol: known[symbol.name]), mesh.half))
+        result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
+        return np.array(np.broadcast_to(result, mesh.half))
 
     def interpolate_power(self, table: PowerTable) -> Array:
         """Return the power spectrum of a file of k and P at the wave numbers, shape ``mesh.half``, linear in the

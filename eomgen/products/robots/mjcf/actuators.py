@@ -171,8 +171,7 @@ class _Actuator(ControlledDrive):
         kind = int(model.actuator_dyntype[self.index])
         if not self.is_of("dyn", "NONE", "MUSCLE", "INTEGRATOR", "FILTER", "FILTEREXACT"):
             word = kinds(kind).name.removeprefix("mjDYN_").lower()
-            self.refuse(f"an actuator with dynamics of type {word} is not supported [E1915]")
-            return ""
+            return self.refuse(f"an actuator with dynamics of type {word} is not supported [E1915]")
         control = self.add_controls()[0]
         if kind == kinds.mjDYN_NONE:
             return self.nearest(control)
@@ -180,8 +179,7 @@ class _Actuator(ControlledDrive):
         rate, times_of_change = control, [float(value) for value in model.actuator_dynprm[self.index][:2]]
         if kind != kinds.mjDYN_INTEGRATOR and min(times_of_change[: 2 if kind == kinds.mjDYN_MUSCLE else 1]) <= 0.0:
             fault = "a time constant of 0 makes the rate of the activation infinite [E2210]"
-            self.refuse(fault, "a time constant above 0")
-            return ""
+            return self.refuse(fault, "a time constant above 0")
         if kind == kinds.mjDYN_MUSCLE:
             rate = activation_rate(f"({control})", name, model.actuator_dynprm[self.index])
         elif kind != kinds.mjDYN_INTEGRATOR:
@@ -214,8 +212,7 @@ class _Actuator(ControlledDrive):
         if not known or not self.is_of("bias", "NONE", "AFFINE"):
             gain_kind, bias_kind = int(model.actuator_gaintype[self.index]), int(model.actuator_biastype[self.index])
             word = (gains(gain_kind) if not known else biases(bias_kind)).name.rpartition("_")[2].lower()
-            self.refuse(f"an actuator of type {word} is not supported [E1916]")
-            return ""
+            return self.refuse(f"an actuator of type {word} is not supported [E1916]")
         driving = self.driving()
         if not driving:
             return ""
@@ -238,8 +235,7 @@ class _Actuator(ControlledDrive):
             return self.limit(pid_force(self))
         if self.parameters("dyn")[5] > 0.0 and min(self.parameters("bias")[3:5]) <= 0.0:
             fault = "lugre: bristles without friction have an infinite rate [E2211]"
-            self.refuse(fault, "kinetic and static friction above 0")
-            return ""
+            return self.refuse(fault, "kinetic and static friction above 0")
         return motor_force(self, self.limit)
 
     def limit(self, force: str) -> str:
@@ -266,8 +262,7 @@ class _Actuator(ControlledDrive):
         acceleration = float(model.actuator_acc0[self.output])
         if acceleration <= 0.0 and min(self.parameters(kind)[2] for kind in ("gain", "bias")) < 0.0:
             fault = "a muscle that accelerates no coordinate at the start has no force by its scale [E2212]"
-            self.refuse(fault, "force of the muscle")
-            return ""
+            return self.refuse(fault, "force of the muscle")
         gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))
         length = self.define("length", gain.length(f"({self.path.length})"))
         pace = self.define("rate", gain.rate(f"({self.path.rate})"))

@@ -194,7 +194,8 @@ def _check_assets(spec: Any, path: Path | None) -> None:
     if path is None:
         return
     assets = ((spec.meshdir, (*spec.meshes, *spec.skins, *spec.hfields)), (spec.texturedir, spec.textures))
-    for file in sorted({path.parent / folder / item.file for folder, items in assets for item in items if item.file}):
+    files = {path.parent / folder / item.file for folder, items in assets for item in items if item.file}
+    for file in sorted(files):
         if file.exists() and not file.is_file():
             read_text(file)
 

@@ -104,7 +104,8 @@ class MjcfDraft(SceneDraft):
 
     def element_name(self, kind: str, index: int) -> str:
         """Return the name of an element in the file; empty without one."""
-        return self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
+        kinds = self.mujoco.mjtObj
+        return self.mujoco.mj_id2name(self.model, getattr(kinds, f"mjOBJ_{kind.upper()}"), index) or ""
 
     def define(self, wanted: str, formula: str) -> str:
         """Return the name of a definition, which is added."""

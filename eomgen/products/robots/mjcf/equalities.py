@@ -45,7 +45,8 @@ def convert_equalities(draft: MjcfDraft) -> None:
 
 def _objects(draft: MjcfDraft, index: int) -> list[int]:
     """Return the objects of an equality, one or two."""
-    return [number for number in (int(draft.model.eq_obj1id[index]), int(draft.model.eq_obj2id[index])) if number >= 0]
+    both = [int(draft.model.eq_obj1id[index]), int(draft.model.eq_obj2id[index])]
+    return [number for number in both if number >= 0]
 
 
 def site_place(draft: MjcfDraft, site: int) -> LinkPlace:
@@ -81,4 +82,5 @@ def _couple(draft: MjcfDraft, index: int, name: str, variables: list[str], zeros
     if len(variables) == 2 and any(coefficients[1:]):
         leader = variables[1] if zeros[1] == 0.0 else f"({variables[1]} - {number(zeros[1])})"
         right += f" + {polynomial(leader, coefficients[1:], plain_power)}"
-    draft.section("constraints")[name] = {"type": "formula", "equation": f"{variables[0]} - ({right})", "unit": unit}
+    entry = {"type": "formula", "equation": f"{variables[0]} - ({right})", "unit": unit}
+    draft.section("constraints")[name] = entry

@@ -65,8 +65,10 @@ class ActuatorParts:
         self.controls: dict[str, str] = {}
         self.states = 0
 
-    def refuse(self, fault: str, hint: str = "a motor, and a controller in a scene that includes the file") -> None:
+    def refuse(self, fault: str, hint: str = "a motor, and a controller in a scene that includes the file") -> str:
+        """Report a fault of the actuator; return the empty formula."""
         self.draft.refuse(self.place, f"actuator {self.name}", fault, hint)
+        return ""
 
     def is_of(self, kind: str, *names: str) -> bool:
         """Return whether a property of the actuator, as ``gain``, has one of some values."""

@@ -85,10 +85,8 @@ class SdfReader:
         is the name in messages, `folder` the folder of the file. Raises DescriptionError for all faults together."""
         reading = _FileReader(self, file, folder, ())
         self.liberties += root.liberties
-        minor = reading.version(root)
-        if minor is None:
+        if not reading.read_version(root):
             self.report.raise_problems()
-        reading.minor = minor or 0
         worlds = list(root.children_with_tag("world"))
         result = DraftModel(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
         gravity, name = None, ""
@@ -111,7 +109,8 @@ class SdfReader:
         if self.defaulted:
             note = f"links without <inertial> have 1 kg and 1 kg m^2, as SDF says: {listed(self.defaulted)} [W0168]"
             notes.append(note)
-        name = (next(iter(result.models)) if len(result.models) == 1 else "") or name or Path(file).stem or "model"
+        only = next(iter(result.models)) if len(result.models) == 1 else ""
+        name = only or name or Path(file).stem or "model"
         return Draft(name, result, self.leftovers, gravity, self.undrawn, notes)
 
 
@@ -123,19 +122,20 @@ class _FileReader(SdfValues):
         super().__init__(file, reader.report, reader.leftovers)
         self.reader, self.folder, self.chain = reader, folder, chain
 
-    def version(self, root: Element) -> int | None:
-        """Return k of the file's version 1.k; None, after a report, for another root element or a version that is not
-        read."""
+    def read_version(self, root: Element) -> bool:
+        """Keep k of the file's version 1.k; return whether it is read. Another root element or version is
+        reported."""
         if root.tag != "sdf":
             self.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf' [E1949]", "an SDF file")
-            return None
+            return False
         written = root.get("version")
         match = _VERSION.fullmatch(written)
         if match is None or not Minor.FIRST <= int(match[1]) <= Minor.NEWEST:
             fault = f"version {shown(written)} of SDF is not read [E1950]"
             self.refuse(root, fault, f'version="1.{Minor.FIRST}" to version="1.{Minor.NEWEST}"')
-            return None
-        return int(match[1])
+            return False
+        self.minor = int(match[1])
+        return True
 
     def gravity(self, world: Element) -> tuple[float, ...]:
         """Return the gravity (3 numbers) of a world, m/s^2; files before version 1.6 have gravity in ``<physics>``,
@@ -197,7 +197,8 @@ class _FileReader(SdfValues):
         if result.static:  # inertias of static links are not used
             del self.reader.defaulted[before:]
         if not result.links and not result.models and not result.static:
-            self.refuse(element, f"the model {shown(name)} has no link [E1955]", "one link, or <static>true</static>")
+            fault = f"the model {shown(name)} has no link [E1955]"
+            self.refuse(element, fault, "one link, or <static>true</static>")
         return result
 
     def note_wind(self, element: Element, name: str) -> None:
@@ -457,10 +458,8 @@ class _FileReader(SdfValues):
             return None
         reading = _FileReader(self.reader, file, path.parent, [*self.chain, path.resolve()])
         self.reader.liberties += root.liberties
-        minor = reading.version(root)
-        if minor is None:
+        if not reading.read_version(root):
             return None
-        reading.minor = minor
         models = list(root.children_with_tag("model"))
         self.leftovers.keep(root, "sdf", file, "")
         if len(models) != 1:

@@ -117,7 +117,8 @@ class _UrdfReader:
         self.kept |= {name for element in links if is_legal(name := element.get("name"))}
         self.tell_left_over(root, "")
         for name, element in self.named_elements(links, "link", self.link_names):
-            self.out.links[link_key(name)] = replace(self.link(name, element), visuals=self.visuals(name, element))
+            link = self.link(name, element)
+            self.out.links[link_key(name)] = replace(link, visuals=self.visuals(name, element))
         self.add_world(joints)
         for name, element in self.named_elements(joints, "joint", self.out.joint_names):
             self.out.joints[name] = self.joint(name, element)
@@ -384,7 +385,8 @@ class _UrdfReader:
             return Visual(WrittenPose(ElementPlace("", visual.line), orientation, position), entry)
 
         drawn, reasons = visuals_of(element.children_with_tag("visual"), read)
-        instead, _ = visuals_of(element.children_with_tag("collision") if reasons and not drawn else (), read)
+        collisions = element.children_with_tag("collision") if reasons and not drawn else ()
+        instead, _ = visuals_of(collisions, read)
         note = "pictures show collision geometry in place of visuals [W0200]" if instead else LEFT_OUT
         for reason in reasons:
             self.out.undrawn.setdefault((note, reason), []).append(name)

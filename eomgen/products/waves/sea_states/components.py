@@ -203,7 +203,8 @@ def discretized(
     k = np.asarray(step * np.arange(first, last + 1))
     w, group = frequency_and_group_velocity(k, depth, gravity)
     energy = spectrum.density(w) * group * step
-    return _with_directions("discretized", k, energy, (float(w[0]), float(w[-1])), depth, spreading, heading, height)
+    ends = float(w[0]), float(w[-1])
+    return _with_directions("discretized", k, energy, ends, depth, spreading, heading, height)
 
 
 def _with_directions(

@@ -374,7 +374,8 @@ class Sea:
             parts.append((potential, -1j * speed * potential, x, y))
         potential, rate, *along = (np.concatenate(part) for part in zip(*parts, strict=True))
         x, y = self._axes @ np.stack(along)
-        return BoundWaves(tuple(group[0] for group in groups), potential, rate, x, y, self._axes @ level[2:] * time)
+        members = tuple(group[0] for group in groups)
+        return BoundWaves(members, potential, rate, x, y, self._axes @ level[2:] * time)
 
     def with_waves(self, components: Components) -> Sea:
         """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this sea.

@@ -237,7 +237,8 @@ class SteppedSea:
         nx, ny = self._counts
         whole = np.zeros((len(crest), nx * ny), dtype=complex)
         for sign, values in ((1, crest), (-1, np.conj(crest))):  # no two components are at one place
-            whole[:, np.ravel_multi_index((sign * self._index).T, (nx, ny), mode="wrap")] += 0.5 * nx * ny * values
+            at = np.ravel_multi_index((sign * self._index).T, (nx, ny), mode="wrap")
+            whole[:, at] += 0.5 * nx * ny * values
         fields = np.ascontiguousarray(np.fft.irfft2(whole.reshape(-1, nx, ny)[:, :, : ny // 2 + 1], s=self._counts))
         ffi, lib = _routine(self._plane)
         products = np.empty((len(given_of(self._plane)), nx, ny))
