@@ -244,7 +244,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"cell__where": {"2s": "3"}}, "cell.where.2s): the name '2s' is not legal; try: "),
         ({"cell__where": {"pi": "3"}}, "cell.where.pi): the name pi is a word of formulas; try: pi_value"),
         ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
-        ({"prior": {"white": False}}, "try: white = true, independent standard normal numbers"),
+        ({"prior": {"white": False}}, "try: white = true, and an operator that gives the field its covariance"),
         ({"truth": None}, "data.counts): counts is drawn about fields of a truth that is missing; try: [truth]"),
         ({"truth__seed": 2**63}, "try: 9223372036854775807 or less"),
         ({"data__counts": {"normal": "s"}}, "data.counts): deviation is missing"),
