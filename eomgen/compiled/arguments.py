@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import first_of, nearest, shown
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
@@ -19,9 +20,6 @@ from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
 from eomgen.lie.product import Factor
 from eomgen.system.description import Description, Requirement
-
-#: How far from one the length of a quaternion may be.
-UNIT_TOLERANCE = 1e-6
 
 _SECONDS = "number of seconds"
 
@@ -84,7 +82,7 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
     raise UsageError(Problem(name, f"{label} is {array[position]}, not a finite number [E0237]", "a finite number"))
 
 
-def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
+def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = WRITTEN) -> None:
     """Raise UsageError if the length of a quaternion in configurations (..., nq) is off one by more than ``tolerance``.
     ``name`` is the argument in the message, ``factors`` the groups of q; a normalised quaternion is the hint."""
     starts = [factor.q_start for factor in factors if factor.group != "R"]

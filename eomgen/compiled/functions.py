@@ -41,10 +41,6 @@ R = TypeVar("R")
 LANES_VARIABLE = "EOMGEN_LANES"
 #: Samples of a batch at least: below, lanes stay empty, and the overhead of Python is larger.
 LEAST = 16
-#: Seconds of an operation if no batch has been timed; seconds for compiling a companion: a start, and seconds per
-#: operation (gcc 12 on a core that others use as well: 0.64 s for the 608 of Panda's inverse dynamics, 5.9 s for the
-#: 3664 of Talos', of which 0.32 and 2.4 s are the compiler's own).
-_OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
 #: Seconds of batches after which a companion is looked for in the cache.
 _LOOK = 2e-3
 #: Samples that are evaluated by both libraries before the companion is taken.
@@ -77,8 +73,10 @@ class Companion:
 
     def __init__(self, operations: int) -> None:
         self.seconds = 0.0  # that batches of this companion took or will take
-        self.of_sample = _OPERATION * operations
-        self.compiling = _START + _COMPILED * operations
+        self.of_sample = 2e-10 * operations  # s, if no batch has been timed
+        # s; gcc 12 on a core that others use as well: 0.64 s for the 608 operations of Panda's inverse dynamics, 5.9 s
+        # for the 3664 of Talos', of which 0.32 and 2.4 s are the compiler's own
+        self.compiling = 0.3 + 1e-3 * operations
         self.library: Library | None = None
         self.sought = self.begun = self.judged = self.refused = False
 
@@ -210,9 +208,6 @@ def _same_bits(first: Array, second: Array) -> bool:
     """Return whether two arrays of doubles have equal bits everywhere; any two NaN are equal."""
     return bool(np.all((first.view(np.int64) == second.view(np.int64)) | (np.isnan(first) & np.isnan(second))))
 
-
-#: Bytes of a result from which on the memory of dropped results is used again: below, the heap has memory at hand.
-_LARGE = 2**16
 
 #: Functions that compute arguments of further functions: the functions of time alone, and the angles that the
 #: configuration's references follow.
@@ -464,7 +459,7 @@ def compiled_or_same(library: Library) -> Library:
 
 
 def _empty(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
-    if math.prod(shape) * np.dtype(dtype).itemsize < _LARGE:
+    if math.prod(shape) * np.dtype(dtype).itemsize < 2**16:  # bytes for which the heap has memory at hand
         return np.empty(shape, dtype)
     from eomgen.compiled.result_memory import RESULT_MEMORY  # noqa: PLC0415  # single states need no such memory
 

@@ -179,17 +179,14 @@ def _holds(rule: Requirement, values: Mapping[str, float]) -> bool:
     return all(map(math.isfinite, numbers)) and (rule.rule is None or not bool(rule.rule.broken(numbers)))
 
 
-#: Largest number whose square is a double: a larger one may be refused for overflow alone.
-_LARGEST = 1e150
-
-
 def _end(met: Callable[[float], bool], start: float, sign: float) -> float | None:
     """Return the end, in direction ``sign``, of the range of numbers that meet requirements and contains ``start``.
     ``met`` returns whether a number meets the requirements. None without an end; the search halves the number of
     doubles in between."""
-    if met(sign * _LARGEST):
+    largest = sign * 1e150  # a number whose square is no double may be refused for overflow alone
+    if met(largest):
         return None
-    inside, outside = _place(start), _place(sign * _LARGEST)
+    inside, outside = _place(start), _place(largest)
     while abs(outside - inside) > 1:
         middle = (inside + outside) // 2
         inside, outside = (middle, outside) if met(_double(middle)) else (inside, middle)

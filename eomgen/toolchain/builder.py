@@ -132,8 +132,6 @@ _WIDE = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD6
 #: Most values of lanes wait in memory until a statement uses the value; gcc's order of statements is 7 % faster then
 #: (Panda, AVX2).
 _OF_GCC = ("-flive-range-shrinkage",)
-#: How many lanes there are at most: times as much stack as a number needs.
-_MOST_LANES = 8
 _REALS = {
     "double": (),
     "float": ("-DEOMGEN_REAL_FLOAT",),
@@ -735,7 +733,7 @@ class Builder:
         builder = self.variant(real="lanes")
         if running is not None:
             cdef = (folder / _CDEF).read_text(encoding="utf-8")
-            companion_layout = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
+            companion_layout = {**layout, "stack": 8 * int(layout.get("stack", 0))}  # of eight lanes
             with builder.claim(content):
                 builder.build(content, files, cdef, companion_layout, running=running, tables=lambda: tables)
         entry = self.cache.get(builder.key(content))

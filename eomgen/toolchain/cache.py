@@ -33,8 +33,6 @@ from eomgen.base.files import belongs_to_others, make_private_folder, temporary_
 from eomgen.base.locks import claim, hold, is_abandoned
 from eomgen.errors import FileError, Problem, ToolchainError
 
-#: Bytes that the cache may hold; the least recently used entries go first.
-DEFAULT_LIMIT = 2_000_000_000
 #: Damaged entries, and failed builds, of which the newest are kept for diagnosis.
 KEPT = 8
 #: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
@@ -115,7 +113,7 @@ class Cache:
         Bytes kept at most.
     """
 
-    def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
+    def __init__(self, folder: Path | str | None = None, limit: int = 2_000_000_000) -> None:
         """Open the cache in a folder; warn if other users can write there. A folder that cannot be written is noted as
         read-only."""
         self.limit = limit

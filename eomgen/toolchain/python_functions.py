@@ -20,8 +20,6 @@ from eomgen.errors import EomgenError, ModelError, Problem
 from eomgen.toolchain.cffi_build import load_abi
 
 Array = NDArray[np.float64]
-#: Step of complex steps: its square is far below the rounding of any number.
-_COMPLEX = 1e-100
 _POINTER = "void (*{})(const double *, const double *, double *)"
 #: Callbacks by setter; a library may keep a pointer for as long as the process runs.
 _CALLBACKS: dict[str, tuple[Any, Any]] = {}
@@ -69,11 +67,11 @@ class PythonFunctions:
 
     def _by_complex_steps(self, x: Array) -> Array:
         n, _, m = self._sizes
-        slopes = np.zeros((m, n))
+        slopes, step = np.zeros((m, n)), 1e-100  # whose square is far below the rounding of any number
         for column in range(n):
             moved = [complex(number) for number in x]
-            moved[column] += complex(0.0, _COMPLEX)
-            slopes[:, column] = self._call(self._function, moved, m, complex).imag / _COMPLEX
+            moved[column] += complex(0.0, step)
+            slopes[:, column] = self._call(self._function, moved, m, complex).imag / step
         return slopes.ravel()
 
     def _call(self, function: Any, x: list[Any], size: int, kind: type) -> NDArray[Any]:

@@ -27,8 +27,6 @@ from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
 
 #: Least number of operations that a loop removes from the text.
 MINIMUM_SAVED = 150
-#: Length of the hashed windows, in operations.
-_WINDOW = 24
 
 #: Input blocks that are not arrays: structs and a number, with components that a loop cannot index.
 UNINDEXED = frozenset({"p", "t", "base"})
@@ -69,7 +67,7 @@ def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[
         if is_map:
             continue
         fixed = [node for node in nodes if not is_circular(tape, node)]
-        for start, period, iterations in sorted(repetitions(_codes(tape, fixed), (_WINDOW,), judge)):
+        for start, period, iterations in sorted(repetitions(_codes(tape, fixed), (24,), judge)):
             groups = [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
             loop = _consistent(tape, groups, sample)
             if loop is not None:

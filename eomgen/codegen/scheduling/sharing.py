@@ -23,9 +23,8 @@ from eomgen.codegen.scheduling.rerolling import READ, Unmatched
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 
-#: Least number of operations of a function in which stretches are looked for, and part of the operations below which
-#: stretches must reduce the text.
-SHARE_FROM, SHARED_PART = PART_LIMIT, 0.8
+#: Least number of operations of a function in which stretches are looked for.
+SHARE_FROM = PART_LIMIT
 #: Least and largest number of operations of a stretch: a call takes as long as ten operations, an operand from a table
 #: twice as long as one from a fixed place, and compilers take more than proportional time for long functions.
 SHORTEST, LONGEST = 48, 1100
@@ -96,7 +95,7 @@ def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[R
         return []
     search = _RepeatSearch(tape, live)
     groups = search.groups()
-    if sum((len(starts) - 1) * length for length, starts in groups) < (1.0 - SHARED_PART) * len(live):
+    if sum((len(starts) - 1) * length for length, starts in groups) < 0.2 * len(live):  # a fifth of the text
         return []
     return _Occurrences(tape, live, groups, outputs).stretches()
 

@@ -10,13 +10,14 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import first_of
+from eomgen.base.rounding import WRITTEN
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
 from eomgen.compiled.rest.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.compiled.rest.loaded_statics import check_partials, loaded_statics
 from eomgen.compiled.rest.sparse_partials import SparsePartials, check_continuous, soft_modes, sparse_partials
-from eomgen.compiled.rest.state_warnings import SAME, SceneMeasures, equilibrium_notes
+from eomgen.compiled.rest.state_warnings import SceneMeasures, equilibrium_notes
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import Message, ModelError, NumericalError, Problem
 from eomgen.formula.features import rough_operations
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
 
 _TO_STAY = "any_kind=True (--any-kind) finds the nearest of any kind"
 _ELSEWHERE = "it is not where a damped motion"
-#: Components of a direction below this part of the largest are left out of its description.
-_NAMED = 0.05
 #: Name of the last equilibrium in the results that are kept with a library.
 _KEPT = "equilibrium"
 #: Largest load steps.
@@ -323,7 +322,7 @@ def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
     """Return the warning that rest was found past a bifurcation; names the side of the coordinate that moved most.
     ``left_along``, (nv,), is the displacement away from the unstable rest."""
     shares = left_along / statics.sizes
-    k = int(np.flatnonzero(np.abs(shares) >= (1.0 - SAME) * np.max(np.abs(shares)))[0])
+    k = int(np.flatnonzero(np.abs(shares) >= (1.0 - WRITTEN) * np.max(np.abs(shares)))[0])
     sides = ("positive", "negative") if shares[k] > 0.0 else ("negative", "positive")
     name = model.v_names[k].removeprefix("v.")
     return (
@@ -344,7 +343,7 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
         ]
     off = difference(statics.factors, chosen.point.q, damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes)) if len(off) else 0
-    if not len(off) or abs(off[k]) <= SAME * statics.sizes[k]:
+    if not len(off) or abs(off[k]) <= WRITTEN * statics.sizes[k]:
         return []
     unit = model.v_units[k].removesuffix("/s")
     where = f"{off[k]:.4g} {unit} from here along {model.v_names[k].removeprefix('v.')}"
@@ -472,11 +471,11 @@ def _result(
 
 
 def _components(model: CompiledModel, directions: Array) -> list[str]:
-    """Return the names of the components of v above ``_NAMED`` times the largest in a direction, (nv, m)."""
+    """Return the names of the components of v above a twentieth of the largest in a direction, (nv, m)."""
     if not directions.size:
         return []
     sizes = np.max(np.abs(directions) / np.max(np.abs(directions), axis=0), axis=1)
-    return [name for name, size in zip(model.v_names, sizes, strict=True) if size > _NAMED]
+    return [name for name, size in zip(model.v_names, sizes, strict=True) if size > 0.05]
 
 
 def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 #: Kinds of FMUs, by the names of the option.
 TYPES: Mapping[str, str] = {"me": "model exchange", "cs": "co-simulation"}
-#: Bytes of the text of a licence at most.
-_LONGEST_LICENCE = 1_000_000
 
 
 @checked_call('eomgen.fmu("scene.toml", "model.fmu")', path="file", out="file", kind="types")
@@ -231,7 +229,7 @@ def _licence_text(file: str | Path | None) -> str:
     if file is None:
         return ""
     try:
-        return read_bytes(Path(file), _LONGEST_LICENCE).decode("utf-8-sig")
+        return read_bytes(Path(file), 1_000_000).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8 [E0864]", "plain text")) from None
 
