@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import counted
 from eomgen.base.products import rows_of
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import console, print_json, print_table
+from eomgen.cli.printing import console, number_list, print_json, print_table
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -153,12 +153,10 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
     return {"of": len(result.parameters), "combinations": combinations, "without_effect": list(result.without_effect)}
 
 
-#: Number of places that are shown.
-_PLACES = 24
 #: Number of names, numbered one after the other, above which the first and the last name stand for all.
 _MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
-_OPERATIONS = ("additions", "multiplications", "divisions", "functions")
+OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 _DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
 
 
@@ -283,8 +281,8 @@ def _print_operations(functions: Mapping[str, Any]) -> None:
 
 def _print_step(step: Mapping[str, Any]) -> None:
     """Print the operations of a step of a method."""
-    parts = [(row["what"], row["times"], *(row[key] for key in _OPERATIONS)) for row in step["parts"]]
-    parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
+    parts = [(row["what"], row["times"], *(row[key] for key in OPERATIONS)) for row in step["parts"]]
+    parts.append(("all of it", 1, *(step["total"][key] for key in OPERATIONS)))
     title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
     _print_rows(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, range(1, 6))
 
@@ -326,13 +324,8 @@ def _print_lists(data: dict[str, Any]) -> None:
                 out.print(f"  {line}", markup=False)
 
 
-def _lengths(position: Sequence[float]) -> str:
-    """Return coordinates in m as text, with 0 for rounding of the largest."""
-    return ", ".join(f"{0.0 if abs(x) < 1e-12 * max(map(abs, position)) else x:.6g}" for x in position)
-
-
 def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
-    """Print a table of joints, points and frames at the design position, ``_PLACES`` rows at most.
+    """Print a table of joints, points and frames at the design position.
 
     Parameters
     ----------
@@ -340,13 +333,10 @@ def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
     fixed : name of the frame that carries the tree, ``base`` or ``world``
     """
     lines = [
-        (entry["name"], entry["body"], *(_lengths(entry[key]) for key in ("position", "world")))
-        for entry in places[:_PLACES]
+        (entry["name"], entry["body"], *(number_list(entry[key]) for key in ("position", "world"))) for entry in places
     ]
     title = "Places at the design position, every joint at zero"
     print_table(title, ("place", "body", "in the body, m", f"in the {fixed}, m"), lines)
-    if len(places) > _PLACES:
-        console().print(f"and {len(places) - _PLACES} more, with --json")
 
 
 def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:

@@ -94,23 +94,18 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
         lengths = [math.hypot(*values[start : start + 4]) for start in starts]
         if max(lengths) - 1.0 <= tolerance and 1.0 - min(lengths) <= tolerance:
             return
-    elif len(starts) > 1:
-        every = q[..., np.add.outer(starts, np.arange(4))]
-        if not np.any(np.abs(np.sqrt(np.sum(every * every, axis=-1)) - 1.0) > tolerance):
-            return
-    for factor in factors:
-        if factor.group == "R":
-            continue
-        part = q[..., factor.q_start : factor.q_start + 4]
-        length = np.sqrt(np.sum(part * part, axis=-1))
-        wrong = np.abs(length - 1.0) > tolerance
-        if np.any(wrong):
-            size = float(np.ravel(length[wrong])[0])
-            where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
-            fault = f"the quaternion (w, x, y, z) of this joint has length {size:.9g}, not 1 [E0238]"
-            unit = np.reshape(part, (-1, 4))[int(np.argmax(np.ravel(wrong)))] / (size or 1.0)
-            hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
-            raise UsageError(Problem(where, fault, hint if size else "neutral(), for the joints' places at zero"))
+    every = q[..., np.add.outer(starts, np.arange(4))].reshape(-1, len(starts), 4)
+    sizes = np.sqrt(np.sum(every * every, axis=-1))
+    wrong = np.abs(sizes - 1.0) > tolerance
+    if np.any(wrong):
+        joint = int(np.argmax(wrong.any(axis=0)))
+        sample = int(np.argmax(wrong[:, joint]))
+        size = float(sizes[sample, joint])
+        where = f"{name}[..., {starts[joint]}:{starts[joint] + 4}]"
+        fault = f"the quaternion (w, x, y, z) of this joint has length {size:.9g}, not 1 [E0238]"
+        unit = every[sample, joint] / (size or 1.0)
+        hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
+        raise UsageError(Problem(where, fault, hint if size else "neutral(), for the joints' places at zero"))
 
 
 #: Places in the scene where parameters and inputs are declared, for hints.

@@ -171,6 +171,11 @@ class Cache:
         with claim(claims / key):
             yield
 
+    def take(self, key: str, build: Callable[[Path], None]) -> Entry:
+        """Return the entry of a key; if there is none, one process fills it with ``build`` and others wait."""
+        with self.claim(key):
+            return self.get(key) or self.put(key, build)
+
     def put(self, key: str, build: Callable[[Path], None]) -> Entry:
         """Let ``build`` fill a private folder, keep the folder as the entry of the key, and return the entry.
 

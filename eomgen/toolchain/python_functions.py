@@ -3,7 +3,6 @@ sets. Calls take the interpreter's lock, so threads take turns."""
 
 from __future__ import annotations
 
-import importlib.abc
 import threading
 import traceback
 import types
@@ -97,12 +96,10 @@ class PythonFunctions:
 
     def _failure(self, error: BaseException, x: list[Any]) -> ModelError:
         """Return the ModelError for an exception in a user's function, with file, line and arguments."""
-        file = str(self._data["file"])
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-        location = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
+        location, within = _place(error, str(self._data["file"]))
         point = ", ".join(f"{number.real:.6g}" for number in x)
         hint = "results for all numbers"
-        if isinstance(error, TypeError) and not lines:  # of the call
+        if isinstance(error, TypeError) and not within:  # of the call
             hint = f"a function of {counted(sum(self._sizes[:2]), 'number')}: the arguments, then the parameters"
         elif isinstance(error, TypeError) and "not subscriptable" in str(error):  # written as in C
             taken = ", ".join(f"u{k}" for k in range(self._sizes[0])) or "..."
@@ -125,34 +122,22 @@ class PythonFunctions:
         return made
 
 
-class _Loader(importlib.abc.SourceLoader):
-    """Imports a Python file from the text that was read with the scene, without files of bytecode."""
-
-    def __init__(self, file: str, text: str) -> None:
-        self._file, self._text = file, text
-
-    def get_filename(self, fullname: str) -> str:
-        """Return the path for tracebacks."""
-        return self._file
-
-    def get_data(self, path: bytes | str) -> bytes:
-        """Return the text."""
-        return self._text.encode()
+def _place(error: BaseException, file: str) -> tuple[str, bool]:
+    """Return the name of a file, with the last line on the way to an error if there is one, and whether there is."""
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    return f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name, bool(lines)
 
 
 @cache
 def _execute(label: str, file: str, text: str) -> types.ModuleType:
     """Return the module of a Python file ``text`` as it was read with the scene, executed once per process. Raises
     ModelError with the line that fails; ``label`` is the law in the message."""
-    loader = _Loader(file, text)
     module = types.ModuleType(Path(file).stem)
     module.__file__ = file
     try:
-        loader.exec_module(module)
+        exec(compile(text, file, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-        location = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
-        fault = f"{location}: {type(error).__name__}: {error} [E2233]"
+        fault = f"{_place(error, file)[0]}: {type(error).__name__}: {error} [E2233]"
         raise ModelError(Problem(label, fault, "a file that Python runs without an error")) from error
     return module
 
