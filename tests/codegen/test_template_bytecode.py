@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import jinja2
 import pytest
 
-from eomgen.codegen.targets.c import templates
-from eomgen.codegen.targets.c.templates import TemplateBytecode, kept_bytecode
+from eomgen.codegen.targets.c.templates import TemplateBytecode
 
 
 class Counting(jinja2.Environment):
@@ -53,23 +51,6 @@ def test_bytecode_that_another_user_has_put_there_is_not_run(whose: str, tmp_pat
     [file] = folder.iterdir()
     os.chown(folder if whose == "folder" else file, 54321, 54321)
     assert rendered(folder) == ("42", 1)
-
-
-@pytest.mark.parametrize(
-    ("written", "kept"),
-    [(True, "templates/__pycache__"), (False, "cache")],
-    ids=["as Python's own", "no files of Python's own"],
-)
-def test_bytecode_is_kept_in_the_folder_of_the_templates(
-    written: bool, kept: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "templates").mkdir()
-    monkeypatch.setattr(sys, "dont_write_bytecode", not written)
-    monkeypatch.setattr(templates, "template_folder", lambda: tmp_path / "templates")
-    cache = kept_bytecode(tmp_path / "cache")
-    jinja2.Environment(loader=jinja2.DictLoader({"a": "{{ x }}"}), bytecode_cache=cache).get_template("a")
-    [folder] = {file.parent for file in tmp_path.rglob("*") if file.is_file()}
-    assert folder == tmp_path / kept
 
 
 def test_bytecode_is_kept_in_the_next_folder_if_the_first_cannot_be_written(tmp_path: Path) -> None:

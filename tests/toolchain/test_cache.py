@@ -31,16 +31,6 @@ def fill(text: str = "content"):
     return build
 
 
-def test_an_entry_comes_back_and_others_do_not(tmp_path: Path) -> None:
-    cache = Cache(tmp_path)
-    cache.put("a" * 64, fill())
-    entry = cache.get("a" * 64)
-    assert entry is not None
-    assert entry.text("data.txt") == "content"
-    assert entry.files == ("data.txt",)
-    assert cache.get("b" * 64) is None
-
-
 #: Part of an entry, and what is put in its place.
 DAMAGES: dict[str, tuple[str, Callable[[Path], object]]] = {
     "changed": ("data.txt", lambda place: place.write_text("c0ntent", encoding="utf-8")),
@@ -83,27 +73,6 @@ def test_the_least_recently_used_go_first(tmp_path: Path) -> None:
     assert cache.get("two") is None
     assert all(cache.get(key) is not None for key in ("one", "four"))
     assert cache.size() <= 3500
-
-
-@pytest.mark.slow
-def test_builds_measure_what_there_is_only_when_entries_have_to_go(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    measured = []
-    entries = Cache._entries
-    monkeypatch.setattr(Cache, "_entries", lambda self: measured.append(1) or entries(self))
-    cache = Cache(tmp_path, limit=100_000)
-    for number in range(20):
-        cache.put(f"key{number}", fill("x" * 1000))
-    assert len(measured) == 1  # nothing was recorded at first
-    assert sum(map(int, (tmp_path / "sizes.txt").read_text(encoding="ascii").split())) == cache.size()
-    measured.clear()
-    for number in range(20, 120):
-        cache.put(f"key{number}", fill("x" * 1000))
-        assert cache.size() <= 100_000
-    assert 2 <= len(measured) - 100 <= 4  # an eighth of the limit goes each time
-    assert cache.get("key119") is not None
-    assert cache.get("key0") is None
 
 
 @pytest.mark.parametrize("text", ["", "12\nmany\n", "\N{DEGREE SIGN}", None])
@@ -158,17 +127,6 @@ def test_damaged_and_failed_builds_are_kept_for_a_while_only(tmp_path: Path) -> 
 def test_an_entry_larger_than_the_limit_still_serves_its_maker(tmp_path: Path) -> None:
     cache = Cache(tmp_path, limit=10)
     assert cache.put("key", fill("x" * 1000)).text("data.txt") == "x" * 1000
-
-
-def test_who_comes_second_takes_the_first_one_s(tmp_path: Path) -> None:
-    cache = Cache(tmp_path)
-
-    def slow(folder: Path) -> None:
-        fill("second")(folder)
-        cache.put("key", fill("first"))
-
-    assert cache.put("key", slow).text("data.txt") == "first"
-    assert not list(tmp_path.glob("tmp-*"))
 
 
 @pytest.mark.slow
