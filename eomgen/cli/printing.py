@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from textwrap import wrap
 from typing import Any
 
 import click
@@ -88,7 +89,10 @@ def print_table(
     out, unfolded = console(), {*numeric, *whole}
     fits = sum(map(max, widest, map(cell_len, header))) + _GAP * (len(header) - 1) <= out.width
     titles = [
-        _fold(name, widest[index]) if index in unfolded and not fits else [name] for index, name in enumerate(header)
+        wrap(name, max(1, widest[index]), break_long_words=False, break_on_hyphens=False) or [""]
+        if index in unfolded and not fits
+        else [name]
+        for index, name in enumerate(header)
     ]
     least = [
         max(widest[index], *map(cell_len, titles[index]))
@@ -121,17 +125,6 @@ def print_table(
 
 #: Characters between columns, and of a column of names at least, before other columns are left out.
 _GAP, _NAME = 2, 12
-
-
-def _fold(title: str, width: int) -> list[str]:
-    """Return a title in lines of at most ``width`` characters; longer words have a line each."""
-    lines: list[str] = []
-    for word in title.split(" "):
-        if lines and cell_len(lines[-1]) + 1 + cell_len(word) <= width:
-            lines[-1] += f" {word}"
-        else:
-            lines.append(word)
-    return lines
 
 
 def number_list(values: float | Sequence[float]) -> str:

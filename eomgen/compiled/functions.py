@@ -124,7 +124,7 @@ class LaneCompanions:
                     self._make(name, companion, RunningCompilers())
         elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
-            self._look(name, companion)
+            self._make(name, companion)
         compiled = PROFILES[self._library.profile].split
         if compiled and companion.seconds > companion.compiling and companion.library is None:
             self._begin(name, companion)
@@ -175,11 +175,6 @@ class LaneCompanions:
             return "differs in bits"
         return "is slower" if choice is not Choice.NOW and seconds[1] > seconds[0] else ""
 
-    def _look(self, name: str, companion: Companion) -> None:
-        with contextlib.suppress(EomgenError, OSError, ValueError):
-            if self._library.companion is not None:
-                companion.library = self._library.companion(name)
-
     def _begin(self, name: str, companion: Companion) -> None:
         with self._lock:
             if companion.begun:
@@ -188,14 +183,16 @@ class LaneCompanions:
         _LOG.info("compiles the lanes of %s in the background", name)
         in_background("eomgen-lanes", lambda running: self._make(name, companion, running))
 
-    def _make(self, name: str, companion: Companion, running: RunningCompilers) -> None:
-        """Compile the companion of a function, and keep it in ``companion``; a failure refuses the companion."""
+    def _make(self, name: str, companion: Companion, running: RunningCompilers | None = None) -> None:
+        """Compile the companion of a function, and keep it in ``companion``; a failure refuses the companion. Without
+        ``running``, the companion is only looked for in the cache."""
         try:
             if self._library.companion is not None:
                 companion.library = self._library.companion(name, running)
         except (EomgenError, OSError, ValueError) as error:
-            _LOG.info("lanes of %s are left out: %s", name, error)
-            companion.refused = True
+            if running is not None:
+                _LOG.info("lanes of %s are left out: %s", name, error)
+                companion.refused = True
 
 
 def _measure_time(call: Callable[[], Any]) -> float:
@@ -372,27 +369,6 @@ class Functions:
             share(part, pairwise(count * k // pieces for k in range(pieces + 1)), threads)
         if companion is not None and companion.library is None:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
-
-    def fastest(self, name: str, blocks: Mapping[str, Array], count: int) -> Library:
-        """Return the library that evaluates many samples of a function fastest: the model's or the companion.
-
-        For C that calls the function itself.
-
-        Parameters
-        ----------
-        blocks : as of a call, of some of the samples
-        count : number of all samples
-        """
-        one_by_one = self._holding(name)
-        companion = LaneCompanions.of(one_by_one).expect(name, self._operations(name), count, chosen())
-        if companion is None:
-            return one_by_one
-        sizes = [math.prod(shape) for shape in self._shapes[name]]
-        inputs = [
-            np.ascontiguousarray(blocks[block][:, np.newaxis] if block == "t" else blocks[block], float)
-            for block in self.inputs(name)
-        ]
-        return LaneCompanions.of(one_by_one).judge(companion, name, inputs, sizes, chosen()) or one_by_one
 
     def _few(self, name: str, arrays: list[Array]) -> int | None:
         """Return the number of samples on the first axes of a small batch, 0 for one sample without axes, else None."""
