@@ -205,11 +205,10 @@ def test_a_pickle_is_read_without_compiling_methods() -> None:
     program = (
         "import pickle\nfrom eomgen.base.data import _DeferredAttribute\nfrom tests.test_dataclasses import Sent\n"
         f"item = pickle.loads({sent!r})\n"
-        "print(item.inner[0].x, isinstance(vars(Sent)['__init__'], _DeferredAttribute))\n"
-        "print(item == Sent(1, (Sent(2),)), isinstance(vars(Sent)['__eq__'], _DeferredAttribute))"
+        "print(item.inner[0].x, isinstance(vars(Sent)['__init__'], _DeferredAttribute))"
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert result.stdout.split() == ["2", "True", "True", "False"]
+    assert result.stdout.split() == ["2", "True"]
 
 
 @pytest.fixture
@@ -256,5 +255,4 @@ def test_all_classes_of_data_can_be_compiled() -> None:
     assert len(kinds) > 100
     for kind in kinds:
         assert all(isinstance(item, dataclasses.Field) for item in dataclasses.fields(kind))
-        assert all(hasattr(kind, name) for name in data._LAST)
         assert not any(isinstance(value, data._DeferredAttribute) for value in vars(kind).values())

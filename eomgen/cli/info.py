@@ -153,7 +153,7 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
     return {"of": len(result.parameters), "combinations": combinations, "without_effect": list(result.without_effect)}
 
 
-#: Number of names, numbered one after the other, above which the first and the last name stand for all.
+#: Number of names that differ in numbers alone, from which on the first and the last name stand for all.
 _MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
 OPERATIONS = ("additions", "multiplications", "divisions", "functions")
@@ -194,7 +194,8 @@ def _print(data: dict[str, Any]) -> None:
     _print_summary(data)
     _print_configuration(data)
     _print_parameters(data, hidden)
-    _print_definitions(data["definitions"])
+    header = ("name", "formula", "unit", "description")
+    _print_rows("Definitions", header, [[item[key] for key in header] for item in data["definitions"]])
     for part in products:
         part.show(data)
     _print_states(data["states"])
@@ -259,11 +260,6 @@ def _print_parameters(data: dict[str, Any], hidden: Collection[str]) -> None:
         if name not in hidden
     ]
     _print_rows("Tunable parameters", ("name", "value", "unit"), values, (1,))
-
-
-def _print_definitions(definitions: Sequence[Mapping[str, str]]) -> None:
-    header = ("name", "formula", "unit", "description")
-    _print_rows("Definitions", header, [[item[key] for key in header] for item in definitions])
 
 
 def _print_states(states: Sequence[Mapping[str, Any]]) -> None:
@@ -351,21 +347,10 @@ def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
 
 
 def _join_runs(names: Sequence[str]) -> list[str]:
-    """Return names, with ``_MANY`` or more alike joined if their last number counts on, ``rope.1 to 40``, or all
-    numbers count as in nested loops: ``knot_0_1.position to knot_9_10.position``."""
-    alike: dict[str, dict[str, tuple[int, ...]]] = {}
+    """Return names, with ``_MANY`` or more that differ in numbers alone as the first and the last: ``rope.1 to
+    rope.40``."""
+    alike: dict[str, list[str]] = {}
     for name in names:
-        alike.setdefault(re.sub(r"\d+", "0", name), {})[name] = tuple(map(int, re.findall(r"\d+", name)))
-    result: list[str] = []
-    for numbers in alike.values():
-        first, last = next(iter(numbers.values())), next(reversed(numbers.values()))
-        loops = itertools.product(*(range(low, high + 1) for low, high in zip(first, last, strict=True)))
-        runs = [list(numbers)]
-        if list(numbers.values()) != list(itertools.islice(loops, len(numbers) + 1)):
-            place = {name: (key[:-1], sum(key[-1:]) - index) for index, (name, key) in enumerate(numbers.items())}
-            runs = [list(run) for _, run in itertools.groupby(numbers, place.__getitem__)]
-        for run in runs:
-            stem = run[-1].rstrip("0123456789")
-            end = run[-1].removeprefix(stem) if run[0].rstrip("0123456789") == stem else run[-1]
-            result += [f"{run[0]} to {end or run[-1]}"] if len(run) >= _MANY else run
-    return result if len(result) < len(names) else list(names)
+        alike.setdefault(re.sub(r"\d+", "0", name), []).append(name)
+    joined = [[f"{run[0]} to {run[-1]}"] if len(run) >= _MANY else run for run in alike.values()]
+    return list(itertools.chain(*joined)) if max(map(len, alike.values())) >= _MANY else list(names)

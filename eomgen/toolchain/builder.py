@@ -243,7 +243,7 @@ class Builder:
     def find(self, content: bytes) -> Library | None:
         """Return the loaded library that was built for these content bytes, or None. Imports neither SymPy nor Jinja.
 
-        A damaged library is put aside and counts as missing.
+        A damaged library is removed and counts as missing.
 
         Raises
         ------
@@ -261,7 +261,7 @@ class Builder:
             _LOG.info("took the library from the cache, %s", entry.file(self.binary))
             return library
         except (ToolchainError, OSError, ValueError, KeyError, TypeError):
-            self.cache.quarantine(key)
+            self.cache.remove(key)
             return None
 
     def _found_without_compiler(self, content: bytes) -> Library | None:

@@ -3,6 +3,7 @@ sets. Calls take the interpreter's lock, so threads take turns."""
 
 from __future__ import annotations
 
+import importlib.abc
 import threading
 import traceback
 import types
@@ -128,6 +129,21 @@ def _place(error: BaseException, file: str) -> tuple[str, bool]:
     return f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name, bool(lines)
 
 
+class _Loader(importlib.abc.SourceLoader):
+    """Imports a Python file from the text that was read with the scene, without files of bytecode."""
+
+    def __init__(self, file: str, text: str) -> None:
+        self._file, self._text = file, text
+
+    def get_filename(self, fullname: str) -> str:
+        """Return the path for tracebacks."""
+        return self._file
+
+    def get_data(self, path: bytes | str) -> bytes:
+        """Return the text."""
+        return self._text.encode()
+
+
 @cache
 def _execute(label: str, file: str, text: str) -> types.ModuleType:
     """Return the module of a Python file ``text`` as it was read with the scene, executed once per process. Raises
@@ -135,7 +151,7 @@ def _execute(label: str, file: str, text: str) -> types.ModuleType:
     module = types.ModuleType(Path(file).stem)
     module.__file__ = file
     try:
-        exec(compile(text, file, "exec", dont_inherit=True), vars(module))
+        _Loader(file, text).exec_module(module)
     except (Exception, SystemExit) as error:
         fault = f"{_place(error, file)[0]}: {type(error).__name__}: {error} [E2233]"
         raise ModelError(Problem(label, fault, "a file that Python runs without an error")) from error

@@ -77,9 +77,6 @@ def test_author_and_licence_are_those_of_the_model(version: int, tmp_path: Path)
     assert "licence: proprietary" in licence and "author: Ada L." in licence and "text: model.txt" in licence
     assert files["documentation/licenses/model.txt"] == "Do as you like."
     assert "Copyright (c) 2026 the eomgen authors" in str(files["documentation/licenses/eomgen.txt"])
-    plain = fmu_files(ranged_ball(), version=version, binary=False, reference=False).files
-    assert "licence: not stated by the author of the model" in str(plain["documentation/licenses/license.txt"])
-    assert " license=" not in str(plain["modelDescription.xml"])
 
 
 def test_licences_that_cannot_be_read(tmp_path: Path) -> None:

@@ -296,16 +296,9 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Search
     return ""
 
 
-@dataclass(frozen=True)
-class _Stiffness:
-    """Squared frequencies ``values`` by stiffness alone, (rad/s)^2, increasing, exactly 0 without restoring force, and
-    the ``directions``, (nv, m), of the first m, which are not positive."""
-
-    values: Array
-    directions: Array
-
-
-def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
+def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> tuple[Array, Array]:
+    """Return squared frequencies by stiffness alone, (rad/s)^2, increasing, exactly 0 without restoring force, and the
+    directions, (nv, m), of the first m, which are not positive."""
     largest = point.largest_stiffness
     limit = max(1e2 * SOFT * largest, _no_stiffness(statics))
     values, vectors = point.stiffness_blocks.symmetric.lowest(limit)
@@ -315,7 +308,7 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _
     values[: len(soft)][soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
     order = np.argsort(values[: len(soft)], kind="stable")
     directions = directions[:, order[values[order] <= 0.0]]
-    return _Stiffness(np.sort(values), directions)
+    return np.sort(values), directions
 
 
 def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
@@ -421,15 +414,15 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
 def _result(
     model: CompiledModel,
     loaded: LoadedStatics,
-    stiffness: _Stiffness,
+    stiffness: tuple[Array, Array],
     search: Search,
     v: Array,
     measures: SceneMeasures,
     notes: Sequence[str],
 ) -> Equilibrium:
     """Return an equilibrium with its stability, frequencies, undetermined coordinates and message."""
-    point, values, directions = search.point, stiffness.values, stiffness.directions
-    soft = stiffness.values == 0.0
+    point, (values, directions) = search.point, stiffness
+    soft = values == 0.0
     undetermined = _components(model, directions[:, soft[: directions.shape[1]]])
     against = int(np.sum(values[~soft] < 0.0))
     stable: bool | None = not against
