@@ -187,9 +187,10 @@ def _defer(kind: type, options: dict[str, Any]) -> type:
 def field_names(kind: Any) -> tuple[str, ...]:
     """Return the names of the fields of a dataclass, in order, without a compilation. Raises TypeError for any other
     class."""
+    bases: tuple[type, ...] = kind.__mro__
     if not is_dataclass(kind):
         raise TypeError(f"{kind.__qualname__} is not a dataclass")
-    own = [base.__annotations__ for base in reversed(kind.__mro__) if "__dataclass_fields__" in vars(base)]
+    own = [base.__annotations__ for base in reversed(bases) if "__dataclass_fields__" in vars(base)]
     hints = {name: str(hint) for annotations in own for name, hint in annotations.items()}
     return tuple(name for name, hint in hints.items() if "ClassVar" not in hint)
 

@@ -89,10 +89,7 @@ def print_table(
     out, unfolded = console(), {*numeric, *whole}
     fits = sum(map(max, widest, map(cell_len, header))) + _GAP * (len(header) - 1) <= out.width
     titles = [
-        wrap(name, max(1, widest[index]), break_long_words=False, break_on_hyphens=False) or [""]
-        if index in unfolded and not fits
-        else [name]
-        for index, name in enumerate(header)
+        _fold(name, widest[index]) if index in unfolded and not fits else [name] for index, name in enumerate(header)
     ]
     least = [
         max(widest[index], *map(cell_len, titles[index]))
@@ -125,6 +122,11 @@ def print_table(
 
 #: Characters between columns, and of a column of names at least, before other columns are left out.
 _GAP, _NAME = 2, 12
+
+
+def _fold(title: str, width: int) -> list[str]:
+    """Return a title in lines of at most ``width`` characters; longer words have a line each."""
+    return wrap(title, max(1, width), break_long_words=False, break_on_hyphens=False) or [""]
 
 
 def number_list(values: float | Sequence[float]) -> str:

@@ -182,7 +182,7 @@ def _end(met: Callable[[float], bool], start: float, sign: float) -> float | Non
     """Return the end, in direction ``sign``, of the range of numbers that meet requirements and contains ``start``.
     ``met`` returns whether a number meets the requirements. None without an end; the search halves the number of
     doubles in between."""
-    largest = sign * 1e150  # a number whose square is no double may be refused for overflow alone
+    largest = sign * 1e150  # squares of larger numbers overflow, for which alone numbers may be refused
     if met(largest):
         return None
     inside, outside = _place(start), _place(largest)

@@ -247,7 +247,7 @@ class Cache:
         return Entry(target, tuple(sums))
 
     def remove(self, key: str) -> None:
-        """Remove the entry of a key, or what is in its place."""
+        """Remove the entry of a key, or a file in its place."""
         entry = self.folder / key
         with contextlib.suppress(OSError):
             if entry.is_dir() and not entry.is_symlink():

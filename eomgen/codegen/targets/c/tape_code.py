@@ -79,7 +79,7 @@ def before_scheduling(program: Program) -> Program | None:
     ``program`` has no statements. None for a Program of more than 15 000 operations, whose functions may
     get loops, or with the function ``base``, which stays C."""
     operations = sum(function.counts["statements"] for function in program.functions)
-    # more may become loops: those of chains of some 20 hinges do, and arms have 10 000
+    # more may become loops, as functions of chains of some 20 hinges do, and arms have 10 000
     if operations > 15_000 or any(function.name == "base" for function in program.functions):
         return None
     numbered = enumerate(program.functions)
