@@ -353,4 +353,4 @@ def _join_runs(names: Sequence[str]) -> list[str]:
     for name in names:
         alike.setdefault(re.sub(r"\d+", "0", name), []).append(name)
     joined = [[f"{run[0]} to {run[-1]}"] if len(run) >= _MANY else run for run in alike.values()]
-    return list(itertools.chain(*joined)) if max(map(len, alike.values())) >= _MANY else list(names)
+    return list(itertools.chain(*joined)) if max(map(len, alike.values()), default=0) >= _MANY else list(names)
