@@ -32,7 +32,7 @@ class TemplateBytecode(jinja2.FileSystemBytecodeCache):
         """Load the bytecode of a template, if there is any."""
         try:
             super().load_bytecode(bucket)
-        except Exception:  # of any kind, as Jinja reads what a file has
+        except Exception:  # of any kind: Jinja does not check the content
             bucket.reset()
 
     def dump_bytecode(self, bucket: Bucket) -> None:
