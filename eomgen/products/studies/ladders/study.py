@@ -145,8 +145,10 @@ def difference(
     scale = {"rad": 1.0, "m": subject.extent}
     position, turned = _relative(_positions(model, of["q"], held["q"]), scale, rounding, 1.0)
     if "z" in of and "z" in held:
-        position = max(position, _state_error(model, of["z"], held["z"], rounding))
-    apart, speeds = (np.abs(v).max(axis=0, initial=0.0).tolist() for v in (of["v"] - held["v"], held["v"]))
+        ranges = np.maximum(np.ptp(held["z"], axis=0), rounding * _largest(held["z"]))
+        states, _ = _relative(zip(model.z_units, _largest(of["z"] - held["z"]), ranges, strict=True), {}, 0.0, 0.0)
+        position = max(position, states)
+    apart, speeds = _largest(of["v"] - held["v"]), _largest(held["v"])
     rates = {f"{kind}/s": size for kind, size in scale.items()}
     velocity, _ = _relative(zip(model.v_units, apart, speeds, strict=True), rates, rounding, turned / span)
     result = Errors(position, velocity)
@@ -177,17 +179,9 @@ def _relative(
     return max((error / sizes[unit] for unit, error in wrong.items()), default=0.0), reach
 
 
-def _state_error(model: Model, of: Array, held: Array, rounding: float) -> float:
-    """Return the largest error of internal states (n, nz) `of` a run against `held`, relative to the range of each
-    state. The range counts at least as a thousandth of the largest range with the same unit, and as `rounding` times
-    the values."""
-    errors, motions = np.abs(of - held).max(axis=0, initial=0.0), np.ptp(held, axis=0)
-    largest = dict.fromkeys(model.z_units, 0.0)
-    for unit, motion in zip(model.z_units, motions, strict=True):
-        largest[unit] = max(largest[unit], float(motion))
-    least = np.array([_SMALL * largest[unit] for unit in model.z_units])
-    sizes = np.maximum(np.maximum(motions, least), rounding * np.abs(held).max(axis=0, initial=0.0))
-    return float(np.max(errors / np.where(sizes > 0.0, sizes, 1.0), initial=0.0))
+def _largest(values: Array) -> Array:
+    """Return the largest size of each column, (n, size) -> (size,)."""
+    return np.asarray(np.abs(values).max(axis=0, initial=0.0))
 
 
 def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, float, float]]:
