@@ -197,7 +197,7 @@ def test_closed_forms_are_what_they_claim_to_be(scene: str, monkeypatch: pytest.
     absent = {name[1:] for name in OTHERS[scene] if name.startswith("-")}
     assert set(claims) == (outputs - UNCLAIMED - absent) | {name for name in OTHERS[scene] if name[0] != "-"}
     for claim in claims.values():
-        at = replace(states, claim=claim)
+        at = replace(states, claim=claim, state=claim.at(states.engine, states.state))
         value = claim.value(at.engine, at.state)
         expected = expected_of(claim, at)
         assert expected, claim.name

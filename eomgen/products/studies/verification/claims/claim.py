@@ -276,6 +276,7 @@ class Claim:
     rows, columns : names of rows and columns of ``value``
     functions : names of the functions that the source needs; of an ``ClaimOutput`` its function by default
     sided : whether two exact derivations may take different sides of a kink, as second derivatives of ``min(x, x)`` do
+    at : state at which the claim is judged, of a state of the check
     family : the panel of the figure
     """
 
@@ -291,6 +292,7 @@ class Claim:
     columns: tuple[str, ...] = ()
     functions: tuple[str, ...] = field(default=())
     sided: bool = False
+    at: Callable[[Engine, Blocks], dict[str, Array]] = lambda engine, state: dict(state)
     family: str = ""
 
     @property

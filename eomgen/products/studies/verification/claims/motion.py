@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import Factor, bracket_matrix
 from eomgen.products.studies.verification.claims.claim import (
@@ -264,22 +265,25 @@ def _forward(space: Space) -> Claim:
     return Claim(
         "forward_dynamics.vdot",
         "M vdot = Q - h - b",
-        lambda engine, state: column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"])),
+        lambda engine, state: column(times(engine("mass", state)["M"], state["a"])),
         second=Second("sum of blocks", lambda engine, state: -_rest(engine, state)),
-        size=lambda engine, state: _largest(_parts(engine, _free(engine, state))),
+        size=lambda engine, state: _largest(_parts(engine, state)),
         rows=space.rows["v"],
+        at=_free,
     )
 
 
 def _there_and_back(space: Space) -> Claim:
-    return _by_blocks_of_tau(
+    tau = ClaimOutput("inverse_dynamics", "tau").column
+    claim = _by_blocks_of_tau(
         space,
         "forward_dynamics.vdot",
         "tau at vdot = 0",
-        lambda engine, state: column(engine("inverse_dynamics", _free(engine, state))["tau"]),
+        tau,
         lambda _, state: np.zeros((*state["v"].shape, 1)),
         "inverse_dynamics",
     )
+    return replace(claim, at=_free)
 
 
 def _balance(space: Space) -> Claim:
