@@ -28,14 +28,12 @@ from eomgen.cli.options import (
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.products.studies.defaults import NAMED
 
 if TYPE_CHECKING:
     from eomgen.products.studies import Extremes, Point, Tradeoff, Tuned
     from eomgen.scene.scene import Scene
 
-
-#: Largest number of listed items.
-_NAMED = 4
 
 #: Options with names that commas separate.
 _NAMES: dict[str, Any] = {"default": "", "callback": names_of, "metavar": "NAME,NAME"}
@@ -159,10 +157,10 @@ def _remarks(study: Tradeoff) -> list[str]:
     off = [slope for slope in study.slopes if slope.is_off]
     every = len(study.slopes)
     slopes = f"order as declared within {OFF:g}: {every - len(off)} of {counted(every, 'configuration')}"
-    for slope in off[:_NAMED]:
+    for slope in off[:NAMED]:
         slopes += f"; {slope.configuration.label} {slope.slope:.2f} (declared {slope.declared})"
-    if len(off) > _NAMED:
-        slopes += f"; and {len(off) - _NAMED} more, under slopes in tradeoff.json"
+    if len(off) > NAMED:
+        slopes += f"; and {len(off) - NAMED} more, under slopes in tradeoff.json"
     result.append(slopes)
     if study.wrong:
         said = len(study.wrong) - len(study.silent)
@@ -248,7 +246,7 @@ def _print_tuned(tuned: Tuned) -> None:
         told = f"{settings}: error {error:.2g}, {seconds / tuned.seconds:.3g} x the time"
         rows.append(("the scene's own", told))
     rows.append(("one digit more", f"costs about {tuned.next_digit:.3g} x"))
-    for rival in tuned.rivals[:_NAMED]:
+    for rival in tuned.rivals[:NAMED]:
         how = "" if rival.measured else " (expected)"
         rows.append(
             ("next" if rival is tuned.rivals[0] else "", f"{rival.label}: {rival.seconds / tuned.seconds:.3g} x{how}")
@@ -303,7 +301,7 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         _print_map(result)
     for why in dict.fromkeys(result.left_out.values()):
         names = [name for name, reason in result.left_out.items() if reason == why]
-        say(f"left out: {listed(names) if len(names) <= 2 * _NAMED else counted(len(names), 'cell')}: {why}")
+        say(f"left out: {listed(names) if len(names) <= 2 * NAMED else counted(len(names), 'cell')}: {why}")
     if files:
         say(f"written to {folder}: {', '.join(file.name for file in files)}")
     for cell in result.fails:

@@ -11,6 +11,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.rounding import WRITTEN
 from eomgen.errors import EomgenError, Message
+from eomgen.products.studies.defaults import NAMED
 from eomgen.products.studies.identification.estimation import (
     Combination,
     DependentColumns,
@@ -24,7 +25,6 @@ from eomgen.products.studies.identification.estimation import (
     words,
 )
 from eomgen.products.studies.identification.experiment import ExperimentUnknowns
-from eomgen.products.studies.identification.measurements import NAMED
 from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
 
 #: Standard deviations by which steps may move an estimate.

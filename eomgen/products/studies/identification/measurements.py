@@ -15,6 +15,7 @@ from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
 from eomgen.base.messages import close_names, first_of, listed, nearest, shown
 from eomgen.errors import Problem, UsageError
+from eomgen.products.studies.defaults import NAMED
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 #: A file, or columns by name, including t.
 Data = str | os.PathLike[str] | Mapping[str, Any]
 MISSING = ("refuse", "drop")
-#: Largest number of names in a message.
-NAMED = 4
 
 
 @dataclass(frozen=True)

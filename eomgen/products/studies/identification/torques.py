@@ -17,6 +17,7 @@ from eomgen.base.messages import first_of, nearest, shown
 from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Message, Problem, UsageError
+from eomgen.products.studies.defaults import NAMED
 from eomgen.products.studies.identification.estimation import (
     Combination,
     DependentColumns,
@@ -32,7 +33,7 @@ from eomgen.products.studies.identification.judgement import (
     interval,
     notes_of_combinations,
 )
-from eomgen.products.studies.identification.measurements import NAMED, Data, columns_of, times_of
+from eomgen.products.studies.identification.measurements import Data, columns_of, times_of
 from eomgen.products.studies.identification.result import Column, Identification, Record
 
 if TYPE_CHECKING:

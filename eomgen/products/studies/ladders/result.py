@@ -15,6 +15,7 @@ from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.ladders.register import BY_NAME
 from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
+from eomgen.products.studies.work_precision.result import WRONG
 
 #: Verdicts: the error is within the bound; the error is above, below 10 %; the run reports doubts; the run ended with a
 #: message; the run was refused with a message; the run took too long and was interrupted; there is no reference; the
@@ -33,8 +34,6 @@ _SHOWN = {
     FAILS: ("hang, crash, not finite without a word, or more than 10 % wrong and called success", "#C8102E", "F"),
 }
 VERDICTS: Mapping[str, str] = {name: words for name, (words, _, _) in _SHOWN.items()}
-#: Error, relative to the motion, from which on a run has to say something.
-WRONG = 0.1
 
 
 @dataclass(frozen=True)

@@ -40,12 +40,8 @@ from eomgen.products.studies.work_precision.observation import angles
 
 #: Two references have to agree to this.
 AGREED = 1e-3
-#: Seconds for each run of a pair, and limit of the steps.
-LIMIT, MOST_STEPS = 10.0, 400_000
-#: Ratio of errors of velocities to errors of positions, at the same step.
-VELOCITY = 3.0
-#: Motion below this part of the largest motion is measured by this part.
-_SMALL = 1e-3
+#: Limit of the steps of a run of a pair.
+MOST_STEPS = 400_000
 _DOUBLE = float(np.finfo(np.float64).eps)
 
 
@@ -81,7 +77,7 @@ def reference(
     for name, first, second in _pairs(subject, conditions):
         runs: list[Mapping[str, Array]] = []
         for request in (first, second):
-            ending = ended(request, LIMIT)
+            ending = ended(request, 10.0)
             if ending.how != REACHED or ending.arrays is None or not ending.finite:
                 tried.append(f"{name}: {ending.how}")
                 break
@@ -123,8 +119,8 @@ class Errors(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """Both on one scale."""
-        return max(self.position, self.velocity / VELOCITY)
+        """Both on one scale: velocities are about three times as wrong as positions at the same step."""
+        return max(self.position, self.velocity / 3.0)
 
 
 def difference(
@@ -174,7 +170,7 @@ def _relative(
         moved[unit] = max(moved.get(unit, 0.0), motion)
     most = max((motion / scale[unit] for unit, motion in moved.items() if unit in scale), default=0.0)
     reach = max(least, most)
-    floor = max(rounding * reach, _SMALL * most)
+    floor = max(rounding * reach, 1e-3 * most)
     sizes = {unit: max(motion, floor * scale.get(unit, 0.0)) or 1.0 for unit, motion in moved.items()}
     return max((error / sizes[unit] for unit, error in wrong.items()), default=0.0), reach
 

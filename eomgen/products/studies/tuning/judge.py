@@ -166,8 +166,8 @@ def _over_time(model: Model, runner: Runner) -> bool:
     return moves or any(not constant(formula) for formula in prescribed)
 
 
-#: Wanted uncertainty of the reference, relative to the demand, and the largest one.
-KNOWN, LEAST_KNOWN = 0.05, 0.5
+#: Wanted uncertainty of the reference, relative to the demand.
+KNOWN = 0.05
 
 
 @dataclass
@@ -240,7 +240,7 @@ class Judge:
         check_moves(self.runner, best.observation)
         if best.error > LARGEST_UNCERTAINTY:
             hold(f"{best.described} and the same at half its accuracy", best.error)
-        if best.error > LEAST_KNOWN * self.demand.error:
+        if best.error > 0.5 * self.demand.error:
             fault = (
                 f"the best reference, {best.described}, is known to {best.error:.2g} only, too little for the"
                 f" demand {self.demand.error:g} [E1112]"

@@ -333,8 +333,6 @@ class Race:
         self.left_out[contender.configuration.label] = why
 
 
-#: Single precision is tried for demands from this on.
-SINGLE = 1e-5
 #: Ratio of the times of a step above which another formulation leaves the race, with all formulations of its kind.
 DEARER = 3.0
 
@@ -433,7 +431,7 @@ class RaceEntries:
         varied = []
         if "policy" in self.axes:
             varied += [replace(best.configuration, policy=name, settings=s) for name, s in policies.items()]
-        if "arithmetic" in self.axes and self.race.demand >= SINGLE:
+        if "arithmetic" in self.axes and self.race.demand >= 1e-5:
             varied.append(replace(best.configuration, real="float"))
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 

@@ -194,8 +194,8 @@ def between_sides(at: ClaimAtStates, value: Array, sizes: EntrySizes) -> Array:
         )
 
 
-EXACT, EXACT_OF_LARGEST, CONDITION = 1e-11, 1e-13, 100.0
-BY_DIFFERENCES, BY_DIFFERENCES_OF_LARGEST, BARS = 1e-7, 1e-9, 10.0
+#: Error bars by which differences may be wrong.
+BARS = 10.0
 #: Rounding of an argument, in units of the last place.
 _ROUNDING = 2.0 * float(np.finfo(float).eps)
 
@@ -216,12 +216,14 @@ class EntrySizes:
 
     @property
     def exact(self) -> Array:
-        known = EXACT_OF_LARGEST * np.maximum(self.state, self.source)
-        return np.asarray((EXACT + self.of_laws) * self.entry + known + CONDITION * self.condition)
+        """By how much two exact derivations may differ, as the module says."""
+        known = 1e-13 * np.maximum(self.state, self.source)
+        return np.asarray((1e-11 + self.of_laws) * self.entry + known + 100.0 * self.condition)
 
     @property
     def differences(self) -> Array:
-        return np.asarray(BY_DIFFERENCES * self.entry + BY_DIFFERENCES_OF_LARGEST * self.state + self.exact)
+        """The same of finite differences, but for their error bars."""
+        return np.asarray(1e-7 * self.entry + 1e-9 * self.state + self.exact)
 
 
 def sizes_of(at: ClaimAtStates, value: Array, rng: np.random.Generator) -> EntrySizes:

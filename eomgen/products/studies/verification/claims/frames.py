@@ -33,8 +33,6 @@ from eomgen.system.terms import REFERENCES
 _AXES = ("x", "y", "z")
 _POSE = tuple(f"quaternion {part}" for part in "wxyz") + tuple(f"position {axis}" for axis in _AXES)
 _TWIST = tuple(f"{part} {axis}" for part in ("omega", "velocity") for axis in _AXES)
-#: Derivatives of matrices that cancel, as in cos^2 + sin^2, are of this size, relative to the summands.
-_CANCELLING = 1e-3
 _MOMENTUM = tuple(f"{part} {axis}" for part in ("angular", "linear") for axis in _AXES)
 
 
@@ -93,7 +91,8 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
         result, still = (
             times_velocity(np.abs(of(engine, state)), speeds).reshape(len(speeds), -1).max(axis=-1) for of in (J_dot, J)
         )
-        return np.asarray(np.maximum(result, _CANCELLING * still * speeds.max(axis=-1)))
+        # derivatives of matrices that cancel, as in cos^2 + sin^2, are a thousandth of the summands
+        return np.asarray(np.maximum(result, 1e-3 * still * speeds.max(axis=-1)))
 
     claims = [
         Claim(f"{rate}.{entry}_dot", f"d {entry} / dt", J_dot.flat.column, source=J.flat, directions=motion),

@@ -51,9 +51,6 @@ _SAME: Sequence[tuple[str, str, str, tuple[str, str, int] | None]] = (
 )
 #: Terms of the table whose rows are components of v, or pairs of components.
 _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
-#: Size of a derivative's terms, as a part of the quantity, and of the quantity times the rate of the motion, up to
-#: which the terms may cancel.
-_PART, _PART_OF_TERMS = 1e-3, 0.03
 
 
 def rate_claims(space: Space) -> list[Claim]:
@@ -136,17 +133,14 @@ def _mass_terms(space: Space, term: str, order: int) -> list[tuple[str, str, int
 
 
 def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
-    """Return a function for the size (...) of a derivative below which it is rounding of cancelling terms. The terms
-    are the output `entry` of a function, times the rate of the motion to the power of the order; ``more`` are further
-    (function, output, order), in the same way."""
+    """Return a function for the size (...) of a derivative below which it is rounding of cancelling terms: a thousandth
+    of the quantity, and 3 % of the terms. The terms are the output `entry` of a function, times the rate of the motion
+    to the power of the order; ``more`` are further (function, output, order), in the same way."""
     quantities = [(ClaimOutput(of, name).flat, power) for of, name, power in ((function, entry, order), *more)]
 
     def size(engine: Engine, state: Blocks) -> Array:
         rate = _rate(state)
-        parts = [
-            (_PART + _PART_OF_TERMS * rate**power) * np.max(np.abs(of(engine, state)), axis=-1)
-            for of, power in quantities
-        ]
+        parts = [(1e-3 + 0.03 * rate**power) * np.max(np.abs(of(engine, state)), axis=-1) for of, power in quantities]
         return np.asarray(np.max(parts, axis=0))
 
     return size
