@@ -20,6 +20,7 @@ from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings
 from eomgen.products.studies.identification.estimation import ranges_of
 from eomgen.products.studies.identification.measurements import Measurements
+from eomgen.products.studies.identification.result import Record
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
@@ -295,6 +296,25 @@ class ExperimentUnknowns:
                 for label, row in zip(experiment.data.outputs, experiment.present, strict=True)
             ]
         )
+
+    @property
+    def column_units(self) -> dict[str, str]:
+        """Units of the measured columns."""
+        units = {item.name: item.unit for item in self.model.description.outputs}
+        return {label: units.get(label.partition("[")[0], "") for label in self.labels}
+
+    def records(self, x: Array, values: Array) -> tuple[Record, ...]:
+        """Return the data of each run with the model's values (rows,) at the unknowns x (n,)."""
+        records, first = [], 0
+        for number, experiment in enumerate(self.experiments):
+            model, data = np.full(experiment.present.shape, np.nan), experiment.data
+            count = int(np.count_nonzero(experiment.present))
+            model[experiment.present] = values[first : first + count]
+            first += count
+            start = experiment.initial_state(self.values_of(x), self.states_of(x, number))
+            by_name = dict(zip(data.outputs, model, strict=True))
+            records.append(Record(data.name, data.t, dict(data.outputs), by_name, start))
+        return tuple(records)
 
     def states_of(self, x: Array, number: int) -> Array:
         count = len(self.states)

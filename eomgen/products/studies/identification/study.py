@@ -177,14 +177,11 @@ def identify(
             f"parameters={some!r} (--parameters {','.join(some)})" if some else 'states=["q.hinge"] (--states q.hinge)'
         )
         raise UsageError(Problem("parameters", "no parameter or state is named as unknown [E1082]", hint))
-    names, x = unknowns.names, unknowns.start
-    if len(unknowns.data) < len(names):
-        fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns [E1083]"
-        raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
+    x = unknowns.start
     limits, sigma = bounds_of(unknowns, bounds), deviations_of(unknowns.labels, deviations)
     predict = Predictions(unknowns.predict)
     check_effect(unknowns, predict, x, sigma)
-    result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma, 200).fit(x)
+    result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma).fit(x)
     return Judgement(unknowns, at(0.5 * size), result, predict, limits, sigma is not None, share).result()
 
 
