@@ -212,11 +212,9 @@ def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     q, v = rng.normal(size=9), rng.normal(size=8)
     subject: Any = LadderSubject(start=(q, v), period=3.0, fine=0.01, multipliers=())
     assert register._angles(subject) == [7] and register._has_angles(subject) == ""
-    turned = register._turn_angles(subject, 100.0)
-    assert (turned.q - q).tolist() == pytest.approx(
-        [0.0] * 7 + [200.0 * np.pi, 0.0]
-    ) and turned.v.tolist() == v.tolist()
-    right = register._right_angles(subject, 0.25)
+    turned: Any = register.BY_NAME["turns"].conditions(subject, 100.0)
+    assert (turned.q - q).tolist() == pytest.approx([0.0] * 7 + [200.0 * np.pi, 0.0])
+    right: Any = register.BY_NAME["right_angles"].conditions(subject, 0.25)
     assert right.q.tolist() == [*q[:7], 0.5 * np.pi + 1e-9, q[8]] and q[7] != right.q[7]
     turns = [0, 1, 2, 6]
     spun = register._spin(subject, 0.5)

@@ -335,9 +335,6 @@ def test_files_have_a_row_for_each_point(tmp_path: Path, monkeypatch: pytest.Mon
     assert read["span"] == {"start": 0.0, "end": 2.0, "rows": 8} and read["front"] == [one.label]
     assert [Point.from_dict(each) for each in read["points"]] == [one, two]
     assert read["points"][0]["verdict"] == "front" and picture.name == "tradeoff.png"
-    for name, wrong in (("value", "x"), ("seconds", "1"), ("order", None)):
-        with pytest.raises(TypeError):
-            Point.from_dict({**read["points"][0], name: wrong})
     unknown = {**read["points"][0], "errors": {"q": {"largest": None, "rms": 1.0, "final": None}}}
     assert Point.from_dict(unknown).error["q"] == ErrorSize(math.inf, 1.0, math.inf)
 

@@ -263,6 +263,10 @@ def _over_time(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Arr
     axis.figure.colorbar(drawn, ax=axis, label=axis_label(names[index], unit), pad=0.01)
 
 
+#: Numbers that are held at once.
+_NUMBERS = 4_000_000
+
+
 def largest_section_loads(solution: LoadedSolution) -> dict[str, dict[str, dict[str, float]]]:
     """Return by beam, and by ``moment`` (N m) and ``force`` (N), a mapping of the largest ``size``, its place ``x``, m,
     and its time ``t``, s; empty without a model. Looked at are the recorded rows, and both ends of each element."""
@@ -270,7 +274,7 @@ def largest_section_loads(solution: LoadedSolution) -> dict[str, dict[str, dict[
     if model is None:
         return {}
     result: dict[str, dict[str, dict[str, float]]] = {}
-    rows = max(1, 2_000_000 // max(1, solution.q.shape[1]))  # as many numbers are held at once
+    rows = max(1, _NUMBERS // (2 * max(1, solution.q.shape[1])))
     for start in range(0, len(solution.t), rows):
         part = slice(start, start + rows)
         t = solution.t[part]

@@ -216,8 +216,6 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file [E1103]", "--out tuned.toml"))
-    if options["error"] is None:
-        raise UsageError(Problem("tune", "a demand on the error is needed [E1104]", "--error 1e-4"))
     _read_changes(options, described)
     with terminal_bar(described.name) as bar:
         bar.announce(f"{described.name}: up to {duration(options['budget'])} of runs, and builds")
@@ -286,10 +284,6 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     """
     from eomgen.products.studies import extremes as studied  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    for name in ("budget", "limit"):
-        if not options[name] > 0.0:
-            fault = f"{options[name]:g} is not a positive number of seconds [E1106]"
-            raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
     with terminal_bar(Path(scene).stem) as progress:
         result = studied(scene, folder=folder, progress=progress, **options)
     files = [] if folder is None else result.save(folder)

@@ -358,13 +358,9 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
             raise UsageError(
                 Problem(f"bounds of {name}", f"{limits!r} are not two numbers [E1061]", "(0.1, 10.0)")
             ) from None
-        if np.isnan([first, last]).any():
-            fault = f"({first:.6g}, {last:.6g}) has a bound that is not a number [E1058]"
-            raise UsageError(Problem(f"bounds of {name}", fault, "-inf or inf for none"))
         if not first < last:
             fault = f"{first:.6g} is not below {last:.6g} [E1059]"
-            held = "without it among the unknowns, for a value that is held"
-            hint = f"({last:.6g}, {first:.6g})" if last < first else held
+            hint = f"({last:.6g}, {first:.6g}), or without it among the unknowns, for a value that is held"
             raise UsageError(Problem(f"bounds of {name}", fault, hint))
         for k in places:
             if not first <= x[k] <= last:

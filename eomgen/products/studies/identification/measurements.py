@@ -36,16 +36,12 @@ class Measurements:
     t : (n,) s, increasing
     outputs : by component of an output, (n,); nan if a value is missing
     inputs : by name of an input of the scene, (n,)
-    dropped : number of missing values, which are left out
-    ignored : columns that are neither, states of the model
     """
 
     name: str
     t: Array
     outputs: Mapping[str, Array]
     inputs: Mapping[str, Array]
-    dropped: int
-    ignored: tuple[str, ...]
 
 
 def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
@@ -58,10 +54,7 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
         return path.stem, dict(zip(names, table.T, strict=True))
     if not isinstance(data, Mapping):
         fault = f"a file or columns by name are needed, not {type(data).__name__} [E1065]"
-        hint = '"run.csv", or {"t": times, "angle": values}'
-        if hasattr(data, "t") and hasattr(data, "outputs"):
-            hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of a solution of simulate'
-        raise UsageError(Problem("data", fault, hint))
+        raise UsageError(Problem("data", fault, '"run.csv", or {"t": run.t, "angle": run.outputs["angle"]}'))
     columns = {}
     for name, values in data.items():
         try:
@@ -73,10 +66,7 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
             fault = f"the column {name} is {kind}, no array of numbers [E1068]"
             raise UsageError(Problem("data", fault, "one number for each time")) from None
         if columns[str(name)].ndim != 1:
-            fault = (
-                f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is"
-                f" needed [E1067]"
-            )
+            fault = f"the column {name} has the shape {columns[str(name)].shape}, not one number for each time [E1067]"
             raise UsageError(Problem("data", fault, f"{name}[0], {name}[1] as columns of their own"))
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
@@ -105,7 +95,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     layout = model.library.layout["outputs"]
     known = [label for item in layout for label in component_names("", str(item["name"]), int(item["size"]))]
     wanted = None if chosen is None else _choose_components(chosen, known)
-    outputs, inputs, ignored = dict[str, Array](), dict[str, Array](), list[str]()
+    outputs, inputs = dict[str, Array](), dict[str, Array]()
     for column, values in columns.items():
         short = column.removeprefix("output.")
         driven = column.removeprefix("input.")
@@ -115,9 +105,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
             outputs[short] = values
         elif driven in model.inputs:
             inputs[driven] = values
-        elif wanted is not None or short in known or _belongs_to_solution(model, column):
-            ignored.append(column)
-        else:
+        elif wanted is None and short not in known and not _belongs_to_solution(model, column):
             hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
             where = f"{name}, column {shown(column)}"
             raise UsageError(Problem(where, "it is neither an output nor an input of the scene [E1069]", hint))
@@ -130,7 +118,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     absent = [item for item in wanted or () if item not in outputs]
     if absent:
         raise UsageError(Problem(name, f"there is no column {absent[0]} [E0669]", f"outputs among {listed(columns)}"))
-    return _without_gaps(name, t, outputs, inputs, tuple(ignored), missing)
+    return _without_gaps(name, t, outputs, inputs, missing)
 
 
 def times_of(name: str, columns: Mapping[str, Array]) -> Array:
@@ -188,7 +176,7 @@ def check_choice(argument: str, value: str, choices: Sequence[str]) -> None:
 
 
 def _without_gaps(
-    name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
+    name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], missing: str
 ) -> Measurements:
     """Return the measured data with inputs interpolated at missing values, and nan for missing outputs. Raises
     UsageError if values are missing and `missing` is ``refuse``, for an input without values, and for values above
@@ -200,8 +188,7 @@ def _without_gaps(
             hint = "values in the unit of the column, and empty cells for missing ones"
             raise UsageError(Problem(f"{name}, column {column}", fault, hint))
     gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
-    count = sum(gaps.values())
-    if count and missing == "refuse":
+    if any(gaps.values()) and missing == "refuse":
         rows = ~np.all(np.isfinite(np.stack([*outputs.values(), *inputs.values()])), axis=0)
         named = ", ".join(f"{column} {gap}" for column, gap in gaps.items() if gap)
         every = np.concatenate([*outputs.values(), *inputs.values()])
@@ -217,4 +204,4 @@ def _without_gaps(
             )
         filled[column] = np.interp(t, t[there], values[there])
     outputs = {column: np.where(np.isfinite(values), values, np.nan) for column, values in outputs.items()}
-    return Measurements(name, t, outputs, filled, count, ignored)
+    return Measurements(name, t, outputs, filled)

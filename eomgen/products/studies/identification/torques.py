@@ -43,7 +43,6 @@ class MeasuredMotion:
     q, v, a : (n, nq), (n, nv), (n, nv)
     tau : (n, nv) efforts beyond the inputs'
     u : (n, nu) inputs, None if the scene has none
-    dropped : rows that are left out because values are missing
     """
 
     name: str
@@ -53,7 +52,6 @@ class MeasuredMotion:
     a: Array
     tau: Array
     u: Array | None
-    dropped: int
 
 
 def identified_by_torque(
@@ -236,4 +234,4 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> MeasuredMoti
         u = np.array(model.input_values(t[rows]))
         for label, values in driven.items():
             u[:, model.inputs.index(label)] = values[rows]
-    return MeasuredMotion(name, t[rows], q, v, a, tau, u, len(t) - len(rows))
+    return MeasuredMotion(name, t[rows], q, v, a, tau, u)

@@ -151,15 +151,12 @@ class Extremes:
             ``scene``, ``counts`` (cells by verdict), ``fails`` (a number), ``shortest_period`` (s), ``seconds``,
             ``left_out``, and ``cells``: attributes of each cell, and its ``command``. Numbers may be nan or infinite.
         """
-        cells = [{**asdict(cell), "command": self.command(cell)} for cell in self.cells]
         return {
-            "scene": self.scene,
-            "counts": self.counts,
+            **{name: getattr(self, name) for name in ("scene", "counts", "seconds")},
             "fails": len(self.fails),
             "shortest_period": self.period,
-            "seconds": self.seconds,
             "left_out": dict(self.left_out),
-            "cells": cells,
+            "cells": [{**asdict(cell), "command": self.command(cell)} for cell in self.cells],
         }
 
     def csv(self) -> str:

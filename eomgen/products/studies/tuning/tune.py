@@ -13,6 +13,7 @@ from typing import Any
 
 from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, field
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, VerificationRun, conditions, verify
@@ -119,9 +120,7 @@ def tune(
     others = formulated and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
     defaults = variants.description.simulation
-    end = defaults.duration if t_end is None else t_end
-    if not (math.isfinite(end) and end > 0.0):
-        raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s [E1127]", "10"))
+    end = defaults.duration if t_end is None else number_of("t_end", t_end)
     grid = tuning_grid(end, defaults.step, defaults.step * defaults.record_every)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None

@@ -116,10 +116,6 @@ class Point:
         ValueError, TypeError, KeyError, AttributeError
             These are not the data of a point.
         """
-        times = (data["seconds"], data["least_seconds"])
-        known = [data[name] for name in ("value", "took", "repeats", "order")] + [x for x in times if x is not None]
-        if not all(isinstance(x, int | float) for x in known):
-            raise TypeError("times and counts are numbers")
         names = ("formulation", "method", "parameters", "policy", "settings", "real", "profile")
         errors = {name: {key: _number(x) for key, x in size.items()} for name, size in data["errors"].items()}
         return cls(
@@ -301,15 +297,9 @@ class Tradeoff:
             ``least_seconds`` and a ``verdict``. Errors may be infinite.
         """
         return {
-            "scene": self.scene,
-            "quantity": self.quantity,
-            "measure": self.measure,
-            "span": {"start": self.span[0], "end": self.span[1], "rows": self.span[2]},
-            "reference": dict(self.reference),
-            "machine": dict(self.machine),
-            "seconds": self.seconds,
-            "compiled": dict(self.compiled),
-            "left_out": dict(self.left_out),
+            **{name: getattr(self, name) for name in ("scene", "quantity", "measure", "seconds")},
+            **{name: dict(getattr(self, name)) for name in ("reference", "machine", "compiled", "left_out")},
+            "span": dict(zip(("start", "end", "rows"), self.span, strict=True)),
             "points": [{**p.to_dict(), "verdict": self.verdict(p)} for p in self.points],
             "front": [p.label for p in self.front],
             "slopes": [

@@ -13,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.arrays import count_of
 from eomgen.base.calls import names_of
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.journal import Journal
@@ -179,23 +180,14 @@ def tradeoff(
     began = time.perf_counter()
     chosen, named = checked_axes(axes), names_of("methods", "methods", methods, "rk4")
     check_measure(measure)
-    budget = number_of("budget", budget)
-    if not budget > 0.0:
-        raise UsageError(
-            Problem("budget", f"a study takes a positive number of seconds, not {budget:g} [E1141]", "120")
-        )
-    if repeats < 1:
-        raise UsageError(Problem("repeats", f"a median needs one time at least, not {repeats} [E1142]", "20"))
+    budget, repeats = number_of("budget", budget), count_of("repeats", repeats)
     for step in steps:
-        if not (math.isfinite(step) and step > 0.0):
-            raise UsageError(
-                Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not [E1143]", "1e-3")
-            )
+        if not number_of("steps", step) > 0.0:
+            fault = f"steps are positive numbers of seconds, which {step:g} is not [E1143]"
+            raise UsageError(Problem("steps", fault, "1e-3"))
     variants = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
     defaults = variants.description.simulation
-    end = defaults.duration if t_end is None else t_end
-    if not (math.isfinite(end) and end > 0.0):
-        raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s [E1144]", "10"))
+    end = defaults.duration if t_end is None else number_of("t_end", t_end)
     grid = ladder_grid(end, defaults.step, defaults.step * defaults.record_every, steps)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
     in_coarsest, absolute = per_coarsest(Grid(grid.row * grid.coarsest, 1), steps), "formulation" in axes
@@ -478,14 +470,7 @@ class _WorkPrecisionStudy:
             taken += measure_seconds(outcome.repeated, min(self.repeats, max(3, more)) - 1)
         except NumericalError as error:
             return replace(point, said=str(error), stats=outcome.stats)
-        return replace(
-            point,
-            error=self.reference.errors_of(outcome.observation),
-            seconds=statistics.median(taken),
-            least=min(taken),
-            repeats=len(taken),
-            stats=outcome.stats,
-        )
+        return _timed(point, taken, error=self.reference.errors_of(outcome.observation), stats=outcome.stats)
 
     def _time_front(self) -> None:
         """Time points near the front again, with all repetitions of the study; points with as many repetitions stay."""
@@ -503,9 +488,13 @@ class _WorkPrecisionStudy:
             took = time.process_time() - began
             self.spent += took
             if taken:
-                median, count, took = statistics.median(taken), len(taken), point.took + took
-                self._keep(key, replace(point, seconds=median, least=min(taken), repeats=count, took=took))
+                self._keep(key, _timed(point, taken, took=point.took + took))
 
     def _say(self, label: str, left: int = 0) -> None:
         if self.progress is not None:
             self.progress(self.done, self.done + left, label)
+
+
+def _timed(point: Point, taken: Sequence[float], **changes: Any) -> Point:
+    """Return a point with the seconds of its repeated runs."""
+    return replace(point, seconds=statistics.median(taken), least=min(taken), repeats=len(taken), **changes)
