@@ -13,7 +13,6 @@ import pytest
 
 import eomgen
 from benchmarks import (
-    adaptive_steps,
     beam_kernels,
     beam_simulations,
     build_scenes,
@@ -26,8 +25,6 @@ from benchmarks import (
     lanes,
     large_files,
     large_scenes,
-    late_steps,
-    measure,
     real_time_steps,
     regressor,
     relative_springs,
@@ -41,7 +38,6 @@ from benchmarks import (
     steps_in_passes,
     time_derivatives,
 )
-from eomgen.integrators.families.register import method_named
 from tests.models.shear_frame import RESPONSE, SCALE
 
 
@@ -171,22 +167,6 @@ def test_a_controlled_robot_moves_as_pinocchio_says(capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.long
-def test_adaptive_steps_agree_with_radau() -> None:
-    for run, setting, bound in (
-        (adaptive_steps.own("generalized_alpha_adaptive"), 1e-4, 2e-4),
-        (adaptive_steps.own("generalized_alpha"), 4000.0, 1e-4),
-        (adaptive_steps.radau, 1e-5, 1e-6),
-    ):
-        times, q, _ = run(setting)
-        assert adaptive_steps.largest_error(times, q) < bound
-
-
-def test_tables_line_up() -> None:
-    text = measure.table(["name", "ns"], [["a", "1"], ["longer", "12345"]])
-    assert text.splitlines() == ["| name   | ns    |", "|--------|-------|", "| a      | 1     |", "| longer | 12345 |"]
-
-
-@pytest.mark.long
 def test_all_contestants_spin_the_beam_up(capsys: pytest.CaptureFixture[str]) -> None:
     assert spin_up_beam.main(["--quick"]) == 0
     rows = [line.split("|")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("|")][2:]
@@ -260,29 +240,6 @@ def test_compiled_rates_and_jacobian_serve_scipy_and_cvode() -> None:
     assert runs[0].steps() > 10 * runs[4].steps() > 1000
 
 
-def test_the_first_tolerance_that_meets_an_error_is_taken() -> None:
-    def run(tolerance: float, error: float | None) -> frame_peers.Run:
-        return frame_peers.Run(f"{tolerance:g}", lambda: None if error is None else np.array([error]), lambda: 1)
-
-    errors = {1.0: 0.5, 0.1: None, 0.01: 0.05, 0.001: 0.06, 0.0001: 0.001}
-    ways = iter([(lambda tolerance: run(tolerance, errors[tolerance]), list(errors))])
-    found = frame_peers.cheapest(ways, lambda end: float(end[0]), [0.1, 0.05, 0.01, 1e-9])
-    assert {error: (best.label, by) for error, (best, by) in found.items()} == {
-        0.1: ("0.01", 0.05),
-        0.05: ("0.01", 0.05),
-        0.01: ("0.0001", 0.001),
-    }
-
-
-@pytest.mark.slow
-def test_the_top_is_held_against_its_reference() -> None:
-    top = steps_in_passes.Top()
-    end = steps_in_passes.end_of(top.run(method="rk4", step=1e-4))
-    assert end is not None and 1e-9 < top.missed(end) < 1e-6
-    other_sign = np.concatenate([-2.0 * end[:4], end[4:]])
-    assert top.missed(other_sign) == pytest.approx(top.missed(end), rel=1e-3)
-
-
 @pytest.mark.long
 def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = quick(real_time_steps, tmp_path)
@@ -294,36 +251,6 @@ def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.
         assert np.log2(loop[method][-2] / loop[method][-1]) == pytest.approx(2.0, abs=0.1)
     assert found["corrected_predictor"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
     assert found["corrected_predictor"] != found["corrected_predictor, first matrix"]
-
-
-@pytest.mark.long
-def test_late_steps_are_those_of_the_run(tmp_path: Path) -> None:
-    model = eomgen.build(real_time_steps.EXAMPLES / "robot_arm" / "scene.toml")
-    solution = model.simulate(0.4, 1e-3, method="rosenbrock", error_estimate=False)
-    repeated = late_steps.LateSteps(model, solution, method_named("rosenbrock"))
-    found = repeated.lateness(3)
-    np.testing.assert_array_equal(repeated.state, np.concatenate([[0.4], solution.q[-1], solution.v[-1]]))
-    assert found.stepped.shape == found.empty.shape == (3, 400 - late_steps.WARMING)
-    assert {name: sum(counts.values()) for name, counts in found.histograms().items()} == {
-        "steps": 900,
-        "empty loops": 900,
-        "each step's median": 300,
-    }
-    late_steps.draw({"arm": found}, tmp_path / "late.png")
-    assert (tmp_path / "late.png").stat().st_size > 5000
-
-
-def test_late_steps_are_told_from_a_late_machine() -> None:
-    stepped, empty = np.full((5, 20_000), 1000.0), np.full((5, 20_000), 1000.0)
-    for repetition in range(5):  # the machine is late somewhere else each time
-        stepped[repetition, 100 * repetition : 100 * repetition + 50] = 9e4
-        empty[repetition, 100 * repetition + 50 : 100 * repetition + 100] = 8e4
-    found = late_steps.Lateness(stepped, empty).summary()
-    assert [round(item["late_by_median"], 3) for item in found.values()] == [90.0, 80.0, 1.0]
-    stepped[:, 777:800] = 1500.0  # the method is late at the same steps in all repetitions
-    found = late_steps.Lateness(stepped, empty).summary()
-    assert found["each step's median"]["late_by_median"] == 1.5
-    assert found["each step's median"]["beyond"] == pytest.approx(23 / 20_000)
 
 
 @pytest.mark.long

@@ -77,25 +77,6 @@ def test_a_reference_that_is_missing_gives_way_to_the_next(tmp_path: Path) -> No
     assert [(one.state, one.error) for one in found] == [("measured", 0.0), ("wrong", None)]
 
 
-def test_peers_that_do_not_install_keep_their_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[tuple[str, ...]] = []
-
-    def pip(python: Path, requirements: tuple[str, ...]) -> str:
-        asked.append(tuple(requirements))
-        return "no wheel for this Python" if "jax>=0.4.35" in requirements else ""
-
-    monkeypatch.setattr(environments, "FOLDER", tmp_path)
-    monkeypatch.setattr(environments, "_pip", pip)
-    python = environments.interpreter("jax")
-    python.parent.mkdir(parents=True)
-    python.touch()
-    wanted = environments.GROUPS["jax"]
-    assert environments.install("jax") == {"jax>=0.4.35": "no wheel for this Python"}
-    assert asked == [tuple(wanted), *((one,) for one in wanted)]
-    assert environments.install("jax") == {"jax>=0.4.35": "no wheel for this Python"}  # nothing is asked anew
-    assert len(asked) == 1 + len(wanted)
-
-
 MACHINE = {
     "processor": "a processor", "family": "family 25, model 1", "vectors": "AVX2", "cores": 2, "load": 0.5,
     "system": "Linux 6", "compiler": "12.2.0", "python": "3.11.7", "date": "2026-11-22", "commit": "abcdef12",

