@@ -34,11 +34,6 @@ def slide(**parts: Any) -> dict[str, Any]:
     }
 
 
-def rubbed() -> dict[str, Any]:
-    """Return a slide at 1e-4 m/s in friction that turns over within 1e-4 m/s: steps of 1 m/s see a constant."""
-    return slide(joint={"friction": {"coulomb": 5.0, "velocity": 1e-4}, "initial": {"velocity": 1e-4}})
-
-
 def clipped() -> dict[str, Any]:
     """Return a clipped damper at rest: both limits and the wanted force are 0, and the slope is 0 on both sides."""
     limits = "soft*v.x", "hard*v.x"
@@ -63,14 +58,6 @@ def driven() -> eomgen.Scene:
     return builder.simulation(duration=0.1, step=1e-5).build()
 
 
-def mast() -> eomgen.Scene:
-    """Return a mast whose geometric stiffness is compared without its loads."""
-    builder = eomgen.SceneBuilder("mast", gravity=[0, 0, 0])
-    builder.beam("mast", 2.0, mass_per_length=0.5, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 70.0})
-    builder.joint("clamp", "revolute", "base", "mast", axis=[0, 1, 0], stiffness=100)
-    return builder.distributed_load("wind", "mast", [5, 0, "-3 * (1 + 0.2 * sin(t))"], profile=[0.5, 0.5]).build()
-
-
 def watched() -> dict[str, Any]:
     """Return a double pendulum on a moving base, with events of all levels."""
     scene = changed(DOUBLE, "checked_events", states={"lag": {"rate": "q.elbow - lag"}})
@@ -90,7 +77,6 @@ def on_hills() -> Any:
 CAR = "examples/car_in_side_wind/system/car.toml"
 #: Scenes, options of ``check``, and forms that are in the report.
 SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
-    "regularised friction": (rubbed, {"states": 2, "only": ["force_rates", "forward_rates"]}, set()),
     "equal operands": (clipped, {"states": 2, "only": ["forward_dynamics"]}, set()),
     "laws by differences": (lambda: CAR, {"states": 2, "only": ["output_parameter_partials"]}, set()),
     "input without parameters": (
@@ -100,7 +86,6 @@ SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
         driven, {"states": 4, "only": ["constraint_velocity_derivatives"]},
         {"constraint_velocity_derivatives.constraint_velocity_derivatives"},
     ),
-    "geometric stiffness": (mast, {}, {"elastic.K_geo"}),
     "another front end": (lambda: lattice("pendulums"), {"states": 4}, {"mass.M", "partials.K"}),
     "events": (watched, {"only": ["event"]}, {"events.event_rate", "event_impulse.gradient"}),
     "shafts without mass": (lambda: load_toml(SHAFTS), {}, set()),

@@ -163,14 +163,6 @@ def test_several_runs_have_initial_states_of_their_own(slider: eomgen.Model) -> 
     assert set(found.parameters) == {"stiffness", "damping"}
 
 
-def test_an_input_of_the_data_drives_the_run(slider: eomgen.Model) -> None:
-    given = data(0, push=2.0) | {"push": np.full(201, 2.0)}
-    found = found_by(slider, given, "stiffness", "damping", "mass_a")
-    assert all(one.low < TRUE[one.name] < one.high for one in found.estimates)
-    constant = found_by(slider, data(0, push=2.0), "stiffness", "damping", "mass_a", inputs={"push": 2.0})
-    np.testing.assert_allclose(constant["mass_a"].value, found["mass_a"].value, rtol=1e-9)
-
-
 def test_masses_that_move_together_are_known_by_their_sum(slider: eomgen.Model) -> None:
     given = data(0, push=2.0) | {"input.push": np.full(201, 2.0)}
     found = found_by(slider, given, "stiffness", "mass_a", "mass_b", values={"mass_a": 1.5})

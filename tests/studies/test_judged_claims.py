@@ -314,16 +314,6 @@ def test_curves_of_a_panel_are_errors_over_steps() -> None:
     assert (y[1] - y[0]) / (x[1] - x[0]) == pytest.approx(2.0)
 
 
-def test_summaries_of_checks() -> None:
-    fine = FormReport("mass.M", "d", "separated", "agrees")
-    assert report_of(fine).summary == "all agree" and report_of(replace(fine, remarks=("kink",))).passed
-    assert report_of(replace(fine, remarks=("kink",))).summary == "all agree where defined"
-    stopped = report_of(fine, unchecked=("tau", "h"))
-    assert stopped.summary == "interrupted: 1 closed forms agree, and 2 are not checked" and not stopped.passed
-    lost = report_of(replace(fine, verdict="undecided"), unchecked=("tau",))
-    assert lost.summary == "1 of 1 closed form not shown to agree"
-
-
 @pytest.mark.parametrize(("counts", "sizes"), [([7], [7]), ([8], [4, 4]), ([15, 2], [5, 5, 5, 2]), ([1, 1], [1, 1])])
 def test_panels_have_seven_curves_at_most(counts: list[int], sizes: list[int]) -> None:
     forms = [FormReport(f"{k}", "", f"family {n}", "agrees") for n, count in enumerate(counts) for k in range(count)]

@@ -318,20 +318,7 @@ def test_one_line_says_why() -> None:
 
 def test_tune_asks_tells_and_writes(scene: str, answered: Any, capsys: pytest.CaptureFixture[str]) -> None:
     asked = answered("tune", tuned(source=Path(library.__file__).with_name("pendulum.toml")))
-    words = [
-        "tune",
-        scene,
-        "--error",
-        "1e-4",
-        "--output",
-        "angle",
-        "--methods",
-        "rk4",
-        "--axes",
-        "method",
-        "--t-end",
-        "2",
-    ]
+    words = f"tune {scene} --error 1e-4 --output angle --methods rk4 --axes method --t-end 2".split()
     code = main([*words, "--set", "length=40 cm", "--out", "made/tuned.toml"])
     assert code == 0, capsys.readouterr()
     options, printed = asked[0][1], capsys.readouterr()
