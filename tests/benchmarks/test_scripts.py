@@ -11,18 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-import eomgen
 from benchmarks import (
     beam_kernels,
     beam_simulations,
-    build_scenes,
     build_time,
     equal_elements,
     frame_peers,
     generation_time,
     implicit_steps,
     lane_steppers,
-    lanes,
     large_files,
     large_scenes,
     real_time_steps,
@@ -67,13 +64,6 @@ def test_the_regressor_is_pinocchios(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert regressor.main(["--quick", "--work", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(",")[0] for line in lines] == [f"panda eomgen {flags}: right" for flags in ("O3", "fast")]
-
-
-@pytest.mark.slow
-def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    (row,) = quick(lanes, tmp_path)["rows"]
-    assert capsys.readouterr().out == "panda inverse_dynamics: the same bits\n"
-    assert row["same_bits"] and row["operations"] > 500
 
 
 @pytest.mark.long
@@ -122,24 +112,6 @@ def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]
     assert "first build: wall, CPU, Python, compilers" in said
     assert "first step: import, read, build, first step, CPU, wall" in said
     assert float(re.findall(r"difference from Kane's method: (\S+)", said)[0]) < 1e-12
-
-
-def test_scenes_of_build_time_have_the_sizes_of_their_names() -> None:
-    car = eomgen.load(build_scenes.wishbone_car())
-    rows = sum({"spherical": 3, "distance": 1}[item.type] for item in car.constraints)
-    driven = sum("drive" in joint for joint in build_scenes.wishbone_car()["joints"].values())
-    assert (len(car.bodies), rows + driven) == (18, 17)
-    linkages = eomgen.load(build_scenes.four_bar()), eomgen.load(build_scenes.seven_bodies())
-    assert [(len(item.bodies), item.coordinates) for item in linkages] == [(3, "absolute"), (7, "absolute")]
-
-
-def test_the_heaviest_link_of_a_robot_changes(tmp_path: Path) -> None:
-    before, after = (
-        {body.name: body.mass.value for body in eomgen.load(build_time.robot_file("ur5", factor, tmp_path)).bodies}
-        for factor in (1.0, build_time.STATES["one mass changed"])
-    )
-    changed = [name for name in before if before[name] != after[name]]
-    assert changed == [max(before, key=before.__getitem__)]
 
 
 @pytest.mark.long

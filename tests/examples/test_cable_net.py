@@ -1,4 +1,4 @@
-"""Cables and nets of equal knots: their rest is a polygon of forces, and their stepper does not grow with them."""
+"""Cables and nets of equal knots: their rest is a polygon of forces."""
 
 from __future__ import annotations
 
@@ -86,15 +86,3 @@ def test_every_cable_of_the_net_rests_as_one_alone() -> None:
     places = knots_of(model.equilibrium().q).reshape(10, 10, 3)
     np.testing.assert_allclose(places[..., 1], np.repeat(0.1 * np.arange(10.0)[:, np.newaxis], 10, axis=1), atol=1e-10)
     np.testing.assert_allclose(places[..., ::2], [polygon(10, 0.0, 0.02, 200.0, 0.095)] * 10, rtol=0.0, atol=1e-10)
-
-
-@pytest.mark.long
-def test_the_stepper_of_a_cable_does_not_grow_with_its_knots(tmp_path: Path) -> None:
-    """The text is the same but for the counts in it: whatever has the loops of 40 knots has those of 60."""
-    sizes, statements = [], []
-    for knots in (40, 60):
-        files = eomgen.generate(cable(knots), tmp_path / f"{knots}", method="generalized_alpha")
-        (text,) = (path.read_text(encoding="utf-8") for path in files if path.name == "cable_step.c")
-        sizes.append(len(text))
-        statements.append(text.count(";"))
-    assert statements[0] == statements[1] and abs(sizes[1] - sizes[0]) < 100

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import pytest
 
 import eomgen
 from eomgen import Model
-from eomgen.cli import main
 from tests.examples.machines import Machine, Part, angles_at, energy_of, reduced, turned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -162,16 +160,3 @@ def test_multiplier_of_the_piston_pin_is_the_force_on_the_piston() -> None:
         errors.append(float(np.abs(run.multipliers[::every, 0] + force).max() / np.abs(force).max()))
     assert errors[0] < 2.5e-3
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
-
-
-@pytest.mark.slow
-def test_four_bar_says_which_rows_it_left_out_and_how_far_the_guess_was_off(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info", str(EXAMPLES / "four_bar" / "scene.toml"), "--json"]) == 0
-    notes = json.loads(capsys.readouterr().out)["notes"]
-    told = [line.strip() for line in (EXAMPLES / "four_bar" / "README.md").read_text(encoding="utf-8").splitlines()]
-    assert notes == [line for line in told if line.startswith(("rocker_pin: ", "initial ", "corrected "))]
-    assert sum(note.endswith("follows from the constraints before it and is left out") for note in notes) == 3
-    model = _model("four_bar")
-    assert model.multipliers == ("rocker_pin: origins meet along x", "rocker_pin: origins meet along y")
-    np.testing.assert_allclose(model.evaluate("constraint", model.initial_q)["Phi"], 0.0, atol=1e-13)
-    assert rocker_angle(model.initial_q[0]) == pytest.approx(model.initial_q[2], abs=1e-13)

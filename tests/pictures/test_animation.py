@@ -147,13 +147,6 @@ def test_solids_have_the_inertia_of_their_body(kind: str, moments: list[float], 
     np.testing.assert_allclose(inertia_of(solid, 3.0, rng), inertia, atol=6e-3 * max(moments))
 
 
-def test_bodies_without_inertia_or_without_mass_have_no_solid() -> None:
-    assert equivalent_solid(1.0, np.zeros(3), np.zeros((3, 3)))["kind"] == "point"
-    assert equivalent_solid(0.0, np.zeros(3), np.zeros((3, 3)))["kind"] == "none"
-    rod = equivalent_solid(1.0, np.zeros(3), np.diag([1.0, 1.0, 0.0]))
-    assert rod["kind"] == "cylinder" and rod["size"][0] == pytest.approx(0.02 * rod["size"][1])
-
-
 def test_what_has_no_value_at_these_parameters_is_named() -> None:
     builder = eomgen.SceneBuilder("rooted").parameter("length", 1.0, tunable=True)
     builder.body("rod", 1.0, center_of_mass=[0, 0, "-sqrt(length)"], inertia=[0.1, 0.1, 0.1])

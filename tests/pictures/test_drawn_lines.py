@@ -82,35 +82,6 @@ def test_sections_over_time_are_maps_of_the_components_that_differ_from_zero(rng
     assert drawn[-1].get_xlabel() == "time, s"
 
 
-@pytest.mark.slow
-def test_figures_of_sections_have_six_instants_beside_maps(
-    rng: np.random.Generator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    solution, kept = solution_of(rng, 41), []
-
-    def saved(figure: Any, path: Path, hint: str) -> Path:
-        kept.append((figure, hint))
-        return path
-
-    monkeypatch.setattr(section_loads, "save_figure", saved)
-    section_loads.store_drawn_loads(solution, tmp_path / "loads.npz")
-    files = section_loads.draw_sections(solution, section_loads.stored_drawn_loads(tmp_path / "loads.npz"), tmp_path)
-    assert files == [tmp_path / "sections_rope.png", tmp_path / "sections_mast.png"]
-    for (figure, hint), name, panels in zip(kept, ("rope", "mast"), (6, 4), strict=True):
-        assert hint == "another folder, or --no-plots"
-        assert figure.get_suptitle() == f"crane: sections of the beam {name}"
-        assert figure.get_size_inches().tolist() == pytest.approx([15.0, 0.6 + 2.6 * panels])
-        left, right = figure.axes[: 2 * panels : 2], figure.axes[1 : 2 * panels : 2]
-        for axis in left:
-            labels = [line.get_label() for line in axis.lines]
-            assert labels == [f"t = {solution.t[row]:.4g} s" for row in (0, 8, 16, 24, 32, 40)]
-        assert [axis.get_legend() is not None for axis in left] == [True] + [False] * (panels - 1)
-        assert (left[-1].get_xlabel(), right[-1].get_xlabel()) == ("x at rest, m", "time, s")
-        loads = solution.section_loads[name]
-        ends = loads.moment_at_ends[8, :, :, 1 if name == "mast" else 0].ravel()
-        assert left[0].lines[1].get_ydata().tolist() == ends.tolist()
-
-
 def test_a_copy_that_draws_finds_the_loads_of_beams_in_a_file(rng: np.random.Generator, tmp_path: Path) -> None:
     solution, orders = solution_of(rng), list[dict[str, Any]]()
     copy: Any = SimpleNamespace(order=orders.append)

@@ -126,13 +126,6 @@ def test_wrong_numbers_fail_by_what_tells_them(change: Callable[[Array], Array],
     assert not abs(found.worst.value - found.worst.expected) <= found.worst.bar
 
 
-def test_a_thousandth_of_the_tolerance_is_no_error() -> None:
-    assert (
-        judged("sin(3 * q.pin)", [(0.1, 0.0), (0.7, 1.0)], change=lambda value: value * (1.0 + 1e-14)).verdict
-        == "agrees"
-    )
-
-
 @pytest.mark.parametrize(("error", "verdict"), [(-20.0, "FAILS"), (0.0, "agrees"), (50.0, "agrees"), (120.0, "FAILS")])
 def test_at_a_kink_the_closed_form_lies_between_the_sides(error: float, verdict: str) -> None:
     """Slopes of the sides differ by 100."""
