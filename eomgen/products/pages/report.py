@@ -162,7 +162,7 @@ _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 
 
 def _scene(model: Any) -> dict[str, Any]:
-    """Return what a page says of a model: parameters, notes, sizes, operations of the functions, and modes about the
+    """Return a page's texts about a model: parameters, notes, sizes, operations of the functions, and modes about the
     operating point, or the reason why there are none; all empty without a model."""
     if model is None:
         names = ("description", "parameters", "notes", "facts", "functions", "about_modes", "modes")

@@ -145,7 +145,7 @@ def _has_angles(subject: Subject) -> str:
     return "" if _angles(subject) else "it has no angles as coordinates"
 
 
-def _turned(subject: Subject, value: float, *, more: bool) -> RunConditions:
+def _turn(subject: Subject, value: float, *, more: bool) -> RunConditions:
     """Return conditions with all angles at a number of turns, next to singular places, or by as many turns more."""
     q = np.array(subject.start[0])
     q[_angles(subject)] = 2.0 * np.pi * value + (q[_angles(subject)] if more else 1e-9)
@@ -200,8 +200,8 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("ratio", "inertia of the first body, times", _FACTORS, _factor(RATIO), _with(RATIO)),
     Ladder("ratio_last", "inertia of the last body, times", _FACTORS, _factor(RATIO_LAST), _with(RATIO_LAST)),
     Ladder("spin", "turn within a step, rad", _SPINS, _spin, _spins),
-    Ladder("turns", "angles, turns more", _TURNS, partial(_turned, more=True), _has_angles),
-    Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), partial(_turned, more=False), _has_angles),
+    Ladder("turns", "angles, turns more", _TURNS, partial(_turn, more=True), _has_angles),
+    Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), partial(_turn, more=False), _has_angles),
     Ladder(
         "rho_inf",
         "spectral radius at infinity",

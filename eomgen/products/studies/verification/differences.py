@@ -151,8 +151,7 @@ def _by_step(steps: Array, like: Array) -> Array:
 def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
     """Return whether one-sided differences do not meet, (S, R, C), and the smallest step that shows the kink, (S, R,
     C). `sided` (2, K, S, R, C) are backward and forward differences by step, `scatter` (S, R, C) is the measured
-    rounding of the function, `size` the largest derivative. Gaps are compared at steps four rungs apart, a hundred
-    times as large."""
+    rounding of the function, `size` the largest derivative. Gaps are compared at steps by a factor of 100."""
     gap = np.abs(sided[1] - sided[0])
     noise = 40.0 * scatter / _by_step(LADDER, gap)
     telling = np.where(noise <= 1e-4 * max(size, 1e-300), np.arange(len(LADDER)).reshape(-1, *(1,) * scatter.ndim), -1)
@@ -254,7 +253,7 @@ def with_rounding_of_complex_steps(
 def _effect_of_rounding(near: Iterable[Array], here: Array, whole: Array) -> Array:
     """Return the largest change from the values `here` (S, R, C) to the values in `near`, for arguments changed by
     rounding. Changes above 1e-7 of `whole` take another branch at a kink, which is not rounding, and count as zero; the
-    size of a derivative that is 0 is its rounding alone, and `whole` that of the differentiated function."""
+    size of a derivative that is 0 is its rounding alone, and `whole` the size of the function."""
     effect = np.zeros(here.shape)
     with np.errstate(all="ignore"):
         for value in near:

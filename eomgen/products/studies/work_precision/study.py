@@ -470,7 +470,7 @@ class _WorkPrecisionStudy:
             taken += measure_seconds(outcome.repeated, min(self.repeats, max(3, more)) - 1)
         except NumericalError as error:
             return replace(point, said=str(error), stats=outcome.stats)
-        return _timed(point, taken, error=self.reference.errors_of(outcome.observation), stats=outcome.stats)
+        return _with_times(point, taken, error=self.reference.errors_of(outcome.observation), stats=outcome.stats)
 
     def _time_front(self) -> None:
         """Time points near the front again, with all repetitions of the study; points with as many repetitions stay."""
@@ -488,13 +488,13 @@ class _WorkPrecisionStudy:
             took = time.process_time() - began
             self.spent += took
             if taken:
-                self._keep(key, _timed(point, taken, took=point.took + took))
+                self._keep(key, _with_times(point, taken, took=point.took + took))
 
     def _say(self, label: str, left: int = 0) -> None:
         if self.progress is not None:
             self.progress(self.done, self.done + left, label)
 
 
-def _timed(point: Point, taken: Sequence[float], **changes: Any) -> Point:
+def _with_times(point: Point, taken: Sequence[float], **changes: Any) -> Point:
     """Return a point with the seconds of its repeated runs."""
     return replace(point, seconds=statistics.median(taken), least=min(taken), repeats=len(taken), **changes)

@@ -133,7 +133,7 @@ def _mass_terms(space: Space, term: str, order: int) -> list[tuple[str, str, int
 
 
 def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
-    """Return a function for the size (...) of a derivative below which it is rounding of cancelling terms: a thousandth
+    """Return a function for the size (...) below which a derivative is rounding by cancelling terms: a thousandth
     of the quantity, and 3 % of the terms. The terms are the output `entry` of a function, times the rate of the motion
     to the power of the order; ``more`` are further (function, output, order), in the same way."""
     quantities = [(ClaimOutput(of, name).flat, power) for of, name, power in ((function, entry, order), *more)]
