@@ -25,10 +25,11 @@ from eomgen.cli.options import (
     scene_options,
     set_option,
 )
-from eomgen.cli.printing import print_json, print_table, say
+from eomgen.cli.printing import print_table, say
 from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import NAMED
+from eomgen.products.studies.model_commands import say_written, show
 
 if TYPE_CHECKING:
     from eomgen.products.studies import Extremes, Point, Tradeoff, Tuned
@@ -85,13 +86,10 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
             **options,
         )
     files = study.save(folder)
-    if as_json:
-        print_json(study.to_dict())
-    else:
-        _print_tradeoff(study)
+    show(study, _print_tradeoff, as_json)
     for line in _remarks(study):
         say(line)
-    say(f"written to {Path(folder)}: {', '.join(file.name for file in files)}")
+    say_written(folder, files)
     return 0
 
 
@@ -220,10 +218,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     with terminal_bar(described.name) as bar:
         bar.announce(f"{described.name}: up to {duration(options['budget'])} of runs, and builds")
         result = tuned(scene, progress=bar.stage, **options)
-    if as_json:
-        print_json(result.to_dict())
-    else:
-        _print_tuned(result)
+    show(result, _print_tuned, as_json)
     say(result.why)
     if file is not None:
         make_folder(Path(file).parent)
@@ -287,17 +282,11 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     with terminal_bar(Path(scene).stem) as progress:
         result = studied(scene, folder=folder, progress=progress, **options)
     files = [] if folder is None else result.save(folder)
-    if as_json:
-        print_json(result.to_dict())
-    elif options["cells"]:
-        _print_cells(result)
-    else:
-        _print_map(result)
+    show(result, _print_cells if options["cells"] else _print_map, as_json)
     for why in dict.fromkeys(result.left_out.values()):
         names = [name for name, reason in result.left_out.items() if reason == why]
         say(f"left out: {listed(names) if len(names) <= 2 * NAMED else counted(len(names), 'cell')}: {why}")
-    if files:
-        say(f"written to {folder}: {', '.join(file.name for file in files)}")
+    say_written(folder, files)
     for cell in result.fails:
         wrong = "" if cell.error is None else f" is wrong by {100.0 * cell.error:.2g} % of its motion"
         said = f", and says: {cell.said}" if cell.said else ""
