@@ -72,14 +72,13 @@ class DependentColumns:
         return tuple(k for k, row in zip(self.kept, self.coefficients, strict=True) if np.any(row))
 
 
-def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
+def structure(J: Array) -> DependentColumns:
     """Return the independent columns of J (rows, n), and the coefficients of the other columns. Columns are taken from
-    the left, or in the order `order`; a column counts as dependent if less than 1e-8 of its norm remains."""
-    places = range(J.shape[1]) if order is None else order
+    the left; a column counts as dependent if less than 1e-8 of its norm remains."""
     norms = np.linalg.norm(J, axis=0)
     basis: list[Array] = []
     kept, others = list[int](), list[int]()
-    for column in places:
+    for column in range(J.shape[1]):
         rest = J[:, column] / norms[column] if norms[column] > 0.0 else np.zeros(len(J))
         for _ in range(2):
             for vector in basis:

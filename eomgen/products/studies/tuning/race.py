@@ -360,8 +360,7 @@ class RaceEntries:
         """Run the whole race, one candidate of each family first, and return all contenders. Afterwards relatives and
         settings of the best race, then other formulations, until steps on one of them take more than three times as
         long."""
-        usual = {"rho_inf": self.defaults.rho_inf}
-        contenders = [self._contender(c, c.configuration(usual)) for c in one_of_each(self.own)]
+        contenders = [self._contender(candidate) for candidate in one_of_each(self.own)]
         best = self.race_with_neighbours(contenders, self.race.run(contenders))
         for name in self.others:
             best = self._also(contenders, best, self._contenders_on(name, best))
@@ -389,7 +388,8 @@ class RaceEntries:
         contenders += added
         return better if better is not None and better.seconds(self.race.demand) < reached else best
 
-    def _contender(self, candidate: Candidate, configuration: Configuration) -> Contender:
+    def _contender(self, candidate: Candidate, configuration: Configuration | None = None) -> Contender:
+        configuration = configuration or candidate.configuration({"rho_inf": self.defaults.rho_inf})
         if candidate.method.chooses_steps:
             return Contender(
                 candidate, configuration, TOLERANCE, 1.0 / first_tolerance(candidate.method.order, self.race.demand)
@@ -398,7 +398,7 @@ class RaceEntries:
         first = whole_steps(grid.row / (8.0 * self.defaults.step), grid.coarsest)
         return Contender(candidate, configuration, "step", first, grid.coarsest)
 
-    def _near(self, best: Contender, candidate: Candidate, configuration: Configuration) -> Contender:
+    def _near(self, best: Contender, candidate: Candidate, configuration: Configuration | None = None) -> Contender:
         """Return a contender that begins with the winner's resolution."""
         contender = self._contender(candidate, configuration)
         reached = best.best(self.race.demand)
@@ -446,10 +446,9 @@ class RaceEntries:
             return []
         first = one_of_each(there)
         same = [c for c in first if best is not None and c.family is best.candidate.family]
-        usual = {"rho_inf": self.defaults.rho_inf}
         if best is not None and same:
-            return [self._near(best, candidate, candidate.configuration(usual)) for candidate in same]
-        return [self._contender(candidate, candidate.configuration(usual)) for candidate in first]
+            return [self._near(best, candidate) for candidate in same]
+        return [self._contender(candidate) for candidate in first]
 
     def _dearer(self, there: Contender, best: Contender) -> bool:
         """Return whether a step on another formulation takes so much longer than a step of the best contender that

@@ -11,7 +11,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.lie import product
+from eomgen.lie import numeric, product
+from eomgen.lie.groups import SO3
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
@@ -198,10 +199,7 @@ def _relative(difference: Array, reference: Array, units: Sequence[str]) -> Arra
 
 def angles(first: Array, second: Array) -> Array:
     """Return the angles between rotations given as quaternions (w, x, y, z), rad, (nt,)."""
-    w = np.sum(first * second, axis=1)
-    cross = np.cross(first[:, 1:], second[:, 1:])
-    vector = first[:, :1] * second[:, 1:] - second[:, :1] * first[:, 1:] - cross
-    return np.asarray(2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(w)))
+    return np.asarray(np.linalg.norm(numeric.difference(SO3, first, second), axis=1))
 
 
 def _distances(first: Array, second: Array) -> Array:
