@@ -272,10 +272,10 @@ def _definitions(
     for factor in system.factors:
         owner = joints.get(factor.name, factor.name)
         of_q, of_v = _meanings(factor.group, factor.q_size, factor.v_size)
-        for index, component in enumerate(range(factor.q_start, factor.q_start + factor.q_size)):
-            coordinates.append(DefinedSymbol(name_of("q", component), f"{of_q[index]}, {owner}", q_units[component]))
-        for index, component in enumerate(range(factor.v_start, factor.v_start + factor.v_size)):
-            velocities.append(DefinedSymbol(name_of("v", component), f"{of_v[index]}, {owner}", v_units[component]))
+        for index, meaning in enumerate(of_q, factor.q_start):
+            coordinates.append(DefinedSymbol(name_of("q", index), f"{meaning}, {owner}", q_units[index]))
+        for index, meaning in enumerate(of_v, factor.v_start):
+            velocities.append(DefinedSymbol(name_of("v", index), f"{meaning}, {owner}", v_units[index]))
     tables = {
         "Coordinates": coordinates,
         "Velocities": velocities,

@@ -255,12 +255,14 @@ def _starts(
 ) -> list[Mapping[str, Any] | None]:
     if initial is None or isinstance(initial, Mapping):
         return [initial] * count
-    if not isinstance(initial, str | Sequence):
+    if (
+        isinstance(initial, str)
+        or not isinstance(initial, Sequence)
+        or any(isinstance(state, str) for state in initial)
+    ):
         fault = f"a mapping is needed, or a list of them, not {shown(initial)} [E1090]"
-        raise UsageError(Problem("initial", fault, 'initial={"hinge": 0.3}'))
-    if isinstance(initial, str) or any(isinstance(state, str) for state in initial):
-        fault = f"the state that runs start at is needed, not the name {next(iter(initial))!r} [E1091]"
-        raise UsageError(Problem("initial", fault, 'states=["q.hinge"] for components that are unknown'))
+        hint = 'initial={"hinge": 0.3}, or states=["q.hinge"] for components that are unknown'
+        raise UsageError(Problem("initial", fault, hint))
     if len(initial) != count:
         fault = f"there are {len(initial)} initial states for {count} runs [E1092]"
         raise UsageError(Problem("initial", fault, "one for all, or one for each"))

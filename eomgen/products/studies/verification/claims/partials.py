@@ -203,17 +203,23 @@ def _nonzeros_claim(function: str, name: str, dense_function: str, system: Syste
     packed = packed or name
     shape = next(block.shape for block in system.functions[dense_function].outputs if block.name == name)
 
-    def value(engine: Engine, state: Blocks) -> Array:
-        if not system.patterns[packed]:  # empty, without an output of the function in C
-            return np.zeros((*state["q"].shape[:-1], *shape))
-        return _dense(engine(function, state)[packed], system.patterns[packed], shape)
-
     return Claim(
         f"{function}.{packed}",
         f"nonzeros of {name}",
-        value,
+        _dense_output(system, function, packed, shape),
         second=Second(dense_function, ClaimOutput(dense_function, name)),
     )
+
+
+def _dense_output(system: System, function: str, name: str, shape: Sequence[int]) -> Value:
+    """Return a function for the matrix with the nonzeros that are an output of a function."""
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        if not system.patterns[name]:  # empty, without an output of the function in C
+            return np.zeros((*state["q"].shape[:-1], *shape))
+        return _dense(engine(function, state)[name], system.patterns[name], shape)
+
+    return value
 
 
 def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int]) -> Array:
@@ -357,16 +363,8 @@ def _argument_claims(
     `names` are the functions of Jacobian and Hessian, `rates` the directions by block."""
     height, width = len(system.functions[term].refs), len(whole)
 
-    def of(name: str, shape: tuple[int, int]) -> Value:
-        def value(engine: Engine, state: Blocks) -> Array:
-            blocks = engine(name, state)
-            if name not in blocks:  # without nonzeros
-                return np.zeros((*state["q"].shape[:-1], *shape))
-            return _dense(blocks[name], system.patterns[name], shape)
-
-        return value
-
-    jacobian_of, hessian_of = of(names[0], (height, width)), of(names[1], (width, width))
+    heights = zip(names, (height, width), strict=True)
+    jacobian_of, hessian_of = (_dense_output(system, name, name, (rows, width)) for name, rows in heights)
 
     def values(engine: Engine, state: Blocks) -> Array:
         blocks = engine(term, state)
