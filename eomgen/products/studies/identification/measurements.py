@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import names_of
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.messages import close_names, first_of, listed, nearest, shown
+from eomgen.base.messages import first_of, listed, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.products.studies.defaults import NAMED
 from eomgen.system.description import component_names
@@ -106,7 +106,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
         elif driven in model.inputs:
             inputs[driven] = values
         elif wanted is None and short not in known and not _belongs_to_solution(model, column):
-            hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
+            hint = nearest(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
             where = f"{name}, column {shown(column)}"
             raise UsageError(Problem(where, "it is neither an output nor an input of the scene [E1069]", hint))
     if not outputs:
@@ -142,15 +142,6 @@ def times_of(name: str, columns: Mapping[str, Array]) -> Array:
     return t
 
 
-def _near(name: str, known: Sequence[str]) -> str:
-    """Return the components of an output of this name, else the nearest known names."""
-    parts = [label for label in known if label.partition("[")[0] == name.partition("[")[0]]
-    if parts:
-        return first_of(parts, NAMED)
-    close = close_names(name[:64], known)
-    return " or ".join(close) or (f"one of {first_of(known, NAMED)}" if known else "")
-
-
 def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     """Return the components of outputs that are chosen, by names of outputs or of components. Raises UsageError for an
     unknown name, or anything but a list of names."""
@@ -158,7 +149,7 @@ def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]
     for name in names_of("outputs", "outputs", chosen, "angle"):
         labels = [label for label in known if label == name or label.partition("[")[0] == name]
         if not labels:
-            raise UsageError(Problem("outputs", f"there is no output {shown(name)} [E0204]", _near(str(name), known)))
+            raise UsageError(Problem("outputs", f"there is no output {shown(name)} [E0204]", nearest(str(name), known)))
         result += labels
     return result
 

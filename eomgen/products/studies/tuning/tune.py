@@ -178,11 +178,9 @@ class _Tuning:
                 stop.add_note(f"the cheapest so far, which is not verified, has {told}")
             raise
         self._enough(contenders)
-        run = winner.best(demand.error)
-        assert run is not None  # checked by ``_enough``
         own_settings = self._own_settings(judge)
         spent = time.process_time() - began - self.runner.building, race.runs
-        return self._result(contenders, winner, run, checks, own_settings, spent, source)
+        return self._result(contenders, winner, checks, own_settings, spent, source)
 
     def _others(self) -> list[str]:
         """Return the names of other formulations that may win: simplified ones first, then other coordinates. Other
@@ -236,7 +234,6 @@ class _Tuning:
         self,
         contenders: Sequence[Contender],
         winner: Contender,
-        run: RaceRun,
         checks: tuple[VerificationRun, ...],
         own_settings: tuple[str, float, float],
         spent: tuple[float, int],
@@ -244,7 +241,8 @@ class _Tuning:
     ) -> Tuned:
         """Return the result for the winner's run, with rivals, verification runs, the scene's own settings and costs.
         `spent` are seconds of computation and the number of runs."""
-        demand = self.demand
+        demand, run = self.demand, winner.best(self.demand.error)
+        assert run is not None  # checked by ``_enough``
         grid, value = self.runner.grid, self._value(winner, run)
         name = winner.configuration.formulation
         told = (c for c in contenders if any(each.error < COARSE for each in c.runs))

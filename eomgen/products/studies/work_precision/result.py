@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.csv_tables import write_rows
-from eomgen.base.data import asdict, dataclass, field
+from eomgen.base.data import dataclass, field
 from eomgen.base.figures import draw_grid, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
@@ -345,29 +345,26 @@ class Tradeoff:
 
     def _table(self) -> Iterator[list[Any]]:
         """Yield the rows of tradeoff.csv as lists: the headings, then one row for each point with errors and counts."""
-        quantities = list(dict.fromkeys(name for p in self.points for name in p.error))
-        counted = list(dict.fromkeys(name for p in self.points for name in p.stats))
+        rows = []
+        for point in self.points:
+            row = point.to_dict() | {"verdict": self.verdict(point)}
+            row["parameters"] = " ".join(f"{name}={value:g}" for name, value in row["parameters"].items())
+            sizes = {f"{name} {measure}": x for name, size in row["errors"].items() for measure, x in size.items()}
+            rows.append((row | sizes | row["stats"], sizes, row["stats"]))
         columns_of_points = ("formulation", "method", "parameters", "policy", "real", "profile", "kind", "value")
-        sizes = [f"{name} {measure}" for name in quantities for measure in ("largest", "rms", "final")]
-        yield [*columns_of_points, "verdict", "seconds", "least_seconds", "repeats", *sizes, *counted, "said"]
-        for p in self.points:
-            c = p.configuration
-            parameters = " ".join(f"{name}={value:g}" for name, value in c.parameters.items())
-            row: list[Any] = [c.formulation, c.method, parameters, c.policy, c.real, c.profile, p.kind, repr(p.value)]
-            row += [self.verdict(p), _cell(p.seconds), _cell(p.least), p.repeats]
-            for name in quantities:
-                size = p.error.get(name)
-                row += ["", "", ""] if size is None else [_cell(x) for x in asdict(size).values()]
-            row += [_cell(p.stats.get(name)) for name in counted]
-            yield [*row, p.said]
+        measured = dict.fromkeys(name for of in (1, 2) for row in rows for name in row[of])
+        head = [*columns_of_points, "verdict", "seconds", "least_seconds", "repeats", *measured, "said"]
+        yield head
+        for row, *_ in rows:
+            yield [_cell(row.get(name)) for name in head]
 
 
 def _number(value: float | None) -> float:
     return math.inf if value is None else value
 
 
-def _cell(value: float | None) -> str:
-    return "" if value is None else repr(value)
+def _cell(value: object) -> str:
+    return "" if value is None else value if isinstance(value, str) else repr(value)
 
 
 def short_duration(seconds: float) -> str:
