@@ -59,7 +59,9 @@ class Judgement:
         names, count = unknowns.names, len(unknowns.names)
         sigma = fit.deviations[unknowns.columns]
         weighted = fit.J / sigma[:, np.newaxis]
-        on_bound = self._on_bound()
+        x, (low, high) = fit.x, self.limits
+        near = WRITTEN * np.maximum(np.abs(x), np.finfo(float).tiny)
+        on_bound = ((x - low <= near) | (high - x <= near)).tolist()
         free = [k for k in range(count) if not on_bound[k]]
         parts = structure(weighted[:, free])
         parts = DependentColumns(
@@ -122,11 +124,6 @@ class Judgement:
             return np.full(weighted.shape[1], np.nan)
         errors = (self.fit.values - values) * 4.0 / 3.0 / sigma
         return np.asarray(-np.linalg.lstsq(weighted, errors, rcond=None)[0])
-
-    def _on_bound(self) -> list[bool]:
-        x, (low, high) = self.fit.x, self.limits
-        near = WRITTEN * np.maximum(np.abs(x), np.finfo(float).tiny)
-        return [bool(bound) for bound in (x - low <= near) | (high - x <= near)]
 
     def _columns(self, records: Sequence[Record]) -> tuple[Column, ...]:
         columns = []

@@ -14,22 +14,21 @@ from eomgen.base.figures import new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.ladders.register import BY_NAME
-from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
+from eomgen.products.studies.ladders.runs import REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
 from eomgen.products.studies.work_precision.result import WRONG
 
 #: Verdicts: the error is within the bound; the error is above, below 10 %; the run reports doubts; the run ended with a
 #: message; the run was refused with a message; the run took too long and was interrupted; there is no reference; the
 #: run failed.
-HOLDS, COARSE, WARNED, ENDED = "holds", "coarse", "warned", "stopped"
-REJECTED, LONG, UNKNOWN, FAILS = "refused", "unfinished", "unknown", "fails"
+HOLDS, COARSE, WARNED, UNKNOWN, FAILS = "holds", "coarse", "warned", "unknown", "fails"
 #: Words, colour and sign of each verdict: green to yellow is right or nearly, blue is reported, red is a silent fault.
 _SHOWN = {
     HOLDS: ("the error is within its bound", "#3E9B5F", ""),
     COARSE: ("1 to 10 % wrong", "#E3C53A", "~"),
     WARNED: ("more than 10 % wrong, and the run says that it is doubtful", "#F0953F", "!"),
-    ENDED: ("ended with a message", "#7FB0D8", "s"),
-    REJECTED: ("refused with a message", "#4E79A7", "r"),
-    LONG: ("too slow, interrupted", "#B7A6CE", "u"),
+    STOPPED: ("ended with a message", "#7FB0D8", "s"),
+    REFUSED: ("refused with a message", "#4E79A7", "r"),
+    UNFINISHED: ("too slow, interrupted", "#B7A6CE", "u"),
     UNKNOWN: ("ran; no two references agree", "#C9C9C9", "?"),
     FAILS: ("hang, crash, not finite without a word, or more than 10 % wrong and called success", "#C8102E", "F"),
 }
@@ -71,20 +70,13 @@ class Cell:
 def verdict(ended: RunEnding, error: float | None, bound: float) -> str:
     """Return the verdict of a cell, one of ``VERDICTS``, by the end of its run and the error (None if unknown). Errors
     up to `bound` hold, up to 0.1 are coarse; above, or without a reference, a run has to warn."""
-    kinds = {REFUSED: REJECTED, UNFINISHED: LONG, HANG: FAILS, CRASH: FAILS, RAISED: FAILS}
-    if ended.how in kinds:
-        return kinds[ended.how]
-    if ended.how == STOPPED:
-        return ENDED if ended.said else FAILS
+    if ended.how in (REFUSED, UNFINISHED) or (ended.how == STOPPED and ended.said):
+        return ended.how
     if ended.how != REACHED or not ended.finite:
         return FAILS
-    if error is None:
-        return WARNED if ended.said else UNKNOWN
-    if error <= bound:
-        return HOLDS
-    if error <= WRONG:
-        return COARSE
-    return WARNED if ended.said else FAILS
+    if error is not None and error <= WRONG:
+        return HOLDS if error <= bound else COARSE
+    return WARNED if ended.said else UNKNOWN if error is None else FAILS
 
 
 def counts(cells: Sequence[Cell]) -> dict[str, int]:

@@ -158,7 +158,8 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
         if result:
             result[STATE] = np.max(np.stack(list(result.values())), axis=0)
         if of.rows and of.rows == reference.rows:
-            result[MULTIPLIERS] = _one_kind(of.multipliers - there[MULTIPLIERS], reference.multipliers)
+            most = float(np.max(np.linalg.norm(reference.multipliers, axis=1), initial=0.0))
+            result[MULTIPLIERS] = np.linalg.norm(of.multipliers - there[MULTIPLIERS], axis=1) / (most or 1.0)
         for name in outputs:
             kind = f"output.{name}"
             result[name] = shares({kind: np.abs(ours[name] - theirs[name])}, size, (kind,)).max(axis=1)
@@ -179,12 +180,6 @@ def _places(t: Array, among: Array) -> slice:
 
 def _size(series: Array) -> ErrorSize:
     return ErrorSize(float(np.max(series)), float(np.sqrt(np.mean(series**2))), float(series[-1]))
-
-
-def _one_kind(difference: Array, reference: Array) -> Array:
-    """Return the norm of a difference, (nt,), relative to the largest norm of the reference."""
-    size = float(np.max(np.linalg.norm(reference, axis=1), initial=0.0))
-    return np.asarray(np.linalg.norm(difference, axis=1) / (size or 1.0))
 
 
 def _relative(difference: Array, reference: Array, units: Sequence[str]) -> Array:

@@ -117,7 +117,10 @@ class Point:
             These are not the data of a point.
         """
         names = ("formulation", "method", "parameters", "policy", "settings", "real", "profile")
-        errors = {name: {key: _number(x) for key, x in size.items()} for name, size in data["errors"].items()}
+        errors = {
+            name: {key: math.inf if x is None else x for key, x in size.items()}
+            for name, size in data["errors"].items()
+        }
         return cls(
             Configuration(**{name: data[name] for name in names}),
             error={name: ErrorSize(**size) for name, size in errors.items()},
@@ -357,10 +360,6 @@ class Tradeoff:
         yield head
         for row, *_ in rows:
             yield [_cell(row.get(name)) for name in head]
-
-
-def _number(value: float | None) -> float:
-    return math.inf if value is None else value
 
 
 def _cell(value: object) -> str:
