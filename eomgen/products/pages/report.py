@@ -128,10 +128,9 @@ def report_page(
         .render(
             title=title,
             text=text,
-            **_scene(model),
-            operations=_OPERATIONS,
+            model=model,
+            modes=None if model is None else _modes(model),
             runs=runs,
-            facts_of_runs=[(run, _facts_of_run(run.solution)) for run in runs],
             comparison=_comparison(runs, charts) if len(runs) > 1 else None,
             plots=[(run, *_plots(run.solution, charts)) for run in runs],
             checks=checks,
@@ -156,72 +155,6 @@ def _add_chart(
     chart = {"id": f"chart{len(charts) + 1}", "title": title, "unit": unit, "across": "t, s", "curves": packed}
     charts.append(chart)
     return chart
-
-
-_OPERATIONS = ("additions", "multiplications", "divisions", "functions")
-
-
-def _scene(model: Any) -> dict[str, Any]:
-    """Return a page's texts about a model: parameters, notes, sizes, operations of the functions, and modes about the
-    operating point, or the reason why there are none; all empty without a model."""
-    if model is None:
-        names = ("description", "parameters", "notes", "facts", "functions", "about_modes", "modes")
-        return dict.fromkeys(names, "")
-    layout, sizes = model.library.layout, model.functions.sizes
-    facts = [
-        ("bodies", len(model.bodies)),
-        ("coordinates q", sizes["q"]),
-        ("velocities v", sizes["v"]),
-        ("constraint equations", len(model.multipliers)),
-        ("degrees of freedom", sizes["v"] - len(model.multipliers)),
-        ("inputs", sizes["u"]),
-        ("internal states", sizes["z"]),
-        ("tunable parameters", sizes["p"]),
-        ("outputs", ", ".join(item["name"] for item in layout["outputs"]) or "none"),
-    ]
-    functions = [
-        (item["name"], item["description"], *(item["counts"].get(kind, 0) for kind in _OPERATIONS))
-        for item in layout["functions"]
-    ]
-    parameters = [
-        (item.name, f"{item.value:.6g}", item.unit, "tunable" if item.tunable else "fixed", item.description)
-        for item in model.description.parameters
-        if not item.standard_normal
-    ]
-    about_modes, modes = _modes(model)
-    return {
-        "description": model.description.description,
-        "parameters": parameters,
-        "notes": dict.fromkeys(model.notes),
-        "facts": facts,
-        "functions": functions,
-        "about_modes": about_modes,
-        "modes": modes,
-    }
-
-
-def _facts_of_run(solution: Solution) -> list[tuple[str, str]]:
-    """Return settings, outcome and statistics of a run in words."""
-    data = solution.metadata
-    settings = ", ".join(f"{name} {value:.6g}" for name, value in data.get("settings", {}).items())
-    statistics = dict(solution.stats)
-    rows = [
-        ("outcome", solution.message),
-        ("method", f"{data.get('method', '')}: {settings}"),
-        ("from, to", f"t = {solution.t[0]:.9g} s to {solution.t[-1]:.9g} s, {len(solution.t)} rows"),
-        ("start", data.get("start", "")),
-        ("estimated error", str(solution.error.largest or solution.error)),
-        ("energy balance", str(data.get("energy_balance", ""))),
-        ("inputs", ", ".join(f"{name} = {value}" for name, value in data.get("inputs", {}).items())),
-        ("events", ", ".join(f"{name}: {count}" for name, count in solution.events.counts.items())),
-        ("profile of the compiler", data.get("profile", "")),
-        ("time of computation", f"{statistics.pop('wall_time', 0.0):.3g} s"),
-    ]
-    counted = {key: value for key, value in sorted(statistics.items()) if isinstance(value, int | float)}
-    # a run in a file has its numbers in the order of their names
-    for key in sorted(counted, key=lambda key: isinstance(counted[key], float)):
-        rows.append((key.replace("_", " "), f"{counted[key]:.6g}"))
-    return [(name, value) for name, value in rows if value]
 
 
 #: Columns of a run by name, with units.
