@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from eomgen.base.csv_tables import csv_text
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, save_figure
@@ -193,48 +195,29 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     """Draw a table of all cells, coloured by verdict, with errors, into a file; return the path. Raises FileError."""
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415  # slow to import, for drawing only
 
-    rows = _rows(cells)
-    widest = max((len(_values(row)) for _, _, row in rows), default=1)
-    places, top = [], 0.0
-    for number, (ladder, _, _) in enumerate(rows):
-        if number and rows[number - 1][0] != ladder:
-            top += 1.45
-        places.append(top)
-        top += 1.0
-    figure = new_figure((4.6 + 0.62 * widest, 1.5 + 0.27 * max(top, 4.0)))
-    axis = figure.subplots()
-    last = ""
-    for (ladder, method, row), y in zip(rows, places, strict=True):
-        values = _values([cell for cell in cells if cell.ladder == ladder])
-        if ladder != last:
-            axis.text(-0.1, y - 0.5, BY_NAME[ladder].scales, ha="right", va="center", fontsize=7.5, weight="bold")
-            for x, value in enumerate(values):
-                axis.text(x + 0.5, y - 0.1, f"{value:.6g}", ha="center", va="bottom", fontsize=6.5, color="#444444")
-            last = ladder
-        axis.text(-0.1, y + 0.5, method, ha="right", va="center", fontsize=7.5)
-        for cell in row:
-            _, colour, sign = _SHOWN[cell.verdict]
-            x = values.index(cell.value)
-            axis.add_patch(Rectangle((x, y), 0.95, 0.92, color=colour, linewidth=0.0))
-            text = sign if cell.error is None else f"{cell.error:.0e}"
-            axis.text(x + 0.475, y + 0.47, text, ha="center", va="center", fontsize=6.0, color="white")
-    axis.set(xlim=(0.0, widest), ylim=(top + 0.2, -1.2))
-    axis.axis("off")
+    ladders = dict.fromkeys(cell.ladder for cell in cells)
+    values = {name: sorted({cell.value for cell in cells if cell.ladder == name}) for name in ladders}
+    methods = {name: list(dict.fromkeys(cell.method for cell in cells if cell.ladder == name)) for name in ladders}
+    widest, rows = max(map(len, values.values()), default=1), [len(names) for names in methods.values()]
+    figure = new_figure((4.6 + 0.62 * widest, 1.5 + 0.27 * max(sum(rows) + 1.45 * (len(rows) - 1), 4.0)))
+    axes = figure.subplots(max(len(rows), 1), 1, squeeze=False, height_ratios=rows or None)
+    for axis, name in zip(axes[:, 0], ladders, strict=False):
+        axis.set(xlim=(0.0, widest), ylim=(len(methods[name]), 0.0))
+        axis.set_title(BY_NAME[name].scales, loc="left", fontsize=7.5, weight="bold")
+        axis.set_xticks(np.arange(len(values[name])) + 0.5, [f"{value:.6g}" for value in values[name]], fontsize=6.5)
+        axis.set_yticks(np.arange(len(methods[name])) + 0.5, methods[name], fontsize=7.5)
+        axis.tick_params(length=0.0, labeltop=True, labelbottom=False)
+        axis.spines[:].set_visible(False)
+    for cell in cells:
+        axis = axes[list(ladders).index(cell.ladder), 0]
+        _, colour, sign = _SHOWN[cell.verdict]
+        x, y = values[cell.ladder].index(cell.value), methods[cell.ladder].index(cell.method)
+        axis.add_patch(Rectangle((x, y), 0.95, 0.92, color=colour, linewidth=0.0))
+        text = sign if cell.error is None else f"{cell.error:.0e}"
+        axis.text(x + 0.475, y + 0.47, text, ha="center", va="center", fontsize=6.0, color="white")
     count = counts(cells)
     handles = [Patch(color=_SHOWN[name][1], label=f"{name} {count[name]}") for name in count]
     figure.legend(handles=handles, loc="outside lower left", ncols=4, frameon=False, fontsize=8)
     unknown = f"\nunknown: {VERDICTS[UNKNOWN]}" if UNKNOWN in count else ""
     figure.suptitle(f"{scene}: extremes; numbers are errors by the motion{unknown}", fontsize=9, x=0.02, ha="left")
     return save_figure(figure, path)
-
-
-def _rows(cells: Sequence[Cell]) -> list[tuple[str, str, list[Cell]]]:
-    result: dict[tuple[str, str], list[Cell]] = {}
-    for cell in cells:
-        result.setdefault((cell.ladder, cell.method), []).append(cell)
-    order = list(dict.fromkeys(cell.ladder for cell in cells))
-    return [(ladder, method, row) for name in order for (ladder, method), row in result.items() if ladder == name]
-
-
-def _values(cells: Sequence[Cell]) -> list[float]:
-    return sorted({cell.value for cell in cells})
