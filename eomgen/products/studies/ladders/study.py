@@ -370,13 +370,9 @@ class _LadderStudy:
         empty method stands for all. Returns the cells, including cells of the journal, and the reasons by name for
         cells that were left out. Each new cell is written to the journal."""
         result: list[Cell] = []
-        left_out: dict[str, str] = {}
-        known: dict[str, list[str]] = {}
-        for ladder in dict.fromkeys(ladder for ladder, _, _ in entries):
-            if why := ladder.applies(self.subject):
-                left_out[ladder.name] = why
-            else:
-                known[ladder.name] = methods_of(ladder, self.subject, methods)
+        ladders = dict.fromkeys(ladder for ladder, _, _ in entries)
+        left_out = {ladder.name: why for ladder in ladders if (why := ladder.applies(self.subject))}
+        known = {row.name: methods_of(row, self.subject, methods) for row in ladders if row.name not in left_out}
         plan = [
             (ladder, value, method)
             for ladder, value, settings in entries
@@ -407,14 +403,12 @@ class _LadderStudy:
         conditions = ladder.conditions(self.subject, value)
         self.subject.model(conditions.model)  # a model that cannot be built raises here
         request = Request(conditions, method)
-        ended = self.runner.execute(request, self.limit)
-        used = self.runner.used
-        result = self._judge(ladder, value, method, conditions, ended)
-        if result.verdict == FAILS and used:  # earlier runs of the process must not be the reason
-            self.runner.close()
-            ended = self.runner.execute(request, self.limit)
+        while True:
+            ended, used = self.runner.execute(request, self.limit), self.runner.used
             result = self._judge(ladder, value, method, conditions, ended)
-        return result
+            if result.verdict != FAILS or not used:
+                return result
+            self.runner.close()  # earlier runs of the process must not be the reason
 
     def _judge(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: RunEnding) -> Cell:
         error, by = None, ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -394,8 +394,7 @@ def draw(study: Tradeoff, path: Path) -> Path:
     figure = new_figure((13.0, 7.2))
     axis = figure.subplots()
     _curves(axis, study)
-    _front(axis, study)
-    _silent(axis, study)
+    _marks(axis, study)
     _describe(axis, study)
     handles, labels = axis.get_legend_handles_labels()
     if handles:
@@ -433,10 +432,10 @@ def _curves(axis: Any, study: Tradeoff) -> None:
         members = sorted(members, key=lambda p: p.value, reverse=True)  # noqa: PLW2901  # coarse to fine
         named = number < len(COLOURS)  # further curves are grey
         colour = COLOURS[number] if named else _GREY
-        errors = [min(max(study.error(p), 1e-17), _LARGEST) for p in members]
-        axis.loglog(
-            [1e3 * (p.seconds or math.nan) for p in members],
-            errors,
+        _draw_points(
+            axis.loglog,
+            study,
+            members,
             color=colour,
             marker=MARKS[number] if named else ".",
             markersize=4.5 if named else 3.0,
@@ -456,32 +455,27 @@ def _name(point: Point, slopes: dict[str, Slope]) -> str:
     return f"{point.configuration.label}{order}"
 
 
-def _front(axis: Any, study: Tradeoff) -> None:
-    front = study.front
-    if front:
-        times = [1e3 * (p.seconds or math.nan) for p in front]
-        axis.step(
-            times, [study.error(p) for p in front], where="post", color="black", linewidth=5, alpha=0.18, zorder=2,
-            label="front: none is both faster and more accurate",
-        )  # fmt: skip  # a call of one drawing
-    if study.points:
-        usual = study.points[0]
-        if usual.ended == REACHED and usual.seconds is not None:
-            axis.plot(
-                [1e3 * usual.seconds], [min(study.error(usual), _LARGEST)], "o", markersize=13, fillstyle="none",
-                color="black", markeredgewidth=1.6, zorder=5, label=f"the scene's own: {usual.label}",
-            )  # fmt: skip  # a call of one drawing
+def _draw_points(drawn: Callable[..., Any], study: Tradeoff, points: Sequence[Point], **style: Any) -> None:
+    """Draw errors over milliseconds by a function of an axis, in a style of matplotlib."""
+    times = [1e3 * (point.seconds or math.nan) for point in points]
+    drawn(times, [min(max(study.error(point), 1e-17), _LARGEST) for point in points], **style)
 
 
-def _silent(axis: Any, study: Tradeoff) -> None:
-    """Mark wrong points without a warning by red circles."""
-    silent = [p for p in study.silent if p.seconds is not None]
+def _marks(axis: Any, study: Tradeoff) -> None:
+    """Mark the front, the scene's own configuration, and wrong points without a warning."""
+    ring = {"marker": "o", "linestyle": "none", "fillstyle": "none"}
+    own = [point for point in study.points[:1] if point in study.usable]
+    silent = [point for point in study.silent if point in study.usable]
+    if study.front:
+        label = "front: none is both faster and more accurate"
+        broad = {"where": "post", "color": "black", "linewidth": 5, "alpha": 0.18}
+        _draw_points(axis.step, study, study.front, **broad, zorder=2, label=label)
+    if own:
+        label = f"the scene's own: {own[0].label}"
+        _draw_points(axis.plot, study, own, **ring, color="black", ms=13, mew=1.6, zorder=5, label=label)
     if silent:
-        axis.plot(
-            [1e3 * (p.seconds or 0.0) for p in silent], [min(study.error(p), _LARGEST) for p in silent], "o",
-            color="#C8102E", markersize=9, fillstyle="none", markeredgewidth=1.2, zorder=4,
-            label=f"wrong by more than 10 % and silent ({len(silent)})",
-        )  # fmt: skip  # a call of one drawing
+        label = f"wrong by more than 10 % and silent ({len(silent)})"
+        _draw_points(axis.plot, study, silent, **ring, color="#C8102E", ms=9, mew=1.2, zorder=4, label=label)
 
 
 def _describe(axis: Any, study: Tradeoff) -> None:
