@@ -58,16 +58,14 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
     columns = {}
     for name, values in data.items():
         try:
-            if np.iscomplexobj(values):
-                raise TypeError
             columns[str(name)] = np.array(values, dtype=float)
+            fits = columns[str(name)].ndim == 1 and not np.iscomplexobj(values)
         except (TypeError, ValueError):
+            fits = False
+        if not fits:
             kind = "complex" if np.iscomplexobj(values) else type(values).__name__
-            fault = f"the column {name} is {kind}, no array of numbers [E1068]"
-            raise UsageError(Problem("data", fault, "one number for each time")) from None
-        if columns[str(name)].ndim != 1:
-            fault = f"the column {name} has the shape {columns[str(name)].shape}, not one number for each time [E1067]"
-            raise UsageError(Problem("data", fault, f"{name}[0], {name}[1] as columns of their own"))
+            fault = f"the column {name} is {kind}, not one number for each time [E1068]"
+            raise UsageError(Problem("data", fault, f"an array (n,); components as columns {name}[0], {name}[1]"))
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
         fault = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())} [E1066]"

@@ -141,18 +141,14 @@ def identify(
     _check_lists(parameters=parameters, states=states)
     check_choice("missing", missing, MISSING)
     check_choice("by", by, _WAYS)
+    held, share, entries = _parameter_values(model, values), _share(confidence), _several(data)
     if by == "torque":
         of_runs = {"states": states or None, "bounds": bounds, "initial": initial, "outputs": outputs}
         _check_unused({**of_runs, "step": step, "t_start": t_start, **options})
-        of_values = _parameter_values(model, values)
-        return identified_by_torque(
-            model, _several(data), parameters, of_values, deviations, missing, _share(confidence)
-        )
+        return identified_by_torque(model, entries, parameters, held, deviations, missing, share)
     for name in parameters:
         check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
-    held = {name: float(value) for name, value in _parameter_values(model, values).items()}
-    share = _share(confidence)
-    runs = _named_apart([measurements(model, entry, k, outputs, missing) for k, entry in enumerate(_several(data))])
+    runs = _named_apart([measurements(model, entry, k, outputs, missing) for k, entry in enumerate(entries)])
     size = model.description.simulation.step if step is None else number_of("step", step)
     begins = None if t_start is None else number_of("t_start", t_start)
     if not size > 0.0:
