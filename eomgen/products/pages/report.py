@@ -257,7 +257,7 @@ def _modes(model: Any) -> tuple[str, list[tuple[str, ...]]]:
         modes = linear.modes()
     except EomgenError as error:
         return f"There is no linear model: {error}", []
-    rows = []
+    rows = list[tuple[str, ...]]()
     for number in range(min(len(modes), 24)):
         shape = np.abs(modes.shapes[:, number])
         most = [modes.coordinates[k] for k in np.argsort(-shape)[:3] if shape[k] > 0.05]

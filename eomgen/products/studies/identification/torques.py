@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
@@ -122,7 +123,7 @@ class EffortUnknowns:
         return dict(zip(efforts_of(self.model), units, strict=True))
 
     @property
-    def columns(self) -> Array:
+    def columns(self) -> NDArray[np.intp]:
         """(rows,) places of columns of efforts."""
         return np.arange(len(self.data)) % len(self.column_units)
 
@@ -135,9 +136,14 @@ class EffortUnknowns:
         labels, ends = list(self.column_units), np.cumsum([len(motion.t) for motion in self.motions])
         parts = np.split((self.data - values).reshape(-1, len(labels)), ends[:-1])
         return tuple(
-            Record(motion.name, motion.t, *(dict(zip(labels, tau.T, strict=True)) for tau in taus), {})
+            Record(
+                motion.name,
+                motion.t,
+                dict(zip(labels, motion.tau.T, strict=True)),
+                dict(zip(labels, (motion.tau - part).T, strict=True)),
+                {},
+            )
             for motion, part in zip(self.motions, parts, strict=True)
-            for taus in [(motion.tau, motion.tau - part)]
         )
 
     def notes(self, weighted: Array, parts: DependentColumns, combinations: Sequence[Combination]) -> list[str]:
