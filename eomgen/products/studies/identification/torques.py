@@ -7,7 +7,7 @@ With measured q, v, a and efforts, tau = Y pi + tau0 is linear in pi, and no run
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,7 +123,7 @@ class EffortUnknowns:
         return dict(zip(efforts_of(self.model), units, strict=True))
 
     @property
-    def columns(self) -> NDArray[np.intp]:
+    def columns(self) -> NDArray[Any]:
         """(rows,) places of columns of efforts."""
         return np.arange(len(self.data)) % len(self.column_units)
 
