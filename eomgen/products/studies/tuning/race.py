@@ -13,7 +13,6 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import EomgenError, NumericalError
-from eomgen.products.studies.method_facts import facts_of
 from eomgen.products.studies.tuning.judge import Condition, Judge, under
 from eomgen.products.studies.work_precision.axes import (
     TOLERANCE,
@@ -22,6 +21,7 @@ from eomgen.products.studies.work_precision.axes import (
     candidates,
     one_of_each,
     reason,
+    refinements,
 )
 from eomgen.products.studies.work_precision.running import (
     REACHED,
@@ -427,12 +427,8 @@ class RaceEntries:
         Single precision for demands of 1e-5 and more only. Empty without a winner."""
         if best is None:
             return []
-        policies = facts_of(best.configuration.method).policies
-        varied = []
-        if "policy" in self.axes:
-            varied += [replace(best.configuration, policy=name, settings=s) for name, s in policies.items()]
-        if "arithmetic" in self.axes and self.race.demand >= 1e-5:
-            varied.append(replace(best.configuration, real="float"))
+        axes = [axis for axis in self.axes if axis != "arithmetic" or self.race.demand >= 1e-5]
+        varied = refinements(best.configuration, axes)
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
     def _contenders_on(self, name: str, best: Contender | None) -> list[Contender]:

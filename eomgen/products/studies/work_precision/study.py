@@ -24,7 +24,6 @@ from eomgen.base.version import __version__
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
-from eomgen.products.studies.method_facts import facts_of
 from eomgen.products.studies.work_precision.axes import (
     TOLERANCE,
     Candidate,
@@ -32,6 +31,7 @@ from eomgen.products.studies.work_precision.axes import (
     candidates,
     checked_axes,
     reason,
+    refinements,
 )
 from eomgen.products.studies.work_precision.formulations import JOINT, formulations
 from eomgen.products.studies.work_precision.observation import (
@@ -348,26 +348,18 @@ class _WorkPrecisionStudy:
     def _refinements(self) -> list[_Ladder]:
         """Return ladders with variants of the three configurations with most points on the front. Each variant changes
         one of solver settings, arithmetic and build profile, and has the values of the points on the front."""
-        refinements: list[_Ladder] = []
+        ladders: list[_Ladder] = []
         near: dict[str, list[Point]] = {}
         for point in self._tradeoff().front:
             near.setdefault(point.configuration.key, []).append(point)
         largest = sorted(near.values(), key=len, reverse=True)[:3]
         for members in largest:
-            configuration = members[0].configuration
-            policies = facts_of(configuration.method).policies
-            varied = []
-            if "policy" in self.axes:
-                varied += [replace(configuration, policy=name, settings=s) for name, s in policies.items()]
-            if "arithmetic" in self.axes:
-                varied.append(replace(configuration, real="float"))
-            if "profile" in self.axes:
-                varied += [replace(configuration, profile=name) for name in ("reproducible", "quick")]
+            varied = refinements(members[0].configuration, self.axes)
             kind = members[0].kind
             values = [p.value if kind == TOLERANCE else round(self.coarsest / p.value) for p in members]
             values = sorted(values, reverse=kind == TOLERANCE)
-            refinements += [_Ladder(changed, members[0].order, kind, tuple(values)) for changed in varied]
-        return refinements
+            ladders += [_Ladder(changed, members[0].order, kind, tuple(values)) for changed in varied]
+        return ladders
 
     def _sweep(self, ladders: Sequence[_Ladder]) -> None:
         """Run all ladders side by side, one value of each at a time, so that the end of the budget leaves no ladder
