@@ -36,13 +36,11 @@ class CubicInterpolation:
     steps : number of steps of the run
     places : (n, 4) rows of the run
     weights : (n, 4)
-    ends : (n,) rows of the run if all times are ends of steps, else None
     """
 
     steps: int
     places: Array
     weights: Array
-    ends: Array | None
 
     @classmethod
     def of(cls, t: Array, start: float, step: float) -> CubicInterpolation:
@@ -59,13 +57,10 @@ class CubicInterpolation:
         for k in range(4):
             others = nodes[nodes != k]
             weights[:, k] = np.prod((s[:, np.newaxis] - others) / (k - others), axis=1)
-        ends = position.astype(int) if np.all(position == near) else None
-        return cls(steps, first[:, np.newaxis] + np.arange(4), weights, ends)
+        return cls(steps, first[:, np.newaxis] + np.arange(4), weights)
 
     def at(self, table: Array) -> Array:
         """Return values (n, ...) from a table of all rows (rows, ...)."""
-        if self.ends is not None:
-            return np.asarray(table[self.ends])
         return np.asarray(np.einsum("nk,nk...->n...", self.weights, table[self.places]))
 
 

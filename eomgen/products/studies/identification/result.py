@@ -131,12 +131,8 @@ class Identification:
     @property
     def parameters(self) -> dict[str, float]:
         """Estimated parameters, in the form of ``simulate(parameters=...)``."""
-        count = len(self.estimates) - self._states
-        return {estimate.name: estimate.value for estimate in self.estimates[:count]}
-
-    @property
-    def _states(self) -> int:
-        return sum(estimate.name.startswith(("q.", "v.", "z.")) for estimate in self.estimates)
+        states = ("q.", "v.", "z.")
+        return {estimate.name: estimate.value for estimate in self.estimates if not estimate.name.startswith(states)}
 
     @property
     def message(self) -> str:

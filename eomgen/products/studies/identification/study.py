@@ -23,7 +23,7 @@ from eomgen.products.studies.identification.experiment import (
     deviations_of,
 )
 from eomgen.products.studies.identification.judgement import Judgement
-from eomgen.products.studies.identification.measurements import MISSING, Data, Measurements, check_choice, measurements
+from eomgen.products.studies.identification.measurements import MISSING, Data, check_choice, measurements
 from eomgen.products.studies.identification.result import Identification
 from eomgen.products.studies.identification.torques import identified_by_torque
 from eomgen.scene.scene import Scene
@@ -148,7 +148,10 @@ def identify(
         return identified_by_torque(model, entries, parameters, held, deviations, missing, share)
     for name in parameters:
         check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
-    runs = _named_apart([measurements(model, entry, k, outputs, missing) for k, entry in enumerate(entries)])
+    runs = [measurements(model, entry, k, outputs, missing) for k, entry in enumerate(entries)]
+    names = [run.name for run in runs]
+    if (twice := next((name for name in names if names.count(name) > 1), None)) is not None:
+        raise UsageError(Problem("data", f"two runs are named {twice} [E1089]", "files of different names"))
     size = model.description.simulation.step if step is None else number_of("step", step)
     begins = None if t_start is None else number_of("t_start", t_start)
     if not size > 0.0:
@@ -236,14 +239,6 @@ def _share(confidence: float) -> float:
     if not 0.0 < number_of("confidence", confidence, "probability") < 1.0:
         raise UsageError(Problem("confidence", f"{confidence!r} is not a probability [E1088]", "confidence=0.95"))
     return float(confidence)
-
-
-def _named_apart(runs: list[Measurements]) -> list[Measurements]:
-    names = [run.name for run in runs]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise UsageError(Problem("data", f"two runs are named {twice} [E1089]", "files of different names"))
-    return runs
 
 
 def _starts(
