@@ -437,8 +437,8 @@ def _forces(system: System, links: Sequence[MachineLink], motion: MachineMotion)
         if name not in system.functions:
             return np.zeros((count, width))
         function = system.functions[name]
-        found = evaluate_tape(system.tape, function.refs, {block: blocks[block] for block in function.inputs})
-        return np.broadcast_to(found, (count, found.shape[-1]))
+        table = evaluate_tape(system.tape, function.refs, {block: blocks[block] for block in function.inputs})
+        return np.broadcast_to(table, (count, table.shape[-1]))
 
     blocks["base"] = values("base")
     mass = values("mass", size * size).reshape(-1, size, size)[:, columns[:, np.newaxis], columns]

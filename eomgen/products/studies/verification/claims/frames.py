@@ -217,8 +217,8 @@ def _sum_over_bodies(space: Space, scene: Scene, engine: Engine, state: Blocks) 
     known |= {parameter.name: state["p"][..., k] for k, parameter in enumerate(space.system.parameters)}
 
     def values(formulas: Iterable[Formula], *shape: int) -> Array:
-        found = [np.broadcast_to(evaluate_batch(item, lambda symbol: known[symbol.name]), batch) for item in formulas]
-        return np.stack(found, axis=-1).reshape(*batch, len(of_rows), *shape)
+        parts = [np.broadcast_to(evaluate_batch(item, lambda symbol: known[symbol.name]), batch) for item in formulas]
+        return np.stack(parts, axis=-1).reshape(*batch, len(of_rows), *shape)
 
     pose, J = engine("poses", state)["pose"], engine("jacobians", state)["J"]
     turn, omega = rotation_matrix(pose[..., :4]), J[..., :3, :]

@@ -194,17 +194,17 @@ def parameter_claims(space: Space) -> list[Claim]:
 def _regressor_claim(rows: tuple[str, ...]) -> Claim:
     """Return the claim that Y pi + tau0 equals the generalized forces of inverse dynamics."""
 
-    def summed(engine: Engine, state: Blocks, part: Callable[[Array], Array]) -> Array:
+    def sum_with(engine: Engine, state: Blocks, part: Callable[[Array], Array]) -> Array:
         result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
         return np.asarray(part(result["Y"]) @ part(column(pi)) + part(column(result["tau0"])))
 
     return Claim(
         "regressor.Y",
         "Y pi + tau0 = tau",
-        lambda engine, state: summed(engine, state, np.asarray),
+        lambda engine, state: sum_with(engine, state, np.asarray),
         second=Second("inverse dynamics", ClaimOutput("inverse_dynamics", "tau").column),
         # summands of tau are larger than the sum
-        size=lambda engine, state: np.max(summed(engine, state, np.abs), axis=(-2, -1)),
+        size=lambda engine, state: np.max(sum_with(engine, state, np.abs), axis=(-2, -1)),
         rows=rows,
     )
 

@@ -63,7 +63,7 @@ def motion_claims(space: Space) -> list[Claim]:
     if space.has("mass", *blocks, "forward_dynamics"):
         # products with M instead of its inverse are as well conditioned as the blocks
         free = "forward_dynamics.vdot", "M vdot = Q - h - b"
-        claims.append(_by_blocks_of_tau(space, *free, _accelerated, lambda *of: -_rest(*of), at=_free))
+        claims.append(_by_blocks_of_tau(space, *free, _inertial_forces, lambda *of: -_rest(*of), at=_free))
     if space.has("inverse_dynamics", "force", "forward_dynamics") and not space.has("mass"):
         tau, still = ClaimOutput("inverse_dynamics", "tau").column, lambda _, state: np.zeros((*state["v"].shape, 1))
         free = "forward_dynamics.vdot", "tau at vdot = 0"
@@ -239,7 +239,7 @@ def _by_blocks_of_tau(
     )
 
 
-def _accelerated(engine: Engine, state: Blocks) -> Array:
+def _inertial_forces(engine: Engine, state: Blocks) -> Array:
     """Return M a."""
     return column(_parts(engine, state)[0])
 
