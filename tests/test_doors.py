@@ -247,14 +247,16 @@ ORDER: dict[str, tuple[str, ...]] = {
         "study",
     ),
     "products.studies.work_precision": (
-        "axes formulations observation",
+        "axes observation",
+        "formulations",
         "running",
         "reference result",
         "study",
     ),
     "products.studies.identification": (
         "estimation measurements",
-        "experiment result",
+        "result",
+        "experiment",
         "judgement",
         "torques",
         "study",
