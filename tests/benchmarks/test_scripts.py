@@ -17,14 +17,11 @@ from benchmarks import (
     build_time,
     equal_elements,
     frame_peers,
-    generation_time,
     implicit_steps,
     lane_steppers,
     large_files,
-    large_scenes,
     real_time_steps,
     regressor,
-    relative_springs,
     robot_dynamics,
     sensitivities,
     solar_system,
@@ -102,16 +99,6 @@ def test_a_wrong_result_is_not_timed() -> None:
     expected = np.array([[1.0, -4.0], [0.0, 2.0]])
     assert robot_dynamics.error_of(np.array([[1.0, -4.0], [1e-9, 2.0]]), expected) == pytest.approx(2.5e-10)
     assert robot_dynamics.error_of(expected[:1], expected) == float("inf")
-
-
-@pytest.mark.long
-def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]) -> None:
-    assert generation_time.main(["--quick"]) == 0
-    said = capsys.readouterr().out
-    assert "stages: import, read, derive, program, files, compile, CPU, wall, kB of C" in said
-    assert "first build: wall, CPU, Python, compilers" in said
-    assert "first step: import, read, build, first step, CPU, wall" in said
-    assert float(re.findall(r"difference from Kane's method: (\S+)", said)[0]) < 1e-12
 
 
 @pytest.mark.long
@@ -226,14 +213,6 @@ def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.
 
 
 @pytest.mark.long
-def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = quick(relative_springs, tmp_path)["rows"]
-    assert "| 1e+30      | 7e+13   | 6.7e-01   |" in capsys.readouterr().out
-    assert [row["kappa"] for row in rows] == [1.0, 1e12, 1e30]
-    assert max(row["step"] for row in rows) < 1e-15 and max(row["tdg3"] for row in rows) < 1e-13
-
-
-@pytest.mark.long
 def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
     written = quick(beam_kernels, tmp_path, "--model", "kirchhoff", "--method", "rattlie")
     beams = written["beams"]
@@ -263,14 +242,6 @@ def test_large_files_are_read_and_a_blade_is_linear(capsys: pytest.CaptureFixtur
     cells = [[cell.strip() for cell in line.split("|")] for line in capsys.readouterr().out.splitlines()]
     seconds = {row[1]: float(row[3]) for row in cells if len(row) > 3 and row[1] in large_files.CASES}
     assert seconds.keys() == large_files.CASES.keys() and all(0.0 < value < 600.0 for value in seconds.values())
-
-
-@pytest.mark.long
-def test_large_scenes_are_built(tmp_path: Path) -> None:
-    (chain,) = quick(large_scenes, tmp_path)["scenes"]
-    assert chain["bodies"] == 6 and chain["statements"] > 100 and chain["us per step and body"] > 0.0
-    net = large_scenes.scene_of("net", 30)
-    assert len(net.bodies) == 30 and len(net.elements) == 2 * 10 + 3 * 9 + 2 * 3
 
 
 @pytest.mark.long

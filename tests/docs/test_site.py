@@ -18,7 +18,6 @@ from benchmarks.example_pages import STUDIES
 from docs.site.__main__ import built_pages
 from docs.site.gallery import MOTIONS, built_pictures, copied, examples, files_of, gallery_pages, picture_of
 from docs.site.pages import (
-    HOW_TO,
     IN_PARTS,
     ROOT,
     Page,
@@ -156,18 +155,6 @@ def test_pages_of_verbs_show_output_of_commands() -> None:
     pages = {page.place: page.text for page in command_pages(shown)}
     assert f"## Example\n\n```text\n{shown['new']}\n```" in pages["reference/command_line/new"]
     assert "## Example" not in pages["reference/command_line/info"]
-
-
-def test_every_how_to_page_has_a_subject() -> None:
-    pages = {place.rpartition("/")[2] for place in site().pages if place.startswith("how_to/")} - {"index"}
-    assert sorted(pages) == sorted(name for names in HOW_TO.values() for name in names)
-    front = site().pages["index"].text
-    assert all(f"](how_to/{name}.md)" in front for name in pages)
-    listed = site().pages["how_to/index"].text
-    assert (
-        "\n## Vibration\n\n- [Find natural frequencies and mode shapes](natural_frequencies_and_modes.md): " in listed
-    )
-    assert listed.count("\n- [") == len(pages) and ":hidden:\n\nnatural_" in listed
 
 
 @pytest.mark.slow

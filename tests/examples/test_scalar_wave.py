@@ -174,20 +174,6 @@ def test_the_statements_of_its_c_do_not_grow_with_its_elements(mass: str, method
     assert statements(2000) == statements(1000) < statements(20)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (((0.0, 0.0), "heavy"), "bar.mass: 'heavy' is no mass of an element; try: consistent or lumped"),
-        (((0.0,),), "bar.displacements: 1 nodes that move are too few; try: at least 2"),
-        (((0.0, np.inf),), "bar.displacements: all of them must be finite numbers"),
-    ],
-)
-def test_bars_that_are_none_are_refused(arguments: tuple[Any, ...], message: str) -> None:
-    with pytest.raises(eomgen.DescriptionError) as caught:
-        bar.Bar("bar", *arguments)
-    assert str(caught.value).endswith(message)
-
-
 @pytest.mark.long
 def test_the_demo_writes_tables_a_figure_and_c(tmp_path: Path) -> None:
     said = run_demo(FOLDER.name, "--out", tmp_path)
