@@ -271,6 +271,12 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
         found_by(slider, tmp_path / "runl.csv", "stiffness")
     with pytest.raises(FileError, match=r"this is not a text in UTF-8, and a CSV file is needed"):
         found_by(slider, tmp_path / "run1.csv", "stiffness")
+    files = [tmp_path / name / "run.csv" for name in ("first", "second")]
+    for file in files:
+        file.parent.mkdir()
+        file.write_text("t,x\n0,1\n1,2", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"data: two runs are named run; try: files of different names"):
+        found_by(slider, files, "stiffness")
 
 
 @pytest.mark.parametrize(
