@@ -24,7 +24,8 @@ from eomgen.lie import product
 from eomgen.lie.product import Factor, cubic, group_curve
 
 Index = NDArray[np.integer[Any]]
-_BATCH = 4096
+#: Rows that are evaluated at once.
+BATCH = 8192
 
 
 class Rows(NamedTuple):
@@ -92,7 +93,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
         fault = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s [E1264]"
         raise UsageError(Problem("at", fault, "times within it, or a longer run"))
     index = np.clip(np.searchsorted(rows.t, flat, side="right") - 1, 0, len(rows.t) - 2)
-    parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
+    parts = [slice(k, k + BATCH) for k in range(0, max(len(flat), 1), BATCH)]
     if between is None:
         _check_turns(rows, factors, np.unique(index))
         kind = metadata.get("dense_output", "hermite_3")

@@ -13,6 +13,8 @@ from eomgen.base.data import dataclass, field
 
 #: Observed order below which there is none, and the part of the motion above which that matters.
 NO_ORDER, NOTICED = 0.5, 0.03
+#: Error target of hints, relative to the motion.
+AIM = 0.01
 #: References of relative errors, unless the motion is too small.
 OWN, NONE = "its motion", "its motion, which is none"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
@@ -277,10 +279,6 @@ def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
-#: Error target of the hint, relative to the motion.
-_AIM = 0.01
-
-
 @dataclass(frozen=True)
 class SampleErrors:
     """Estimated discretisation errors of samples.
@@ -344,7 +342,7 @@ class SampleErrors:
         if not largest.share > NOTICED:
             return text
         estimate = self.nominal if number is None else self.of_samples[number]
-        factor = estimate.refinement(_AIM) if estimate.relative > _AIM else 0.5
+        factor = estimate.refinement(AIM) if estimate.relative > AIM else 0.5
         return f"{text}; try: a step smaller than {self.step * factor:.2g} s"
 
     def summary(self) -> dict[str, Any]:

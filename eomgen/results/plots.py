@@ -25,12 +25,10 @@ from eomgen.results.recorded import RecordedSolution
 if TYPE_CHECKING:
     from eomgen.results.events import Events
 
-#: Curves in one panel, panels in one figure, points of one curve: above these numbers curves cannot be distinguished.
-_CURVES, _PANELS, _POINTS = 6, 24, 4000
+#: Panels in one figure, points of one curve: above these numbers curves cannot be distinguished.
+_PANELS, _POINTS = 24, 4000
 #: Kinds of curves that a run draws into files.
 _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
-#: Lines nearer than this part of the height of a panel cannot be distinguished.
-_EQUAL = 2e-3
 #: Words of the name of a curve: of an included file, of an output, of a component.
 _WORDS = re.compile(r"[_ \[]")
 #: Quantities by unit, as far as the unit alone determines the quantity; coordinates of joints and bodies say more.
@@ -48,10 +46,8 @@ _COPY = re.compile(r"(.+)_sampled(?:_\d+)?")
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
-_DASHED = 3
-#: Positions that change by less than this part of the largest change of a position, as heights of a car that drives
-#: away, are drawn as changes in panels of their own.
-_SMALL = 1.0 / 30.0
+#: Curves in one panel.
+_CURVES = len(_COLOURS)
 #: Rotation, rad, below which rotation vectors are drawn in place of quaternions, and above which an angle is one of a
 #: wheel or a rotor.
 _TURNED = 3.0
@@ -461,7 +457,8 @@ def _with_small_changes(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
             if curve.unit == unit and curve.quantity == quantity and len(curve.values)
         }
         large = max(changes.values(), default=0.0)
-        small = [number for number, change in changes.items() if change < _SMALL * large]
+        # as heights of a car that drives away
+        small = [number for number, change in changes.items() if change < large / 30.0]
         if not any(changes[number] > SUMMED for number in small) or (unit == "rad" and large < _TURNED):
             continue
         for number in small:
@@ -556,7 +553,7 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
         hidden = _equal(curve, panel[:number], size)
         words = (f"{curve.name}: {meant}" if meant else curve.name) + (f" (equal to {hidden})" if hidden else "")
         label = textwrap.fill(words, 34)
-        style = "--" if number >= _DASHED else "-"
+        style = "--" if number >= _CURVES // 2 else "-"
         # a curve of many turns would hide others as a block
         look = {"linewidth": 0.5, "zorder": 1.9} if _turns(curve.values) > 150 else {"linewidth": 1.3}
         axis.plot(*_thin(t, curve.values), label=label, color=colour, linestyle=style, **look)
@@ -584,9 +581,10 @@ def _equal(curve: PlottedCurve, drawn: Sequence[PlottedCurve], size: float) -> s
     size : height of the panel in its unit
     """
     ptp = float(np.ptp(curve.values)) if len(curve.values) else 0.0
-    if ptp <= _EQUAL * size:
+    line = 2e-3  # width of a line as a part of the height of a panel
+    if ptp <= line * size:
         return ""
-    return next((old.name for old in drawn if float(np.max(np.abs(old.values - curve.values))) <= _EQUAL * ptp), "")
+    return next((old.name for old in drawn if float(np.max(np.abs(old.values - curve.values))) <= line * ptp), "")
 
 
 def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:

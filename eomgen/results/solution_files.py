@@ -209,9 +209,6 @@ def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> di
 
 T = TypeVar("T")
 
-#: Letters of a name in MATLAB's files.
-_MATLAB_NAME = 31
-
 
 def to_pandas(solution: RecordedSolution) -> pandas.DataFrame:
     """Return all columns over ``t``; see ``Solution.to_pandas``."""
@@ -317,8 +314,8 @@ def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
     most."""
     named: dict[str, T] = {}
     for name, array in arrays.items():
-        field = re.sub(r"\W", "_", name)[:_MATLAB_NAME]
-        named[field if field[0].isalpha() else f"f{field}"[:_MATLAB_NAME]] = array
+        field = re.sub(r"\W", "_", name)
+        named[(field if field[0].isalpha() else f"f{field}")[:31]] = array
     return named
 
 

@@ -49,10 +49,6 @@ ROUNDING = 4.0
 _NO_STRETCH = ": no stretch of element "
 
 
-#: Violations of a guess are reported above this part of the extent, which positions given to seven digits reach.
-FITTED = 1e-7
-
-
 @dataclass(frozen=True)
 class Assembly:
     """A consistent state q, v, and the distance of the guess from this state.
@@ -186,7 +182,7 @@ def _assemble(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array,
     limits = np.maximum(limits, np.finfo(float).tiny)  # smaller limits are below the resolution of numbers
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
-    violations = _values_beyond(system.names, first, FITTED * start.scale)
+    violations = _values_beyond(system.names, first, 1e-7 * start.scale)  # positions given to seven digits reach this
     changed = _values_beyond(system.names, rates, REPORTED * rows.possible_rates(np.abs(guess)))
     off = _values_beyond(system.names, system.constraint(q, t), REPORTED * rows.scale)
     deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())

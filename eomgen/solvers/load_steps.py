@@ -117,8 +117,6 @@ def with_turned(K: Matrix, blocks: RotatingTriples, forces: Array, factor: float
 
 #: Largest step of a path, in rad or lengths of the scene.
 _LIMITS = StepLimits(0.2)
-#: Diagonal regularization of Newton's matrix, relative to the negative stiffness, for families of equilibria.
-_BESIDE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -191,7 +189,8 @@ def _led_off(
     the stiffness, ``mode`` the displacement (nv,), whose sign is the side. None if the path does not return to the
     force 0."""
     measure = 1.0 / statics.sizes**2
-    led = _held_back(statics, rest, mode * measure, abs(value), _BESIDE * abs(value) * measure)
+    beside = 1e-6 * abs(value) * measure  # for families of equilibria
+    led = _held_back(statics, rest, mode * measure, abs(value), beside)
     start = replace(rest, s=0.0)
     unknowns = np.zeros(len(mode) + len(rest.multipliers) + len(rest.z))
     unknowns[: len(mode)] = mode

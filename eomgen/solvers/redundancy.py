@@ -31,8 +31,6 @@ from eomgen.solvers.constraint_rows import (
 
 #: Relative new part of a row below which other rows are taken first; a tenth of it is nearly redundant.
 LITTLE = 1e-3
-#: How far nearby configurations are: rad, and part of the extent.
-NEARBY = 0.05
 _LEFT_OUT = "parameters with which the constraints can be met together, or a scene with these values of its own"
 
 
@@ -199,7 +197,7 @@ def _nearby(system: ConstrainedSystem, q: Array, t: float, count: int) -> list[A
         longest = max(turn, travel / extent if extent > 0.0 else 0.0) or 1.0
         try:
             near, _ = consistent_position(
-                system, update(system.factors, q, way * (NEARBY / longest / 2 ** (attempt // count))), t
+                system, update(system.factors, q, way * (0.05 / longest / 2 ** (attempt // count))), t
             )
         except ModelError:
             continue
@@ -289,9 +287,6 @@ def check_left_out(
 
 #: Part of a column that counts as rounding.
 ROUNDING = 1e-10
-#: Coefficients are decimal numbers of ``_DIGITS`` digits, or fractions, if the difference is rounding.
-_DIGITS = 10
-_SAME = 1e-11
 
 
 class NoRankGap(ArithmeticError):
@@ -357,7 +352,7 @@ def independent_columns(A: Array) -> IndependentColumns:
 
 def short(number: float) -> float:
     """Return the ten-digit decimal or the fraction that equals a number up to rounding, else the number."""
-    for candidate in (float(f"{number:.{_DIGITS}g}"), float(Fraction(number).limit_denominator(360))):
-        if abs(candidate - number) <= _SAME * abs(number):
+    for candidate in (float(f"{number:.10g}"), float(Fraction(number).limit_denominator(360))):
+        if abs(candidate - number) <= 1e-11 * abs(number):
             return candidate
     return number

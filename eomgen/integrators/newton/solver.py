@@ -31,16 +31,8 @@ from eomgen.system.system import WHOLE, Sample
 UNROLLED = 4000
 #: Unknowns up to which one with groups is, whose repeated stages do not share code.
 GROUPS_UNROLLED = 64
-#: The same limit for code shared by fronts. A shorter elimination has fronts if the number of fronts for each piece of
-#: code is at least ``REPETITIONS``, or at least two and the elimination is at least half as long.
-FRONTS_UNROLLED = 12000
-REPETITIONS = 4
-#: Number of unknowns up to which a dense factorization with pivoting replaces chosen pivots that break down.
-DENSE_FALLBACK = 120
 #: Weights that leave inertia and constraints.
 _INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0)
-#: A loop over a whole matrix runs this many times faster per operation than one over tables.
-_DENSE_ADVANTAGE = 4.0
 
 
 @dataclass(frozen=True)
@@ -152,14 +144,15 @@ def make_solver(
         return Solver(unknowns, samples.packing, terms, elimination, None, growth)
     operations = growth * elimination.operations
     # a compiler takes five seconds for the fronts of bodies on joints, and one for tables of the same elimination
-    most = min(FRONTS_UNROLLED if sample.orders is None else UNROLLED, operations / 2)
+    most = min(3 * UNROLLED if sample.orders is None else UNROLLED, operations / 2)
     if fewest_operations(elimination, list(values)) <= most:
         fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
-        repetitions = REPETITIONS if operations <= UNROLLED / 2 else 2
+        repetitions = 4 if operations <= UNROLLED / 2 else 2  # fronts for each piece of code
         repeated = operations > UNROLLED or growth * len(fronts.kind_of) >= repetitions * len(fronts.kinds)
         if fronts.operations <= most and repeated:
             return Solver(unknowns, samples.packing, terms, elimination, fronts, growth)
-    whole = (growth * unknowns.size) ** 3 / 3 < _DENSE_ADVANTAGE * operations
+    # a loop over a whole matrix runs four times faster per operation than one over tables
+    whole = (growth * unknowns.size) ** 3 / 3 < 4.0 * operations
     loop_is_cheaper = operations > UNROLLED and whole and not unknowns.inner
     return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination, None, growth)
 
@@ -338,7 +331,8 @@ def solver_data(
         "inertia": _inertia_numbers(solver.unknowns, packing),
         "rate_diagonal": [place_of[index] for index in terms.rate_diagonal],
         "grouped": _grouped_columns(solver),
-        "fallback": solver.elimination is None or solver.growth * solver.unknowns.matrix_size <= DENSE_FALLBACK,
+        # a dense factorization with pivoting replaces chosen pivots that break down
+        "fallback": solver.elimination is None or solver.growth * solver.unknowns.matrix_size <= 120,
         "B": [list(index) for index in packing.nonzeros["B"]],
         "plain": plain,
         "iterated": iterated,

@@ -25,12 +25,9 @@ from eomgen.integrators.newton.matrix import MatrixIndex, Packing, Unknowns
 from eomgen.lie.product import Factor
 
 Stage = tuple[list[int], list[int]]
-
-#: Free bodies from which on elimination takes them in the order of the scene, if that takes at most _DEARER times
-#: the multiply-subtracts: of rows of equal bodies every front is then like the one a row earlier.
-_ROWS, _DEARER = 800, 2.5
-#: Inertia counts as sparse from this number of components on, with at most this share of nonzeros.
-_MANY, _SPARSE = 20, 0.25
+#: Free bodies from which on elimination takes them in the order of the scene, if that takes few more multiply-subtracts:
+#: of rows of equal bodies every front is then like the one a row earlier.
+_ROWS = 800
 
 
 def stages_of_tree(
@@ -84,7 +81,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
     result: list[Stage] = [(early, early)] if early else []
     left = set(bodies)
     many = growth * len(bodies) >= _ROWS and not unknowns.lam
-    in_order = many and _fill(neighbours, by_degree=False) <= _DEARER * _fill(neighbours, by_degree=True)
+    in_order = many and _fill(neighbours, by_degree=False) <= 2.5 * _fill(neighbours, by_degree=True)
 
     def rank(body: int) -> tuple[bool, int, int]:
         degree = 0 if in_order else len(neighbours[body])
@@ -154,7 +151,7 @@ def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) ->
         return [*of_factors, *inertia]
     body_of = joined_components(unknowns.v, [*of_factors, *inertia])
     sizes, nonzeros = Counter(body_of), Counter(body_of[row] for row, _ in inertia)
-    sparse = {body for body, size in sizes.items() if size >= _MANY and nonzeros[body] <= _SPARSE * size * size}
+    sparse = {body for body, size in sizes.items() if size >= 20 and nonzeros[body] <= 0.25 * size * size}
     return [*of_factors, *((row, column) for row, column in inertia if body_of[row] not in sparse)]
 
 

@@ -36,8 +36,6 @@ from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import step_parts, time_grid
 from eomgen.toolchain.library import Library
 
-#: Rows that are compared at most, the last one aside.
-MOST_ROWS = 1000
 #: Times of rows agree within this part of a step.
 SAME_TIME = 1e-4
 
@@ -90,7 +88,7 @@ def span_of(run: Run, rows: Array, parameters: Array) -> Span:
     numbers = np.rint((times - run.grid.start) / step).astype(np.int64)
     first, last = 1 if numbers[0] % every and len(times) > 2 else 0, len(times) - 1
     steps = int(numbers[last] - numbers[first])
-    stride = every * max(1, math.ceil(steps / every / MOST_ROWS))
+    stride = every * max(1, math.ceil(steps / every / 1000))  # a thousand rows suffice, the last one aside
     chosen = np.append(np.arange(first, last, stride // every), last)
     if len(chosen) == len(rows):  # all of them, and large scenes have large rows
         return Span(rows, parameters, stride, steps)

@@ -22,6 +22,7 @@ from eomgen.base.data import replace
 from eomgen.base.progress import Progress
 from eomgen.base.rounding import COMPUTED
 from eomgen.errors import UsageError
+from eomgen.integrators.families.adaptive import SMALLEST_TOLERANCE
 from eomgen.results.error_estimate import NO_ORDER, NOTICED, ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import (
@@ -48,18 +49,15 @@ from eomgen.toolchain.library import Library
 
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
-#: Fractions of the step, and the order of their errors, for runs that cross jumps of forces: a run at half the step
-#: meets every second jump at the same place in a step.
-_PRIME_PARTS, _OF_JUMPS = (3, 5), 1.0
+#: Fractions of the step for runs that cross jumps of forces, where errors are of order 1: a run at half the step meets
+#: every second jump at the same place in a step.
+_PRIME_PARTS = (3, 5)
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
 #: Ratio of the parts of steps that a run at shorter steps may take to the parts of the run itself.
 _MOST_PARTS = 16.0
-#: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps, and the least
-#: tolerance: rounding.
-_SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
-#: Steps of the time grid that are shorter than half of any step of a method's own, and how many of them are taken.
-_OWN_STEPS, _MOST_STEPS = 512.0, 1_000_000
+#: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps.
+_SMALLER = (1, 4, 8)
 
 
 def estimate_errors(
@@ -179,7 +177,7 @@ def _tolerance_tries(runs: ComparisonRuns, *, bound: bool) -> list[tuple[float, 
     multiple = 1.0 if len(runs.parts.ends) and not runs.events and runs.run.driven is None else 0.5
     first, *smaller = (-order * times for times in _SMALLER[: None if bound else 1])
     tolerance = runs.run.settings["tolerance"]
-    smaller = [power for power in smaller if tolerance * math.pow(2.0, power) >= _LEAST_TOLERANCE]
+    smaller = [power for power in smaller if tolerance * math.pow(2.0, power) >= SMALLEST_TOLERANCE]
     tries = [(power, multiple) for power in (first, *smaller)]
     if shortened := _that_bounds(runs, bound=bound):
         tries.append((-order, shortened))
@@ -195,8 +193,8 @@ def _that_bounds(runs: ComparisonRuns, *, bound: bool) -> float:
         part = _largest_step(runs)
         if part > 0.5 * runs.run.settings.get("largest_step", math.inf) > 0.0:
             return 0.25
-    multiple = min(0.25, part / (_OWN_STEPS * runs.step))
-    return multiple if runs.span.steps / multiple <= _MOST_STEPS else 0.0
+    multiple = min(0.25, part / (512.0 * runs.step))  # shorter than half of any step of a method's own
+    return multiple if runs.span.steps / multiple <= 1e6 else 0.0
 
 
 def _largest_step(runs: ComparisonRuns) -> float:
@@ -357,7 +355,7 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
         if not _is_complete(shorter[-1]):
             return None
         apart = runs.apart(runs.own, shorter[-1])
-        differing.append((apart, gain_of(-_OF_JUMPS * math.log2(parts))))
+        differing.append((apart, gain_of(-math.log2(parts))))
         passed_over = _passed_over(runs, shorter[-1])
     words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
     far, near = differing[-2][0], runs.apart(*shorter)

@@ -14,6 +14,7 @@ large factor grows exponentially: constant forces give factors below 2 after the
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -44,7 +45,6 @@ _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 #: Differences of logarithms, as parts of the logarithm of the growth, up to which two sizes are equal, and above which
 #: two sizes are unequal.
 _EQUAL, _UNEQUAL = 0.1, 0.5
-_LARGEST = 1e300
 
 
 class Growth(NamedTuple):
@@ -116,7 +116,7 @@ def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Grow
     if not len(slow):
         return None
     steps = round((after[-1, 0] - middle[0, 0]) / run.settings["step"])
-    rate = math.log(np.minimum(growth[slow], _LARGEST).max()) / steps
+    rate = math.log(np.minimum(growth[slow], sys.float_info.max).max()) / steps
     again = _again(run, library, middle[0], min(math.ceil(4.0 / rate), steps, _LONGEST), 1)
     if again is None or len(again) < 2 * WINDOW:
         return None
@@ -240,7 +240,7 @@ def _by_method(
     agreeing = np.zeros(len(components), dtype=int)
     moved = _travelling(run, window, WRITTEN)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        growth = np.log(np.minimum(large / small, _LARGEST))
+        growth = np.log(np.minimum(large / small, sys.float_info.max))
         # growth before or after the window cannot be compared
         moved &= growth > 1.0
         for parts in finer:

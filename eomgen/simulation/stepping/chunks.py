@@ -319,9 +319,6 @@ def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, siz
     return np.concatenate([before[np.newaxis], inputs(times[1:])])
 
 
-#: Steps in one call of compiled code, which hears no Ctrl-C.
-_MOST = 10_000
-
 #: Number and time in s of each event that came, in order.
 Events = list[tuple[int, float]]
 
@@ -368,13 +365,14 @@ class CompiledSteps:
         return self._parts(n, lambda _, size: self._some(size, driven))[1]
 
     def _parts(self, n: int, part: Callable[[int, int], int]) -> tuple[int, int]:
-        """Take up to n steps in parts of ``_MOST`` steps; return the number of steps and the status of the last part.
+        """Take up to n steps in parts, since compiled code hears no Ctrl-C. Returns the number of steps and the status
+        of the last part.
         ``part`` takes the number of steps done and the size of the next part, and returns its status."""
         done, status = 0, 0
         self.events = []
         while done < n and not status:
             before = self._count
-            status = part(done, min(n - done, _MOST))
+            status = part(done, min(n - done, 10_000))
             done += self._count - before
             self.events += self._events
         return done, status
