@@ -68,22 +68,17 @@ class Checkpoint:
         """Return the checkpoint in a file. Raises FileError if the file cannot be read, is not a checkpoint, is
         incomplete, or has another version of the format."""
         arrays, run = read_arrays(path, _KIND, "a file that simulate(checkpoint=...) wrote")
+        wrong, fault = [name for name in _NEEDED if name not in run], ""
         if run.pop("kind", None) != _KIND:
-            raise FileError(
-                Problem(
-                    str(path), f"this is not a {_KIND} written by eomgen [E1992]", "a file of simulate(checkpoint=...)"
-                )
-            )
-        if run["format"] != FORMAT:
-            fault = (
-                f"a {_KIND} of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads"
-                f" {FORMAT} [E1993]"
-            )
-            raise FileError(Problem(str(path), fault, "the eomgen that wrote it"))
-        wrong = [name for name in _NEEDED if name not in run]
-        if wrong or not {"state", "workspace"} <= set(arrays):
-            fault = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing [E1994]"
-            raise FileError(Problem(str(path), fault, "another checkpoint"))
+            fault, hint = "this is not a checkpoint written by eomgen [E1992]", "a file of simulate(checkpoint=...)"
+        elif run["format"] != FORMAT:
+            fault = f"a checkpoint of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads"
+            fault, hint = f"{fault} {FORMAT} [E1993]", "the eomgen that wrote it"
+        elif wrong or not {"state", "workspace"} <= set(arrays):
+            fault = f"this is not a whole checkpoint: {', '.join(wrong) or 'its state'} missing [E1994]"
+            hint = "another checkpoint"
+        if fault:
+            raise FileError(Problem(str(path), fault, hint))
         groups: dict[str, dict[str, Array]] = {"input": {}, "start": {}}
         for name, array in arrays.items():
             group, _, member = name.partition(".")
@@ -100,17 +95,16 @@ class Checkpoint:
             f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and"
             " start.v"
         )
+        fault = ""
         if self.run["scene"] != scene:
             fault = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r} [E1995]"
-            raise ModelError(Problem(str(path), fault, hint))
-        if self.run["fingerprint"] != library.layout["fingerprint"]:
+        elif self.run["fingerprint"] != library.layout["fingerprint"]:
             fault = f"this checkpoint was written by another model {scene!r}: the scene or eomgen changed [E1996]"
+        elif self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
+            fault = f"this is a checkpoint of another compilation of {scene!r}, whose last bits may differ [E1997]"
+            hint = f"the compiler, flags and machine of the first part; {hint}"
+        if fault:
             raise ModelError(Problem(str(path), fault, hint))
-        if self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
-            fault = (
-                f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ [E1997]"
-            )
-            raise ModelError(Problem(str(path), fault, "the compiler, flags and machine of the first part; " + hint))
 
 
 def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
@@ -120,16 +114,8 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
     values = {name: np.asarray(signal, dtype=float) for name, signal in inputs.items() if not callable(signal)}
     state, workspace = stepper.memory
     run_data = {
-        "scene": run.model.name,
-        "method": run.name,
-        "method_parameters": dict(run.method.keywords),
-        "settings": dict(run.settings),
-        "parameters": dict(zip(run.model.parameters, run.parameters.tolist(), strict=True)),
-        "record_every": run.every,
-        "t_start": run.grid.start,
-        "t_end": run.grid.end,
+        **run.described,
         "corrections": [sentence.line for sentence in run.corrections],
-        "start": run.begun,
         "bounded_for": run.bounded_for,
         "inputs": {name: kind_of(signal) for name, signal in inputs.items()},
         "fingerprint": library.layout["fingerprint"],

@@ -26,7 +26,7 @@ from eomgen.integrators.families.adaptive import (
     step_statuses,
     tolerance_setting,
 )
-from eomgen.integrators.families.family import Bound, Field, GroupFunction, MethodName, Setting, Sizes, Status
+from eomgen.integrators.families.family import Bound, Field, MethodName, Setting, Sizes, Status
 from eomgen.integrators.families.generalized_alpha import NAMED_CASES, OF_ORDER_2, STABILISED, GeneralizedAlpha
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
 
     tolerance: float = 1e-5
     family = "adaptive_generalized_alpha"
+    group_functions = ("update", "tangent", "bracket")
+    chooses_steps = True
     dense_output = "steps"
     groups = STEP_GROUPS
 
@@ -74,20 +76,12 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         return f"{super().title(constrained)}, with steps of its own"
 
     @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:
-        return ("update", "tangent", "bracket")
-
-    @property
     def parameters(self) -> dict[str, Fraction]:
         return {**self.coefficients, "tolerance": Fraction(repr(float(self.tolerance)))}
 
     @property
     def keywords(self) -> dict[str, float]:
         return {**super().keywords, "tolerance": self.tolerance}
-
-    @property
-    def chooses_steps(self) -> bool:
-        return True
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         return (*super().state(sizes), *step_state(sizes))

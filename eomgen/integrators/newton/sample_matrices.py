@@ -7,7 +7,6 @@ would look bad.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.integrators.newton.matrix import (
-    MatrixIndex,
     Packing,
     dense,
     pack,
@@ -52,19 +50,15 @@ class SampledPartials:
 def packing_of(system: Any) -> Packing:
     """Return the packing of the system's partials: of ``iteration`` if it exists, else of ``partials``; with row
     sums."""
-    packing = _packing_of_partials(system)
-    return with_sums(packing, system.patterns) if "row_sums" in system.functions else packing
-
-
-def _packing_of_partials(system: Any) -> Packing:
     if "iteration" in system.functions:
-        return pack(system.patterns)
-    nonzero: dict[str, list[MatrixIndex]] = {}
-    for block in system.functions["partials"].outputs:
-        nonzero[block.name] = [
-            divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0
-        ]
-    return dense(nonzero, system.nv)
+        packing = pack(system.patterns)
+    else:
+        nonzero = {
+            block.name: [divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0]
+            for block in system.functions["partials"].outputs
+        }
+        packing = dense(nonzero, system.nv)
+    return with_sums(packing, system.patterns) if "row_sums" in system.functions else packing
 
 
 def at_both_ends(samples: SampledPartials) -> SampledPartials:
@@ -253,8 +247,8 @@ def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
     right = np.concatenate([values(forces, "r"), values("constraint_bias", "g")])
     scale = _equilibrating(A, nv)
     solution = scale * np.linalg.lstsq(A * np.outer(scale, scale), -scale * right, rcond=None)[0]
-    count = len(inputs["q"])
-    return {"a": _repeat(solution[:nv], count), "lam": _repeat(solution[nv:], count)}
+    parts = {"a": solution[:nv], "lam": solution[nv:]}
+    return {name: np.broadcast_to(part, (len(inputs["q"]), len(part))).copy() for name, part in parts.items()}
 
 
 def _equilibrating(A: Array, nv: int) -> Array:
@@ -265,7 +259,3 @@ def _equilibrating(A: Array, nv: int) -> Array:
     rows = np.max(np.abs(A[nv:, :nv] * scale[:nv]), axis=1, initial=0.0)
     scale[nv:] = 1.0 / np.where(rows > 0.0, rows, 1.0)
     return scale
-
-
-def _repeat(values: Sequence[float] | Array, count: int) -> Array:
-    return np.broadcast_to(np.asarray(values, float), (count, len(values))).copy()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, chain
 from typing import Any
 
@@ -383,11 +382,7 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
         start.append(start[-1] + len(across))
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     row_at = {row: position for position, row in enumerate(elimination.rows)}
-    entry_columns = [column_at[column] for _, column in indices]
-    entry_start = [0] * (elimination.size + 1)
-    for row, _ in indices:
-        entry_start[row_at[row] + 1] += 1
-    entry_start = [int(x) for x in np.cumsum(entry_start)]
+    entry_at = {(row_at[row], column_at[column]): k for k, (row, column) in enumerate(indices)}
     data: dict[str, Any] = {
         "size": elimination.size,
         "rows": list(elimination.rows),
@@ -398,169 +393,101 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
     }
     written_out = _is_written_out(elimination, growth)
     if not (written_out and elimination.groups):  # rows that are written out without groups have loops, too
-        data |= {"start": start} | _kinds_of_rows(elimination, entry_start, entry_columns)
+        data |= {"start": start} | _kinds_of_rows(elimination, entry_at)
     if elimination.groups:
         data["groups"] = list(elimination.groups)
-        entries = partial(_entry, entry_start=entry_start, entry_columns=entry_columns)
-        return data | _elimination_of_groups(elimination, data, slots, entries, written_out=written_out)
     if written_out:
-        data["unrolled"] = [
-            {
-                "loads": [
-                    [slot, _entry(position, column, entry_start, entry_columns)]
-                    for column, slot in slots[position].items()
-                ],
-                "taken": [
-                    {
-                        "slot": slots[position][earlier],
-                        "pivot": diagonal[earlier],
-                        "updates": [
-                            [slots[position][column], slots[earlier][column]] for column in elimination.upper[earlier]
-                        ],
-                    }
-                    for earlier in elimination.lower[position]
-                ],
-                "lower": [[slots[position][column], column] for column in elimination.lower[position]],
-                "upper": [[slots[position][column], column] for column in elimination.upper[position]],
-                "diagonal": diagonal[position],
-            }
-            for position in range(elimination.size)
-        ]
+        return data | _write_out(elimination, start[-1], slots, entry_at)
+    if elimination.groups:
+        data |= {"factors": start[-1] + elimination.size, "sums": elimination.size}
     return data
 
 
-def _kinds_of_rows(
-    elimination: Elimination, entry_start: Sequence[int], entry_columns: Sequence[int]
-) -> dict[str, list[int]]:
+def _kinds_of_rows(elimination: Elimination, entries: Iterable[MatrixIndex]) -> dict[str, list[int]]:
     """Return tables of the kinds of rows: rows of one kind have factors and entries at equal distances from the
     diagonal. ``kind_of`` has the kind of each row. ``begin`` and ``entry_begin`` are the places of the first distance
-    of each kind in ``distance`` (of factors) and ``entry_distance`` (of matrix entries), and the number of all
-    distances at the end; ``left`` is the number of factors to the left of the diagonal."""
+    of each kind in ``distance`` and ``entry_distance``, and ``left`` the numbers of factors before the diagonal."""
+    columns_of: list[list[int]] = [[] for _ in elimination.rows]
+    for row, column in entries:
+        columns_of[row].append(column)
     kinds: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}
     kind_of = []
     for row, (lower, upper) in enumerate(zip(elimination.lower, elimination.upper, strict=True)):
-        columns = entry_columns[entry_start[row] : entry_start[row + 1]]
-        distances = tuple([k - row for k in (*lower, row, *upper)]), tuple([k - row for k in columns])
+        distances = tuple([k - row for k in (*lower, row, *upper)]), tuple([k - row for k in columns_of[row]])
         kind_of.append(kinds.setdefault(distances, len(kinds)))
-    factors, entries = ([kind[part] for kind in kinds] for part in (0, 1))
+    factors, entry_distances = ([kind[part] for kind in kinds] for part in (0, 1))
     return {
         "kind_of": kind_of,
         "left": [sum(distance < 0 for distance in kind) for kind in factors],
         "begin": [0, *accumulate(map(len, factors))],
         "distance": [*chain.from_iterable(factors)],
-        "entry_begin": [0, *accumulate(map(len, entries))],
-        "entry_distance": [*chain.from_iterable(entries)],
+        "entry_begin": [0, *accumulate(map(len, entry_distances))],
+        "entry_distance": [*chain.from_iterable(entry_distances)],
     }
 
 
-def _elimination_of_groups(
-    elimination: Elimination,
-    data: Mapping[str, Any],
-    slots: Sequence[Mapping[int, int]],
-    entry: Callable[[int, int], int],
-    *,
-    written_out: bool,
+def _write_out(
+    elimination: Elimination, end: int, slots: Sequence[Mapping[int, int]], entry_at: Mapping[MatrixIndex, int]
 ) -> dict[str, Any]:
-    """Return further data for an elimination with groups of unknowns: numbers of factors and sums, and the written-out
-    rows.
+    """Return the rows of an elimination, ``unrolled``; with groups of unknowns also numbers of factors and sums.
 
-    A row with a group has the sum over this group, d over the pivot; other rows have the sums needed by rows of groups
-    below. Tables have sums by position, and add sums of other groups if required.
+    Keys of a row: ``loads``, pairs of a slot and the matrix entry that is loaded, -1 for fill; ``taken``, earlier rows
+    that are subtracted, with the ``slot`` of the factor of L, ``pivot``, and ``updates``, pairs of the slot that
+    changes and the slot that is multiplied. In a row of a group, ``sum`` stands for the diagonal.
 
     Parameters
     ----------
-    data : of the elimination without groups
-    slots : for each row, the slot of each of its factors by column
-    entry : from row and column to the index of the matrix entry, -1 for fill
-    written_out : whether rows are written out under ``unrolled``
+    end : number of factors without sums
+    slots : of each row by column
+    entry_at : numbers of matrix entries by positions of row and column
     """
-    if not written_out:
-        return {"factors": data["factors"] + elimination.size, "sums": elimination.size}
-    asked = _asked_groups(elimination)
-    others = [
-        {number: _columns_of(elimination, position, number) for number in sorted(asked[position])}
-        for position in range(elimination.size)
-    ]
-    end = data["factors"]
+    groups, upper = elimination.groups or (-1,) * elimination.size, elimination.upper
+    asked: list[set[int]] = [set() for _ in groups]  # groups of later rows, which need the sum of a row over the group
+    for group, across in zip(groups, elimination.lower, strict=True):
+        for earlier in across if group >= 0 else ():
+            asked[earlier].add(group)
+
+    def of_group(position: int, number: int) -> list[int]:
+        return [column for column in upper[position] if groups[column] == number]
+
     sums: list[dict[int, int]] = []
-    for position, group in enumerate(elimination.groups):
+    first = end
+    for position, group in enumerate(groups):
         numbers = [group] if group >= 0 else []
-        numbers += [number for number, columns in others[position].items() if number != group and columns]
+        numbers += [number for number in sorted(asked[position]) if number != group and of_group(position, number)]
         sums.append(dict(zip(numbers, range(end, end + len(numbers)), strict=True)))
         end += len(numbers)
     rows = []
-    for position, group in enumerate(elimination.groups):
-        at = slots[position]
+    for position, group in enumerate(groups):
+        at, own_sums = slots[position], sums[position]
+        diagonal = own_sums[group] if group >= 0 else at[position]
+        loads = [[slot, entry_at.get((position, column), -1)] for column, slot in at.items() if column != position]
+        place = len(elimination.lower[position]) if group < 0 else len(loads)
+        loads.insert(place, [diagonal, entry_at.get((position, position), -1)])
+        taken = []
+        for earlier in elimination.lower[position]:
+            changed = [column for column in upper[earlier] if column != position or group < 0]
+            updates = [[at[column], slots[earlier][column]] for column in changed]
+            if group in sums[earlier]:
+                updates.append([own_sums[group], sums[earlier][group]])
+            taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
         row: dict[str, Any] = {
-            "loads": _loads_of_row(elimination, position, entry, at, sums[position]),
-            "taken": _rows_taken(elimination, position, slots, sums),
+            "loads": loads,
+            "taken": taken,
             "lower": [[at[column], column] for column in elimination.lower[position]],
-            "upper": [[at[column], column] for column in elimination.upper[position]],
+            "upper": [[at[column], column] for column in upper[position]],
             "diagonal": at[position],
-            "others": [
-                [slot, [at[column] for column in others[position][number]]]
-                for number, slot in sums[position].items()
-                if number != group
-            ],
         }
+        if elimination.groups:
+            others = {number: slot for number, slot in own_sums.items() if number != group}
+            row["others"] = [[slot, [at[k] for k in of_group(position, number)]] for number, slot in others.items()]
         if group >= 0:
-            row["sum"] = sums[position][group]
-            row["within"] = [at[column] for column in _columns_of(elimination, position, group)]
+            row |= {"sum": diagonal, "within": [at[column] for column in of_group(position, group)]}
         if group in asked[position]:
-            row["kept"] = row["sum"]
+            row["kept"] = diagonal
         rows.append(row)
-    return {"factors": end, "sums": end - data["factors"], "unrolled": rows}
-
-
-def _asked_groups(elimination: Elimination) -> list[set[int]]:
-    """Return for each row the groups of later rows from which the row is subtracted, and which need its sum over the
-    group."""
-    asked: list[set[int]] = [set() for _ in elimination.groups]
-    for position, across in enumerate(elimination.lower):
-        for earlier in across:
-            if elimination.groups[position] >= 0:
-                asked[earlier].add(elimination.groups[position])
-    return asked
-
-
-def _columns_of(elimination: Elimination, position: int, number: int) -> list[int]:
-    """Return the columns to the right of the diagonal in the row at a position that belong to the group `number`."""
-    return [column for column in elimination.upper[position] if elimination.groups[column] == number]
-
-
-def _loads_of_row(
-    elimination: Elimination,
-    position: int,
-    entry: Callable[[int, int], int],
-    at: Mapping[int, int],
-    sums: Mapping[int, int],
-) -> list[list[int]]:
-    """Return pairs of a slot of the row at a position and the matrix entry that is loaded into it, -1 for fill. In a
-    row of a group, the slot of its sum is loaded with the diagonal entry. `at` has the slots by column, `sums` by
-    group."""
-    group = elimination.groups[position]
-    summed = [column for column in at if column != position or group < 0]
-    loads = [[at[column], entry(position, column)] for column in summed]
-    if group >= 0:
-        loads.append([sums[group], entry(position, position)])
-    return loads
-
-
-def _rows_taken(
-    elimination: Elimination, position: int, slots: Sequence[Mapping[int, int]], sums: Sequence[Mapping[int, int]]
-) -> list[dict[str, Any]]:
-    """Return the earlier rows that are subtracted from the row at a position, as mappings. Keys: ``slot`` of the factor
-    of L, ``pivot``, and ``updates``, pairs of the slot that changes and the slot that is multiplied. `slots` has the
-    slots of each row by column, `sums` by group."""
-    at, group = slots[position], elimination.groups[position]
-    taken = []
-    for earlier in elimination.lower[position]:
-        changed = [column for column in elimination.upper[earlier] if column != position or group < 0]
-        updates = [[at[column], slots[earlier][column]] for column in changed]
-        if group in sums[earlier]:
-            updates.append([sums[position][group], sums[earlier][group]])
-        taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
-    return taken
+    counted = {"factors": end, "sums": end - first} if elimination.groups else {}
+    return {**counted, "unrolled": rows}
 
 
 def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unknowns: int) -> None:
@@ -604,12 +531,3 @@ def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: in
             [kind, *row, *[0] * (width - len(row))] for kind, row in zip(fronts.kind_of, fronts.table, strict=True)
         ],
     }
-
-
-def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:
-    """Return the index of the stored matrix entry at the row of a position and a column, -1 for fill. `entry_start` has
-    the first entry of each row, `entry_columns` the column of each entry."""
-    for entry in range(entry_start[position], entry_start[position + 1]):
-        if entry_columns[entry] == column:
-            return entry
-    return -1

@@ -116,10 +116,11 @@ class NamesCheckpoint(Protocol):
     def problem(self) -> str: ...
 
 
+@dataclass(eq=False)
 class FinishedRun(EvaluatesOnce):
     """A run and the facts that its checks need; the functions for a fact are imported on a request for the fact.
 
-    Parameters
+    Attributes
     ----------
     stepper : in the state after the run
     wall : float
@@ -130,28 +131,18 @@ class FinishedRun(EvaluatesOnce):
     beginning : None for a resumed run
     """
 
-    def __init__(
-        self,
-        run: Run,
-        stepper: Stepper,
-        trajectory: Trajectory,
-        wall: float,
-        writer: NamesCheckpoint | None = None,
-        beginning: RunStart | None = None,
-        *,
-        estimated: bool = False,
-        progress: Progress | None = None,
-    ) -> None:
-        """Keep a run with its stepper, recorded trajectory and stepping time `wall` in s, and evaluate its table of
-        events."""
-        self.run = run
-        self.stepper = stepper
-        self.trajectory = trajectory
-        self.wall = wall
-        self.beginning = beginning
-        self.writer = writer
-        self.estimated, self._progress = estimated, progress
-        self.events: Events | None = table_of(trajectory, stepper, run.parameters)
+    run: Run
+    stepper: Stepper
+    trajectory: Trajectory
+    wall: float
+    writer: NamesCheckpoint | None = None
+    beginning: RunStart | None = None
+    estimated: bool = False
+    progress: Progress | None = None
+
+    @cached_property
+    def events(self) -> Events | None:
+        return table_of(self.trajectory, self.stepper, self.run.parameters)
 
     def has(self, facts: Iterable[str]) -> bool:
         """Return whether all of these facts hold."""
@@ -225,7 +216,7 @@ class FinishedRun(EvaluatesOnce):
             self.statistics,
             lambda name: self.outputs if name == "outputs" else self.energy,
             lambda: self.fastest,
-            self._progress,
+            self.progress,
         )
         if not estimate.available:
             return estimate

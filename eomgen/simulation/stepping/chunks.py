@@ -28,8 +28,6 @@ CHUNK_SECONDS = 0.1
 #: ``instability``.
 WINDOW = 16
 _LARGEST_CHUNK = 1_000_000
-#: Numbers of a block of rows, and numbers of rows that are joined from pieces.
-_NUMBERS, _FEW_NUMBERS = 2**25, 2**18
 
 
 class WritesCheckpoints(Protocol):
@@ -112,11 +110,11 @@ def run_chunks(
                 failure = error
     if last_row is not None:
         done += 1
-        recorder.pieces.append(last_row[np.newaxis])
+        recorder.append(last_row)
         if progress is not None:
             progress(done, grid.steps)
     elif recorder.last != done or status in AT_EVENTS:
-        recorder.pieces.append(stepper.row[np.newaxis])
+        recorder.append(stepper.row)
     rows, middle, end = recorder.recorded_rows(done)
     return Trajectory(rows, status, stopped, done, failure, middle, end, list(filter(len, recorder.logs)), modes)
 
@@ -178,31 +176,6 @@ class _ChunkSize:
         self.chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, self.chunk), int(CHUNK_SECONDS / pace)))
 
 
-class _RunRows:
-    """Rows of a run in one array, which is made for as many as are expected, or in several if these take much memory:
-    to join pieces takes the memory of the rows twice."""
-
-    def __init__(self, width: int, expected: int) -> None:
-        self._width, self._most = width, max(1, _NUMBERS // width)
-        self._blocks, self._room, self._used = list[Array](), min(expected, self._most), 0
-
-    def append(self, rows: Array) -> None:
-        while len(rows):
-            if not self._blocks or self._used == len(self._blocks[-1]):
-                self._blocks.append(np.empty((self._room, self._width)))
-                self._room, self._used = self._most, 0
-            block = self._blocks[-1]
-            part = rows[: len(block) - self._used]
-            block[self._used : self._used + len(part)] = part
-            self._used += len(part)
-            rows = rows[len(part) :]
-
-    def join(self) -> Array:
-        *full, last = self._blocks
-        last = last[: self._used]
-        return np.concatenate([*full, last]) if full else last
-
-
 class _RowRecorder:
     """The record of a run while it is stepped: every `every`-th row, and all rows of windows in the middle and at the
     end.
@@ -210,7 +183,6 @@ class _RowRecorder:
     Attributes
     ----------
     done, begin, last : number of steps so far, at the beginning of the run, and at the last recorded row
-    pieces : the recorded rows so far
     windows, kept : first and last step of each window, and its rows
     logs : events of each call of the stepper
     """
@@ -232,12 +204,16 @@ class _RowRecorder:
         first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
         expected, width = 3 + (grid.whole - self.begin) // every, stepper.sizes["row"]
         self.logs: list[Log] = []
-        self._block = None if expected * width < _FEW_NUMBERS else _RunRows(width, expected)
-        self._few: list[Array] = []
-        self.pieces: list[Array] | _RunRows = self._block or self._few
-        self.pieces.append(first[np.newaxis])
+        self._rows, self._used = np.empty((expected, width)), 0  # the system gives memory to rows that are written
+        self.append(first)
         self.windows = _windows(self.begin, grid.whole) if windows else []
         self.kept: list[list[Array]] = [[] for _ in self.windows]
+
+    def append(self, rows: Array) -> None:
+        """Record a row (width,) or rows (n, width)."""
+        end = self._used + (len(rows) if rows.ndim > 1 else 1)
+        self._rows[self._used : end] = rows
+        self._used = end
 
     def part(self, size: int) -> tuple[int | None, int]:
         """Return the number of the window in which the next step lies, None outside, and how many steps lie on the same
@@ -266,14 +242,14 @@ class _RowRecorder:
             self.kept[window].append(rows)
             rows = rows[-(before + 1) % self.every :: self.every]
         if len(rows):
-            self.pieces.append(rows.copy() if len(rows) < len(record) // 2 else rows)
+            self.append(rows)
             self.last = self.done - self.done % self.every
         return status
 
     def recorded_rows(self, done: int) -> tuple[Array, Array | None, Array | None]:
         """Return the recorded rows (n, width), and all rows of the window in the middle and of the one at the end, or
         None. `done` is the number of steps of the whole run."""
-        recorded, kept = self._block.join() if self._block else np.concatenate(self._few), self.kept
+        recorded, kept = self._rows[: self._used], self.kept
         if not self.windows:
             return recorded, None, None
         if self.every == 1:

@@ -53,6 +53,21 @@ class Run:
     bounded_for: str = ""
 
     @property
+    def described(self) -> dict[str, Any]:
+        """Scene, method, settings, parameters, time grid and start, as JSON data."""
+        return {
+            "scene": self.model.name,
+            "method": self.name,
+            "method_parameters": dict(self.method.keywords),
+            "settings": dict(self.settings),
+            "parameters": dict(zip(self.model.parameters, self.parameters.tolist(), strict=True)),
+            "record_every": self.every,
+            "t_start": self.grid.start,
+            "t_end": self.grid.end,
+            "start": self.begun,
+        }
+
+    @property
     def takes_rows(self) -> bool:
         """Whether the stepper needs rows of inputs: the compiled formulas do not give all inputs."""
         return bool(self.signals.given or (self.signals.names and self.signals.formulas is None))
