@@ -67,9 +67,8 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     """
     check_needs(method, system.facts)
     if not 0.0 < step < float("inf"):
-        raise UsageError(
-            Problem("method.step", f"the step must be a positive number of seconds, not {step!r} [E0358]", "1e-3")
-        )
+        fault = f"the step must be a positive number of seconds, not {step!r} [E0358]"
+        raise UsageError(Problem("method.step", fault, "1e-3"))
     _check_functions(method, system)
     sizes = Sizes(
         sum(factor.q_size for factor in system.factors) + len(system.angles),

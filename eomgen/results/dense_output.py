@@ -83,9 +83,8 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
             times, *(np.broadcast_to(array[0], (*times.shape, array.shape[1])).copy() for array in rows[1:])
         )
     if len(rows.t) < 2:
-        raise UsageError(
-            Problem("at", f"the solution has {len(rows.t)} row, two are needed [E1263]", "a run that made a step")
-        )
+        fault = f"the solution has {len(rows.t)} row, two are needed [E1263]"
+        raise UsageError(Problem("at", fault, "a run that made a step"))
     first, last = rows.t[0], rows.t[-1]
     slack = 1e-9 * (rows.t[1] - first)
     outside = (flat < first - slack) | (flat > last + slack)
@@ -170,9 +169,8 @@ def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
     any. Every third row is used; halfway between two rows the velocities of a quintic are better than elsewhere, so
     every second row would not do. Raises UsageError for fewer than seven rows."""
     if len(rows.t) < 7:
-        raise UsageError(
-            Problem("interpolation_error", f"seven rows are needed, not {len(rows.t)} [E1267]", "a longer run")
-        )
+        fault = f"seven rows are needed, not {len(rows.t)} [E1267]"
+        raise UsageError(Problem("interpolation_error", fault, "a longer run"))
     kept = Rows(*(array[::3] for array in rows))
     left_out = [k for k in range(3 * len(kept.t) - 3) if k % 3]
     interpolated = state_at(kept, metadata, rows.t[left_out])

@@ -21,6 +21,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
 from eomgen.results.recorded import RecordedSolution
+from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
     from eomgen.results.events import Events
@@ -311,9 +312,8 @@ def _no_curve(name: str, kinds: Mapping[str, Sequence[PlottedCurve]], asked_by: 
 def rows_from(t: Array, start: float | None, asked_by: str) -> NDArray[np.bool_]:
     """Return the mask (nt,) of rows from a time on; of all rows without a time. Raises UsageError for no time in s."""
     if not (start is None or isinstance(start, int | float | np.number)):
-        raise UsageError(
-            Problem(f"{asked_by}: start", f"a time in s is needed, not {shown(start)} [E1272]", "start=5.0")
-        )
+        fault = f"a time in s is needed, not {shown(start)} [E1272]"
+        raise UsageError(Problem(f"{asked_by}: start", fault, "start=5.0"))
     return np.asarray(t >= (-np.inf if start is None else float(start)))
 
 
@@ -377,13 +377,11 @@ def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
     table = np.stack(list(energies.values()))
     change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
     if 1e-9 * size < change < 0.2 * size:
-        drawn = [
-            PlottedCurve(name, "J", values - values[0], "change of energy from the start")
-            for name, values in energies.items()
-        ]
-    else:
-        drawn = [PlottedCurve(name, "J", values) for name, values in energies.items()]
-    return drawn + powers
+        first = {name: values - values[0] for name, values in energies.items()}
+        return [
+            PlottedCurve(name, "J", part, "change of energy from the start") for name, part in first.items()
+        ] + powers
+    return [PlottedCurve(name, "J", values) for name, values in energies.items()] + powers
 
 
 def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedCurve]:
@@ -392,18 +390,11 @@ def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedC
     curves = []
     for name, array in solution.outputs.items():
         table = array[:, np.newaxis] if array.ndim == 1 else array
-        several = table.shape[1] > 1
-        curves += [
-            PlottedCurve(
-                f"{name}[{index}]" if several else name,
-                units.get(name, ""),
-                table[:, index],
-                meaning.get(name, {}).get("quantity", ""),
-                name,
-                meaning.get(name, {}).get("description", ""),
-            )
-            for index in range(table.shape[1])
-        ]
+        labels = component_names("", name, table.shape[1])
+        told = meaning.get(name, {})
+        words = told.get("quantity", ""), name, told.get("description", "")
+        unit, columns = units.get(name, ""), zip(labels, table.T, strict=True)
+        curves += [PlottedCurve(label, unit, column, *words) for label, column in columns]
     return curves
 
 
@@ -462,12 +453,9 @@ def _with_small_changes(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
         if not any(changes[number] > SUMMED for number in small) or (unit == "rad" and large < _TURNED):
             continue
         for number in small:
-            curve = curves[number]
-            if unit == "rad":
-                result[number] = replace(curve, quantity="small angle")
-            else:
-                values = curve.values - curve.values[0]
-                result[number] = replace(curve, values=values, quantity="change of position from the start")
+            curve, first = curves[number], 0.0 if unit == "rad" else curves[number].values[0]
+            named = "small angle" if unit == "rad" else "change of position from the start"
+            result[number] = replace(curve, values=curve.values - first, quantity=named)
     return result
 
 
@@ -509,19 +497,18 @@ def _fill(
     ----------
     abscissa : curve over which the panels are drawn; None for the time, with lines at events
     """
+    label = "time, s"
+    if abscissa is not None:
+        words = f": {abscissa.description}" if abscissa.description else ""
+        label = axis_label(f"{abscissa.name}{words}", abscissa.unit)
     for axis, panel in zip(axes, panels, strict=True):
         _panel(axis, solution.t if abscissa is None else abscissa.values, panel, beside=beside)
         for time in _marked_times(solution.events) if abscissa is None else ():
             axis.axvline(time, color="#888888", linewidth=0.7, linestyle=":", zorder=0.5)
         if axis.xaxis.get_tick_params()["labelbottom"]:
-            axis.set_xlabel("time, s" if abscissa is None else _abscissa_label(abscissa))
+            axis.set_xlabel(label)
     for figure in {axis.figure for axis in axes}:
         figure.align_ylabels([axis for axis in axes if axis.figure is figure])
-
-
-def _abscissa_label(curve: PlottedCurve) -> str:
-    name = f"{curve.name}: {curve.description}" if curve.description else curve.name
-    return axis_label(name, curve.unit)
 
 
 def _marks(events: Events) -> str:

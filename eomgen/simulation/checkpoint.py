@@ -171,14 +171,12 @@ def checkpoint_writer(
     UsageError for `every` without a path, for anything but a path, and for a wrong number of steps."""
     if path is None:
         if every is not None:
-            raise UsageError(
-                Problem("checkpoint_every", "there is no file to write to [E1998]", 'checkpoint="run.ckpt"')
-            )
+            fault = "there is no file to write to [E1998]"
+            raise UsageError(Problem("checkpoint_every", fault, 'checkpoint="run.ckpt"'))
         return None
     if not isinstance(path, str | os.PathLike):
-        raise UsageError(
-            Problem("checkpoint", f"a path is needed, not {type(path).__name__} [E1999]", 'checkpoint="run.ckpt"')
-        )
+        fault = f"a path is needed, not {type(path).__name__} [E1999]"
+        raise UsageError(Problem("checkpoint", fault, 'checkpoint="run.ckpt"'))
     steps = None if every is None else count_of("checkpoint_every", every)
     return CheckpointWriter(Path(path), steps, lambda stepper: checkpoint_of(run, library, stepper))
 

@@ -12,8 +12,6 @@ import numpy as np
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.compiled.initial_state import InitialState
-from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.judgement.finished_run import RunStart
 from eomgen.simulation.outcome import JudgedRun
@@ -103,10 +101,7 @@ def _trajectory(
     grid, model, inputs = run.grid, run.model, run.driven
     if state is not None:
         status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(inputs, grid), state.z)
-        if status == BAD_ARGUMENT.number:
-            settings = ", ".join(f"{name} = {value:.6g}" for name, value in run.settings.items())
-            fault = f"{run.name} refuses {settings}: {stepper.status_text(status)} [E2028]"
-            raise UsageError(Problem("settings", fault, "the defaults"))
+        run.check_settings(status, stepper.status_text(status))
         if status:
             unknown = np.full(model.nv + len(model.multipliers), np.nan)
             rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]

@@ -18,7 +18,6 @@ from eomgen.compiled.arguments import check_finite, check_name, number_of, numbe
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, Message, ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
-from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import SimulatorState
@@ -100,7 +99,8 @@ class Simulator(NamedAttributes):
         self._rows_have_corrections = bool(method["hooks"]["row"])
         self._linear = method["inputs"] == "sampled"
         self._events = [row["name"] for row in method["events"]["rows"]] if "events" in method else []
-        self._modes = self._mode_columns(method)
+        modes, known = method["events"]["modes"] if "events" in method else [], list(run.model.parameters)
+        self._modes = [known.index(mode_parameter(mode["name"])) for mode in modes]
         self._compiled = CompiledSteps(library, self._stepper, run.model.nu)
         self._u, self._one, self._free = self._compiled.u, self._compiled.one, self._compiled.free
         self._shape = self._u.shape
@@ -422,12 +422,8 @@ class Simulator(NamedAttributes):
             table = np.ascontiguousarray(driven(t + stepper.step_size * stepper.input_times))
         status = stepper.initialize(t, state.q, state.v, table, state.z)
         if status:
-            settings = ", ".join(f"{name} = {value:.6g}" for name, value in self._run.settings.items())
             text = stepper.status_text(status)
-            if status == BAD_ARGUMENT.number:
-                raise UsageError(
-                    Problem("settings", f"{self.method} refuses {settings}: {text} [E2028]", "the defaults")
-                )
+            self._run.check_settings(status, text)
             fault = f"the motion cannot start at t = {t:.9g} s: {text} [E2036]"
             raise NumericalError(Problem("start", fault, "another state, other parameters or inputs"))
 
@@ -647,9 +643,8 @@ class Simulator(NamedAttributes):
         """
         if not isinstance(state, SimulatorState):
             hint = "run.state of before, or set_state({'q': q, 'v': v})"
-            raise UsageError(
-                Problem("state", f"a state of a simulator is needed, not {type(state).__name__} [E2038]", hint)
-            )
+            fault = f"a state of a simulator is needed, not {type(state).__name__} [E2038]"
+            raise UsageError(Problem("state", fault, hint))
         state.check(self.model.name, self._library)
         if self._run.controllers is not None and (names := self._run.controllers.undeclared_names):
             fault = f"the function of {names} may keep something that no state holds [E2039]"
@@ -707,10 +702,6 @@ class Simulator(NamedAttributes):
             row = self._now[name].copy()
         row.flags.writeable = False
         return row
-
-    def _mode_columns(self, method: Mapping[str, Any]) -> list[int]:
-        modes = method["events"]["modes"] if "events" in method else []
-        return [list(self._run.model.parameters).index(mode_parameter(mode["name"])) for mode in modes]
 
     def _present(self) -> Array:
         """Present parameters (np,), with the modes."""

@@ -119,9 +119,8 @@ def _energy_balance(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _energy_gained(run: FinishedRun) -> bool:
-    return run.balance.gain > FAILED_ENERGY and (
-        run.conservative or not run.rows_are_sparse
-    )  # rows may miss pulses of power
+    told = run.conservative or not run.rows_are_sparse  # rows may miss pulses of power
+    return run.balance.gain > FAILED_ENERGY and told
 
 
 def _constraint_violation(run: FinishedRun) -> Iterator[Finding]:

@@ -93,7 +93,9 @@ def run_chunks(
     windows : bool
         Whether every row of the windows in the middle and at the end is kept as well.
     """
-    recorder, pace = _RowRecorder(stepper, grid, record_every, inputs, windows=windows), _ChunkSize(stepper)
+    held = inputs if isinstance(inputs, HeldRows) and not stepper.count else None
+    first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
+    recorder, pace = _RowRecorder(stepper, grid, record_every, first, windows=windows), _ChunkSize(stepper)
     last_row, modes = None, stepper.modes
     at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
     with Interrupts(heeded=not at_once) as interrupted:
@@ -187,21 +189,11 @@ class _RowRecorder:
     logs : events of each call of the stepper
     """
 
-    def __init__(
-        self,
-        stepper: Stepper,
-        grid: TimeGrid,
-        every: int,
-        inputs: Callable[[Array], Array] | None,
-        *,
-        windows: bool,
-    ) -> None:
-        """Begin the record at the present state of the stepper, whose row is recorded first. `every` is the number of
-        steps between rows; `inputs` gives rows of inputs for times; `windows`: whether all rows of windows are kept."""
+    def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, first: Array, *, windows: bool) -> None:
+        """Begin the record with the row of the present state, ``first``. `every` is the number of steps between rows;
+        `windows`: whether all rows of windows are kept."""
         self.stepper, self.every = stepper, every
         self.begin = self.last = self.done = stepper.count
-        held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
-        first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
         expected, width = 3 + (grid.whole - self.begin) // every, stepper.sizes["row"]
         self.logs: list[Log] = []
         self._rows, self._used = np.empty((expected, width)), 0  # the system gives memory to rows that are written

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.errors import Message
+from eomgen.errors import Message, Problem, UsageError
+from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.controllers import CallerControllers
@@ -66,6 +67,12 @@ class Run:
             "t_end": self.grid.end,
             "start": self.begun,
         }
+
+    def check_settings(self, status: int, text: str) -> None:
+        """Raise UsageError if a stepper refuses its settings, by its status with a text."""
+        if status == BAD_ARGUMENT.number:
+            settings = ", ".join(f"{name} = {value:.6g}" for name, value in self.settings.items())
+            raise UsageError(Problem("settings", f"{self.name} refuses {settings}: {text} [E2028]", "the defaults"))
 
     @property
     def takes_rows(self) -> bool:

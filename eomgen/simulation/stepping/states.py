@@ -90,11 +90,8 @@ def row_values(name: str, model: CompiledModel, states: States, inputs: Prescrib
     blocks = {"t": t, "q": q, "v": v, "a": a, "lam": multipliers, "z": z, "u": inputs.u, "base": inputs.base, "p": p}
     for start in range(0, len(t), BATCH):
         part = slice(start, start + BATCH)
-        there = {
-            name: block if name == "p" and p.ndim == 1 else block[part]
-            for name, block in blocks.items()
-            if block is not None
-        }
+        whole = {"p": p} if p.ndim == 1 else {}
+        there = {name: block[part] for name, block in blocks.items() if block is not None} | whole
         result.append(motion_values(model, name, there))
     if len(result) == 1:
         return dict(result[0])

@@ -319,24 +319,12 @@ class LaneStepper:
         flat, statuses = np.empty((count, self._size)), np.zeros(count, dtype=np.intc)
         arrays = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
         beside = None if tables is None else self._beside(tables)
-        self._lib.eomgen_lanes_groups(
-            self._doubles(np.append(arrays[0].ravel(), 0.0)),
-            self._doubles(self._settings),
-            self._doubles(None if inputs is None else np.ascontiguousarray(inputs, dtype=float)),
-            self._doubles(beside),
-            self._doubles(arrays[1]),
-            self._doubles(self._state),
-            self._doubles(self._workspace),
-            count // self.lanes,
-            steps,
-            rows,
-            rest,
-            shorter,
-            self._doubles(record),
-            self._doubles(modes if self._modes else None),
-            self._doubles(flat),
-            self._whole(statuses),
-        )
+        held = None if inputs is None else np.ascontiguousarray(inputs, dtype=float)
+        read = np.append(arrays[0].ravel(), 0.0), self._settings, held, beside, arrays[1], self._state, self._workspace
+        written = record, modes if self._modes else None, flat
+        sizes = count // self.lanes, steps, rows, rest, shorter
+        pointers = [*map(self._doubles, read), *sizes, *map(self._doubles, written)]
+        self._lib.eomgen_lanes_groups(*pointers, self._ffi.from_buffer("int[]", statuses))
         return record, modes, flat, statuses
 
     def _beside(self, tables: Array) -> Array:
@@ -351,6 +339,3 @@ class LaneStepper:
 
     def _doubles(self, array: Array | None) -> Any:
         return self._ffi.NULL if array is None else self._ffi.from_buffer("double[]", array)
-
-    def _whole(self, array: NDArray[np.intc]) -> Any:
-        return self._ffi.from_buffer("int[]", array)
