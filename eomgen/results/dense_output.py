@@ -46,10 +46,8 @@ def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
     """Return the Lie groups of a configuration's coordinates from a solution's metadata. Raises UsageError if not
     there."""
     if "factors" not in metadata:
-        fault = (
-            "this solution does not say which groups its coordinates are of: it was made by hand or by an older"
-            " eomgen [E1262]"
-        )
+        origin = "it was made by hand or by an older eomgen"
+        fault = f"this solution does not say which groups its coordinates are of: {origin} [E1262]"
         raise UsageError(Problem("at", fault, "a solution of simulate"))
     return [Factor(group, "", *spans) for group, *spans in metadata["factors"]]
 
@@ -157,10 +155,8 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
         )
         if np.any(turns := speed * duration > np.pi):
             k = int(np.argmax(turns))
-            fault = (
-                f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g}"
-                f" s [E1266]"
-            )
+            turn = f"{speed[k] * duration[k]:.3g} rad"
+            fault = f"a body turns by {turn} between two rows at t = {rows.t[index[k]]:.9g} s [E1266]"
             raise UsageError(Problem("at", fault, "a smaller record_every: less than half a turn between rows"))
 
 

@@ -377,10 +377,8 @@ def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
     table = np.stack(list(energies.values()))
     change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
     if 1e-9 * size < change < 0.2 * size:
-        first = {name: values - values[0] for name, values in energies.items()}
-        return [
-            PlottedCurve(name, "J", part, "change of energy from the start") for name, part in first.items()
-        ] + powers
+        changed = "change of energy from the start"
+        return [PlottedCurve(name, "J", part - part[0], changed) for name, part in energies.items()] + powers
     return [PlottedCurve(name, "J", values) for name, values in energies.items()] + powers
 
 

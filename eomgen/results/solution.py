@@ -532,10 +532,8 @@ class Solution(SolutionMethods):
             raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
-            fault = (
-                f"the second part begins at t = {begins:.9g} s, as the first part does, and does not continue"
-                f" that part [E1299]"
-            )
+            begin = f"the second part begins at t = {begins:.9g} s, as the first part does"
+            fault = f"{begin}, and does not continue that part [E1299]"
             raise UsageError(Problem("followed_by", fault, "first.followed_by(second), second of model.resume"))
         near = np.flatnonzero(np.abs(self.t - begins) <= 1e-9 * float(later.metadata["step"]))
         if self.events.counts or not len(near):  # an event may act at that time, or no row was recorded
@@ -545,10 +543,8 @@ class Solution(SolutionMethods):
             if np.any(off):
                 names = later.metadata.get("names", {}).get(name) or component_names("", name, len(off))
                 k = int(np.argmax(off))
-                fault = (
-                    f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part and"
-                    f" {second[0, k]:.6g} in the second, which does not go on from it [E1300]"
-                )
+                values = f"{first[near[-1], k]:.6g} in the first part and {second[0, k]:.6g} in the second"
+                fault = f"at t = {begins:.9g} s {names[k]} is {values}, which does not go on from it [E1300]"
                 hint = "the solution of model.resume from this run's checkpoint"
                 raise UsageError(Problem("followed_by", fault, hint))
 

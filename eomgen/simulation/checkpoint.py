@@ -91,10 +91,8 @@ class Checkpoint:
         """Raise ModelError if the checkpoint belongs to another model or to another compilation of this model. `path`
         of the file is named in the error, `scene` is the model's name, and `library` has the stepper that would go
         on."""
-        hint = (
-            f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and"
-            " start.v"
-        )
+        state = f"np.load({path.name!r}) holds start.t, start.q and start.v"
+        hint = f"the model that wrote it, or a new run from its state: {state}"
         fault = ""
         if self.run["scene"] != scene:
             fault = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r} [E1995]"

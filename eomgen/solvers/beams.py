@@ -137,7 +137,5 @@ class StrainedStart:
     element: int
 
     def __str__(self) -> str:
-        return (
-            f"the loop closes only with strained beams: strain energy {self.energy:.3g} J, largest section force"
-            f" {self.force:.3g} N in element {self.element} of the beam {self.beam}"
-        )
+        force = f"largest section force {self.force:.3g} N in element {self.element} of the beam {self.beam}"
+        return f"the loop closes only with strained beams: strain energy {self.energy:.3g} J, {force}"

@@ -172,11 +172,8 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
     for _ in range(40):
         change = linear.step(time)
         gone = _length_of_change(statics, point, change)
-        part = (
-            min(share_of_turn(statics, point, change), longest / gone if gone > longest else 1.0)
-            if np.isfinite(gone)
-            else 0.0
-        )
+        part = min(1.0, longest / gone) if gone else 1.0
+        part = min(share_of_turn(statics, point, change), part) if np.isfinite(gone) else 0.0
         reached = move(statics, point, change) if part == 1.0 else None
         if reached is None:
             time = _LAST / fastest if np.isinf(time) else time * min(0.8, max(0.1, 0.8 * part))

@@ -158,9 +158,7 @@ def stable_branch(statics: LoadedStatics, rest: LoadedState, onwards: Direction)
             return None
         first = side * mode if first is None else first
         rest, path = branch[0], [*path, *branch[1]]
-    return (
-        StableBranch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
-    )
+    return None if first is None or _unstable(statics, rest) else StableBranch(rest, first, path)
 
 
 def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:

@@ -264,20 +264,15 @@ def check_left_out(
     if not off:
         rates, limits = system.velocity(q, v, t), there.rate_limits(np.abs(v))
         off = [f"{system.names[row]} by {rates[row]:.3g} per s" for row in rows if not abs(rates[row]) <= limits[row]]
+    left_out_rows = "rows that were left out, because they follow from others at the default parameters"
     if off:
-        fault = (
-            f"rows that were left out, because they follow from others at the default parameters, are off at"
-            f" {at}: {'; '.join(off[:LISTED])} [E2095]"
-        )
+        fault = f"{left_out_rows}, are off at {at}: {'; '.join(off[:LISTED])} [E2095]"
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     kept = [row for row in range(len(system.names)) if row not in rows]
     dependent = redundancy(system, q, t, rows=[*kept, *rows]).dependent
     if len(dependent) < len(rows):
         new = [system.names[row] for row in rows if row not in dependent]
-        fault = (
-            f"rows that were left out, because they follow from others at the default parameters, do not at"
-            f" {at}: {', '.join(new[:LISTED])} [E2096]"
-        )
+        fault = f"{left_out_rows}, do not at {at}: {', '.join(new[:LISTED])} [E2096]"
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     by = left_over(system, q, rows, t)
     return [

@@ -75,11 +75,8 @@ def _sign_of_determinant(values: Array, places: NDArray[np.intp]) -> int:
         factors = splu(csc_array((values, (places[0], places[1]))))
     except RuntimeError:
         return 0
-    return (
-        _parity(factors.perm_r.tolist())
-        * _parity(factors.perm_c.tolist())
-        * int(np.prod(np.sign(factors.U.diagonal())))
-    )
+    turned = _parity(factors.perm_r.tolist()) * _parity(factors.perm_c.tolist())
+    return turned * int(np.prod(np.sign(factors.U.diagonal())))
 
 
 def _parity(order: Sequence[int]) -> int:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 from itertools import accumulate, chain
 from typing import Any
 
@@ -124,21 +126,13 @@ def make_solver(
     if not unknowns.inner:
         values = _in_natural_units(unknowns, samples, values)
     packing = samples.packing
-    order = (
-        stages_of_tree(unknowns, factors, owners, packing)
-        if unknowns.inner
-        else stages(unknowns, factors, packing, growth)
-    )
-    elimination = _pivots(
-        unknowns,
-        values,
-        order,
-        len(samples.numbers),
-        groups=groups,
-        constrained="B" in packing.blocks,
-        diagonal_first=at_start,
-        sample=sample,
-    )
+    if unknowns.inner:
+        order = stages_of_tree(unknowns, factors, owners, packing)
+    else:
+        order = stages(unknowns, factors, packing, growth)
+    options: dict[str, Any] = {"stages": order, "groups": groups, "diagonal_first": at_start, "sample": sample}
+    choose: Callable[..., Elimination] = partial(eliminate, unknowns.matrix_size, **options)
+    elimination = _pivots(choose, values, len(samples.numbers), constrained="B" in packing.blocks)
     if groups:
         return Solver(unknowns, samples.packing, terms, elimination, None, growth)
     operations = growth * elimination.operations
@@ -157,34 +151,21 @@ def make_solver(
 
 
 def _pivots(
-    unknowns: Unknowns,
-    values: Mapping[tuple[int, int], Array],
-    order: Sequence[tuple[Sequence[int], Sequence[int]]],
-    count: int,
-    *,
-    groups: Sequence[Sequence[int]],
-    constrained: bool,
-    diagonal_first: bool,
-    sample: Sample,
+    choose: Callable[..., Elimination], values: Mapping[MatrixIndex, Array], count: int, *, constrained: bool
 ) -> Elimination:
     """Return an elimination whose pivots serve at all samples, or if only the scene's own state is singular, at all
-    others. Rings of a gimbal that are aligned in the scene, and links of a linkage that lie in one line, do not matter
-    for runs that start elsewhere. ``values`` are entries at ``count`` samples for a step, the scene's state first, and,
-    if required, the same for accelerations. Raises ModelError if no pivots serve; `constrained` is for its message."""
-    size = unknowns.matrix_size
+    others; ``choose`` makes one from entries. Rings of a gimbal that are aligned in the scene, and links of a linkage
+    that lie in one line, do not matter for runs that start elsewhere. ``values`` are entries at ``count`` samples for a
+    step, the scene's state first, and, if required, the same for accelerations. Raises ModelError if no pivots serve;
+    `constrained` is for its message."""
     try:
-        return eliminate(
-            size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first, sample=sample
-        )
+        return choose(values, constrained=constrained)
     except ModelError:
         if count < 2:
             raise
         others = np.arange(len(next(iter(values.values())))) % count > 0
-        try:
-            kept = {index: part[others] for index, part in values.items()}
-            return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first, sample=sample)
-        except ModelError:
-            pass
+        with suppress(ModelError):
+            return choose({index: part[others] for index, part in values.items()})
         raise  # of the scene's state, which the message names
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -24,7 +24,6 @@ from eomgen.base.rounding import COMPUTED
 from eomgen.errors import UsageError
 from eomgen.integrators.families.adaptive import SMALLEST_TOLERANCE
 from eomgen.results.error_estimate import NO_ORDER, NOTICED, ErrorEstimate
-from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import (
     INTERRUPTED,
     AtRows,
@@ -32,6 +31,7 @@ from eomgen.simulation.accuracy.comparison_runs import (
     ComparisonRuns,
     MotionDifference,
     NoEstimateError,
+    RecordedRun,
 )
 from eomgen.simulation.accuracy.fastest_rates import FastestRates
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
@@ -43,9 +43,7 @@ from eomgen.simulation.accuracy.richardson import (
     gain_of,
 )
 from eomgen.simulation.accuracy.step_path import crosses_corners, crosses_jumps, step_rows
-from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
-from eomgen.toolchain.library import Library
 
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
@@ -61,16 +59,13 @@ _SMALLER = (1, 4, 8)
 
 
 def estimate_errors(
-    run: Run,
-    library: Library,
-    trajectory: Trajectory,
-    parameters: Array,
+    taken: RecordedRun,
     seconds: float,
-    events: Events | None,
-    statistics: Mapping[str, int | float],
     at_rows: AtRows,
     rates: Callable[[], FastestRates],
     progress: Progress | None = None,
+    *,
+    interrupted: bool,
 ) -> ErrorEstimate:
     """Return the estimated discretisation error of a finished run, by runs of the same motion at other steps or
     tolerances.
@@ -79,28 +74,26 @@ def estimate_errors(
 
     Parameters
     ----------
-    library : with the stepper
-    parameters : (np,), or (rows, np), at the rows
+    taken : the run
     seconds : s, duration of the run
-    statistics : counts of the stepper
     at_rows : outputs and energy of the run at all rows
     rates : returns the fastest rates along the run
     progress : called with (steps done, all steps), the steps of the comparison runs included
+    interrupted : whether the run was
     """
-    began = time.perf_counter()
+    began, run = time.perf_counter(), taken.run
     try:
-        if trajectory.interrupted:
+        if interrupted:
             raise NoEstimateError("the run was interrupted")
-        if len(trajectory.rows) < 2:
+        if len(taken.rows) < 2:
             raise NoEstimateError("the run made no step")
         if run.controllers is not None and (names := run.controllers.single):
             refused = f"the function of {names} may keep something, so no second run calls it"
             raise NoEstimateError(f"{refused}; a class, or memory in the scene, can be had anew")
-        rows = trajectory.rows
-        runs = ComparisonRuns(run, library, rows, parameters, progress, events, statistics, at_rows)
+        runs = ComparisonRuns(taken, progress, at_rows)
         estimated = _by_tolerance if run.method.chooses_steps else partial(_by_steps, rates=rates)
         result = estimated(runs)
-        if result.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
+        if result.relative > NOTICED and _moves_between_rows(runs):
             result = estimated(runs)
     except NoEstimateError as reason:
         return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
@@ -112,13 +105,14 @@ def estimate_errors(
     return replace(result, seconds=spent, cost=spent / max(seconds, 1e-9))
 
 
-def _moves_between_rows(runs: ComparisonRuns, library: Library, rows: Array, parameters: Array) -> bool:
+def _moves_between_rows(runs: ComparisonRuns) -> bool:
     """Return whether the motion is much larger than sparse rows show; then replace ``runs.size`` by the size from the
     rows of all steps. A state that oscillates at a multiple of the rows' frequency seems to be at rest there."""
-    taken = step_rows(runs.run, library, rows, parameters, runs.own.statistics)
+    run, library, rows, parameters, _, statistics = runs.taken
+    taken = step_rows(run, library, rows, parameters, statistics)
     if taken is None or taken.rows is rows:
         return False
-    finer = motion_size(runs.run.model, np.concatenate([rows, taken.rows]), {})
+    finer = motion_size(run.model, np.concatenate([rows, taken.rows]), {})
     known = runs.size.sizes
     larger = {kind: np.fmax(known[kind], size) for kind, size in finer.sizes.items() if np.all(np.isfinite(size))}
     if not any(np.any(size > 2.0 * known[kind]) for kind, size in larger.items()):

@@ -200,23 +200,19 @@ class FinishedRun(EvaluatesOnce):
         """The estimated errors of the run; a reason without values if the estimate is switched off or cannot be
         made. Evaluation makes the comparison runs. Fast motions that the steps do not resolve are named in
         ``unresolved``."""
-        from eomgen.simulation.accuracy.error_estimation import estimate_errors, no_estimate  # noqa: PLC0415  # on request
+        from eomgen.simulation.accuracy.comparison_runs import RecordedRun  # noqa: PLC0415  # on request
+        from eomgen.simulation.accuracy.error_estimation import estimate_errors, no_estimate  # noqa: PLC0415  # likewise
 
         run = self.run
         if not self.estimated:
             left_out = "".join(searches(self) for searches in objects_of(LEFT_OUT))
             return no_estimate(run, f"it was switched off{left_out}")
+        rows, library = self.trajectory.rows, self.stepper.library
+        taken = RecordedRun(run, library, rows, self.present, self.events, self.statistics)
+        at_rows = {"outputs": lambda: self.outputs, "energy": lambda: self.energy}
+        of_rates, interrupted = (lambda: self.fastest), self.trajectory.interrupted
         estimate = estimate_errors(
-            run,
-            self.stepper.library,
-            self.trajectory,
-            self.present,
-            self.wall,
-            self.events,
-            self.statistics,
-            lambda name: self.outputs if name == "outputs" else self.energy,
-            lambda: self.fastest,
-            self.progress,
+            taken, self.wall, lambda name: at_rows[name](), of_rates, self.progress, interrupted=interrupted
         )
         if not estimate.available:
             return estimate

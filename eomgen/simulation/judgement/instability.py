@@ -393,9 +393,8 @@ def unbounded_growth(run: Run, states: States) -> Finding | None:
     entry = grown[np.argmax(overall[grown])]
     name, unit = run.model.v_names[entry], run.model.v_units[entry]
     samples = ", or a shorter time between samples" if "samples" in run.model.library.layout["method"] else ""
-    text = (
-        f"the motion grows without end: {name} by a factor of {overall[entry]:.2g}, from at most {sizes[0, entry]:.3g}"
-        f" {unit} in the first quarter of the run to {sizes[-1, entry]:.3g} {unit} in the last one"
-    )
+    first, last = (f"{sizes[quarter, entry]:.3g} {unit}" for quarter in (0, -1))
+    span = f"from at most {first} in the first quarter of the run to {last} in the last one"
+    text = f"the motion grows without end: {name} by a factor of {overall[entry]:.2g}, {span}"
     hint = f"other signs or sizes of gains, damping and stiffnesses{samples}"
     return Finding(value=float(overall[entry]), text=text, hint=hint)

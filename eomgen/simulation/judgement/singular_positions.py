@@ -104,10 +104,8 @@ def beyond_reach(model: CompiledModel, t: float, q: Array, p: Array, step: float
         return None
     values = dict(zip(model.q_names, zip(q, model.q_units, strict=True), strict=True))
     at = [f", at {value:.5g} {unit}" for name in driven for value, unit in [values.get(f"q.{name}", (0.0, ""))] if unit]
-    text = (
-        f"after t = {t:.6g} s no position meets the constraints: the drive of {' and '.join(driven)} leaves the range"
-        f" that its loop can reach{''.join(at)}"
-    )
+    leaves = f"the drive of {' and '.join(driven)} leaves the range that its loop can reach{''.join(at)}"
+    text = f"after t = {t:.6g} s no position meets the constraints: {leaves}"
     return Finding(text=text, hint="a drive that turns back before, or lengths with which the loop reaches farther")
 
 
