@@ -216,7 +216,7 @@ class RowScales:
         """Return the largest possible entries of B here, (..., rows, nv), for rows of a scale."""
         turning, straight = self.entries_of_row(scale)
         natural = np.where(self.angular, turning[..., np.newaxis], straight[..., np.newaxis])
-        return np.maximum(natural, np.abs(self.B))
+        return np.asarray(np.maximum(natural, np.abs(self.B)))
 
 
 class RowsInMetric(RowScales):
