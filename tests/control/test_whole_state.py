@@ -304,15 +304,6 @@ def test_a_sampled_regulator_minimises_the_integral(delay_in_samples: float) -> 
     assert all(cost(law.gains + change) > best for change in 0.05 * np.vstack([np.eye(n), -np.eye(n)])[:, np.newaxis])
 
 
-@pytest.mark.slow
-def test_a_fast_sampled_regulator_is_that_of_continuous_time() -> None:
-    space = random_model(4, 1, 1, 1)
-    slow, fast = lqr(space, {"y1": 3.0}, {"u1": 0.1}), lqr(space, {"y1": 3.0}, {"u1": 0.1}, sample=1e-5)
-    np.testing.assert_allclose(fast.gains, slow.gains, rtol=2e-3)
-    half = lqr(space, {"y1": 3.0}, {"u1": 0.1}, sample=2e-5)
-    np.testing.assert_allclose(2.0 * fast.gains - half.gains, slow.gains, rtol=1e-6)
-
-
 def test_placed_eigenvalues() -> None:
     space = random_model(4, 1, 1, 0)
     poles = [-1.0 + 2.0j, -1.0 - 2.0j, -3.0, -4.5]
@@ -352,20 +343,6 @@ def test_margins_that_optimal_feedback_always_has() -> None:
             assert margins.phase_margin >= 60.0 - 1e-6
             assert margins.gain_margin == np.inf
             assert margins.gain_reduction <= 0.5 + 1e-9
-
-
-def test_margins_are_where_the_sampled_loop_becomes_unstable() -> None:
-    space = random_model(3, 1, 1, 0, 4)
-    unstable = model(space.A + 2.5 * np.eye(3), space.B)
-    law = lqr(unstable, np.eye(3), [[0.1]], sample=0.1, delay=0.05)
-    margins, (A, B, G) = law.margins["u1"], (law.space.A, law.space.B, law.gains)
-
-    def radius(factor: float) -> float:
-        return float(np.abs(np.linalg.eigvals(A - factor * B @ G)).max())
-
-    for factor, inwards in ((margins.gain_margin, 1 - 1e-6), (margins.gain_reduction, 1 + 1e-6)):
-        assert radius(factor * inwards) < 1.0
-        np.testing.assert_allclose(radius(factor), 1.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize("sample", [None, 0.1])
@@ -591,28 +568,6 @@ def test_poles_and_costs_do_not_depend_on_the_units_of_states(sample: float | No
     plain = lqr(model(A, B), weights, {"u1": 0.3}, sample=sample)
     other = lqr(model(units[:, np.newaxis] * A / units, units[:, np.newaxis] * B), scaled, {"u1": 0.3}, sample=sample)
     np.testing.assert_allclose(other.gains * units, plain.gains, rtol=1e-8)
-
-
-@pytest.mark.parametrize("sample", [None, 0.05])
-@pytest.mark.parametrize("unit", [1e-18, 1e12])
-def test_gains_do_not_depend_on_the_unit_of_the_cost_or_of_intensities(unit: float, sample: float | None) -> None:
-    space = random_model(4, 2, 2, 2)
-    Q, R = np.diag([2.0, 1.0, 0.5, 3.0]), np.diag([0.3, 1.0])
-    plain, other = (lqr(space, factor * Q, factor * R, sample=sample) for factor in (1.0, unit))
-    np.testing.assert_allclose(other.gains, plain.gains, rtol=1e-8)
-    np.testing.assert_allclose(other.cost_left, unit * plain.cost_left, rtol=1e-8)
-    seen, scaled = (
-        kalman(space, {"w1": 2.0 * factor, "w2": factor}, {"y1": 0.1 * factor, "y2": 0.3 * factor}, sample=sample)
-        for factor in (1.0, unit)
-    )
-    np.testing.assert_allclose(scaled.gains, seen.gains, rtol=1e-8)
-    np.testing.assert_allclose(scaled.covariance, unit * seen.covariance, rtol=1e-8)
-    for weights, said in (
-        (np.diag([1.0, -1e-3, 0, 0]), "negative in some direction"),
-        (np.eye(4, k=1), "not symmetric"),
-    ):
-        with pytest.raises(UsageError, match=f"Q is {said}"):
-            lqr(space, unit * weights, unit * R)
 
 
 def test_roots_lie_between_points_and_on_them() -> None:

@@ -67,18 +67,6 @@ def test_a_new_row_has_its_order_on_the_rotation_group(constrained: bool) -> Non
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3.0, abs=0.15)
 
 
-@pytest.mark.usefixtures("registered")
-def test_a_new_row_has_names_a_title_and_a_source() -> None:
-    method = method_named("rk23", tolerance=1e-4)
-    assert (method.order, method.title(False)) == (
-        3,
-        "explicit Runge-Kutta pair of order 3(2) in the Lie algebra, with steps of its own",
-    )
-    assert method.source == "Bogacki and Shampine 1989; Munthe-Kaas 1999; cubic of Hermite"
-    alternatives = [need.alternative for need in method_named("rk23_partitioned").needs]
-    assert alternatives == ["rk23"]
-
-
 @pytest.mark.parametrize("pair", [*embedded_pair.PAIRS, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)
 def test_pairs_and_their_extensions_have_their_orders(pair: EmbeddedPair) -> None:
     """Weights at the fraction s of a step are those of s^order, to the order of the extension; at 1 they are b."""
