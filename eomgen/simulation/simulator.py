@@ -4,7 +4,7 @@ steps."""
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,7 +27,7 @@ from eomgen.simulation.motions import Motions, Target, read_target, refuse_as_in
 from eomgen.simulation.outcome import RecordedRow, recorded_solution
 from eomgen.simulation.stepping.chunks import CompiledSteps, between
 from eomgen.simulation.stepping.events import ending
-from eomgen.simulation.stepping.inputs import CheckedSignal, Signal, check_held, read_signals
+from eomgen.simulation.stepping.inputs import CheckedSignal, InputRows, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import check_span
 from eomgen.simulation.stepping.states import start_of
@@ -721,7 +721,7 @@ class Simulator(NamedAttributes):
         self._cleared = 0
 
     @property
-    def _input_rows(self) -> Callable[[Array], Array] | None:
+    def _input_rows(self) -> InputRows | None:
         return replace(self._run, signals=self._signals).driven
 
     def _inputs_of(self, name: str, u: StepInputs) -> Array:

@@ -25,7 +25,7 @@ from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import WARNING, Finding, Severity
 from eomgen.simulation.stepping.chunks import Trajectory
-from eomgen.simulation.stepping.events import acting, parameters_over, table_of
+from eomgen.simulation.stepping.events import acting, parameters_over
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import PrescribedInputs, States, inputs_at_rows, row_values, states_of
 from eomgen.simulation.stepping.stepper import Stepper
@@ -123,6 +123,7 @@ class FinishedRun(EvaluatesOnce):
     Attributes
     ----------
     stepper : in the state after the run
+    events : with the states before and after each; None if the scene has none
     wall : float
         Duration of the stepping, s.
     writer : of checkpoints; None without any
@@ -134,15 +135,12 @@ class FinishedRun(EvaluatesOnce):
     run: Run
     stepper: Stepper
     trajectory: Trajectory
+    events: Events | None
     wall: float
     writer: NamesCheckpoint | None = None
     beginning: RunStart | None = None
     estimated: bool = False
     progress: Progress | None = None
-
-    @cached_property
-    def events(self) -> Events | None:
-        return table_of(self.trajectory, self.stepper, self.run.parameters)
 
     def has(self, facts: Iterable[str]) -> bool:
         """Return whether all of these facts hold."""

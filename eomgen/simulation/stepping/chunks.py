@@ -17,7 +17,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.progress import Interrupts, Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS
-from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.inputs import HeldRows, InputRows
 from eomgen.simulation.stepping.stepper import Log, Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
@@ -69,7 +69,7 @@ def run_chunks(
     stepper: Stepper,
     grid: TimeGrid,
     record_every: int,
-    inputs: Callable[[Array], Array] | None,
+    inputs: InputRows | None,
     progress: Progress | None = None,
     writer: WritesCheckpoints | None = None,
     *,
@@ -93,9 +93,7 @@ def run_chunks(
     windows : bool
         Whether every row of the windows in the middle and at the end is kept as well.
     """
-    held = inputs if isinstance(inputs, HeldRows) and not stepper.count else None
-    first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
-    recorder, pace = _RowRecorder(stepper, grid, record_every, first, windows=windows), _ChunkSize(stepper)
+    recorder, pace = _RowRecorder(stepper, grid, record_every, inputs, windows), _ChunkSize(stepper)
     last_row, modes = None, stepper.modes
     at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
     with Interrupts(heeded=not at_once) as interrupted:
@@ -125,7 +123,7 @@ def _whole_steps(
     recorder: _RowRecorder,
     pace: _ChunkSize,
     grid: TimeGrid,
-    inputs: Callable[[Array], Array] | None,
+    inputs: InputRows | None,
     progress: Progress | None,
     writer: WritesCheckpoints | None,
     interrupted: Interrupts,
@@ -189,15 +187,17 @@ class _RowRecorder:
     logs : events of each call of the stepper
     """
 
-    def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, first: Array, *, windows: bool) -> None:
-        """Begin the record with the row of the present state, ``first``. `every` is the number of steps between rows;
-        `windows`: whether all rows of windows are kept."""
+    def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, inputs: InputRows | None, windows: bool) -> None:
+        """Begin the record with the row of the present state. `every` is the number of steps between rows; `inputs`
+        gives rows of inputs for times; `windows`: whether all rows of windows are kept."""
         self.stepper, self.every = stepper, every
         self.begin = self.last = self.done = stepper.count
         expected, width = 3 + (grid.whole - self.begin) // every, stepper.sizes["row"]
         self.logs: list[Log] = []
-        self._rows, self._used = np.empty((expected, width)), 0  # the system gives memory to rows that are written
-        self.append(first)
+        held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
+        first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
+        self._rows, self._used = np.empty((expected, width)), 1  # the system gives memory to rows that are written
+        self._rows[0] = first
         self.windows = _windows(self.begin, grid.whole) if windows else []
         self.kept: list[list[Array]] = [[] for _ in self.windows]
 
@@ -259,7 +259,7 @@ def _windows(done: int, whole: int) -> list[tuple[int, int]]:
     return [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, whole)]
 
 
-def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
+def _last_step(stepper: Stepper, grid: TimeGrid, inputs: InputRows | None) -> tuple[int, Array | None]:
     """Take the last step of a time grid, which is shorter than the others. Returns the status and the row (width,) at
     the end; None in place of the row if the step failed. The setting of the step size is restored."""
     table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
@@ -271,7 +271,7 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
     return status, None if status else record[0]
 
 
-def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
+def rows_from(stepper: Stepper, inputs: InputRows, done: int, size: int, start: float) -> Array:
     """Return rows of inputs (n, nu) for `size` steps after `done` steps, from a function of times. The first row has
     the inputs of the stepper's present state if the stepper keeps these. `start` is the time of step 0, s."""
     if isinstance(inputs, HeldRows):
@@ -327,7 +327,7 @@ class CompiledSteps:
         self.u[:] = between(first, last, done / n)
         return status
 
-    def follow(self, n: int, driven: Callable[[Array], Array] | None) -> int:
+    def follow(self, n: int, driven: InputRows | None) -> int:
         """Take up to n steps with the inputs (n, nu) that a function gives for times (n,); None: by the scene's
         formulas. Returns the status of the stepper, 0 if all is well; ``events`` has the events of these steps."""
         return self._parts(n, lambda _, size: self._some(size, driven))[1]
@@ -345,7 +345,7 @@ class CompiledSteps:
             self.events += self._events
         return done, status
 
-    def _some(self, n: int, driven: Callable[[Array], Array] | None) -> int:
+    def _some(self, n: int, driven: InputRows | None) -> int:
         if driven is None:
             return int(self._call(n, self._none, self._none))
         stepper, count = self._stepper, self._count

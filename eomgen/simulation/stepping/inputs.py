@@ -16,6 +16,8 @@ from eomgen.errors import Problem, UsageError
 from eomgen.toolchain.library import Library
 
 Function = Callable[[float], float]
+#: From times (n,) to rows of all inputs (n, nu).
+InputRows = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class InputSignals:
 
     names: tuple[str, ...]
     given: Mapping[str, CheckedSignal]
-    formulas: Callable[[Array], Array] | None
+    formulas: InputRows | None
     step: float
     start: float = 0.0
     left_to_stepper: bool = False

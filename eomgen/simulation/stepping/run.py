@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import Array
@@ -12,7 +12,7 @@ from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.controllers import CallerControllers
-from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, jumps_known, read_signals
+from eomgen.simulation.stepping.inputs import HeldRows, InputRows, InputSignals, Signal, jumps_known, read_signals
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.toolchain.library import Library
 
@@ -80,7 +80,7 @@ class Run:
         return bool(self.signals.given or (self.signals.names and self.signals.formulas is None))
 
     @property
-    def driven(self) -> Callable[[Array], Array] | None:
+    def driven(self) -> InputRows | None:
         """Rows of inputs for times; None if the compiled formulas give all inputs."""
         if not self.takes_rows:
             return None
@@ -88,7 +88,7 @@ class Run:
         return self.signals.table if row is None else HeldRows(row)
 
 
-def scene_inputs(model: CompiledModel, p: Array) -> Callable[[Array], Array] | None:
+def scene_inputs(model: CompiledModel, p: Array) -> InputRows | None:
     """Return the function of the scene's own inputs (n, nu) of times (n,), with checked parameters (np,); None
     if the scene gives none."""
     if "inputs" not in model.functions:

@@ -5,7 +5,7 @@ stepper of several trajectories side by side.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
 from eomgen.simulation.stepping.controllers import CallerControllers
-from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.inputs import HeldRows, InputRows
 from eomgen.simulation.stepping.time_grid import TimeGrid
 from eomgen.toolchain.library import LaneLibrary, Library
 
@@ -112,7 +112,7 @@ class Stepper:
         """Give the workspace back; state and statistics stay readable, and no further step can be taken."""
         self.workspace, self._memory = np.empty(0), []
 
-    def first_inputs(self, inputs: Callable[[Array], Array] | None, grid: TimeGrid) -> Array | None:
+    def first_inputs(self, inputs: InputRows | None, grid: TimeGrid) -> Array | None:
         """Return the table of inputs for the first step of a time grid, (rows of a step, nu), from the function
         ``Run.driven``. None without the function, if the compiled code evaluates all inputs."""
         if inputs is None:
