@@ -23,6 +23,18 @@ _LARGEST = ("largest", "largest_velocity", "largest_output")
 _STATES = ("q", "increment", "v", "z", "multipliers")
 
 
+def grouped(arrays: Mapping[str, Array]) -> dict[str, Any]:
+    """Return the arrays of a file by name; arrays with the name ``group.member`` as a mapping for each group."""
+    result: dict[str, Any] = {}
+    for name, array in arrays.items():
+        group, _, member = name.partition(".")
+        if member:
+            result.setdefault(group, {})[member] = array
+        else:
+            result[name] = array
+    return result
+
+
 @dataclass(frozen=True)
 class LargestError:
     """The largest error of the coordinates and internal states, relative to the motion of the coordinate or state.
@@ -254,13 +266,7 @@ class ErrorEstimate:
     @classmethod
     def from_file(cls, arrays: Mapping[str, Array], summary: Mapping[str, Any]) -> Self:
         """Return the estimate whose ``arrays`` and ``described`` were written to a file."""
-        stored: dict[str, Any] = {"outputs_at": {}}
-        for name, array in arrays.items():
-            group, _, member = name.partition(".")
-            if member:
-                stored[group][member] = array
-            else:
-                stored[name] = array
+        stored: dict[str, Any] = {"outputs_at": {}, **grouped(arrays)}
         stored |= {name: _number(summary[name]) for name in _NUMBERS}
         stored |= {name: summary[name] for name in _WORDS if name in summary}
         stored |= {name: LargestError(**summary[name]) for name in _LARGEST if summary.get(name)}
@@ -319,12 +325,9 @@ class SampleErrors:
     @property
     def worst(self) -> tuple[int | None, LargestError] | None:
         """Number of the worst sample, None for the run without variations, with the largest error of that sample."""
-        result = [(number, error) for number, estimate in self._numbered_estimates for error in estimate.every]
+        estimates = [(None, self.nominal), *self.of_samples.items()]
+        result = [(number, error) for number, estimate in estimates for error in estimate.every]
         return max(result, key=lambda pair: pair[1].share, default=None)
-
-    @property
-    def _numbered_estimates(self) -> list[tuple[int | None, ErrorEstimate]]:
-        return [(None, self.nominal), *self.of_samples.items()]
 
     @property
     def _every(self) -> list[ErrorEstimate]:

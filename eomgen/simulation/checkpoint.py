@@ -23,6 +23,7 @@ from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.version import __version__
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import FileError, ModelError, Problem, UsageError
+from eomgen.results.error_estimate import grouped
 from eomgen.simulation.stepping.inputs import kind_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
@@ -79,11 +80,7 @@ class Checkpoint:
             hint = "another checkpoint"
         if fault:
             raise FileError(Problem(str(path), fault, hint))
-        groups: dict[str, dict[str, Array]] = {"input": {}, "start": {}}
-        for name, array in arrays.items():
-            group, _, member = name.partition(".")
-            if member:
-                groups.setdefault(group, {})[member] = array
+        groups = {"input": {}, "start": {}, **grouped(arrays)}
         workspace: NDArray[np.uint8] = np.asarray(arrays["workspace"], dtype=np.uint8)
         return cls(run, np.asarray(arrays["state"], dtype=float), workspace, groups["input"], groups["start"])
 
@@ -224,8 +221,6 @@ class SimulatorState:
         elif self.fingerprint != library.fingerprint:
             fault = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ [E2001]"
         elif self.build != library.digest:
-            fault = (
-                f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently [E2002]"
-            )
+            fault = f"this is a state of another compilation of {scene!r}, whose memory may differ [E2002]"
         if fault:
             raise ModelError(Problem("state", fault, hint))

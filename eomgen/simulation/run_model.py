@@ -89,9 +89,8 @@ class StepsBetween:
             if not status:
                 status, _ = stepper.run(1, 1, table, record[k : k + 1])
             if status:
-                raise NumericalError(
-                    f"no state at t = {time:.9g} s: {stepper.status_text(status)} [E2023]", "times of rows"
-                )
+                fault = f"no state at t = {time:.9g} s: {stepper.status_text(status)} [E2023]"
+                raise NumericalError(fault, "times of rows")
         return q, v, a, z
 
 

@@ -738,9 +738,7 @@ class Simulator(NamedAttributes):
         if array.ndim == 0 and self._shape == (1,):
             array = array.reshape(1)
         if array.ndim == 0 and not self._shape[0]:
-            fault = (
-                f"these are the inputs of a step, and the scene has none; a step is {self.step_size:.9g} s long [E2041]"
-            )
+            fault = f"these are inputs, and the scene has none; a step is {self.step_size:.9g} s long [E2041]"
             raise UsageError(Problem(name, fault, "step() or step(n=...); the size of steps is set by start(step=...)"))
         if array.shape != self._shape:
             names = ", ".join(self.model.inputs) or "none: the scene has no inputs"

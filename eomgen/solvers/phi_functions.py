@@ -87,7 +87,7 @@ class _Stack:
 
     def __call__(self, f: Array, time: float, order: int) -> Array:
         """Return time phi_k(time J) f for each block, (blocks, size), with k = ``order`` and f of the same shape."""
-        if self._nothing:
+        if not self.entries.any():
             return time / math.factorial(order) * f
         if self._band is not None:
             result = _by_lanczos(self._band, f[0], time, order)
@@ -102,13 +102,8 @@ class _Stack:
             return np.asarray(time * (vectors @ (phi(time * values, order) * along)[:, :, np.newaxis])[:, :, 0])
 
     @cached_property
-    def _nothing(self) -> bool:
-        return not self.entries.any()
-
-    @cached_property
     def _spectra(self) -> tuple[Array, Array]:
-        values, vectors = np.linalg.eigh(self.entries)
-        return values, vectors
+        return np.linalg.eigh(self.entries)
 
     @cached_property
     def _band(self) -> Array | None:

@@ -122,7 +122,9 @@ def redundancy(
             hardly[best] = max(parts_of[best])
     far = [row for row in looked_at if here.has_long_lever(row)] if waiting else []
     if far:
-        raise _lever_too_long(system, here, far[0], waiting)
+        listed, lever = _listed(system, waiting), long_lever(here, system.names, far[0])
+        fault = f"{lever}, so that it is unknown whether these rows follow from others: {listed} [E2093]"
+        raise ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
     _refuse_flat(system, looked_at, at_configurations)
     hidden = [
         row
@@ -130,7 +132,11 @@ def redundancy(
         if all(at.hides(row, rest) for at, rest in zip(at_configurations, rests(row), strict=True))
     ]
     if hidden:
-        raise _too_far_away(system, here, hidden)
+        size, extent = max(float(here.size[row]) for row in hidden), min(float(here.extent[row]) for row in hidden)
+        places = f"places up to {size:.3g} m away are subtracted in them, and the bodies that they join measure"
+        fault = f"rounding hides whether these rows follow from others: {_listed(system, hidden)}; {places}"
+        hint = "frames of constraints and an origin nearer to the machine"
+        raise ModelError(Problem("constraints", f"{fault} {extent:.3g} m [E2094]", hint))
     return Redundancy(tuple(waiting), hardly)
 
 
@@ -138,7 +144,7 @@ def _refuse_flat(system: ConstrainedSystem, rows: Sequence[int], configurations:
     """Raise ModelError if derivatives of equations by formulas, among ``rows``, vanish at their zeros."""
     of_formulas = [row for row in rows if system.names[row].endswith(FORMULA)]
     if flat := [row for row in of_formulas if _vanishes(row, configurations)]:
-        listed = ", ".join(system.names[row] for row in flat[:LISTED])
+        listed = _listed(system, flat)
         fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed} [E2092]"
         raise ModelError(Problem("constraints", fault, "equations that change their sign there: x in place of x**2"))
 
@@ -153,23 +159,8 @@ def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
     return zero and all(length <= 1e-2 * size for length, size in zip(lengths[1:], possible[1:], strict=True))
 
 
-def _lever_too_long(system: ConstrainedSystem, here: RowsInMetric, row: int, dependent: Sequence[int]) -> ModelError:
-    listed = ", ".join(system.names[row] for row in dependent[:LISTED])
-    fault = (
-        f"{long_lever(here, system.names, row)}, so that it is unknown whether these rows follow from others:"
-        f" {listed} [E2093]"
-    )
-    return ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
-
-
-def _too_far_away(system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[int]) -> ModelError:
-    listed = ", ".join(system.names[row] for row in rows[:LISTED])
-    size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
-    fault = (
-        f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
-        f" subtracted in them, and the bodies that they join measure {extent:.3g} m [E2094]"
-    )
-    return ModelError(Problem("constraints", fault, "frames of constraints and an origin nearer to the machine"))
+def _listed(system: ConstrainedSystem, rows: Sequence[int]) -> str:
+    return ", ".join(system.names[row] for row in rows[:LISTED])
 
 
 def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
@@ -319,16 +310,13 @@ def independent_columns(A: Array) -> IndependentColumns:
     size = np.linalg.norm(A, axis=0)
     present = np.flatnonzero(size > ROUNDING * np.max(size, initial=0.0))
     unit = A[:, present] / size[present]
-    basis = np.empty((len(A), min(A.shape)))
-    kept, others, parts = list[int](), list[int](), list[float]()
+    basis, kept, others, parts = list[Array](), list[int](), list[int](), list[float]()
     for index in range(len(present)):
-        rest = unit[:, index]
-        for _ in range(2):
-            rest = rest - basis[:, : len(kept)] @ (basis[:, : len(kept)].T @ rest)
+        rest = _remainder(unit[:, index], basis)
         part = float(np.linalg.norm(rest))
         parts.append(part)
-        if part > ROUNDING and len(kept) < basis.shape[1]:
-            basis[:, len(kept)] = rest / part
+        if part > ROUNDING and len(kept) < min(A.shape):
+            basis.append(rest / part)
             kept.append(index)
         else:
             others.append(index)

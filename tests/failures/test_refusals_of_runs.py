@@ -189,8 +189,8 @@ BEHIND = "model error: the curve c has no value at 5; try: an argument within it
     [
         (
             strange,
-            "usage error: attach: the solution does not say of which run it is (fingerprint is missing): by hand, or an"
-            " older eomgen; try: a solution of simulate",
+            "usage error: attach: the solution does not say of which run it is (fingerprint is missing): by hand, or"
+            " older; try: a solution of simulate",
         ),
         (
             lambda: eomgen.build(slider(), terms=["mass"], profile="quick").simulate(0.1, 0.01, method="rk4"),
@@ -214,8 +214,8 @@ BEHIND = "model error: the curve c has no value at 5; try: an argument within it
         ),
         (
             state_of_another_compilation,
-            "model error: state: this is a state of another compilation of 'slider', whose memory may be laid out"
-            " differently; try: the model, method and compiler that made it, or start(initial={'q': state.q, 'v':"
+            "model error: state: this is a state of another compilation of 'slider', whose memory may differ;"
+            " try: the model, method and compiler that made it, or start(initial={'q': state.q, 'v':"
             " state.v})",
         ),
         (

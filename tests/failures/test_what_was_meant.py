@@ -392,7 +392,7 @@ def test_the_size_of_a_step_is_no_input() -> None:
         arm().start(step=1e-3).step(2e-3)
         arm().start(step=1e-3).step([1e-3])
     text = refused(lambda: eomgen.build(slider().build(), profile="quick").start(step=1e-3).step(1e-3))
-    assert "u: these are the inputs of a step, and the scene has none; a step is 0.001 s long" in text
+    assert "u: these are inputs, and the scene has none; a step is 0.001 s long" in text
     assert "the size of steps is set by start(step=...)" in text
 
 

@@ -248,9 +248,7 @@ def test_the_stabilised_form_takes_every_spectral_radius(compiled, group, rho):
 
 @pytest.mark.slow
 def test_index_3_refuses_spectral_radii_near_one(compiled):
-    with pytest.raises(
-        UsageError, match=r"does not bear a spectral radius of 0\.99: .* after 351 steps .* form stabilised"
-    ):
+    with pytest.raises(UsageError, match=r"does not bear a spectral radius of 0\.99, .* form stabilised"):
         GeneralizedAlpha(0.99, "index3")
     assert "damps multipliers too little" in GeneralizedAlpha(0.95, "index3").warnings(True)[0]
     assert INDEX_3.warnings(True) == GeneralizedAlpha(1.0).warnings(True) == ()

@@ -132,6 +132,17 @@ def test_digits_and_orders_of_the_fast_top(group: str) -> None:
     assert orders == pytest.approx([2.0, 2.0, 2.0, 2.0, 1.0, 1.0, 2.0][:size], abs=0.05)
 
 
+@pytest.mark.long
+@pytest.mark.slow
+def test_jumps_of_multipliers_are_of_order_1() -> None:
+    jumps = [
+        top("R3xSO3").simulate(1.0, 2.0**-n, method="rattlie", error_estimate=False).stats["max_jump"]
+        for n in (10, 11, 12)
+    ]
+    np.testing.assert_allclose(jumps[::2], [30.3, 7.57], rtol=0.01)
+    assert slopes(jumps) == pytest.approx(1.0, abs=0.05)
+
+
 def top_of_the_oracle(group: str) -> tuple[oracle.Motion, oracle.Place, Array]:
     omega = np.array([0.0, 150.0, -4.61538])
     if group == "SO3":

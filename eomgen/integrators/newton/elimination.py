@@ -357,18 +357,14 @@ class _ActiveSubmatrix:
             places.append([target[other_column] for other_column in pivot_row])
             if self.group[number] >= 0 and number in pivot_row:
                 places[-1][list(pivot_row).index(number)] = 0
-        self._make_room()
+        if self.used > len(self.values):
+            self.values = np.concatenate([self.values, np.zeros((self.used, self.values.shape[1]))])
         if below:
             products = factors[:, np.newaxis] * self.values[list(pivot_row.values())]
             self.values[places] = self.values[places] - products
         self.rows[row] = {}
         self.columns[column] = set()
         return below, beside
-
-    def _make_room(self) -> None:
-        """Lengthen the array of samples after the places in use."""
-        if self.used > len(self.values):
-            self.values = np.concatenate([self.values, np.zeros((self.used, self.values.shape[1]))])
 
 
 def _equilibrate(size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]) -> Array:

@@ -35,9 +35,7 @@ from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.system.description import LARGEST_ANGLE, STRAINED
 
 #: Remedy for a diverging motion without a growing linear mode and without a fast start.
-OTHER_FORCES = (
-    "other signs or sizes of gains, damping and stiffnesses, an initial position with smaller forces, or a smaller step"
-)
+OTHER_FORCES = "other signs or sizes of gains, damping and stiffnesses, smaller forces at the start, or a smaller step"
 
 
 class _LastState(NamedTuple):

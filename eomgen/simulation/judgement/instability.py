@@ -157,9 +157,11 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
     largest = np.maximum.accumulate(sizes)  # a passage through zero is not growth
-    # a component at rest has no ratio
+    # velocities whose travel within a step is rounding of the coordinates are at rest, and have no ratio
+    travel = np.finfo(float).eps * _lengths(run, rows) / run.settings["step"]
     with np.errstate(over="ignore"):
-        behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > _rounding_of_rest(run, rows))
+        moves = largest > np.concatenate([travel, np.zeros(run.model.nz)])
+        behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=moves)
     grown = _growing_components(run, np.max(behind, axis=0), sizes[-1], _SUDDEN)
     if not len(grown):
         return None
@@ -191,13 +193,6 @@ def _diverges(times: Array, sizes: Array) -> bool:
     middle = np.interp(0.5 * (times[0] + times[-1]), times, np.log(sizes))
     # an exponential has 0.5, the fifth power of time 0.44 over a factor of 10, and lower powers less
     return bool(np.log(sizes[-1]) - middle > 0.45 * np.log(sizes[-1] / sizes[0]))
-
-
-def _rounding_of_rest(run: Run, rows: Array) -> Array:
-    """Return the velocities, (nv + nz,), whose travel within a step is lost in the rounding of the coordinates; 0 for
-    internal states."""
-    travel = np.finfo(float).eps * _lengths(run, rows) / run.settings["step"]
-    return np.concatenate([travel, np.zeros(run.model.nz)])
 
 
 def at_rest(run: Run, rows: Array) -> bool:

@@ -27,9 +27,7 @@ from eomgen.system.terms import TERMS
 from eomgen.toolchain.library import Library
 
 #: Why there is no value, and a remedy.
-REASON = (
-    f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers differ by 2e-06 rad and more"
-)
+REASON = f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad: beyond, numbers differ by 2e-06 rad and more"
 HINT = "an origin of time near the run, with the phase there in the formula"
 
 
