@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -216,29 +215,6 @@ def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
         " for the time to move on: the motion has a singularity near, or a corner; try: the forces and formulas"
         " near that time, or another method"
     )
-
-
-SOFT: dict[str, tuple[str, Callable[[float], float]]] = {
-    "wall": ("-100 * exp((q.rail - 1) / 0.01)", lambda x: -100 * float(np.exp((x - 1) / 0.01))),
-    "soft step": ("-5 * (1 + tanh((q.rail - 1) / 0.02))", lambda x: -5 * (1 + float(np.tanh((x - 1) / 0.02)))),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("said", SOFT)
-@pytest.mark.parametrize("spacing", [0.5, 0.1, 0.01])
-def test_forces_that_are_not_felt_at_first(said: str, spacing: float) -> None:
-    formula, force = SOFT[said]
-    builder = eomgen.SceneBuilder("late", gravity=[0, 0, 0]).body("ball", 1.0)
-    builder.joint("rail", "prismatic", "base", "ball", axis=[1, 0, 0], initial={"velocity": 1.0})
-    made = eomgen.build(builder.effort("push", "rail", formula).build(), method="taylor")
-    solution = made.simulate(2.0, spacing, method="taylor")
-    assert solution.success, solution.message
-    way = solve_ivp(lambda t, y: [y[1], force(y[0])], (0, 2), [0, 1], "DOP853", rtol=1e-13, atol=1e-13, max_step=1e-3)
-    assert solution.q[-1, 0] == pytest.approx(way.y[0, -1], abs=1e-9)
-    assert solution.v[-1, 0] == pytest.approx(-1.0, abs=1e-9)
-    assert solution.at(way.t).q[:, 0] == pytest.approx(way.y[0], abs=1e-9)
-    assert solution.stats["expansions"] < 60
 
 
 @pytest.mark.slow_except("0.02-0.8-1e-12")

@@ -239,16 +239,6 @@ def test_vibrations_of_a_beam_are_told_beside_a_machine_that_moves_fast() -> Non
         assert largest.error < 0.01 * run.v[0, 0], "no doubt of the car's velocity"
 
 
-def test_comparison_runs_that_fail_in_their_first_step_leave_the_run_as_it_is() -> None:
-    builder = eomgen.SceneBuilder("turning", coordinates="absolute").body("wheel", 1.0, inertia=[0.1, 0.1, 0.1])
-    builder.joint("axle", "revolute", "base", "wheel", axis=[0, 0, 1], initial={"velocity": float(np.pi / 0.015625)})
-    builder.output("angle", formula="q.axle", unit="rad")
-    model = eomgen.build(builder.build(), profile="quick")
-    run = model.simulate(20 * 0.015625, 0.015625)
-    assert run.success and run.error.available
-    assert run.error.method == "runs at half and 2 times the step" and run.error.outputs["angle"] < 1e-6
-
-
 @pytest.mark.parametrize("law", ["position", "state"])
 def test_a_motion_that_only_the_comparison_run_sees_is_an_error_without_bound(law: str) -> None:
     """The input acts between the rows, so the run rests; its true way is the impulse by the rest of the time."""

@@ -37,18 +37,6 @@ def _notebook(monkeypatch: pytest.MonkeyPatch, kernel: object) -> list[str]:
     return pages
 
 
-def test_a_notebook_gets_a_bar_that_goes_away(model: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    pages = _notebook(monkeypatch, kernel=object())
-    monkeypatch.setitem(progress._DELAYS, "notebook", 0.0)
-    assert model.simulate(0.5, 1e-3, progress=True).success
-    parts = [float(page.split('value="')[1].split('"')[0]) for page in pages[:-1]]
-    assert parts[0] == 0.0
-    assert parts == sorted(parts)
-    assert parts[-1] == 1.0
-    assert all(page.startswith("spherical_pendulum <progress") for page in pages[:-1])
-    assert pages[-1] == ""
-
-
 def _be_terminal(monkeypatch: pytest.MonkeyPatch, patience: float) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("FORCE_COLOR", "1")

@@ -188,14 +188,6 @@ def test_the_order_is_kept_over_jumps(name: str, coordinates: str, order: int, o
     assert errors[-1] < (1e-8 if order == 4 else 1e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "tolerance", "error"), [("taylor", None, 1e-10), ("rk45", 1e-10, 1e-7), ("generalized_alpha", 1e-7, 1e-3)]
-)
-def test_methods_of_own_steps_keep_their_tolerance_over_jumps(name: str, tolerance: float, error: float) -> None:
-    assert np.linalg.norm(jumps(name, "joint", 8, tolerance=tolerance) - oracle(6)) < error
-
-
 @pytest.mark.slow_except("generalized_alpha-absolute")
 @pytest.mark.parametrize(("name", "coordinates"), CASES)
 def test_copies_and_states_go_on_with_the_same_bits(name: str, coordinates: str) -> None:
@@ -309,19 +301,6 @@ def test_a_step_that_fails_leaves_the_last_good_state() -> None:
     assert np.array_equal(rows_of(run)[:3], before[:3])
     run.step(1.0)
     assert run.t == pytest.approx(0.004)
-
-
-@pytest.mark.slow
-def test_what_is_prescribed_ends_a_motion_where_it_ends() -> None:
-    driven = PENDULUM | {"inputs": {"torque": {"unit": "N m", "formula": "pulse(t)"}}}
-    given = scene("pendulum", curves={"pulse": {"points": [[0, 0], [0.5, 1], [1, 0]]}}, **driven)
-    run = eomgen.build(given, profile="quick").start(method="rk4", step=0.01)
-    run.step(n=99)
-    run.step()
-    with pytest.raises(eomgen.UsageError, match="the points of pulse end at t = 1 s"):
-        run.step()
-    run.step(np.array([0.5]), 200)
-    assert run.t == pytest.approx(3.0)
 
 
 @pytest.mark.slow
