@@ -418,7 +418,6 @@ LATE: dict[str, dict[str, str]] = {
         "scene.repeat": "likewise",
     },
     "compiled.terms": {"system.system": "the class of systems; few calls give a motion of the base"},
-    "simulation.automatic_method": {"system.system": "the class of systems; few runs choose a method"},
     "simulation.execution": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},
     "products.doubts.settings": {

@@ -71,9 +71,9 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
 def work_of_matrix(
     system: System, method: Mapping[str, Any], *, drivers: int, inertia: int, stiffness: int, solutions: int
 ) -> tuple[Work, ...]:
-    """Return the work of a step with its one matrix: calls for the numbers of the matrix, assembly and factors,
-    products of M and of gain K with vectors, and substitutions. `drivers` is the number of calls of the functions of
-    inputs and base, `inertia`, `stiffness` and `solutions` are numbers of products and substitutions."""
+    """Return the work of a step with its one matrix: calls for its numbers, assembly and factors, products of vectors
+    with M and gain K, and substitutions. `drivers` is the number of calls of the functions of inputs and base,
+    `inertia`, `stiffness` and `solutions` are numbers of products and substitutions."""
     solver = method["solver"]
     assembly, factors, substitution = work_of_system(solver, method["unknowns"]["size"])
     mass, stiff = work_of_products(method["products"])

@@ -23,7 +23,7 @@ _LARGEST = ("largest", "largest_velocity", "largest_output")
 _STATES = ("q", "increment", "v", "z", "multipliers")
 
 
-def grouped(arrays: Mapping[str, Array]) -> dict[str, Any]:
+def array_groups(arrays: Mapping[str, Array]) -> dict[str, Any]:
     """Return the arrays of a file by name; arrays with the name ``group.member`` as a mapping for each group."""
     result: dict[str, Any] = {}
     for name, array in arrays.items():
@@ -266,7 +266,7 @@ class ErrorEstimate:
     @classmethod
     def from_file(cls, arrays: Mapping[str, Array], summary: Mapping[str, Any]) -> Self:
         """Return the estimate whose ``arrays`` and ``described`` were written to a file."""
-        stored: dict[str, Any] = {"outputs_at": {}, **grouped(arrays)}
+        stored: dict[str, Any] = {"outputs_at": {}, **array_groups(arrays)}
         stored |= {name: _number(summary[name]) for name in _NUMBERS}
         stored |= {name: summary[name] for name in _WORDS if name in summary}
         stored |= {name: LargestError(**summary[name]) for name in _LARGEST if summary.get(name)}

@@ -19,7 +19,7 @@ from eomgen.base.messages import close_names, shown
 from eomgen.base.products import optional_package
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import FileError, Problem
-from eomgen.results.error_estimate import ErrorEstimate, grouped
+from eomgen.results.error_estimate import ErrorEstimate, array_groups
 from eomgen.results.events import BLOCKS, NO_EVENTS, events_from
 from eomgen.results.finding import Finding
 from eomgen.results.poses import PosesAndScenery
@@ -145,7 +145,7 @@ def read_all(
         The file cannot be read or is not a solution.
     """
     arrays, metadata = read_arrays(path)
-    groups: dict[str, Any] = {**{name: {} for name in (*_GROUPS, _POSES)}, **grouped(arrays)}
+    groups: dict[str, Any] = {**{name: {} for name in (*_GROUPS, _POSES)}, **array_groups(arrays)}
     no_solution = "this is not a solution written by eomgen"
     try:
         attributes = {name: metadata.pop(name) for name in _OUTCOME}

@@ -45,7 +45,7 @@ def choose_method(
     if explicit is None:
         return _chosen(STANDARD, "no explicit method runs on this scene")
     if not facts["smooth"]:
-        return _chosen(STANDARD, "forces have corners at places met by the motion, where explicit methods lose order")
+        return _chosen(STANDARD, "forces have corners at places met by the motion: explicit methods lose order")
     fastest = largest_eigenvalue(model, initial_state(model, initial, p), t, p)
     if fastest is None:
         return _chosen(STANDARD, "the eigenvalues at the start are not known")

@@ -23,7 +23,7 @@ from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.version import __version__
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import FileError, ModelError, Problem, UsageError
-from eomgen.results.error_estimate import grouped
+from eomgen.results.error_estimate import array_groups
 from eomgen.simulation.stepping.inputs import kind_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
@@ -80,7 +80,7 @@ class Checkpoint:
             hint = "another checkpoint"
         if fault:
             raise FileError(Problem(str(path), fault, hint))
-        groups = {"input": {}, "start": {}, **grouped(arrays)}
+        groups = {"input": {}, "start": {}, **array_groups(arrays)}
         workspace: NDArray[np.uint8] = np.asarray(arrays["workspace"], dtype=np.uint8)
         return cls(run, np.asarray(arrays["state"], dtype=float), workspace, groups["input"], groups["start"])
 
@@ -109,7 +109,7 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
     values = {name: np.asarray(signal, dtype=float) for name, signal in inputs.items() if not callable(signal)}
     state, workspace = stepper.memory
     run_data = {
-        **run.described,
+        **run.summary,
         "corrections": [sentence.line for sentence in run.corrections],
         "bounded_for": run.bounded_for,
         "inputs": {name: kind_of(signal) for name, signal in inputs.items()},

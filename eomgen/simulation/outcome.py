@@ -36,7 +36,7 @@ def run_metadata(run: Run) -> dict[str, Any]:
     outputs, factors of the configuration, fingerprint and profile of the library."""
     model, layout = run.model, run.model.library.layout
     return {
-        **run.described,
+        **run.summary,
         "version": layout["version"],
         "inputs": {
             name: kind_of(signal) if callable(signal) or isinstance(signal, np.ndarray) else signal

@@ -120,11 +120,7 @@ def redundancy(
         take(lefts[best], parts_of[best])
         if max(parts_of[best]) < 0.1 * LITTLE:
             hardly[best] = max(parts_of[best])
-    far = [row for row in looked_at if here.has_long_lever(row)] if waiting else []
-    if far:
-        listed, lever = _listed(system, waiting), long_lever(here, system.names, far[0])
-        fault = f"{lever}, so that it is unknown whether these rows follow from others: {listed} [E2093]"
-        raise ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
+    _refuse_long_levers(system, here, looked_at, waiting)
     _refuse_flat(system, looked_at, at_configurations)
     hidden = [
         row
@@ -134,7 +130,7 @@ def redundancy(
     if hidden:
         size, extent = max(float(here.size[row]) for row in hidden), min(float(here.extent[row]) for row in hidden)
         places = f"places up to {size:.3g} m away are subtracted in them, and the bodies that they join measure"
-        fault = f"rounding hides whether these rows follow from others: {_listed(system, hidden)}; {places}"
+        fault = f"rounding hides whether these rows follow from others: {_names(system, hidden)}; {places}"
         hint = "frames of constraints and an origin nearer to the machine"
         raise ModelError(Problem("constraints", f"{fault} {extent:.3g} m [E2094]", hint))
     return Redundancy(tuple(waiting), hardly)
@@ -144,8 +140,8 @@ def _refuse_flat(system: ConstrainedSystem, rows: Sequence[int], configurations:
     """Raise ModelError if derivatives of equations by formulas, among ``rows``, vanish at their zeros."""
     of_formulas = [row for row in rows if system.names[row].endswith(FORMULA)]
     if flat := [row for row in of_formulas if _vanishes(row, configurations)]:
-        listed = _listed(system, flat)
-        fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed} [E2092]"
+        fault = "the derivatives of these equations vanish at their zeros, so they hold no motion:"
+        fault = f"{fault} {_names(system, flat)} [E2092]"
         raise ModelError(Problem("constraints", fault, "equations that change their sign there: x in place of x**2"))
 
 
@@ -159,7 +155,18 @@ def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
     return zero and all(length <= 1e-2 * size for length, size in zip(lengths[1:], possible[1:], strict=True))
 
 
-def _listed(system: ConstrainedSystem, rows: Sequence[int]) -> str:
+def _refuse_long_levers(
+    system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[int], waiting: Sequence[int]
+) -> None:
+    """Raise ModelError if long levers in ``rows`` hide whether the waiting rows follow from others."""
+    far = [row for row in rows if here.has_long_lever(row)] if waiting else []
+    if far:
+        lever, names = long_lever(here, system.names, far[0]), _names(system, waiting)
+        fault = f"{lever}, so that it is unknown whether these rows follow from others: {names} [E2093]"
+        raise ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
+
+
+def _names(system: ConstrainedSystem, rows: Sequence[int]) -> str:
     return ", ".join(system.names[row] for row in rows[:LISTED])
 
 

@@ -423,21 +423,7 @@ def _write_out(
     entry_at : numbers of matrix entries by positions of row and column
     """
     groups, upper = elimination.groups or (-1,) * elimination.size, elimination.upper
-    asked: list[set[int]] = [set() for _ in groups]  # groups of later rows, which need the sum of a row over the group
-    for group, across in zip(groups, elimination.lower, strict=True):
-        for earlier in across if group >= 0 else ():
-            asked[earlier].add(group)
-
-    def of_group(position: int, number: int) -> list[int]:
-        return [column for column in upper[position] if groups[column] == number]
-
-    sums: list[dict[int, int]] = []
-    first = end
-    for position, group in enumerate(groups):
-        numbers = [group] if group >= 0 else []
-        numbers += [number for number in sorted(asked[position]) if number != group and of_group(position, number)]
-        sums.append(dict(zip(numbers, range(end, end + len(numbers)), strict=True)))
-        end += len(numbers)
+    sums, asked = _number_sums(elimination, groups, end)
     rows = []
     for position, group in enumerate(groups):
         at, own_sums = slots[position], sums[position]
@@ -445,30 +431,51 @@ def _write_out(
         loads = [[slot, entry_at.get((position, column), -1)] for column, slot in at.items() if column != position]
         place = len(elimination.lower[position]) if group < 0 else len(loads)
         loads.insert(place, [diagonal, entry_at.get((position, position), -1)])
-        taken = []
-        for earlier in elimination.lower[position]:
+
+        def updates(earlier: int, position: int = position, group: int = group) -> list[list[int]]:
             changed = [column for column in upper[earlier] if column != position or group < 0]
-            updates = [[at[column], slots[earlier][column]] for column in changed]
-            if group in sums[earlier]:
-                updates.append([own_sums[group], sums[earlier][group]])
-            taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
+            pairs = [[slots[position][column], slots[earlier][column]] for column in changed]
+            return [*pairs, [sums[position][group], sums[earlier][group]]] if group in sums[earlier] else pairs
+
         row: dict[str, Any] = {
             "loads": loads,
-            "taken": taken,
+            "taken": [
+                {"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates(earlier)}
+                for earlier in elimination.lower[position]
+            ],
             "lower": [[at[column], column] for column in elimination.lower[position]],
             "upper": [[at[column], column] for column in upper[position]],
             "diagonal": at[position],
         }
         if elimination.groups:
             others = {number: slot for number, slot in own_sums.items() if number != group}
-            row["others"] = [[slot, [at[k] for k in of_group(position, number)]] for number, slot in others.items()]
+            members = {number: [at[k] for k in upper[position] if groups[k] == number] for number in own_sums}
+            row["others"] = [[slot, members[number]] for number, slot in others.items()]
         if group >= 0:
-            row |= {"sum": diagonal, "within": [at[column] for column in of_group(position, group)]}
+            row |= {"sum": diagonal, "within": members[group]}
         if group in asked[position]:
             row["kept"] = diagonal
         rows.append(row)
-    counted = {"factors": end, "sums": end - first} if elimination.groups else {}
-    return {**counted, "unrolled": rows}
+    count = sum(map(len, sums))
+    return {**({"factors": end + count, "sums": count} if elimination.groups else {}), "unrolled": rows}
+
+
+def _number_sums(
+    elimination: Elimination, groups: Sequence[int], end: int
+) -> tuple[list[dict[int, int]], list[set[int]]]:
+    """Return, for each row, numbers from `end` on of its sums by group, and the groups of later rows, which need the
+    sum of this row over their group."""
+    asked: list[set[int]] = [set() for _ in groups]
+    for group, across in zip(groups, elimination.lower, strict=True):
+        for earlier in across if group >= 0 else ():
+            asked[earlier].add(group)
+    sums: list[dict[int, int]] = []
+    for position, group in enumerate(groups):
+        there = {groups[column] for column in elimination.upper[position]}
+        numbers = [group] * (group >= 0) + [number for number in sorted(asked[position] & there) if number != group]
+        sums.append(dict(zip(numbers, range(end, end + len(numbers)), strict=True)))
+        end += len(numbers)
+    return sums, asked
 
 
 def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unknowns: int) -> None:

@@ -47,8 +47,8 @@ from eomgen.simulation.stepping.run import Run
 
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
-#: Fractions of the step for runs that cross jumps of forces, where errors are of order 1: a run at half the step meets
-#: every second jump at the same place in a step.
+#: Fractions of the step for runs that cross jumps of forces, with errors of order 1: a run at half the step meets every
+#: second jump at the same place in a step.
 _PRIME_PARTS = (3, 5)
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)

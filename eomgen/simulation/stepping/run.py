@@ -54,7 +54,7 @@ class Run:
     bounded_for: str = ""
 
     @property
-    def described(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Any]:
         """Scene, method, settings, parameters, time grid and start, as JSON data."""
         return {
             "scene": self.model.name,
