@@ -15,11 +15,10 @@ from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Pair, Rotations, SixBySixValues, Triple, Value, Values
 
+#: Elastic coordinates of one deformation: each is a state, and the time to build grows faster than the square of this
+#: number.
 MOST_MODES = 100
 MOST_ELEMENTS = 400
-#: Largest number of nodal coordinates of one deformation: each coordinate is a state, and the time to build grows
-#: faster than the square of this number.
-MOST_NODAL = 60
 #: Elements of a geometrically exact beam: each has six states and as many velocities.
 MOST_EXACT_ELEMENTS = 10_000
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
@@ -103,7 +102,7 @@ class DeformationEntry(Table):
         shown_default="required for `finite_elements`",
     )
     coordinates: Literal["modal", "nodal"] | None = optional(
-        f"coordinates of `finite_elements`: lowest modes of the mesh, or all nodal displacements, up to {MOST_NODAL}",
+        f"coordinates of `finite_elements`: lowest modes of the mesh, or all nodal displacements, up to {MOST_MODES}",
         shown_default="`modal`",
     )
     normalisation: Normalisation = key("normalisation of the shape functions, see below", "natural")
