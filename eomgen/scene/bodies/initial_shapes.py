@@ -105,7 +105,7 @@ class HelixShape:
         pose, turn = IDENTITY, 0.0
         for x, y in zip([first, *inner], [*inner, last], strict=True):
             piece = min(max(int(np.searchsorted(ends, 0.5 * (x + y), side="right")) - 1, 0), len(self.lengths) - 1)
-            whole = relative_twist(self.poses[piece], self.poses[piece + 1])
+            whole = numeric.difference(SE3, self.poses[piece], self.poses[piece + 1])
             part = (y - x) / self.lengths[piece] * whole
             pose, turn = numeric.compose(SE3, pose, numeric.exp(SE3, part)), turn + float(np.linalg.norm(part[:3]))
         return numeric.log(SE3, pose), turn
@@ -127,11 +127,6 @@ class RotatedSectionShape:
         before, after = self.angle(float(start)), self.angle(float(end))
         pose = numeric.compose(SE3, numeric.compose(SE3, _about_x(-before), numeric.exp(SE3, twist)), _about_x(after))
         return numeric.log(SE3, pose), turn + abs(after - before)
-
-
-def relative_twist(first: Array, second: Array) -> Array:
-    """Return the logarithm, (6,), of the pose ``second`` relative to ``first``, (7,) each, of at most half a turn."""
-    return numeric.difference(SE3, first, second)
 
 
 def _about_x(angle: float) -> Array:
@@ -182,7 +177,7 @@ def _reflect(vector: Array, normal: Array) -> Array:
 
 def through_frames(poses: Array) -> HelixShape:
     """Return a shape through frames, (count, 7)."""
-    return HelixShape(poses, np.array([np.linalg.norm(relative_twist(*pair)[3:]) for pair in pairwise(poses)]))
+    return HelixShape(poses, np.array([np.linalg.norm(numeric.difference(SE3, *pair)[3:]) for pair in pairwise(poses)]))
 
 
 #: Angle from x above which the second point has the smaller x.
@@ -262,7 +257,7 @@ def _through_frames(key: str, frames: Sequence[written.ShapeFrame], values: Valu
         return None
     poses = np.column_stack([np.array(quaternions), positions])
     for index, (before, after) in enumerate(pairwise(turned), 1):
-        twist = relative_twist(poses[index - 1], poses[index])
+        twist = numeric.difference(SE3, poses[index - 1], poses[index])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - COMPUTED:
             fault = (

@@ -6,16 +6,14 @@ from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, optional
-from eomgen.scene.reading.kinds import Inertia, Matrix, Rotations, Triple, Value
-
-_ORIGIN = (0.0, 0.0, 0.0)
+from eomgen.scene.reading.kinds import ORIGIN, Inertia, Matrix, Rotations, Triple, Value
 
 
 class BodyEntry(Table):
     """A rigid body."""
 
     mass: Value = key("0 is allowed if the body carries others with mass", unit="kg", names=PARAMETERS)
-    center_of_mass: Triple = key("centre of mass in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    center_of_mass: Triple = key("centre of mass in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
     inertia: Inertia = key(
         "inertia **about the centre of mass**, in the body's axes",
         (0.0,) * 6,
@@ -39,7 +37,7 @@ class BodyFrame(Table):
     """A frame fixed in a body, in the base or in the world; its origin is a point of the same name."""
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
-    position: Triple = key("place of its origin, in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    position: Triple = key("place of its origin, in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
         "its axes in the body, angles of fixed parameters; intrinsic rotations in order", shown_default="`[]`"
     )
@@ -53,7 +51,7 @@ class PointEntry(Table):
     """A point fixed in a body, in the base or in the world; its position may be in another body's frame (``in``)."""
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
-    position: Triple = key("place in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    position: Triple = key("place in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
     given_in: str | None = given_in(
         "frame in which the position is given, at the [design position](conventions.md#design-position)"
     )

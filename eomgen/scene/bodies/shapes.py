@@ -18,7 +18,7 @@ from eomgen.scene.bodies.mesh_files import MOST, is_readable, mesh_path, with_me
 from eomgen.scene.design_poses import attach, size_of
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, of_parameters, optional
-from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
+from eomgen.scene.reading.kinds import ORIGIN, Finite, Rotations, Triple, Value
 from eomgen.scene.reading.kinds import Values as OneOrMore
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import above_zero, is_zero
@@ -47,8 +47,6 @@ COLORS = {
     "navy": "#22407a", "purple": "#8d70d8", "magenta": "#c8479a", "pink": "#e79ab8", "beige": "#dccfae",
 }  # fmt: skip  # a table
 _HEXADECIMAL = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
-_ORIGIN = (0.0, 0.0, 0.0)
-_SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class DrawnShape(Table):
@@ -58,7 +56,7 @@ class DrawnShape(Table):
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key(
         "centre of the solid, or origin of the mesh, in the body's frame",
-        _ORIGIN,
+        ORIGIN,
         unit="m",
         names=PARAMETERS,
     )
@@ -159,7 +157,7 @@ class _ShapeReader:
                 self.report.add(f"{self.key}.{side}", f"the key {side} is missing [E1343]", f"{side} = ...")
             elif values.point(f"{self.key}.{side}", name) and known and name in points:
                 point = points[name]
-                placement = point.body, True, entry.body, point.position, _SAME
+                placement = point.body, True, entry.body, point.position, rows(np.eye(3))
                 ends.append(read_placement(f"{self.key}.{side}", *placement, values)[0])
         if len(ends) < len(("first", "second")) or self.report.concerns(self.key):
             return None

@@ -23,7 +23,7 @@ from eomgen.scene.reading.key_metadata import (
     optional,
     shown_power,
 )
-from eomgen.scene.reading.kinds import Bounds, Matrix, Rotations, Triple, Value, Values
+from eomgen.scene.reading.kinds import ORIGIN, Bounds, Matrix, Rotations, Triple, Value, Values
 
 _OF_RANGE = "value or list of values of parameters, rad or m"
 _LIMITED = by_coordinate("rad", "m")
@@ -60,7 +60,6 @@ class FrictionEntry(Table):
     )
 
 
-_ORIGIN = (0.0, 0.0, 0.0)
 _POSITION = by_coordinate("rad", "m", free="m")
 
 
@@ -102,7 +101,7 @@ class JointEntry(Table):
     type: JointType = key("kind of motion of the child against the parent")
     parent: str = key("the body that carries the joint", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
-    position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    position: Triple = key("origin of the child's frame in the parent's frame", ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
         "axes of the child in the parent, angles of fixed parameters", shown_default="`[]`"
     )

@@ -13,6 +13,7 @@ from eomgen.base.messages import shown
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
 from eomgen.scene.reading.key_metadata import Table, key
 
+ORIGIN = (0.0, 0.0, 0.0)
 NUMBER_SCHEMA = {"type": "number"}
 VALUE_SCHEMA: dict[str, Any] = {
     "anyOf": [NUMBER_SCHEMA, {"type": "string", "description": "a formula, or a number with a unit"}]
