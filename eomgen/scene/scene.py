@@ -224,7 +224,7 @@ class Scene:
     requirements : rules for values that depend on tunable parameters; checked when these are given.
     terms : the terms requested by the scene; empty means all terms that may be needed.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
-    content : bytes that determine the scene as described (canonical JSON of the data).
+    content : not empty in a scene that was read and checked.
     notes : on elements that an importer converted, merged, snapped or left out; one sentence each.
     """
 
@@ -275,7 +275,7 @@ class Scene:
 
     @cached_property
     def digest(self) -> bytes:
-        """Key of a scene in caches, of content and data, so that ``dataclasses.replace`` changes the key.
+        """Key of a scene in caches, of all fields that equations follow from.
 
         Empty if the content is empty: such a scene is unchecked.
         """

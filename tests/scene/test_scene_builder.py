@@ -31,7 +31,7 @@ def test_numbers_of_numpy_and_pairs_of_rotations_are_those_of_files() -> None:
     joint = {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 0, 1]}
     joint["rotation"] = [{"axis": [1, 0, 0], "angle": "pi"}]
     head = {"format": 1, "name": "one", "gravity": [0, "-g", 0], "terms": ["mass"], "parameters": {"g": 9.81}}
-    assert builder.build().content == from_data({**head, "bodies": {"rod": body}, "joints": {"hinge": joint}}).content
+    assert builder.build().digest == from_data({**head, "bodies": {"rod": body}, "joints": {"hinge": joint}}).digest
 
 
 def line_of(text: str) -> str:
@@ -109,7 +109,8 @@ def test_a_call_for_each_entry_makes_the_scene_of_the_data(data: dict[str, Any])
         for name, entry in entries.items() if found.shape == "entries" else [(None, entries)]:
             keys = {names[key]: value for key, value in entry.items()}
             getattr(builder, METHODS.get(section, section.removesuffix("s")))(*([name] if name else []), **keys)
-    assert builder.build().content == from_data(data).content
+    expected = from_data(data, file=f"scene {data['name']}", lines=builder._lines)
+    assert builder.build().digest == expected.digest
 
 
 @pytest.mark.parametrize(

@@ -211,17 +211,10 @@ def test_parents_come_first_and_order_is_kept_otherwise() -> None:
     assert [body.name for body in scene.bodies] == ["e", "a", "c", "d", "b"]
 
 
-def test_content_determines_the_scene() -> None:
-    assert read().content == read("# a comment\n").content
-    assert read().content == read(text=replaced("[0, 1, 0]", "[0, 1.0, 0.0]")).content
-    assert read().content != read(text=replaced("0.8", "0.9")).content
-    bodies = "[bodies.{}]\nmass = 1\n[bodies.{}]\nmass = 1\n"
-    joints = "".join(
-        f'[joints.{n}]\ntype = "prismatic"\nparent = "base"\nchild = "{n}"\naxis = [0, 0, 1]\n' for n in ("one", "two")
-    )
-    first, second = (read(bodies.format(*pair) + joints) for pair in (("one", "two"), ("two", "one")))
-    assert first.content != second.content
-    assert json.loads(first.content)["bodies"][1][0] == "one"
+def test_a_digest_determines_the_scene() -> None:
+    assert read().digest == read("# a comment\n").digest
+    assert read().digest == read(text=replaced("[0, 1, 0]", "[0, 1.0, 0.0]")).digest
+    assert read().digest != read(text=replaced("0.8", "0.9")).digest
 
 
 def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:

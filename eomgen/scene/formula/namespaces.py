@@ -6,7 +6,6 @@ So a message quotes the file's text, and no text is ever edited.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
@@ -261,12 +260,3 @@ class FileData:
     notes: list[str] = field(default_factory=list)
     judged: set[str] = field(default_factory=set)
     bound: dict[str, str] = field(default_factory=dict)
-    spaces: list[Namespace] = field(default_factory=list)
-
-
-def signature(spaces: Sequence[Namespace]) -> bytes:
-    """Return bytes that distinguish namespaces, for the cache key: a text does not determine the meaning of its
-    names."""
-    if not spaces:
-        return b""
-    return json.dumps([[dict(space.names), dict(space.values)] for space in spaces], sort_keys=True).encode()

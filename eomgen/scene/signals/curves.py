@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -336,19 +335,6 @@ class Curves:
         if not (0.0 < speed <= FASTEST and abs(offset) <= FARTHEST):
             return None
         return formula if self.values.is_tunable(formula) else speed, offset
-
-
-def digest(curves: Iterable[AnyCurve]) -> str:
-    """Return a hexadecimal digest of names and numbers of all curves, for the cache key: files of tables may change
-    without the scene."""
-    total = hashlib.sha256()
-    for curve in curves:
-        total.update(repr((curve.name, type(curve).__name__)).encode())
-        if isinstance(curve, Curve):
-            total.update(
-                f"{curve.interpolation}|{curve.outside}|{len(curve.x)}".encode() + curve.x.tobytes() + curve.y.tobytes()
-            )
-    return total.hexdigest()
 
 
 def _is_within(path: Path, folder: Path) -> bool:

@@ -56,9 +56,7 @@ def hamiltonian_from_data(
         report.add("mesh", fault, OF_FIELDS)
         report.raise_problems()
     if "repeat" in data:
-        of_copies: dict[str, str] = {}
-        data = expand_repeats(data, report, of_copies, SECTIONS)
-        report.lines = {**report.lines, **of_copies}
+        data = expand_repeats(data, report, SECTIONS)
     result = _HamiltonianReader(data, report, HamiltonianFile, SECTIONS).read()
     report.raise_problems()
     assert result is not None  # without problems there is a system
