@@ -123,16 +123,18 @@ def read_state_feedback(
     measured = [Symbol("q", joint) for joint in coordinates] + [Symbol("v", joint) for joint in coordinates]
     measured += [values.formula(f"{key}.signals.{key_of(signal)}", text, STATE) for signal, text in signals.items()]  # type: ignore[misc]
     each = zip(parts, measured, made.references, strict=True)
-    deviations = [_deviation(key, part, formula, parameter, values) for part, formula, parameter in each]
+    deviations = []
+    for part, formula, parameter in each:
+        reference: Formula | None = Symbol("parameter", parameter) if parameter else None
+        if part.given is not None:
+            reference = values.formula(f"{key}.{part.place}", part.given, STATE)
+        deviations.append(formula if reference is None else formula - reference)
     free = []
     for gains in made.gains:
         products = [Symbol("parameter", gain) * part for gain, part in zip(gains, deviations, strict=True)]
         free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
-    calibration = None
-    if entry.calibration is not None:
-        calibration = read_calibration(
-            f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs
-        )
+    given, count = entry.calibration, len(made.outputs)
+    calibration = given and read_calibration(f"{key}.calibration", given, signals, count, values, outputs)
     labels = tuple(part.label for part in parts)
     return free, StateFeedback(name, made.outputs, tuple(measured), labels, made.gains, made.references, calibration)
 
@@ -158,14 +160,6 @@ def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
         check_known(f"{key}.{table}", getattr(entry, table), coordinates, f"coordinate of {name}", values)
     for table in ("signal_gains", "signal_references"):
         check_known(f"{key}.{table}", getattr(entry, table), signals, f"signal of {name}", values)
-
-
-def _deviation(key: str, part: _Quantity, measured: Formula, parameter: str, values: Values) -> Formula:
-    """Return a measured quantity minus its reference: the given formula, or the parameter with the name ``parameter``;
-    the quantity alone if neither is there."""
-    if part.given is not None:
-        return measured - values.formula(f"{key}.{part.place}", part.given, STATE)
-    return measured - Symbol("parameter", parameter) if parameter else measured
 
 
 def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Values) -> None:
@@ -280,13 +274,6 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
                 report.add(f"{key}.{field}[{index}]", f"{field} of {number:.6g} is not allowed [E1444]", hint)
             elif field == "damping_ratios" and (note := percent_of_critical(number)):
                 values.notes.append(f"{key}.{field}[{index}]: {note} [W0098]")
-    _check_needed(key, written, values)
-
-
-def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None:
-    """Report pole placement without damping ratios and poles, and poles next to modes, frequencies or damping
-    ratios."""
-    report, method = values.report, written.method
     if method == "pole_placement":
         if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
             fault = "poles are given, and modes, frequencies or damping ratios too [E1447]"

@@ -12,14 +12,12 @@ from collections.abc import Callable, Mapping
 from eomgen.base.data import dataclass, field, replace
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol, distinct_nodes
 from eomgen.scene.formula.scope import SceneNames, Scope
-from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.formula.tokens import DEPTH, FormulaError
 
 _NUMBER = re.compile(r"\s*-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,2})?\s*", re.ASCII)
 #: Largest numbers of operations and levels of a formula with definitions expanded: Python visits each operation and
 #: level.
 MOST_OPERATIONS, MOST_LEVELS = 20_000, 150
-#: Definitions within one another at most.
-MOST_NESTED = 50
 #: Remedy for definitions that are too large.
 IN_PLACE = "an internal state, an input or an output in place of a definition"
 
@@ -99,8 +97,8 @@ class NamedExpression:
         return written
 
     def _check_nesting(self, more: int) -> None:
-        if len(self.open) + more > MOST_NESTED:
-            fault = f"more than {MOST_NESTED} definitions are within one another [E1518]"
+        if len(self.open) + more > DEPTH:
+            fault = f"more than {DEPTH} definitions are within one another [E1518]"
             raise DefinitionError(fault, 1, IN_PLACE)
 
 

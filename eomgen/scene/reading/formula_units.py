@@ -42,7 +42,6 @@ _NO_UNIT = Dimension((0.0,) * 5, None)
 SECOND = Dimension((0.0, 0.0, 1.0, 0.0, 0.0))
 #: Index of seconds among the powers of a dimension.
 _TIME = SECOND.powers.index(1.0)
-_LONGEST = 48
 
 
 class UnitDisagreement(NamedTuple):
@@ -322,7 +321,7 @@ class _Units:
     def term(self, formula: Formula, unit: Dimension) -> str:
         """Return a term and the unit as text for messages, ``m_arm * g in N``; long terms are cut."""
         text = formula.label if isinstance(formula, Operation) and formula.label else infix(formula, self.size)
-        text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+        text = text if len(text) <= 48 else f"{text[:48]}..."
         if isinstance(formula, Symbol):
             return f"{text} in {unit_of_symbol(formula, self.names.joints, self.names.labels)}"
         return f"{text} in {unit}"
