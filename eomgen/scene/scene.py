@@ -134,12 +134,6 @@ def _bodies(item: Constraint) -> tuple[str, str]:
     return (item.first.body, item.second.body) if item.framed else ("", "")
 
 
-def _part_counts(scene: Scene) -> Iterator[str]:
-    for part, noun, several in _PARTS:
-        if count := len(getattr(scene, part)):
-            yield f"{count} {noun if count == 1 else several}"
-
-
 def html(scene: Scene) -> str:
     """Return the scene as HTML with tables of bodies with their joints, constraints, force elements, signals and
     parameters, for the display in notebooks."""
@@ -340,7 +334,9 @@ class Scene:
                 yield f"constraints.{constraint.name}.{side}", frame.body, frame.position
 
     def __repr__(self) -> str:
-        return f"<Scene {self.name}: {', '.join(_part_counts(self))}>"
+        counts = ((len(getattr(self, part)), noun, several) for part, noun, several in _PARTS)
+        parts = (f"{count} {noun if count == 1 else several}" for count, noun, several in counts if count)
+        return f"<Scene {self.name}: {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
         return html(self)

@@ -344,10 +344,8 @@ class _FormulaReader:
         """Return a quantity of a section's entry at given arguments: ``WORD.NAME(x, y)[1]``. ``call`` is the call
         within ``node``, which may have an index. Raises FormulaError for an unknown entry, or unfit arguments or
         components."""
-        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``word_of``
-        inner = call.func.value
-        part = call.func.attr if isinstance(inner, ast.Attribute) else ""
-        name = inner.attr if isinstance(inner, ast.Attribute) else call.func.attr
+        assert isinstance(call, ast.Call)  # checked by ``word_of``
+        _, name, part = [*_dotted(call.func), ""][:3]
         label = f"{word.name}.{name}"
         entries = self.names.entries.get(word.section, {})
         if name not in entries:

@@ -165,18 +165,14 @@ def _all_zero(numbers: Sequence[Numbers]) -> Flags:
 
 
 class _Places:
-    """List of the formulas that a rule takes; ``put`` appends formulas and returns the index of the first."""
+    """List of the formulas that a rule takes; ``put`` appends formulas and returns their indices."""
 
     def __init__(self) -> None:
         self.formulas: list[Formula] = []
 
-    def put(self, *formulas: Formula) -> int:
+    def put(self, *formulas: Formula) -> tuple[int, ...]:
         self.formulas += formulas
-        return len(self.formulas) - len(formulas)
-
-    def put_each(self, formulas: Sequence[Formula]) -> tuple[int, ...]:
-        start = self.put(*formulas)
-        return tuple(range(start, start + len(formulas)))
+        return tuple(range(len(self.formulas) - len(formulas), len(self.formulas)))
 
 
 def _assemblies(joints: Sequence[Joint]) -> tuple[dict[str, list[Joint]], set[str]]:
@@ -234,13 +230,15 @@ def check_motion(
     for joint in joints:
         if needs_no_inertia(joint):
             continue
-        fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
+        formulas = (*_values_of(bodies[joint.child]), joint.pitch, *joint.each(joint.rotor_inertia))
+        same = [(formula.value,) if isinstance(formula, Number) else id(formula) for formula in formulas]
+        fixed, alike = assemblies[joint.child], (joint.type, joint.axis, joint.second_axis, *same)
         known = alike in sound and not fixed and joint.name not in followers
         if known or any(_has_fault(bodies[item.child], values) for item in (joint, *fixed)):
             continue
         places = _Places()
         parts = _parts(joint, fixed, bodies, places)
-        rotors, led, pitch = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
+        rotors, led, (pitch,) = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
         if absolute:
             words = f"in absolute coordinates the body {joint.child} has a free joint, and {{}} [E1641]"
             key, kind, hint = key_of("bodies", joint.child), JOINTS["free"], _ABSOLUTE_HINT
@@ -252,9 +250,9 @@ def check_motion(
             key, kind, hint = key_of("joints", joint.name), joint.kind, joint.kind.light.format(joint.child)
             if bodies[joint.child].beam is not None:
                 hint = "polar_inertia for the beam, or another joint"
-            rotors = places.put_each(joint.each(joint.rotor_inertia))
-            led = places.put_each(
-                [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
+            rotors = places.put(*joint.each(joint.rotor_inertia))
+            led = places.put(
+                *(item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None)
             )
         subspaces = _subspaces(kind.name, joint.axis, joint.second_axis)
         rule = MovableInertia(kind, subspaces, parts, rotors, pitch, led, words, hint)
@@ -269,22 +267,14 @@ def check_motion(
 def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[MovedPart, ...]:
     """Return the assembly that a joint carries: the child, and the bodies that the joints ``fixed`` connect to the
     child; the formulas of their values are appended to ``places``."""
-    parts = [MovedPart(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
+    parts = [MovedPart(places.put(*_values_of(bodies[joint.child]))[0], np.eye(3))]
     numbered = {joint.child: 0}
     for item in fixed:
         carrier = numbered[item.parent]
         numbered[item.child] = len(parts)
-        start, position = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
+        (start, *_), (position, *_) = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
         parts.append(MovedPart(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
     return tuple(parts)
-
-
-def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]:
-    """Return a key that is equal for joints which carry one body with the same axes and values: numbers by value,
-    formulas by identity, because nodes of a beam share these."""
-    formulas = (*_values_of(bodies[joint.child]), joint.pitch, *joint.each(joint.rotor_inertia))
-    alike = [(formula.value,) if isinstance(formula, Number) else id(formula) for formula in formulas]
-    return (joint.type, joint.axis, joint.second_axis, *alike)
 
 
 @lru_cache
@@ -349,7 +339,7 @@ def _check_leaders(
         if None in beyond:
             continue
         leader, *rest = (item for item in beyond if item is not None)
-        multipliers = [places.put(joint.mimic.multiplier) for joint in following if joint.mimic is not None]
+        multipliers = places.put(*(joint.mimic.multiplier for joint in following if joint.mimic is not None))
         words = f"the joint {first} cannot be moved by a force: neither it nor its followers carry mass or inertia"
         hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (of other formats: lock {first})"
         rule = MimicInertia(
@@ -379,4 +369,4 @@ def _beyond(
         formulas += [bodies[name].mass, *bodies[name].inertia]
     if any(_has_fault(bodies[name], values) for name in reached):
         return None
-    return places.put_each(formulas)
+    return places.put(*formulas)
