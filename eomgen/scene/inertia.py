@@ -144,7 +144,7 @@ def not_physical(entries: Sequence[Numbers], tolerance: float = 0.0, *, rotors: 
     return _not_positive(moments) | one_sided
 
 
-def not_positive(entries: Sequence[Numbers]) -> Flags:
+def not_positive(*entries: Numbers) -> Flags:
     """Return flags of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, with a negative moment."""
     return _not_positive(_principal_moments(entries))
 

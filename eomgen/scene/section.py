@@ -368,7 +368,7 @@ class Reading:
         document, rows = self.document, self.rows
         self.items: dict[str, Mapping[str, Any]] = {}
         self.attach: AttachByKey = _as_written
-        self.section_formulas: SectionFormulas = _no_sections
+        self.section_formulas: SectionFormulas = lambda key, kind, output: ()
         self.broken = sorted(self.refused["bodies"] | self.refused["beams"])
         self.bodies = dict.fromkeys([*document.section("bodies"), *document.section("beams"), *self.broken])
         self._kept: dict[type, Any] = {}
@@ -426,7 +426,7 @@ class Reading:
         refused = frozenset().union(*self.refused.values())
         return Values(self.names, defaults, report or self.report, refused, self.judged, self.bounds, self.units)
 
-    def aside(self, attach: AttachByKey = lambda key, body, position: (body, position)) -> Reading:
+    def aside(self, attach: AttachByKey | None = None) -> Reading:
         """Return a copy of this state with a separate report and a separate reader of values, to read entries in
         advance.
 
@@ -445,7 +445,7 @@ class Reading:
         there = copy.copy(self)
         there.report = Report(self.report.file, self.report.lines)
         there.values = self.reader(there.report)
-        there.items, there._kept, there.attach = dict(self.items), dict(self._kept), attach
+        there.items, there._kept, there.attach = dict(self.items), dict(self._kept), attach or _as_written
         return there
 
     def add_parameters(self, parameters: Sequence[Parameter]) -> None:
@@ -548,7 +548,3 @@ def fault_of_variables(
 
 def _as_written(key: str, body: str, position: Vector) -> tuple[str, Vector]:
     return body, position
-
-
-def _no_sections(key: str, kind: str, output: Any) -> tuple[Formula, ...]:
-    return ()

@@ -64,23 +64,19 @@ def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
         stiffening=entry.stiffening,
     )
     try:
-        return beam_as_body(name, beam)
+        start, length = (
+            Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length)
+        )
+        zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
+        polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
+        across = times(length**3 * (second - first**2 / zeroth), beam.mass_per_length)
+        center = Number(float(start + length * first / zeroth))
+        mass = times(length * zeroth, beam.mass_per_length)
+        return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
     except OverflowError:
         fault = "the mass or the inertia of the beam is out of the range of double precision [E1314]"
         values.report.add(key, fault, "SI units")
         return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
-
-
-def beam_as_body(name: str, beam: Beam) -> Body:
-    """Return a body with mass, centre of mass and inertia of the straight beam at rest, in the beam's frame, and with
-    the beam as ``beam``; profiles along the beam are integrated exactly."""
-    start, length = (Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length))
-    zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
-    polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
-    across = times(length**3 * (second - first**2 / zeroth), beam.mass_per_length)
-    center = Number(float(start + length * first / zeroth))
-    mass = times(length * zeroth, beam.mass_per_length)
-    return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
 
 
 def _moment(profile: Sequence[float], power: int) -> Fraction:

@@ -259,8 +259,11 @@ def _section(keys: BeamKeys, values: Values) -> BeamSection:
     reader = SectionReader(keys.of("section"), keys["section"], values) if keys["section"] is not None else None
     stiffness = _stiffness(keys, reader, values)
     inertia = read_inertia(keys, reader, values)
-    damping, prestrain = _damping(keys, stiffness, values), _prestrain(keys, values)
-    return BeamSection(stiffness=stiffness, damping=damping, prestrain=prestrain, **inertia)
+    damping, prestrain = _damping(keys, stiffness, values), _by_strain(keys, "prestrain", values)
+    key = f"{keys.of('prestrain')}.stretch"
+    if not values.report.concerns(key):
+        values.require(key, RELATIONS["length at rest"], [prestrain[STRAINS.index("stretch")]])
+    return BeamSection(stiffness=stiffness, damping=damping, prestrain=tuple(prestrain), **inertia)
 
 
 def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) -> Rows:
@@ -314,14 +317,6 @@ def _damping(keys: BeamKeys, stiffness: Rows, values: Values) -> Rows:
         )
         for pair in zip(rows, stiffness, strict=True)
     )
-
-
-def _prestrain(keys: BeamKeys, values: Values) -> tuple[Formula, ...]:
-    entries = _by_strain(keys, "prestrain", values)
-    key = f"{keys.of('prestrain')}.stretch"
-    if not values.report.concerns(key):
-        values.require(key, RELATIONS["length at rest"], [entries[STRAINS.index("stretch")]])
-    return tuple(entries)
 
 
 def _by_strain(keys: BeamKeys, field: str, values: Values) -> list[Formula]:

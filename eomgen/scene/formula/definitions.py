@@ -34,7 +34,6 @@ class WrittenDefinition:
     formula: Formula
     operations: int
     levels: int
-    nested: int
 
 
 @dataclass(eq=False)
@@ -54,7 +53,6 @@ class NamedExpression:
     open: list[NamedExpression] = field(default_factory=list, repr=False)
     used: bool = False
     _written: dict[Scope, WrittenDefinition] = field(default_factory=dict, repr=False)
-    _nested: int = field(default=0, repr=False)
 
     @property
     def number(self) -> float | None:
@@ -80,26 +78,17 @@ class NamedExpression:
             if self in self.open:
                 fault = f"the definition {self.name} mentions itself [E1517]"
                 raise DefinitionError(fault, 1, "an expression of other names")
-            self._check_nesting(1)
+            if len(self.open) >= DEPTH:
+                raise DefinitionError(f"more than {DEPTH} definitions are within one another [E1518]", 1, IN_PLACE)
             self.open.append(self)
             try:
-                self._nested = 0
                 formula = read(self.text)
             finally:
                 self.open.pop()
             if isinstance(formula, Operation):
                 formula = replace(formula, label=self.name)
-            self._written[scope] = WrittenDefinition(formula, *extent(formula, {}), 1 + self._nested)
-        written = self._written[scope]
-        self._check_nesting(written.nested)
-        if self.open:
-            self.open[-1]._nested = max(self.open[-1]._nested, written.nested)
-        return written
-
-    def _check_nesting(self, more: int) -> None:
-        if len(self.open) + more > DEPTH:
-            fault = f"more than {DEPTH} definitions are within one another [E1518]"
-            raise DefinitionError(fault, 1, IN_PLACE)
+            self._written[scope] = WrittenDefinition(formula, *extent(formula, {}))
+        return self._written[scope]
 
 
 def named_expressions(texts: Mapping[str, str | float]) -> dict[str, NamedExpression]:

@@ -108,19 +108,12 @@ def _outward(section: str, spaces: Sequence[Namespace]) -> Iterator[tuple[str, s
         yield local, name
 
 
-def known_there(text: str, names: Collection[str]) -> frozenset[str]:
-    """Return the names that the scene's entries ``names`` have in the file of a text, without entries that this file
-    does not know."""
-    spaces = spaces_of(text)
-    if not spaces:
-        return frozenset(names)
-    every = (pair for section in spaces[0].names for pair in _outward(section, spaces))
-    return frozenset(local for local, name in every if name in names)
-
-
 def mentions_any(text: str, names: Collection[str]) -> bool:
     """Return whether a text has a word that is, in the names of the text's file, one of the scene's ``names``."""
-    here = known_there(text, names)
+    here, spaces = names, spaces_of(text)
+    if spaces:
+        every = (pair for section in spaces[0].names for pair in _outward(section, spaces))
+        here = {local for local, name in every if name in names}
     return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in here)
 
 

@@ -97,7 +97,10 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     by_time : bool
         Whether a number may be a time or a rate, as the time constant in the rate of a state.
     """
-    if not isinstance(formula, Operation | Application) or _is_computed(formula):
+    if not isinstance(formula, Operation | Application):
+        return ""
+    digits = [len(repr(number.value).partition("e")[0].lstrip("-0.").replace(".", "")) for number in _factors(formula)]
+    if min(digits, default=0) >= 13:  # of numbers that a program computed
         return ""
     units = _Units(names, plain=True)
     known = units.labelled_dimension(formula)
@@ -113,12 +116,6 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     return (
         f"the formula is in {known} if its numbers have no unit, and its place takes {expected}; try: {remedy} [W0284]"
     )
-
-
-def _is_computed(formula: Formula) -> bool:
-    """Return whether all factors are numbers of more digits than people write."""
-    digits = [len(repr(number.value).partition("e")[0].lstrip("-0.").replace(".", "")) for number in _factors(formula)]
-    return min(digits, default=0) >= 13  # digits of a number that a program computed
 
 
 def factors(formula: Formula) -> Iterator[str]:

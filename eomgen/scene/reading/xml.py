@@ -177,7 +177,9 @@ def _mend(text: str) -> tuple[str, dict[str, int]]:
         elif tag and tag[1] and not counts.get(tag[2]):
             piece, fault = re.sub(r"[^\n]", " ", piece), f"an end </{tag[2][:64]}> of an element that is not open"
         elif tag and tag[1]:
-            _close(tag[2], waiting, counts)
+            while (closed := waiting.pop()) != tag[2]:
+                counts[closed] -= 1
+            counts[tag[2]] -= 1
         elif tag:
             piece = _TIGHT.sub(r"\1 ", piece)
             fault = "attributes without a blank between them" if piece != tag[0] else ""
@@ -188,14 +190,6 @@ def _mend(text: str) -> tuple[str, dict[str, int]]:
         line += text.count("\n", start, position)
         pieces.append(piece)
     return "".join([*pieces, text[position:]]), faults
-
-
-def _close(tag: str, waiting: list[str], counts: dict[str, int]) -> None:
-    """Remove an open element and the elements open within; an element without an end stays a fault."""
-    closed = ""
-    while closed != tag:
-        closed = waiting.pop()
-        counts[closed] -= 1
 
 
 def root_tag(text: str) -> str:

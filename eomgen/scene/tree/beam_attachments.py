@@ -92,24 +92,18 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
             continue
         free = _freedoms(joint, carried, bodies)
         for deformation in beam.deformations:
-            held = [_WORDS[twist] for twist in _free_components(deformation, beam) if _is_held(np.eye(6)[twist], free)]
+            moving = _free_components(deformation, beam)
+            held = [_WORDS[k] for k in moving if np.linalg.norm(np.eye(6)[k] - free @ free[k]) > ALIKE]
             if held:
+                key_of_ends = "ends" if deformation.shapes in ("polynomial", "finite_elements") else "shapes"
+                hint = f'{key_of_ends} = "clamped_free"'
+                if beam.start < 0.0:
+                    hint = "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
                 fault = (
                     f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where"
                     f" the {joint.type} joint {joint.name} holds it [E1982]"
                 )
-                values.report.add(f"{key}.{deformation.kind}.shapes", fault, _hint(deformation, beam))
-
-
-def _is_held(twist: Array, free: Array) -> bool:
-    return bool(np.linalg.norm(twist - free @ (free.T @ twist)) > ALIKE)
-
-
-def _hint(deformation: Deformation, beam: Beam) -> str:
-    if beam.start < 0.0:
-        return "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
-    key = "ends" if deformation.shapes in ("polynomial", "finite_elements") else "shapes"
-    return f'{key} = "clamped_free"'
+                values.report.add(f"{key}.{deformation.kind}.shapes", fault, hint)
 
 
 def _free_components(deformation: Deformation, beam: Beam) -> list[int]:
