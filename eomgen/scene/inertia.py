@@ -105,10 +105,8 @@ def impossible(mass: float, about_center: Array) -> str:
     if _one_sided(moments, 0.0):
         others = moments[0] + moments[1]
         excess = f" by {100.0 * (moments[2] / others - 1.0):.2g} %" if 2.0 * others > moments[2] else ""
-        return (
-            f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the"
-            f" other two{excess} [E1786]"
-        )
+        fault = "violate the triangle inequality: the largest exceeds the sum of the other two"
+        return f"the principal moments {listed} {fault}{excess} [E1786]"
     return ""
 
 

@@ -161,8 +161,7 @@ def test_shapes_that_leave_their_points_are_told(body: str, first: str, told: st
     [
         (
             {"maps": {"motor": MOTOR}, "efforts": {"e": {"joint": "hinge", "effort": "map.motor(12, v.hinge)"}}},
-            "map.motor is given a value in rad/s as y, and x is the argument in rad/s; try: map.motor(x, y), with both"
-            " arguments exchanged",
+            "map.motor takes x in rad/s, and y is given in rad/s; try: map.motor(x, y), with both arguments exchanged",
         ),
         (
             {

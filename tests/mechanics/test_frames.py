@@ -184,6 +184,4 @@ def test_what_is_said_of_mistakes() -> None:
         "arm.toml:16 (frames.link): the name link is both a body and a frame; try: another name for the frame" in said
     )
     assert "arm.toml:19 (frames.tool.body): there is no body 'lnk'; try: link" in said
-    assert (
-        "arm.toml:20 (frames.tool.orientation): the axes are left-handed, as of a mirror: the determinant is -1" in said
-    )
+    assert "arm.toml:20 (frames.tool.orientation): the axes are left-handed: the determinant is -1" in said

@@ -260,8 +260,8 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"definitions__a": "sigma*2", "cell__energy": "a*counts"}, "definitions.a): unknown name 'sigma'"),
         ({"definitions__a": "4*k", "cell__energy": "a*s"}, "cell.energy): in the definition a, unknown name 'k'"),
         (
-            {"definitions": {f"d{n}": f"d{n + 1} + 1" if n < 60 else "s" for n in range(61)}, "cell__energy": "d0"},
-            "more than 50 definitions are within one another",
+            {"definitions": {f"d{n}": f"d{n + 1} + 1" if n < 200 else "s" for n in range(201)}, "cell__energy": "d0"},
+            "150 operations in 151 levels, of 20000 and 150 at most",
         ),
         ({"sampling__guard": math.nan}, "sampling.guard): nan is out of range here: it should be greater than 0; try:"),
         ({"mesh__length": 1e-300}, "mesh.length): the length of the box cannot be 1e-300; try: a number above 0 (1e-1"),

@@ -186,8 +186,7 @@ def test_shapes_that_a_joint_lets_move(joint: str, deformation: str) -> None:
 def test_shapes_that_a_joint_holds(joint: str, deformation: str, motion: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         with_joint(joint, deformation)
-    assert f"with free_free shapes the beam can {motion} at the frame's origin" in str(caught.value)
-    assert "joint carrier holds it" in str(caught.value)
+    assert f"free_free shapes {motion} where the joint carrier holds them" in str(caught.value)
 
 
 def test_a_chain_of_joints_lets_a_beam_float() -> None:

@@ -64,7 +64,7 @@ def test_what_is_read_and_its_defaults() -> None:
         ),
         (
             f"damping_matrix = {[[-1, 0, 0, 0, 0, 0], *EYE[1:]]}",
-            ".damping_matrix): the damping is negative in some direction: the smallest eigenvalue of the matrix is -1",
+            ".damping_matrix): the damping is negative in some direction: the smallest eigenvalue is -1",
         ),
         (
             "stiffness = [1, 1, 1]\nrest_rotation = [{ axis = [0, 0, 0], angle = 1 }]",

@@ -98,7 +98,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     (
         "forces.tip.point",
         ["load", 0.0, 0.0],
-        "(forces.tip.point[0]): x on the beam rope depends on the tunable parameter load, and nodes of a beam are fixed",
+        "(forces.tip.point[0]): x on the beam rope depends on the tunable parameter load, and nodes are fixed",
     ),
     ("outputs.bent", {"formula": "q.rope[0]"}, "(outputs.bent.formula[0]): q.rope: a geometrically exact beam"),
     (

@@ -160,7 +160,7 @@ def notes(folder: Path, effort: str, more: str = "") -> list[str]:
 
 
 EFFORT = "efforts.e.effort: the formula "
-IF_PLAIN = "if its numbers have no unit, and its place takes"
+IF_PLAIN = "if its numbers have no unit, and not in"
 RATE = '[states.{}]\nrate = "{}"\nunit = "N"\n'.format
 
 
@@ -222,7 +222,7 @@ def test_units_that_numbers_hide_in_masses_drives_and_stiffnesses(tmp_path: Path
     more = '[bodies.arm]\nmass = "2 * r"\ninertia = [1, 1, 1]\n[parameters.r]\nvalue = "10 cm"\n[joints.h]\n'
     more += 'parent = "cart"\ntype = "revolute"\nchild = "arm"\naxis = [0, 0, 1]\nstiffness = "2 * k"\nrest = "r / 2"\n'
     driven = more.replace("stiffness", 'drive = "r * sin(t)"\n#').replace("rest", "#")
-    common = "if its numbers have no unit, and its place takes"
+    common = "if its numbers have no unit, and not in"
     assert notes(tmp_path, "push", more) == [
         f"bodies.arm.mass: the formula is in m {common} kg; try: a parameter in kg/m in place of 2",
         f"joints.h.stiffness: the formula is in N/m {common} N m/rad; try: a parameter in m^2 in place of 2",

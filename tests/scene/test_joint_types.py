@@ -105,7 +105,7 @@ def test_a_circle_is_reported_once() -> None:
 
 def test_who_cannot_be_followed() -> None:
     (found,) = problems('type = "cylindrical"\naxis = [0, 0, 1]', SECOND + 'mimic = { joint = "first" }')
-    assert "the cylindrical joint first cannot be followed: it has 2 coordinates, not one" in found
+    assert "the cylindrical joint first has 2 coordinates, and leaders have one" in found
 
 
 def test_coordinates_in_formulas_are_counted() -> None:

@@ -272,7 +272,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ('"2*length"', '"1/(length - 0.8)"', "at the default parameters, div(1, 0) has no finite value"),
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1]", "scene.toml:9 (bodies.link.inertia): an inertia is needed here"),
         ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
-        ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric: entry [0][1]"),
+        ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric in [0][1]"),
         (
             "[0.1, 0.1, 0.01]",
             "[0.1, 0.1, 0.1, 0.2, 0, 0]",

@@ -77,7 +77,7 @@ def test_the_names_of_controllers_and_their_states_are_those_of_formulas() -> No
     ("text", "message"),
     [
         ('x = { rate = "2 * rate.x" }', "rate.x: the rate of a state has no name, or it could depend on itself"),
-        ("x = { initial = 1 }", "a state needs its rate, or a sample and a formula, and has none of them"),
+        ("x = { initial = 1 }", "a state needs its rate, or a sample and a formula, and has none"),
     ],
 )
 def test_states_that_cannot_be(text: str, message: str) -> None:

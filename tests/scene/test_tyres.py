@@ -59,7 +59,7 @@ def test_load_and_deflection_are_words_of_formulas() -> None:
     assert scene.outputs[0].values == (Symbol("load", "front"), Symbol("deflection", "front"))
 
 
-OWN = "cannot be used here: a road has a height over its own wheel's x and y; try: position.hub[0] or position.hub[1]"
+OWN = "is not x or y of the road's own wheel; try: position.hub[0] or position.hub[1]"
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ OWN = "cannot be used here: a road has a height over its own wheel's x and y; tr
         ('road = "0.1 * position.hub[2]"', f".road): position.hub[2] {OWN}"),
         ('road = "lift"\ndamping = 5', "): the damping needs the rate of the road, which does not follow"),
         ('road = "sin(position.hub[0])"\nroad_rate = "lift"', ".road_rate): neither time nor an input moves the road,"),
-        ("slip = { stiffness = [1, 2, 3] }", ".slip.stiffness): one stiffness, or a longitudinal and a lateral one,"),
+        ("slip = { stiffness = [1, 2, 3] }", ".slip.stiffness): one stiffness, or two, longitudinal and lateral,"),
         ("slip = { stiffness = [1, -2] }", ".slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
         ("slip = { stiffness = 1, friction = 0 }", ".slip.friction): the friction of a tyre is 0; try: a number above"),
         ("slip = { stiffness = 1, velocity = 0 }", ".slip.velocity): the velocity of a slip is 0; try: a number above"),

@@ -218,7 +218,7 @@ def test_parameters_are_kept_in_si() -> None:
 def test_a_label_beside_a_unit_string_is_that_of_si(label: str) -> None:
     speed = f'length = 0.8\nspeed = {{ value = "3000 rpm", unit = "{label}" }}'
     [found] = problems(text=replaced("length = 0.8", speed))
-    fault = f"'3000 rpm' becomes 314.159265 rad/s, and the label '{label}' says otherwise; try: unit = \"rad/s\", or no"
+    fault = f"'3000 rpm' is 314.159265 rad/s, and the label '{label}' says otherwise; try: unit = \"rad/s\", or no"
     assert found.startswith(f"scene.toml:5 (parameters.speed.unit): {fault}")
 
 

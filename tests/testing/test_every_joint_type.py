@@ -117,10 +117,7 @@ def test_followers_and_leaders_have_one_coordinate(kind: str) -> None:
     if JOINTS[kind].v_size == 1:
         assert load_toml(text(kind, other)).joints[-1].mimic is not None
     else:
-        assert (
-            f"the {kind} joint moved cannot be followed: it has {JOINTS[kind].v_size} coordinates"
-            in faults(kind, other)[0]
-        )
+        assert f"the {kind} joint moved has {JOINTS[kind].v_size} coordinates" in faults(kind, other)[0]
 
 
 @pytest.mark.parametrize("kind", MOVING)

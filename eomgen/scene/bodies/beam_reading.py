@@ -48,9 +48,8 @@ def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
         entry_of_kind = getattr(entry, kind)
         if entry_of_kind is not None:
             profiles[kind] = _profile(f"{key}.{kind}.profile", entry_of_kind.profile, "stiffness", values)
-            deformations.append(
-                _deformation(f"{key}.{kind}", kind, entry_of_kind, section.stiffness(kind, entry_of_kind), line, values)
-            )
+            stiffness = section.stiffness(kind, entry_of_kind)
+            deformations.append(_deformation(f"{key}.{kind}", kind, entry_of_kind, stiffness, line, values))
     if not deformations:
         fault = "the beam deforms in no way [E1313]"
         values.report.add(key, fault, f"one of {', '.join(KINDS)}, or a body of [bodies]")

@@ -256,9 +256,7 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
     constrains."""
     for index in map(STRAINS.index, CONSTRAINED[model]):
         if matrix[index].any():
-            fault = (
-                f"a beam of the model {model} has no {STRAINS[index]}, and row [{index}] of the matrix is not 0 [E1807]"
-            )
+            fault = f"the model {model} has no {STRAINS[index]}, and row [{index}] of the matrix is not 0 [E1807]"
             return fault, "0 in rows and columns of strains that it does not have"
     free = [index for index, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
     diagonal = np.diag(matrix)[free]

@@ -260,26 +260,17 @@ def _through_frames(key: str, frames: Sequence[written.ShapeFrame], values: Valu
         twist = numeric.difference(SE3, poses[index - 1], poses[index])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - COMPUTED:
-            fault = (
-                f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before, and the sense"
-                f" of rotation is unique below 180 only [E1362]"
-            )
+            fault = f"the turn from the frame before by {math.degrees(turn):.6g} degrees is not below 180 [E1362]"
             values.report.add(f"{key}[{index}].rotation", fault, "a frame between them")
             return None
         off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
         if off > _OFF_AXIS:
-            fault = (
-                f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of"
-                f" both [E1363]"
-            )
+            fault = f"from the frame before the axis goes {math.degrees(off):.6g} degrees off the x of both [E1363]"
             values.report.add(f"{key}[{index}]", fault, "rotations with x along the beam, or points in place of frames")
             return None
         if off > _OBLIQUE:
-            fault = (
-                f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are in"
-                " the axes of the sections [E1364]"
-            )
-            values.note([f"{key}[{index}]: {fault}"])
+            fault = f"up to here sections, whose axes stiffnesses have, are {math.degrees(off):.3g} degrees"
+            values.note([f"{key}[{index}]: {fault} off across the axis [E1364]"])
     return through_frames(poses)
 
 
@@ -361,9 +352,7 @@ def pretwist(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialSha
 
     at_start = angle(0.0)
     if abs(at_start) > COMPUTED:
-        fault = (
-            f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame [E1368]"
-        )
+        fault = f"the pretwist is {at_start:.6g} rad at s = 0, where sections have the axes of the beam [E1368]"
         hint = "the angle from there on, and the rest as rotation of the joint"
         if angle(shape.length) == at_start:
             hint = f'"{at_start:.6g} * s" for that much up to the other end, or a rotation of the joint'

@@ -248,10 +248,7 @@ def _stl(data: bytes, name: str) -> Triangles:
         raise MeshError(name, fault, "a whole file")
     else:
         held = max(len(data) - header, 0) // _TRIANGLE.itemsize
-        fault = (
-            f"the header of the STL file promises {counted(count, 'triangle')}, and the file has bytes for"
-            f" {held} [E1377]"
-        )
+        fault = f"the header of the STL file promises {counted(count, 'triangle')}, and {held} follow [E1377]"
         raise MeshError(name, fault, "a whole file, or the export once more")
     return corners, np.arange(len(corners), dtype=np.intp).reshape(-1, 3)
 

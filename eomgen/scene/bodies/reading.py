@@ -154,9 +154,7 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
         text = f"the curve {name} is in {label}, and an acceleration in {_UNIT} [E1393]"
         values.report.add(key, text, hint.get(label, default_hint))
     elif factor != 1.0:
-        text = (
-            f"the curve {name} is labelled {label}, and labels do not convert: its values are taken in {_UNIT} [E1394]"
-        )
+        text = f"the curve {name} is labelled {label}, and labels do not convert: its values are in {_UNIT} [E1394]"
         values.report.add(key, text, f'value_unit = "{label}" in its table, and unit = "{_UNIT}"')
     return fault is not None or factor != 1.0
 

@@ -252,9 +252,7 @@ class _Converter:
             if not label.strip():
                 result["unit"] = unit
             elif factors is None or not is_coherent(factors, quantity):
-                fault = (
-                    f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise [E1473]"
-                )
+                fault = f"{shown(written)} is {number:.9g} {unit}, and the label {shown(label)} says otherwise [E1473]"
                 self.report.add(f"{key}.unit", fault, f'unit = "{unit}", or no unit')
         elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
             fault = f"its unit {label} is a label, so {number:g} is taken as it is [W0126]"
@@ -335,10 +333,8 @@ class _Converter:
             return
         for index, value in enumerate(values):
             if number := _plain(value):
-                self.notes.append(
-                    f"{key}[{index}]: {number:g} has no unit, unlike neighbouring entries, so it is {number:g}"
-                    f" {unit} [W0128]"
-                )
+                note = f"{number:g} has no unit, unlike neighbouring entries, so it is {number:g} {unit} [W0128]"
+                self.notes.append(f"{key}[{index}]: {note}")
 
     def beside_units(self, columns: ColumnUnits, names: tuple[Column, Column], key: str, rows: Sequence[Any]) -> None:
         """Add a note on numbers without a unit in the columns ``names`` of a curve's points, ``rows``, if other rows
@@ -352,10 +348,8 @@ class _Converter:
             bare = [number for row in cells if (number := _plain(row[index]))]
             if bare and unit:
                 more = f" ({len(bare)} such {name}s)" if len(bare) > 1 else ""
-                self.notes.append(
-                    f"{key}: the {name} {bare[0]:g} has no unit, as others have, so it is {bare[0]:g}"
-                    f" {unit}{more} [W0129]"
-                )
+                note = f"{bare[0]:g} has no unit, as others have, so it is {bare[0]:g} {unit}{more} [W0129]"
+                self.notes.append(f"{key}: the {name} {note}")
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | FaultyText:
         """Return the number in SI of a text such as "250 mm"; ``FaultyText``, after a report at ``key``, if the unit
@@ -377,10 +371,8 @@ class _Converter:
                 number, self.units[key] = to_si(quantity)
                 return number
             number, unit_in_si = to_si(quantity)
-            fault, hint = (
-                f"{shown(text)} has a unit, and a number without one is needed here [E0321]",
-                repr(number).removesuffix(".0"),
-            )
+            fault = f"{shown(text)} has a unit, and a number without one is needed here [E0321]"
+            hint = repr(number).removesuffix(".0")
             if measure(quantity.factors)[0] != 1:
                 hint = f"{hint}, which it is in {unit_in_si}"
         except UnitError as error:

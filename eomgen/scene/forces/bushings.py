@@ -131,10 +131,7 @@ def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], quantity: str
         return
     smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])
     if smallest < -COMPUTED * size:
-        fault = (
-            f"the {quantity} is negative in some direction: the smallest eigenvalue of the matrix is"
-            f" {smallest:.6g} [E1493]"
-        )
+        fault = f"the {quantity} is negative in some direction: the smallest eigenvalue is {smallest:.6g} [E1493]"
         values.report.add(key, fault, "a positive semidefinite matrix")
 
 

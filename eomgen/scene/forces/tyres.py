@@ -110,10 +110,8 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
     known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
-        fault = (
-            f"the point {entry.center} is on the {points[entry.center].body}, on which a wheel's force"
-            f" has no effect [E1512]"
-        )
+        body = points[entry.center].body
+        fault = f"the point {entry.center} is on the {body}, on which a wheel's force has no effect [E1512]"
         report.add(f"{key}.center", fault, "a point of the wheel's body")
     numbers = values.keys(key, entry, "damping")
     road = _height(f"{key}.road", entry.road, entry.center, values)
@@ -146,10 +144,7 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
     formula = values.formula(key, value, ROAD)
     for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
         if symbol.name != center or symbol.index == 2:
-            fault = (
-                f"position.{symbol.name}[{symbol.index}] cannot be used here: a road has a height over its own wheel's"
-                " x and y [E1515]"
-            )
+            fault = f"position.{symbol.name}[{symbol.index}] is not x or y of the road's own wheel [E1515]"
             values.report.add(key, fault, f"position.{center}[0] or position.{center}[1]")
             break
     return formula
@@ -158,9 +153,7 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
 def _slip(key: str, slip: SlipEntry, values: Values) -> Slip | None:
     axis = values.axis(f"{key}.axis", slip.axis)
     if len(slip.stiffness) not in (1, 2):
-        fault = (
-            f"one stiffness, or a longitudinal and a lateral one, are needed here, not {len(slip.stiffness)} [E1516]"
-        )
+        fault = f"one stiffness, or two, longitudinal and lateral, are needed, not {len(slip.stiffness)} [E1516]"
         values.report.add(f"{key}.stiffness", fault, "[15, 12]")
         return None
     numbers = values.keys(key, slip, "stiffness", "friction", "velocity")

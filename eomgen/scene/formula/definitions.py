@@ -15,9 +15,6 @@ from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import DEPTH, FormulaError
 
 _NUMBER = re.compile(r"\s*-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,2})?\s*", re.ASCII)
-#: Largest numbers of operations and levels of a formula with definitions expanded: Python visits each operation and
-#: level.
-MOST_OPERATIONS, MOST_LEVELS = 20_000, 150
 #: Remedy for definitions that are too large.
 IN_PLACE = "an internal state, an input or an output in place of a definition"
 
@@ -128,11 +125,8 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) ->
     """Raise FormulaError if a formula with its definitions written out has too many operations or levels. ``parts`` has
     the formula and the size of each definition by its symbol."""
     operations, levels = extent(formula, parts)
-    if operations > MOST_OPERATIONS or levels > MOST_LEVELS:
-        fault = (
-            f"the formula has {operations} operations in {levels} levels with its definitions written out, of at most"
-            f" {MOST_OPERATIONS} and {MOST_LEVELS} [E1520]"
-        )
+    if operations > 20_000 or levels > 150:  # Python visits each operation and level
+        fault = f"the formula has {operations} operations in {levels} levels, of 20000 and 150 at most [E1520]"
         raise FormulaError(fault, 1, IN_PLACE)
 
 

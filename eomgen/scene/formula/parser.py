@@ -579,9 +579,7 @@ class _FormulaReader:
         FormulaError outside loads, and for an index other than 0 to 2."""
         label = f"{kind}.{HERE}"
         if "local" not in self.scope.kinds:
-            fault = (
-                f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams [E1572]"
-            )
+            fault = f"{label}: {HERE} is where a load acts, of [forces] or [distributed_loads] [E1572]"
             raise self.error(node, fault, "the name of a point")
         return Symbol("local", kind, self.component(node, label, index, 3))
 
@@ -651,10 +649,7 @@ def _plain_hint(word: str, name: str) -> str:
     if word in _MODULES and name in FUNCTIONS:
         return f"{name}(...)"
     if word in _MODULES and re.fullmatch(r"u?int\d*|float\d*|longdouble|double|single|half", name):
-        return (
-            f'the number alone: NumPy writes its own as {word}.{name}(...) into a text; f"{{float(x)}}" writes a'
-            " plain one"
-        )
+        return f'the number alone: NumPy writes {word}.{name}(...) into a text, f"{{float(x)}}" writes a plain one'
     return f"one of {', '.join(sorted(FUNCTIONS))}"
 
 

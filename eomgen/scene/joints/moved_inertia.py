@@ -244,8 +244,7 @@ def check_motion(
             key, kind, hint = key_of("bodies", joint.child), JOINTS["free"], _ABSOLUTE_HINT
         else:
             words = (
-                f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix would be"
-                f" singular [E1642]"
+                f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix is singular [E1642]"
             )
             key, kind, hint = key_of("joints", joint.name), joint.kind, joint.kind.light.format(joint.child)
             if bodies[joint.child].beam is not None:
@@ -340,14 +339,9 @@ def _check_leaders(
             continue
         leader, *rest = (item for item in beyond if item is not None)
         multipliers = places.put(*(joint.mimic.multiplier for joint in following if joint.mimic is not None))
-        words = f"the joint {first} cannot be moved by a force: neither it nor its followers carry mass or inertia"
+        words = f"no force moves the joint {first}: neither it nor its followers carry mass or inertia [E1643]"
         hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (of other formats: lock {first})"
-        rule = MimicInertia(
-            leader,
-            tuple(zip(multipliers, rest, strict=True)),
-            f"{words}, so the inertia matrix would be singular [E1643]",
-            hint,
-        )
+        rule = MimicInertia(leader, tuple(zip(multipliers, rest, strict=True)), words, hint)
         if named[first].child not in allowed:
             values.require(key_of("joints", first), rule, places.formulas)
         elif rule.broken([values.value(formula) for formula in places.formulas]):

@@ -89,11 +89,9 @@ def unresisted_motions(
             together[joint.parent] += X.T @ together[body] @ X
     if bare:
         names = [joint.name for joint in joints if joint.name in bare]
-        notes.append(
-            f"no inertia resists {', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia"
-            " matrix is singular and forward dynamics has no answer; try:"
-            f" lock={names!r}, or terms=['poses', 'inverse_dynamics'] [W0269]"
-        )
+        why = "no body beyond has mass or inertia in their motion, so the inertia matrix is singular"
+        remedy = f"lock={names!r}, or terms=['poses', 'inverse_dynamics']"
+        notes.append(f"no inertia resists {', '.join(names)}: {why}; try: {remedy} [W0269]")
     return notes[::-1]
 
 

@@ -113,9 +113,7 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
         return ""
     number = next(factors(formula), "")
     remedy = f"a parameter in {unit} in place of {number}" if number else f"a factor in {unit}, as a parameter"
-    return (
-        f"the formula is in {known} if its numbers have no unit, and its place takes {expected}; try: {remedy} [W0284]"
-    )
+    return f"the formula is in {known} if its numbers have no unit, and not in {expected}; try: {remedy} [W0284]"
 
 
 def factors(formula: Formula) -> Iterator[str]:

@@ -233,9 +233,7 @@ class Values:
             for unit, there in zip(units, argument_units, strict=False):
                 if here and here == units[unit] and not units[name] and there in ("", "1"):
                     label = f"{item.word.name}.{item.item.name}"
-                    fault = (
-                        f"{label} is given a value in {here} as {name}, and {unit} is the argument in {here} [E1798]"
-                    )
+                    fault = f"{label} takes {unit} in {here}, and {name} is given in {here} [E1798]"
                     self.report.add(key, fault, f"{label}({', '.join(units)}), with both arguments exchanged")
 
     def _periods_in_degrees(self, formula: Formula) -> Iterator[str]:
@@ -507,10 +505,7 @@ def read_orientation(
             return rows(snapped_rotation(matrix))
         fault, hint = "the matrix is not a rotation: orthonormal and right-handed to 1e-6 [E1840]", "rotation"
         if is_rotation(-matrix):
-            fault, hint = (
-                "the axes are left-handed, as of a mirror: the determinant is -1 [E1841]",
-                "one of the axes reversed",
-            )
+            fault, hint = "the axes are left-handed: the determinant is -1 [E1841]", "one of the axes reversed"
         values.report.add(f"{key}.orientation", fault, hint)
         return rows(np.eye(3))
     return rows(sequence(values.constant_rotations(f"{key}.rotation", rotation or ()) or []))

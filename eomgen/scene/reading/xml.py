@@ -222,9 +222,8 @@ def _parse(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Elem
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) >= deepest:
-            raise DescriptionError(
-                problem_at(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep [E1844]", "")
-            )
+            fault = f"elements are nested more than {deepest} deep [E1844]"
+            raise DescriptionError(problem_at(parser.CurrentLineNumber, fault, ""))
         element = Element(tag, attributes, parser.CurrentLineNumber)
         if stack:
             stack[-1].add(element)

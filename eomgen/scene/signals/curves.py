@@ -64,17 +64,13 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
         return index, f"{x[index]:.9g} occurs again [E0915]", hint
     if interpolation == "quintic" and np.min(steps) < 1e-5 * np.max(steps):  # its equations lose all digits
         index = int(np.argmin(steps)) + 1
-        message = (
-            f"distances of points: {np.min(steps):.3g} here, {np.max(steps):.3g} elsewhere, too uneven for a"
-            f" spline [E0913]"
-        )
+        here, elsewhere = np.min(steps), np.max(steps)
+        message = f"distances of points: {here:.3g} here, {elsewhere:.3g} elsewhere, too uneven for a spline [E0913]"
         return index, message, 'points more evenly spread, or interpolation = "linear"'
     if outside == "periodic" and interpolation == "quintic":
         gap, scale = abs(float(y[-1] - y[0])), float(np.max(np.abs(y)))
         if gap > 1e-9 * scale:
-            message = (
-                f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, so the curve cannot be periodic [E0914]"
-            )
+            message = f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, as of a periodic curve [E0914]"
             return len(x) - 1, message, "a last point that repeats the first value, one period later"
     return None
 

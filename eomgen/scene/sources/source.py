@@ -209,10 +209,8 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
         if (text := _decode(data)) is not None:
             return text
         line = data.count(b"\n", 0, error.start) + 1
-        problem = Problem(
-            f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8 [E1894]", "the file saved as UTF-8"
-        )
-        raise DescriptionError(problem) from None
+        fault = f"byte {error.start} is not UTF-8 [E1894]"
+        raise DescriptionError(Problem(f"{shown_file(path)}:{line}", fault, "the file saved as UTF-8")) from None
 
 
 def _decode(data: bytes) -> str | None:

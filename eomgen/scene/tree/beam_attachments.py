@@ -62,10 +62,7 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
         return
     beam, along = body.beam, position[0]
     if tunable := values.tunable_in(along):
-        fault = (
-            f"x on the beam {name} depends on the tunable parameter {tunable}, and shape functions are evaluated"
-            " once [E1979]"
-        )
+        fault = f"x on the beam {name} depends on the tunable parameter {tunable}, and shapes are fixed [E1979]"
         values.report.add(f"{key}[0]", fault, f"{tunable} without tunable, or a number")
         return
     x = values.value(along)
@@ -100,8 +97,7 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
                 if beam.start < 0.0:
                     hint = "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
                 fault = (
-                    f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where"
-                    f" the {joint.type} joint {joint.name} holds it [E1982]"
+                    f"{deformation.shapes} shapes {' and '.join(held)} where the joint {joint.name} holds them [E1982]"
                 )
                 values.report.add(f"{key}.{deformation.kind}.shapes", fault, hint)
 

@@ -64,9 +64,7 @@ def node_at(beams: Mapping[str, Cosserat], values: Values, key: str, body: str, 
         return body, position
     x, tunable = values.value(position[0]), values.tunable_in(position[0])
     if tunable:
-        fault = (
-            f"x on the beam {body} depends on the tunable parameter {tunable}, and nodes of a beam are fixed [E1985]"
-        )
+        fault = f"x on the beam {body} depends on the tunable parameter {tunable}, and nodes are fixed [E1985]"
         report.add(f"{key}[0]", fault, f"{tunable} without tunable, or a number")
     elif not -AT_END * beam.length <= x <= (1.0 + AT_END) * beam.length and not math.isnan(x):
         fault = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m [E1986]"

@@ -283,9 +283,7 @@ def _check_types(entries: Mapping[str, joints.JointEntry], report: Report) -> No
             fault = "absolute coordinates have no coordinates of joints that could be held [E2215]"
             report.add(f"{key_of('joints', name)}.initial.hold", fault, 'coordinates = "joint"')
         if not is_own(entry.type):
-            fault = (
-                f"the joint type {entry.type} of another distribution has no equations between absolute bodies [E1990]"
-            )
+            fault = f"the joint type {entry.type} is not eomgen's and has no equations between absolute bodies [E1990]"
             report.add(key_of("joints", name, "type"), fault, 'coordinates = "joint"')
 
 
