@@ -269,14 +269,3 @@ def test_angles_and_quaternions_at_the_start_are_no_lengths(radius: float) -> No
     data["shapes"] = {"s": {"type": "sphere", "body": "arm", "radius": f"{radius} / 1000"}}
     note = "shapes.s: the size of the shape is 0.4 m, and the scene is no larger than 0.004 m; numbers without a unit"
     assert any(text.startswith(note) for text in from_data(data).notes) == (radius == 400)
-
-
-def test_an_equation_without_a_solution_is_told() -> None:
-    scene = from_data({**ARM, "constraints": {"c": {"type": "formula", "equation": "q.rail**2 + 1", "unit": "m"}}})
-    with pytest.raises(ModelError, match=r"c: formula by 1; try: .* equation that is 0 in some state: q\*\*2 \+ 1"):
-        pipeline.derive(scene, ["forward_dynamics"])
-
-
-def test_norms_are_written_out() -> None:
-    with pytest.raises(DescriptionError, match=r"unknown function 'norm' \(column 1\); try: sqrt\(x\*\*2 \+ y\*\*2"):
-        from_data({**ARM, "definitions": {"h": "norm(position.tip)"}})

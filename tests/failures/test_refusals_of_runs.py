@@ -1,8 +1,5 @@
-"""Every text by which a run can be refused or end is read by a test: those that no other test reads are met here.
-
-``eomgen extremes`` counts a refusal as a good answer, so its words have to be good. A new text without a test fails
-``test_every_text_is_read_by_a_test``.
-"""
+"""Texts by which a run can be refused or end, which no other test reads: ``eomgen extremes`` counts a refusal as a good
+answer, so its words have to be good."""
 
 from __future__ import annotations
 
@@ -16,7 +13,6 @@ from typing import Any
 import pytest
 
 import eomgen
-from eomgen.base.message_codes import EXAMPLES
 from eomgen.integrators.families.partitioned import partition_data
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_layout import default_settings
@@ -24,58 +20,7 @@ from eomgen.lie.product import Factor
 from eomgen.scene.load import from_data
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.timing import RepeatedRun
-from tests.failures.refusals import ROOT, Refusal, refusals_in, refusals_of, runs, texts_of_tests, unread
 from tests.models.scenes import absolute
-
-#: Rooms that refuse runs, or end them.
-ROOMS = ("simulation", "integrators", "compiled", "formula", "solvers", "pipeline", "studies/ladders")
-#: Files of these that no run calls.
-NO_RUN = ("compiled/actuators.py", "compiled/base_parameters.py", "compiled/bodies.py", "pipeline/calibration.py")
-
-
-def texts_of_runs() -> list[Refusal]:
-    files = [file for room in ROOMS for file in sorted((ROOT / "eomgen" / room).rglob("*.py"))]
-    left_out = {ROOT / "eomgen" / name for name in NO_RUN}
-    return [refusal for file in files if file not in left_out for refusal in refusals_in(file)]
-
-
-@pytest.mark.long
-def test_every_text_is_read_by_a_test() -> None:
-    refusals = texts_of_runs()
-    assert len(refusals) > 150
-    found = unread(refusals, texts_of_tests(list((ROOT / "tests").rglob("*.py"))) | set(runs(EXAMPLES.read_text())))
-    missing = [f"{refusal.place}: {refusal.text}" for refusal in found]
-    assert not missing, "no test reads these texts:\n" + "\n".join(missing)
-
-
-def test_a_text_without_a_test_is_found() -> None:
-    source = """
-SLOW = "a step that is longer than the run"
-def check(step, name, far):
-    what = f"the step of {name} is no number of seconds" if far else "steps have to be numbers of seconds"
-    raise UsageError(Problem(name, what, "1e-3"))
-def other(name):
-    raise ModelError(f"{_kind(name)} of a body that is not there", "a body")
-def _kind(name):
-    return "the mass and the inertia" if name else "the place of the centre"
-STATUS = Status(1, "SLOW", SLOW, "a shorter step")
-"""
-    refusals = refusals_of(source, "x.py")
-    texts = {refusal.text for refusal in refusals}
-    assert texts == {
-        "the step of # is no number of seconds",
-        "steps have to be numbers of seconds",
-        "# of a body that is not there",
-        "a step that is longer than the run",
-    }
-    every = frozenset(run for refusal in refusals for run in refusal.runs)
-    assert not unread(refusals, every)
-    assert [refusal.text for refusal in unread(refusals, every - set(runs("a step that is longer than the run")))] == [
-        "a step that is longer than the run"
-    ]
-    common = frozenset({"a step that is"})
-    assert len(unread([*refusals, *refusals_of('UsageError("a step that is too long")', "y.py")], common)) == 5
-
 
 # -- texts that are met here -------------------------------------------------------------------------------------------
 

@@ -108,12 +108,6 @@ def test_degrees_without_their_unit_are_noted(text: str, note: str) -> None:
     assert note in notes(text)
 
 
-def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> None:
-    assert "turns" not in notes(joint('limits = { lower = "-720 deg", upper = inf, stiffness = 50 }'))
-    rail = changed(('"revolute"', '"prismatic"'), (SHOULDER, SHOULDER + "stiffness = 5\nrest = 90\n"))
-    assert "turns" not in notes(rail)
-
-
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
 
@@ -137,12 +131,6 @@ def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> Non
 )
 def test_what_is_hardly_meant_is_noted(text: str, note: str) -> None:
     assert note in notes(text)
-
-
-def test_a_curve_that_a_formula_mentions_has_no_note() -> None:
-    used = changed(('"motor"', '"motor + push(t)"'), more="[curves.push]\npoints = [[0, 0], [1, 5]]\n")
-    assert "push" not in notes(used)
-    assert not scene_of(SCENE + CORD + "stiffness = 80\nlength = 0.3\n").notes
 
 
 def test_a_spring_of_negative_length_is_refused() -> None:
@@ -195,11 +183,6 @@ def test_damping_in_percent_of_critical_is_noted() -> None:
 )
 def test_what_is_meant_is_told(text: str, piece: str) -> None:
     assert piece in refused(text)
-
-
-def test_terms_in_one_text_are_told_as_a_list() -> None:
-    with pytest.raises(eomgen.UsageError, match=r'try: terms=\["mass", "coupling"\]'):
-        eomgen.build(scene_of(SCENE), terms="mass,coupling")
 
 
 def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

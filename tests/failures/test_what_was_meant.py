@@ -244,21 +244,9 @@ def free_robot() -> eomgen.Model:
 
 
 @cache
-def robot_without_motors() -> eomgen.Model:
-    return eomgen.build(scene_of(ROBOT, "r.urdf"), profile="quick")
-
-
-@cache
 def ball() -> eomgen.Model:
     builder = eomgen.SceneBuilder("ball").body("ball", mass=1.0, inertia=[1, 1, 1])
     return eomgen.build(builder.joint("h", "spherical", "base", "ball").build(), profile="quick")
-
-
-def closed_arm() -> eomgen.Scene:
-    """Return the arm with its tip held at a distance from a point of the base."""
-    more = '[points.mount]\nbody = "base"\nposition = [0.5, 0, 0]\n'
-    more += '[constraints.close]\ntype = "distance"\nfirst = "mount"\nsecond = "tip"\nlength = 0.7\n'
-    return scene_of(f"{SCENE}\n{more}")
 
 
 def runs(**options: Any) -> Callable[[], Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,9 +24,7 @@ from eomgen.fields import (
     smoothing,
 )
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
-from eomgen.products.fields.documents.schema import FieldFile, HamiltonianFile
 from eomgen.sampling import FieldProblem, field_problem, sample
-from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.sources.toml import toml_data
 from tests.fields.density import power
 from tests.models.cache import shared_cache
@@ -95,12 +92,6 @@ def test_definitions_are_the_text_in_their_place_with_paragraphs_of_their_own_in
     assert "/* Definition e */" in text and "e_value" in text
     assert text.count("EG_EXP(") == written.posterior.source.count("EG_EXP(")
     assert not defined.system.notes
-
-
-def test_definitions_that_no_formula_mentions_are_noted() -> None:
-    made = problem(definitions={"used": "2*mean", "spare": "s"}, cell__energy="used*s**2")
-    note = "the definition spare changes nothing: no formula mentions it"
-    assert made.system.notes == (note,) and note in made.notes
 
 
 def test_counts_of_a_file_are_drawn_about_the_truth() -> None:
@@ -301,11 +292,6 @@ def test_steps_may_have_no_guard() -> None:
         sample(changed(sampling__guard=2))
 
 
-def test_one_length_holds_for_all_axes() -> None:
-    assert problem(mesh={"cells": [8, 6], "length": 60}).system.lengths == (60.0, 60.0)
-    assert problem(mesh={"cells": 8, "length": [60.0]}).system.lengths == (60.0,)
-
-
 @pytest.mark.parametrize(
     "changes",
     [
@@ -321,19 +307,6 @@ def test_entries_with_a_fault_are_no_unknown_names(changes: dict[str, Any]) -> N
     with pytest.raises(EomgenError) as caught:
         problem(**changes)
     assert len(caught.value.problems) == 1, caught.value
-
-
-def test_keys_have_examples_in_the_notation_of_files() -> None:
-    """A hint for any wrong value; keys with few admissible words list these."""
-    tables = {**tables_of(FieldFile), **tables_of(HamiltonianFile)}
-    del tables["Copies"]  # of which copies are made before
-    keys = [(model, name, meaning) for model in tables.values() for name, (meaning, _) in fields_of(model).items()]
-    words = {"choice", "difference", "first", "precision", "repeat", "transforms"}
-    assert {name for _, name, meaning in keys if not meaning.example} == words
-    for model, name, meaning in keys:
-        if model.__name__ in ("RunDefaults", "Chains") and name not in words:
-            standard = model.model_fields[name].default
-            assert tomllib.loads(meaning.example) == {name: "..." if standard == "" else standard}
 
 
 def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:

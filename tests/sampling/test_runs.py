@@ -112,13 +112,6 @@ def test_a_run_may_be_made_longer(tmp_path: Path) -> None:
         sample(changed(), resume=True)
 
 
-def test_a_step_that_is_given_is_kept() -> None:
-    given = sample(changed(), step=0.4)
-    assert np.array_equal(given.samples.steps, [0.4, 0.4])
-    found = sample(changed())
-    assert not np.array_equal(found.samples.steps, [0.4, 0.4])
-
-
 def test_chains_start_where_a_file_says(tmp_path: Path) -> None:
     mesh = field_problem(fields_from_data(changed())).mesh
     fields = np.random.default_rng(3).standard_normal((2, *mesh.cells))

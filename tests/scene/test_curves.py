@@ -18,7 +18,7 @@ from eomgen.formula.discontinuities import affine
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import TIME, SceneNames
-from eomgen.scene.load import from_data, load
+from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.calculus.partials import jacobian_vector
@@ -49,16 +49,6 @@ def test_splines_against_scipy(count: int, outside: Outside, ends: Any) -> None:
         assert np.max(np.abs(curve(at, derivative) - expected)) <= 1e-9 * (1.0 + np.max(np.abs(expected))), derivative
         jump = np.abs(curve(x[1:-1] * (1 + 1e-15), derivative) - curve(x[1:-1] * (1 - 1e-14), derivative))
         assert np.max(jump) <= 1e-8 * (1.0 + np.max(np.abs(expected))), derivative
-
-
-def test_a_spline_of_a_polynomial_is_the_polynomial() -> None:
-    x = np.array([0.0, 0.3, 1.0, 1.2, 2.0, 3.1])
-    curve = Curve("c", x, 3 - x + 2 * x**2)
-    at = np.linspace(0, 3.1, 50)
-    assert np.allclose(curve(at), 3 - at + 2 * at**2, rtol=0, atol=1e-13)
-    assert np.allclose(curve(at, 1), -1 + 4 * at, rtol=0, atol=1e-12) and np.allclose(
-        curve(at, 2), 4.0, rtol=0, atol=1e-10
-    )
 
 
 def test_two_points_are_a_straight_line() -> None:
@@ -319,29 +309,9 @@ def test_entries_that_are_wrong(entry: str, message: str, tmp_path: Path) -> Non
     assert message.format(folder=tmp_path) in str(problem)
 
 
-def test_a_refused_curve_is_reported_once(tmp_path: Path) -> None:
-    entry = (
-        '[curves.c]\ntable = { file = "no.csv" }\n[inputs]\nu = { formula = "c(t)" }\nv = { formula = "2 * c(t)" }\n'
-    )
-    with pytest.raises(DescriptionError) as raised:
-        loaded(tmp_path, None, entry)
-    assert len(raised.value.problems) == 1
-
-
 def test_a_curve_from_python_is_refused_at_its_line() -> None:
     with pytest.raises(DescriptionError, match=r"test_curves.py:\d+ \(curves.c\): a curve needs one of"):
         SceneBuilder("cart").curve("c").build()
-
-
-def test_arguments_labelled_in_degrees_are_told_how_to_write_them() -> None:
-    """The remedy ``argument_unit = "rad"`` alone would make radians of 90 degrees."""
-    curve = {"points": [[0, 0], [90, 1], [360, 0]], "outside": "periodic", "argument_unit": "deg"}
-    with pytest.raises(DescriptionError) as raised:
-        from_data({"format": 1, "name": "cam", "curves": {"lift": curve}})
-    hint = (
-        '; try: argument_unit = "rad", or no argument_unit; numbers in deg have their unit in the points, "3 deg", or'
-    )
-    assert hint in str(raised.value)
 
 
 @pytest.mark.parametrize(

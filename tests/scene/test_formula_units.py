@@ -218,20 +218,6 @@ def test_one_note_at_the_place_of_the_terms(effort: str, more: str, note: str, t
     assert note in found
 
 
-def test_units_that_numbers_hide_in_masses_drives_and_stiffnesses(tmp_path: Path) -> None:
-    more = '[bodies.arm]\nmass = "2 * r"\ninertia = [1, 1, 1]\n[parameters.r]\nvalue = "10 cm"\n[joints.h]\n'
-    more += 'parent = "cart"\ntype = "revolute"\nchild = "arm"\naxis = [0, 0, 1]\nstiffness = "2 * k"\nrest = "r / 2"\n'
-    driven = more.replace("stiffness", 'drive = "r * sin(t)"\n#').replace("rest", "#")
-    common = "if its numbers have no unit, and not in"
-    assert notes(tmp_path, "push", more) == [
-        f"bodies.arm.mass: the formula is in m {common} kg; try: a parameter in kg/m in place of 2",
-        f"joints.h.stiffness: the formula is in N/m {common} N m/rad; try: a parameter in m^2 in place of 2",
-        f"joints.h.rest: the formula is in m {common} rad; try: a parameter in 1/m in place of 2",
-    ]
-    expected = f"joints.h.drive: the formula is in m {common} rad; try: a factor in 1/m, as a parameter"
-    assert expected in notes(tmp_path, "push", driven)
-
-
 @pytest.mark.parametrize(
     ("effort", "more"),
     [

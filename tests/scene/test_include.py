@@ -144,25 +144,6 @@ def test_an_include_is_what_would_be_written_by_hand(folder: Path) -> None:
         assert dataclasses.replace(mine, orientation=theirs.orientation) == theirs
 
 
-def test_a_place_is_a_rigid_motion(folder: Path) -> None:
-    """An upright and shifted wheel, against one whose joint and points are shifted by hand, without a frame between."""
-    shifted = LEFT.replace('rotation = [{ axis = [1, 0, 0], angle = "10 deg" }]\n', "")
-    by_hand = BY_HAND.replace("position = [0, 0, ", "position = [0, 0.7, ")
-    by_hand = by_hand.replace('top]\nbody = "left_base"', 'top]\nbody = "chassis"\nposition = [0, 0.7, 0]')
-    by_hand = by_hand.replace('parent = "left_base"', 'parent = "chassis"').replace(
-        "[bodies.left_base]\nmass = 0\n", ""
-    )
-    start, end = by_hand.index("[joints.left_base]"), by_hand.index("[joints.left_travel]")
-    by_hand = by_hand[:start] + by_hand[end:]
-    systems = [eomgen.derive(scene) for scene in (made(folder, CAR + shifted), load_toml(CAR + by_hand))]
-    assert systems[0].counts["inverse_dynamics"] == systems[1].counts["inverse_dynamics"]
-    rng = np.random.default_rng(1)
-    state = {name: rng.normal(size=(5, 2)) for name in ("q", "v", "a")}
-    state |= {"t": np.full((5, 1), 0.3), "u": rng.normal(size=(5, 1)), "p": np.full((5, 1), 25000.0)}
-    taus = [next(iter(tape_evaluator(system)("inverse_dynamics", state).values())) for system in systems]
-    np.testing.assert_allclose(taus[0], taus[1], rtol=1e-12)
-
-
 def test_without_a_place_the_parent_itself_is_the_base(folder: Path) -> None:
     scene = made(folder, CAR + RIGHT)
     assert [body.name for body in scene.bodies] == ["chassis", "r_hub"]
@@ -556,20 +537,6 @@ def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[st
             assert str(error).isascii() and all(len(line) < 500 for line in str(error).splitlines())
         else:
             assert scene.digest and "nan" not in repr(scene.springs)
-
-
-def test_files_of_one_name_are_named_by_their_folders(tmp_path: Path) -> None:
-    (tmp_path / "left").mkdir()
-    (tmp_path / "left" / "scene.toml").write_text(WHEEL.replace("[0, 0, 1]", '[0, 0, "1 m"]'), encoding="utf-8")
-    text = '[include.front]\nfile = "left/scene.toml"\n[bodies.lost]\nmass = 1\n'
-    (tmp_path / "scene.toml").write_text(CAR + text, encoding="utf-8")
-    with pytest.raises(DescriptionError) as caught:
-        load(tmp_path / "scene.toml")
-    lines = str(caught.value).splitlines()
-    assert any(
-        re.search(r"left/scene\.toml:\d+ \(joints\.travel\.axis\[2\]\): '1 m' has a unit", line) for line in lines
-    )
-    assert any(re.search(r"\. scene\.toml:\d+ \(bodies\.lost\): no joint carries", line) for line in lines)
 
 
 def test_starts_of_an_include_have_units_and_their_own_place(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
 from eomgen.formula.motion_faults import first_jump, jumps
 from eomgen.formula.prescribed_motion import smooth
 from eomgen.mechanics.describe import laws_of
@@ -136,22 +135,6 @@ def test_a_run_that_goes_on_meets_the_jump_too(tmp_path: Path) -> None:
     assert model.resume(tmp_path / "run.ckpt", 1.0).success
     with pytest.raises(eomgen.UsageError, match="the rate of the driven angle jumps"):
         model.resume(tmp_path / "run.ckpt", 3.0)
-
-
-def test_the_command_line_refuses_what_jumps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = tmp_path / "driven.toml"
-    scene.write_text(
-        'format = 1\nname = "driven"\n[bodies]\nsled = { mass = 1 }\n'
-        '[joints]\nrail = { type = "prismatic", parent = "base", child = "sled", axis = [1, 0, 0] }\n'
-        "[constraints.motor]\n"
-        'type = "prismatic"\nfirst = { body = "base", axis = [1, 0, 0], x_axis = [0, 1, 0] }\n'
-        'second = { body = "sled", axis = [1, 0, 0], x_axis = [0, 1, 0] }\ndrive = "0.1 if t > 0.5 else 0"\n',
-        encoding="utf-8",
-    )
-    for verb in (["info"], ["generate", "--out", str(tmp_path / "c")], ["simulate", "--out", str(tmp_path / "out")]):
-        assert main([verb[0], str(scene), *verb[1:]]) == 3
-        text = "driven.toml:11 (constraints.motor.drive): the driven travel jumps from 0 to 0.1 m at t = 0.5 s"
-        assert text in capsys.readouterr().err
 
 
 @pytest.mark.slow

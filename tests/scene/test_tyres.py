@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.formula.nodes import Number, Symbol
+from eomgen.formula.nodes import Symbol
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -39,19 +39,6 @@ def problem(keys: str, tyre: str = TYRE) -> str:
         read(keys, tyre)
     assert len(caught.value.problems) == 1, str(caught.value)
     return str(caught.value.problems[0]).partition(" (")[2]
-
-
-def test_what_is_read_and_its_defaults() -> None:
-    (tyre,) = read().tyres
-    assert (tyre.name, tyre.center, tyre.radius) == ("front", "hub", Number(0.3))
-    assert tyre.stiffness == Symbol("parameter", "soft")
-    assert (tyre.damping, tyre.onset, tyre.road, tyre.road_rate) == (Number(0.0), Number(1e-3), Number(0.0), None)
-    assert not tyre.moving_road and tyre.slip is None
-    (tyre,) = read('road = "lift"\nslip = { stiffness = 12 }').tyres
-    assert tyre.moving_road and tyre.slip is not None
-    assert (tyre.slip.axis, tyre.slip.stiffness) == ((0.0, 1.0, 0.0), (Number(12), Number(12)))
-    assert (tyre.slip.friction, tyre.slip.velocity) == (Number(1.0), Number(0.1))
-    assert not read('road = "0.1 * sin(position.hub[0])"\ndamping = 5').tyres[0].moving_road
 
 
 def test_load_and_deflection_are_words_of_formulas() -> None:

@@ -222,17 +222,6 @@ def test_a_label_beside_a_unit_string_is_that_of_si(label: str) -> None:
     assert found.startswith(f"scene.toml:5 (parameters.speed.unit): {fault}")
 
 
-def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
-    scene = read(
-        text=replaced("length = 0.8", 'length = { value = 0.8, unit = "mm" }\nturns = { value = 2, unit = "per day" }')
-    )
-    assert scene.parameters[0].value == 0.8
-    what = "its unit mm is a label, so 0.8 is taken as it is"
-    assert scene.notes[0] == f'parameters.length: {what}; "0.8 mm" would be converted to SI'
-    assert scene.notes[1] == "parameters.turns.unit: 'per day' is not a known unit, and is shown unchanged"
-    assert len(scene.notes) == 4 and not any(note.startswith("parameters.") for note in read().notes)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -248,22 +237,6 @@ def test_a_fault_in_a_unit_spoils_nothing_else() -> None:
     extra = "initial = { velocity = '3 Hz' }\n[simulation]\nstep = '1 m'\nduration = -1"
     places = [text.split(":")[1] for text in problems(extra, replaced('"2*length"', '"2 m"'))]
     assert places == ["7 (bodies.link.mass)", "15 (joints.hinge.initial.velocity)", "17 (simulation.step)"]
-
-
-def test_the_unit_of_a_coordinate_depends_on_the_joint() -> None:
-    slider = replaced('"revolute"', '"prismatic"')
-    assert read("stiffness = '2 N/mm'\ninitial = { position = '3 mm' }", slider).joints[0].stiffness == Number(2000.0)
-    [found] = problems("stiffness = '2 N m/rad'", slider)
-    assert "'2 N m/rad' is a torsional stiffness, a stiffness in N/m is expected" in found
-    free = replaced('"revolute"', '"free"').replace("axis = [0, 1, 0]\n", "")
-    scene = read('initial = { position = [0, 0, "1 km"], velocity = ["60 rpm", 0, 0, 0, 0, "36 km/h"] }', free)
-    assert scene.joints[0].initial_position[4:] == (0.0, 0.0, 1000.0)
-    assert scene.joints[0].initial_velocity == (2 * math.pi, 0.0, 0.0, 0.0, 0.0, 10.0)
-    [found, *_] = problems('initial = { velocity = "3 m/s" }', free)
-    assert "'3 m/s' is one value, and 6 are needed here; try: units rad/s, rad/s, rad/s, m/s, m/s, m/s" in found
-    effort = "[efforts.push]\njoint = 'hinge'\nindex = {}\neffort = '1 {}'"
-    assert read(effort.format(5, "kN"), free).efforts[0].effort == Number(1000.0)
-    assert "a torque in N m is expected" in problems(effort.format(2, "kN"), free)[0]
 
 
 @pytest.mark.parametrize("kind", [kind for kind, row in JOINTS.items() if row.moves])
