@@ -262,11 +262,7 @@ class _Includer:
             if source.scenes:
                 return self.scene(source, path, [*chain, resolved])
             file = self.shown_file(path)
-            options_here = {option.name: getattr(entry, option.name) for option in source.options}
-            read = source.convert(read_text(path, endings_like(path)), path, included=True, **options_here)
-            places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
-            judged = set(read.data["bodies"]) if read.inertias_checked else set()
-            part = FileData(read.data, places, [f"{file}: {note}" for note in read.notes], judged)
+            part = _convert(source, path, file, entry)
             if "include" not in part.data:
                 return part
             inner = Report(file, part.lines)
@@ -329,6 +325,15 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     return entry
 
 
+def _convert(source: Source, path: Path, file: str, entry: Include) -> FileData:
+    """Return the data of a file of another format, with the options of the entry; ``file`` is the name for messages."""
+    options = {option.name: getattr(entry, option.name) for option in source.options}
+    read = source.convert(read_text(path, endings_like(path)), path, included=True, **options)
+    places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
+    judged = set(read.data["bodies"]) if read.inertias_checked else set()
+    return FileData(read.data, places, [f"{file}: {note}" for note in read.notes], judged)
+
+
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
     """Report problems in the top-level keys of an included file, which the including scene does not check, and delete
     sections that are not tables and entries with illegal names from ``data`` in place."""
@@ -384,10 +389,7 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
             part.lines[f"{key}.{old}"] = line
         elif match and match[1] in sections:
             part.lines.setdefault(f"{match[1]}.{prefix}{match[2]}{match[3]}", line)
-    starts = {name: line for name, line in part.lines.items() if name.startswith(f"{key}.initial.")}
-    for start, line in starts.items():
-        joint, dot, rest = start.removeprefix(f"{key}.initial.").partition(".")
-        part.lines[f"joints.{prefix}{joint}.initial{dot}{rest}"] = line
+    part.lines |= _places_of_starts(f"{key}.initial.", prefix, part.lines)
     part.notes += [note for note in inner.notes if note not in part.notes]  # of a file that is included several times
     part.judged |= {prefix + body for body in inner.judged}
     part.bound |= {f"{key}.parameters.{parameter}": text for parameter, text in values.items()}
@@ -405,6 +407,13 @@ def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> No
         else:
             start = start_in_si(data, name, joint_key, initial, report)
             data["joints"] = joints = {**joints, name: {**joints[name], "initial": start}}
+
+
+def _places_of_starts(key: str, prefix: str, places: Mapping[str, str]) -> dict[str, str]:
+    """Return the lines of the initial states that an include gives, under the keys of the joints in the scene. ``key``
+    is the beginning of the keys in the include, ``prefix`` the prefix of new names, ``places`` has the lines by key."""
+    written = [(name.removeprefix(key).partition("."), line) for name, line in places.items() if name.startswith(key)]
+    return {f"joints.{prefix}{joint}.initial{dot}{rest}": line for (joint, dot, rest), line in written}
 
 
 def _base(name: str, entry: Include, part: FileData, report: Report, taken: Collection[str]) -> str:

@@ -152,7 +152,7 @@ class _Copies:
         self.twice: set[str] = set()
 
     def put(self, data: MutableMapping[str, Any]) -> int:
-        """Add all copies to ``data`` of the file by section, in place, and return their number for each entry; faults
+        """Add all copies to ``data`` of the file by section, in place, and return the number for each entry; faults
         are reported."""
         copies = list(self.values())
         for section, templates in self.table.items():

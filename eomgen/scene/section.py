@@ -426,7 +426,7 @@ class Reading:
         refused = frozenset().union(*self.refused.values())
         return Values(self.names, defaults, report or self.report, refused, self.judged, self.bounds, self.units)
 
-    def aside(self, attach: AttachByKey | None = None) -> Reading:
+    def aside(self, attach: AttachByKey = lambda key, body, position: (body, position)) -> Reading:
         """Return a copy of this state with a separate report and a separate reader of values, to read entries in
         advance.
 
@@ -445,7 +445,7 @@ class Reading:
         there = copy.copy(self)
         there.report = Report(self.report.file, self.report.lines)
         there.values = self.reader(there.report)
-        there.items, there._kept, there.attach = dict(self.items), dict(self._kept), attach or _as_written
+        there.items, there._kept, there.attach = dict(self.items), dict(self._kept), attach
         return there
 
     def add_parameters(self, parameters: Sequence[Parameter]) -> None:

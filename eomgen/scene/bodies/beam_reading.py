@@ -233,7 +233,7 @@ def _modes(key: str, kind: DeformationKind, entry: written.DeformationEntry, val
     if entry.modes is None:
         report.add(key, "the key modes is missing [E1330]", "modes = 3")
         return 1
-    rigid = (2 if kind.startswith("bending") else 1) if entry.ends == "free_free" else 0
+    rigid = (1 + kind.startswith("bending")) * (entry.ends == "free_free")
     if meshed and entry.elements is not None and entry.modes > size - rigid:
         fault = f"{entry.modes} modes are requested from a mesh that has {size - rigid} [E1328]"
         report.add(f"{key}.modes", fault, f"at most {size - rigid} modes, or more elements: 3 for each mode")

@@ -71,22 +71,28 @@ def check_keys(name: str, entry: written.BeamEntry, values: Values) -> None:
         fault = "a beam of the model euler_bernoulli does not shear [E1332]"
         values.report.add(key_of("beams", name, "section", "shear_factors"), fault, 'model = "cosserat"')
     if exact:
-        without = CONSTRAINED[model]
-        tables: list[tuple[tuple[str | int, ...], written.BeamEntry | written.BeamPart]] = [((), entry)]
-        tables += [(("parts", number), part) for number, part in enumerate(entry.parts)]
-        keys: list[tuple[str | int, ...]] = []
-        for before, table in tables:
-            if table.section is not None and table.section.shear_factors is not None and "shear_y" in without:
-                keys.append((*before, "section", "shear_factors"))
-            for field in ("stiffness", "damping", "prestrain"):
-                inner = getattr(table, field)
-                keys += [(*before, field, strain) for strain in without if inner and strain in inner.model_fields_set]
-        for parts in keys:
-            last = str(parts[-1])
-            fault = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'} [E1334]"
-            models = [name for name, strains in CONSTRAINED.items() if last not in strains and name != model]
-            hint = " or ".join(f'model = "{name}"' for name in (models if last in STRAINS else ["cosserat"]))
-            values.report.add(key_of("beams", name, *parts), fault, f"without it, or {hint}")
+        _check_strains(name, entry, values)
+
+
+def _check_strains(name: str, entry: written.BeamEntry, values: Values) -> None:
+    """Report stiffnesses, damping and prestrains of strains that a beam does not have."""
+    model = str(entry.model)
+    without = CONSTRAINED[model]
+    tables: list[tuple[tuple[str | int, ...], written.BeamEntry | written.BeamPart]] = [((), entry)]
+    tables += [(("parts", number), part) for number, part in enumerate(entry.parts)]
+    keys: list[tuple[str | int, ...]] = []
+    for before, table in tables:
+        if table.section is not None and table.section.shear_factors is not None and "shear_y" in without:
+            keys.append((*before, "section", "shear_factors"))
+        for field in ("stiffness", "damping", "prestrain"):
+            inner = getattr(table, field)
+            keys += [(*before, field, strain) for strain in without if inner and strain in inner.model_fields_set]
+    for parts in keys:
+        last = str(parts[-1])
+        fault = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'} [E1334]"
+        models = [name for name, strains in CONSTRAINED.items() if last not in strains and name != model]
+        hint = " or ".join(f'model = "{name}"' for name in (models if last in STRAINS else ["cosserat"]))
+        values.report.add(key_of("beams", name, *parts), fault, f"without it, or {hint}")
 
 
 _COUNTERPARTS: Mapping[str, str] = {

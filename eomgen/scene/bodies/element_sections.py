@@ -283,6 +283,11 @@ def _inverse(matrix: _Matrix) -> _Matrix:
     if all(isinstance(entry, Number) for row in matrix for entry in row):
         inverse = np.linalg.inv([[cast("Number", entry).value for entry in row] for row in matrix])
         return [[Number(float(0.5 * (inverse[i, j] + inverse[j, i]))) for j in range(size)] for i in range(size)]
+    return _inverse_of_formulas(matrix)
+
+
+def _inverse_of_formulas(matrix: _Matrix) -> _Matrix:
+    size = len(matrix)
     rows = [[*row, *(ONE if i == j else ZERO for j in range(size))] for i, row in enumerate(matrix)]
     for pivot in range(size):
         rows[pivot] = [collect(entry / rows[pivot][pivot]) if entry != ZERO else ZERO for entry in rows[pivot]]

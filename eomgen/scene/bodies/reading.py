@@ -66,7 +66,7 @@ def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: st
     """Return a base with the second integrals of ``acceleration``, a formula of time per axis, added to the position.
     ``drift`` is ``remove``, ``keep`` or None, which adds a note on a drift: an acceleration that holds on, or a speed
     at the end, or in the mean, above 2 % of the largest speed. Faulty or inexact integrals are reported and left out,
-    and notes tell of an acceleration that is zero during the run, or lasts much longer."""
+    and accelerations that are zero during the run, or last much longer, are noted."""
     values, duration = reading.values, reading.document.simulation.duration
     units = {name: entry.unit for name, entry in reading.document.section("curves").items()}
     position, integrals = list(base.position), {}

@@ -275,7 +275,7 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
             elif field == "damping_ratios" and (note := percent_of_critical(number)):
                 values.notes.append(f"{key}.{field}[{index}]: {note} [W0098]")
     if method == "pole_placement":
-        if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
+        if written.poles is not None and any((written.modes, written.frequencies, written.damping_ratios)):
             fault = "poles are given, and modes, frequencies or damping ratios too [E1447]"
             report.add(f"{key}.poles", fault, "one of both ways")
         elif written.poles is None and written.damping_ratios is None:

@@ -165,10 +165,7 @@ class _Converter:
             elif meaning.unit or meaning.names is not None:
                 component = data.get("index", 0) if "index" in fields else None
                 over_time = meaning.names is not None and "time" in meaning.names.kinds
-                # a fault of the entry, or of its joint, explains that a kind has no unit
-                if isinstance(meaning.unit, Mapping) and kind not in meaning.unit:
-                    of_joint = (key_of("joints", data["joint"]),) if isinstance(data.get("joint"), str) else ()
-                    self.follows = (self.entry_key, *of_joint)
+                self.follows = self.reasons(meaning, kind, data)
                 result[name] = self.value(_unit(meaning, kind, component), value_key, data[name], over_time=over_time)
                 self.follows = ()
             if meaning.unit == ANY_UNIT and "unit" in fields:
@@ -257,6 +254,13 @@ class _Converter:
         elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
             fault = f"its unit {label} is a label, so {number:g} is taken as it is [W0126]"
             self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI')
+
+    def reasons(self, meaning: KeyMetadata, kind: object, data: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the dotted keys below which a fault explains that a key has no unit for a kind."""
+        if not isinstance(meaning.unit, Mapping) or kind in meaning.unit:
+            return ()
+        joint = data.get("joint")
+        return (self.entry_key, key_of("joints", joint)) if isinstance(joint, str) else (self.entry_key,)
 
     def kind_of_joint(self, data: Mapping[str, Any]) -> object:
         joint = self.joints.get(data["joint"]) if isinstance(data.get("joint"), str) else None

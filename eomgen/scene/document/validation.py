@@ -324,8 +324,8 @@ def explain(
 
 
 def _number_meant(location: Location, value: object, table: type[BaseModel], depth: int) -> str:
-    """Return a hint for a value in place of a number: for a list of numbers one of them, for an entry with a unit in a
-    list of numbers the key of the unit; empty otherwise."""
+    """Return a hint for a value in place of a number: a single number for a list, the key of the unit for an entry with
+    a unit within a list; empty otherwise."""
     key = str(location[-1])
     if isinstance(value, list | tuple) and value and all(map(is_plain_number, value)):
         if key == "radius" and len(set(value)) > 1:

@@ -117,7 +117,7 @@ def _quantity_at(node: ast.AST) -> tuple[str, str, int] | None:
     index = 0
     if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
         index, node = node.slice.value, node.value
-    words = _dotted(node)
+    words = _name_words(node)
     if len(words) == 2:
         return words[0], words[1], index
     return ("", words[0], 0) if len(words) == 1 else None
@@ -260,8 +260,8 @@ class _FormulaReader:
     def call(self, node: ast.Call, depth: int) -> Formula:
         """Return the formula of a call: inverse dynamics ``tau``, a quantity of an entry, a curve or a function. Raises
         FormulaError for any other call and for a wrong number of arguments."""
-        words = _dotted(node.func)
-        of_component = _dotted(node.func.value) if isinstance(node.func, ast.Subscript) else words
+        words = _name_words(node.func)
+        of_component = _name_words(node.func.value) if isinstance(node.func, ast.Subscript) else words
         if len(of_component) == 2 and of_component[0] == "tau":
             return self.tau(node)
         if word := self.word_of(node):
@@ -336,7 +336,7 @@ class _FormulaReader:
 
     def word_of(self, node: ast.expr) -> Word | None:
         """Return the word of the register in a call such as ``WORD.NAME(x, y)``; None for other nodes."""
-        words = _dotted(node.func) if isinstance(node, ast.Call) else []
+        words = _name_words(node.func) if isinstance(node, ast.Call) else []
         name = words[0] if len(words) in (2, 3) else ""  # WORD.NAME, or WORD.NAME.COMPONENT
         return None if not name or name in DERIVATIVES or name in _MODULES or name in self.kinds() else added_word(name)
 
@@ -345,7 +345,7 @@ class _FormulaReader:
         within ``node``, which may have an index. Raises FormulaError for an unknown entry, or unfit arguments or
         components."""
         assert isinstance(call, ast.Call)  # checked by ``word_of``
-        _, name, part = [*_dotted(call.func), ""][:3]
+        _, name, part = [*_name_words(call.func), ""][:3]
         label = f"{word.name}.{name}"
         entries = self.names.entries.get(word.section, {})
         if name not in entries:
@@ -488,7 +488,7 @@ class _FormulaReader:
         motion in brackets follows, as ``tau`` needs. Raises FormulaError for unknown names, and for components that do
         not exist."""
         inner, index = (node.value, self.index(node)) if isinstance(node, ast.Subscript) else (node, None)
-        words = _dotted(inner)
+        words = _name_words(inner)
         if len(words) == 3 and words[0] == "reaction":
             return self.reaction(node, words[1], words[2], index)
         if len(words) != 2:
@@ -637,9 +637,9 @@ def _is_condition(node: ast.expr) -> bool:
     return is_not or isinstance(node, ast.Compare | ast.BoolOp)
 
 
-def _dotted(node: ast.AST) -> list[str]:
-    """Return the words of names with dots between them; empty for other nodes."""
-    if isinstance(node, ast.Attribute) and (before := _dotted(node.value)):
+def _name_words(node: ast.AST) -> list[str]:
+    """Return the words of dotted names; empty for other nodes."""
+    if isinstance(node, ast.Attribute) and (before := _name_words(node.value)):
         return [*before, node.attr]
     return [node.id] if isinstance(node, ast.Name) else []
 

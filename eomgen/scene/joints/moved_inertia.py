@@ -1,4 +1,4 @@
-"""Whether the outermost joints of a tree move inertia, alone or with their mimic joints; otherwise M is singular."""
+"""Whether the outermost joints of a tree move inertia, alone or with mimic joints; otherwise M is singular."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def _all_zero(numbers: Sequence[Numbers]) -> Flags:
 
 
 class _Places:
-    """List of the formulas that a rule takes; ``put`` appends formulas and returns their indices."""
+    """List of the formulas that a rule takes; ``put`` appends formulas and returns the indices."""
 
     def __init__(self) -> None:
         self.formulas: list[Formula] = []
@@ -230,9 +230,7 @@ def check_motion(
     for joint in joints:
         if needs_no_inertia(joint):
             continue
-        formulas = (*_values_of(bodies[joint.child]), joint.pitch, *joint.each(joint.rotor_inertia))
-        same = [(formula.value,) if isinstance(formula, Number) else id(formula) for formula in formulas]
-        fixed, alike = assemblies[joint.child], (joint.type, joint.axis, joint.second_axis, *same)
+        fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
         known = alike in sound and not fixed and joint.name not in followers
         if known or any(_has_fault(bodies[item.child], values) for item in (joint, *fixed)):
             continue
@@ -274,6 +272,14 @@ def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], pla
         (start, *_), (position, *_) = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
         parts.append(MovedPart(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
     return tuple(parts)
+
+
+def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]:
+    """Return a key that is equal for joints which carry one body with the same axes and values: numbers by value,
+    formulas by identity, because nodes of a beam share these."""
+    formulas = (*_values_of(bodies[joint.child]), joint.pitch, *joint.each(joint.rotor_inertia))
+    alike = [(formula.value,) if isinstance(formula, Number) else id(formula) for formula in formulas]
+    return (joint.type, joint.axis, joint.second_axis, *alike)
 
 
 @lru_cache

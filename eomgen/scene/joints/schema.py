@@ -1,4 +1,4 @@
-"""Schema of joints with their initial state."""
+"""Schema of joints with initial states."""
 
 from __future__ import annotations
 

@@ -49,8 +49,7 @@ def unresisted_motions(
     arbitrary = random.Random(1)
     fixed_joints = coupled_by_mimic(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
-    size = max((float(np.linalg.norm(x)) for x in (*places, *(part.center for part in inertias.values()))), default=0.0)
-    size = size if 0.0 < size < np.inf else 1.0
+    size = _size([*places, *(inertia.center for inertia in inertias.values())])
     spans = _own(inertias, sections, size)
     articulated = {body: inertia.copy() for body, inertia in spans.items()}
     together = {body: inertia.copy() for body, inertia in spans.items()}  # with all joints beyond held
@@ -60,11 +59,7 @@ def unresisted_motions(
     for joint, offset in zip(reversed(joints), reversed(places), strict=True):
         if joint.child in solid:
             continue
-        q = np.array([arbitrary.uniform(0.3, 1.2) for _ in range(joint.kind.q_size)])
-        if joint.kind.group in GROUPS.values():
-            q[:4] /= np.linalg.norm(q[:4])
-        pitch = values.value(joint.pitch)
-        rotation, shift, S = joint_displacement(joint.kind, joint.axis, joint.second_axis, q, pitch)
+        rotation, shift, S = _arbitrary_displacement(joint, values, arbitrary)
         S = S / np.array([1.0, 1.0, 1.0, size, size, size])[:, np.newaxis]
         position = offset / size + np.array(joint.orientation) @ shift
         inertia, body = articulated[joint.child], joint.child
@@ -88,10 +83,7 @@ def unresisted_motions(
             articulated[joint.parent] += X.T @ inertia @ X
             together[joint.parent] += X.T @ together[body] @ X
     if bare:
-        names = [joint.name for joint in joints if joint.name in bare]
-        why = "no body beyond has mass or inertia in their motion, so the inertia matrix is singular"
-        remedy = f"lock={names!r}, or terms=['poses', 'inverse_dynamics']"
-        notes.append(f"no inertia resists {', '.join(names)}: {why}; try: {remedy} [W0269]")
+        notes.append(_note_of_bare(list(filter(bare.__contains__, (joint.name for joint in joints)))))
     return notes[::-1]
 
 
@@ -134,3 +126,25 @@ def _solid(joints: Sequence[Joint], spans: Mapping[str, Array]) -> set[str]:
     resisted = np.linalg.eigvalsh(np.array([spans[body] for body in outermost]).reshape(-1, 6, 6))
     least, largest = resisted[:, 0], resisted[:, -1]
     return set(itertools.compress(outermost, (least > COMPUTED * largest).tolist()))
+
+
+def _note_of_bare(names: list[str]) -> str:
+    """Return a note on joints that no mass or inertia resists, in the order of the joints."""
+    why = "no body beyond has mass or inertia in their motion, so the inertia matrix is singular"
+    remedy = f"lock={names!r}, or terms=['poses', 'inverse_dynamics']"
+    return f"no inertia resists {', '.join(names)}: {why}; try: {remedy} [W0269]"
+
+
+def _size(vectors: Sequence[Array]) -> float:
+    """Return the largest length of vectors, m; 1 if all are zero or one is not finite."""
+    largest = max((float(np.linalg.norm(vector)) for vector in vectors), default=0.0)
+    return largest if 0.0 < largest < np.inf else 1.0
+
+
+def _arbitrary_displacement(joint: Joint, values: Values, arbitrary: random.Random) -> tuple[Array, Array, Array]:
+    """Return rotation (3, 3), shift (3,) and motion subspace (6, nv) of a joint at an arbitrary position; the shift is
+    in m."""
+    q = np.array([arbitrary.uniform(0.3, 1.2) for _ in range(joint.kind.q_size)])
+    if joint.kind.group in GROUPS.values():
+        q[:4] /= np.linalg.norm(q[:4])
+    return joint_displacement(joint.kind, joint.axis, joint.second_axis, q, values.value(joint.pitch))

@@ -74,14 +74,14 @@ class Element:
         return self._attributes.get(attribute, default)
 
     def children_with_tag(self, tag: str) -> Iterator[Element]:
-        """Yield the children with a tag, and count them as read."""
+        """Yield the children with a tag, and count each as read."""
         for child in self._children:
             if child.tag == tag:
                 self._handed_out.add(id(child))
                 yield child
 
     def children(self) -> Iterator[Element]:
-        """Yield all children, and count them as read."""
+        """Yield all children, and count each as read."""
         self._handed_out |= {id(child) for child in self._children}
         yield from self._children
 
@@ -177,9 +177,7 @@ def _mend(text: str) -> tuple[str, dict[str, int]]:
         elif tag and tag[1] and not counts.get(tag[2]):
             piece, fault = re.sub(r"[^\n]", " ", piece), f"an end </{tag[2][:64]}> of an element that is not open"
         elif tag and tag[1]:
-            while (closed := waiting.pop()) != tag[2]:
-                counts[closed] -= 1
-            counts[tag[2]] -= 1
+            _close(tag[2], waiting, counts)
         elif tag:
             piece = _TIGHT.sub(r"\1 ", piece)
             fault = "attributes without a blank between them" if piece != tag[0] else ""
@@ -190,6 +188,14 @@ def _mend(text: str) -> tuple[str, dict[str, int]]:
         line += text.count("\n", start, position)
         pieces.append(piece)
     return "".join([*pieces, text[position:]]), faults
+
+
+def _close(tag: str, waiting: list[str], counts: dict[str, int]) -> None:
+    """Remove an open element and the elements open within; an element without an end stays a fault."""
+    closed = ""
+    while closed != tag:
+        closed = waiting.pop()
+        counts[closed] -= 1
 
 
 def root_tag(text: str) -> str:

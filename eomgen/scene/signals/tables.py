@@ -98,12 +98,7 @@ def read_columns(
     if len(body) > MOST_ROWS:
         fault = f"the table has {len(body)} rows, more than {MOST_ROWS} [E1886]"
         raise TableError(f"{name}:{body[MOST_ROWS][0]}", fault, "every tenth row, or the part that is needed")
-    for line, cells in body:
-        surplus = cells[count:]
-        if surplus and surplus[0].strip() and not surplus[0].lstrip().startswith("#"):
-            fault = f"the row has {len(cells)} cells, and the first row of the file has {count} [E1890]"
-            hint = 'one cell for each column; a file with decimal commas needs ; between columns and decimal = ","'
-            raise TableError(f"{name}:{line}", fault, hint)
+    _check_lengths(body, count, name)
     x, y = (np.array([_number(row, index, words, name, decimal) for row in body]) for index in places)
     _check_index(chosen, titles, x, f"{name}:{head[0]}", quotes=quotes)
     of_both = [titles[index] if titles else "" for index in places]
@@ -129,6 +124,17 @@ def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, q
     columns = (f'"{titles[time]}"', f'"{titles[value]}"') if quotes else (str(time), str(value))
     hint = f"argument = {columns[0]}, value = {columns[1]}"
     raise TableError(where, fault, f"{hint}; or the file written with index=False" if not first else hint)
+
+
+def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str) -> None:
+    """Raise TableError for the first row, pair of line and cells, with more than ``count`` cells; empty cells and
+    comments at the end do not count. ``name`` is the file's name."""
+    for line, cells in body:
+        surplus = cells[count:]
+        if surplus and surplus[0].strip() and not surplus[0].lstrip().startswith("#"):
+            fault = f"the row has {len(cells)} cells, and the first row of the file has {count} [E1890]"
+            hint = 'one cell for each column; a file with decimal commas needs ; between columns and decimal = ","'
+            raise TableError(f"{name}:{line}", fault, hint)
 
 
 class _Words:

@@ -2,7 +2,7 @@
 constraints), and outputs of sections.
 
 Elements end at every attachment (``beam_stations``), so that a load there acts on a separate frame, and all terms,
-constraints and reactions of bodies hold. Between nodes a frame would be a function of two of them.
+constraints and reactions of bodies hold. Between nodes a frame would be a function of two nodes.
 """
 
 from __future__ import annotations

@@ -66,11 +66,6 @@ FAILURES = [
         more=_changed(("mass_per_length = 1.2", "mass_per_length = 1.2\nmass_profile = [1, -1]")),
     ),
     Failure(
-        "Free shapes of a beam whose end is held",
-        3,
-        more=_changed(("modes = 2,", 'shapes = "free_free", modes = 2,')),
-    ),
-    Failure(
         "More modes than the mesh has",
         3,
         more=_changed(("modes = 2,", 'shapes = "finite_elements", elements = 2, modes = 6,')),
