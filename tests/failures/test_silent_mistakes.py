@@ -54,16 +54,6 @@ def joint(keys: str) -> str:
             "bodies.upper.mass): the parameter weight is a force (N), a mass in kg is expected",
         ),
         (
-            changed(('value = 0.5, unit = "m" }', 'value = 0.5, unit = "m" }\nk = { value = 80, unit = "N/m" }'))
-            + CORD
-            + 'stiffness = 80\ndamping = "k"\n',
-            "springs.cord.damping): the parameter k is a stiffness (N/m), a damping in N s/m is expected",
-        ),
-        (
-            changed(('{ value = 0.5, unit = "m" }', '"20 deg"'), ('"-length / 2"', "0")),
-            "points.tip.position[2]): the parameter length is an angle (deg), a length in m is expected",
-        ),
-        (
             changed(HELICAL, (SHOULDER, SHOULDER + 'pitch = "5 mm"\n')),
             'a length, a quantity in m/rad is expected; try: "5 mm/rev", the travel of a turn',
         ),
@@ -115,10 +105,6 @@ def test_degrees_without_their_unit_are_noted(text: str, note: str) -> None:
     ("text", "note"),
     [
         (SCENE + CORD + "stiffness = -80\n", "springs.cord.stiffness: the stiffness -80 is negative, and pushes away"),
-        (
-            SCENE + CORD.replace('"base"', '"upper"') + "stiffness = 80\n",
-            "springs.cord: both its points are fixed in upper, so the spring moves nothing",
-        ),
         (
             changed(more="[curves.push]\npoints = [[0, 0], [1, 5]]\n"),
             "the curve push changes nothing: no formula mentions it",

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.errors import DescriptionError
 from eomgen.scene.document import schema
 from eomgen.scene.load import from_data, load
 
@@ -36,29 +35,6 @@ def test_a_scene_is_read_as_by_the_whole_schema(path: Path, monkeypatch: pytest.
     assert short.content == whole.content
     assert short.notes == whole.notes
     assert repr(short) == repr(whole)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"colour": 1},  # no section
-        {"springs": {"s": {"first": "a"}}},
-        {"beams": {"b": {"lengh": 1}}},
-        {"base": {"moton": []}},
-        {"bodies": {"1x": {"mass": 1.0}}},
-        {"points": {"p": {"body": "other"}}},
-        {"springs": 3},
-        {"simulation": {"step": "one"}},
-    ],
-)
-def test_faults_are_told_as_by_the_whole_schema(change: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
-    texts = []
-    for _ in range(2):
-        with pytest.raises(DescriptionError) as caught:
-            from_data(ARM | change)
-        texts.append(str(caught.value))
-        _whole(monkeypatch)
-    assert texts[0] == texts[1]
 
 
 def test_few_shortened_schemas_are_made_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
