@@ -271,10 +271,6 @@ def rolling(first: str, second: str, rest: str) -> str:
     [
         (rolling("rod", "base", SPHERE), ": second, the base, carries the sphere, and first the plane; try: the body"),
         (rolling("base", "rod", TORUS), ".tube_radius: a tube of radius 0.2 about a centre line of radius 0.1 leaves"),
-        (
-            rolling("base", "rod", SPHERE) + 'surface = "0.2 * stiffness * x"\n',
-            ".surface: the formula is in N if its numbers have no unit, and not in m",
-        ),
         (rolling("base", "rod", SPHERE) + 'surface = "stiffness * x"\n', ".surface: the formula is a force (N),"),
     ],
 )

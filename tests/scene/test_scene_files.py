@@ -188,14 +188,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1]", "scene.toml:9 (bodies.link.inertia): an inertia is needed here"),
         ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
         ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric in [0][1]"),
-        (
-            "[0.1, 0.1, 0.01]",
-            "[0.1, 0.1, 0.1, 0.2, 0, 0]",
-            "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3",
-        ),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ('parent = "base"', 'parent = "link"', "the joint connects the body link to itself"),
-        ('child = "link"', 'child = "base"', "the base cannot be a child: it carries the tree"),
     ],
 )
 def test_one_problem(old: str, new: str, message: str) -> None:
@@ -215,14 +209,12 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             'rotor_inertia = "-length"',
             "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more",
         ),
-        ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
         ('[outputs]\nend = { position = "link" }', "(outputs.end.position): link is a body, not a point"),
         (
             '[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
             "connects the point a to itself",
         ),
-        ('[torsion_springs]\ns = { first = "hinge", second = "hinge" }', "the spring connects the joint hinge"),
         (
             "[outputs]\no = {}",
             "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, section_force,"
@@ -231,7 +223,6 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ("[outputs]\no = { formula = [] }", "the list of formulas is empty"),
         ("[simulation]\nstep = 0", "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
         ("[simulation]\nduration = -0.1", "the duration -0.1 is negative"),
-        ("[simulation]\nrho_inf = 1.01", "rho_inf 1.01 is not between 0 and 1"),
         ("[simulation]\nrecord_every = 0", "(simulation.record_every): 0 is out of range here: it should be greater"),
         ("[bodies.base]\nmass = 1", "the name base is reserved for the frame that carries the tree"),
     ],
@@ -318,11 +309,9 @@ def chain(*links: str) -> str:
     [
         (["revolute 0 0 0"], "the joint j0 cannot be moved by a force: it carries neither mass nor inertia"),
         (["revolute 1 1 0", "revolute 0 0 0"], "(joints.j1): the joint j1 cannot be moved by a force"),
-        (["revolute 1 1 0", "revolute 0 0 0", "fixed 0 0 0"], "the joint j1 cannot be moved by a force"),
         (["revolute 1 0 0"], "the bodies that it carries lack inertia about its axis"),
         (["prismatic 0 1 0"], "the bodies that it carries lack mass"),
         (["spherical 1 0 0"], "the bodies that it carries lack inertia about some axis"),
-        (["free 0 1 0"], "the bodies that it carries lack mass, or inertia about some axis"),
         (["free 1 0 0"], "the bodies that it carries lack mass, or inertia about some axis"),
         (["fixed 1 1 0"], "no joint can move; try: a revolute, prismatic, spherical or free joint"),
     ],
