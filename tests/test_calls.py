@@ -200,10 +200,7 @@ def test_numbers_that_numpy_writes_into_formulas_are_named() -> None:
     formula = f"{angle!r} * sin(t)" if "np" in repr(angle) else "np.float64(0.3) * sin(t)"
     made = builder().joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
     for text, hint in (
-        (
-            formula,
-            'the number alone: NumPy writes its own as np.float64(...) into a text; f"{float(x)}" writes a plain one',
-        ),
+        (formula, 'the number alone: NumPy writes np.float64(...) into a text, f"{float(x)}" writes a plain one'),
         ("np.sin(t)", "sin(...)"),
         ("foo.bar(t)", "one of abs, acos"),
     ):

@@ -104,8 +104,8 @@ def test_whole_scenes_are_derived(block: Block) -> None:
 
 @cache
 def unchanged() -> object:
-    """Return the content of the example."""
-    return load_toml(EXAMPLE).content
+    """Return the digest of the example."""
+    return load_toml(EXAMPLE).digest
 
 
 @pytest.mark.slow_cases("scene/random.md:71")
@@ -119,7 +119,7 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
     for section, entries in piece.items():
         data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include", "repeat") else entries
     made = from_data(data, file=f"{block.page}:{block.line}")
-    assert made.content != unchanged() or made.shapes  # of pictures alone
+    assert made.digest != unchanged() or made.shapes  # of pictures alone
     system = derive(made)
     assert system.counts["mass"].statements > 0 or made.coordinates == "absolute" or system.nv == 1  # a number
 

@@ -25,9 +25,7 @@ class BodyEntry(Table):
     check_inertia: bool = key(
         "`false` accepts any inertia with positive moments, as of rotors and gears lumped into a body", True
     )
-    given_in: str | None = given_in(
-        "frame in which centre of mass and inertia are given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("centre of mass and inertia are given")
     group: Literal["SE3", "R3xSO3"] | None = optional(
         "group of the coordinates, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
     )
@@ -42,9 +40,7 @@ class BodyFrame(Table):
         "its axes in the body, angles of fixed parameters; intrinsic rotations in order", shown_default="`[]`"
     )
     orientation: Matrix | None = optional("the same as a matrix, its axes to the body's; either this or `rotation`")
-    given_in: str | None = given_in(
-        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("position and axes are given")
 
 
 class PointEntry(Table):
@@ -52,6 +48,4 @@ class PointEntry(Table):
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key("place in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
-    given_in: str | None = given_in(
-        "frame in which the position is given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("the position is given")

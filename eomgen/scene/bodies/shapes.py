@@ -65,9 +65,7 @@ class DrawnShape(Table):
         "axis of symmetry of a cylinder, a capsule or a wheel, in the body's axes, in place of `rotation`",
         shown_default="`[0, 0, 1]`, of a wheel `[0, 1, 0]`",
     )
-    given_in: str | None = given_in(
-        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("position and axes are given")
     first: str | None = optional(
         "one end of the axis of a cylinder or a capsule, at the design position, in place of position, axes and"
         " `length`",

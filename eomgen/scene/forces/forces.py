@@ -35,9 +35,7 @@ class ForceEntry(Table):
     force: Triple = key("force through the point", ORIGIN, unit="N", names=LOCAL_LOAD)
     torque: Triple = key("couple, added to the moment of the force", ORIGIN, unit="N m", names=LOCAL_LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")
-    given_in: str | None = given_in(
-        "frame in which the point, not the force, is given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("the point, not the force, is given")
 
 
 @dataclass(frozen=True)

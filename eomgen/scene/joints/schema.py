@@ -34,30 +34,20 @@ _RATE, _EFFORT = by_coordinate("rad/s", "m/s"), by_coordinate("N m", "N")
 class Limits(Table):
     """Compliant stops of a joint's coordinates."""
 
-    lower: Bounds | None = optional(
-        "lower end of the range; -inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE
-    )
-    upper: Bounds | None = optional(
-        "upper end of the range; inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE
-    )
+    lower: Bounds | None = optional("lower end; -inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
+    upper: Bounds | None = optional("upper end; inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
     stiffness: Values = key("stiffness of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
     damping: Values | None = of_parameters("its damping", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`")
-    onset: Values | None = of_parameters(
-        "penetration over which the stop reaches its full stiffness", unit=_LIMITED, shown_default=_ONSETS
-    )
+    onset: Values | None = of_parameters("penetration to full stiffness", unit=_LIMITED, shown_default=_ONSETS)
 
 
 class FrictionEntry(Table):
     """Dry friction of a joint's coordinates."""
 
     coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS, example="coulomb = 0.3")
-    velocity: Values = key(
-        "regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS
-    )
+    velocity: Values = key("regularisation: well below this speed the joint sticks", unit=_RATE, names=PARAMETERS)
     static: Values | None = of_parameters("level at which it breaks loose; with `stribeck`", unit=_EFFORT)
-    stribeck: Values | None = of_parameters(
-        "speed over which the static level falls to Coulomb's, above `velocity`", unit=_RATE
-    )
+    stribeck: Values | None = of_parameters("speed over which it falls to Coulomb's, above `velocity`", unit=_RATE)
 
 
 _POSITION = by_coordinate("rad", "m", free="m")
@@ -106,10 +96,7 @@ class JointEntry(Table):
         "axes of the child in the parent, angles of fixed parameters", shown_default="`[]`"
     )
     orientation: Matrix | None = optional("the same as a matrix, child axes to parent axes; either this or `rotation`")
-    given_in: str | None = given_in(
-        "frame in which position and rotation are given, in place of the parent's, at the [design position]"
-        "(conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("position and rotation are given, in place of the parent's")
     axis: Triple | None = of_fixed_parameters(
         "axis in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
         shown_default="required, but for fixed, spherical and free",
