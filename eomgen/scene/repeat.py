@@ -49,10 +49,8 @@ def expand_repeats(
     """
     tables = data["repeat"]
     if sections is None:  # with sections of other distributions in the tables
-        within = (
-            table for table in (tables.values() if isinstance(tables, Mapping) else ()) if isinstance(table, Mapping)
-        )
-        keys = {key for table in within for key in table} - {_INDICES, _WHERE}
+        every = tables.values() if isinstance(tables, Mapping) else ()
+        keys = {key for table in every if isinstance(table, Mapping) for key in table} - {_INDICES, _WHERE}
         sections = section_keys(data, dict.fromkeys(keys))
     made = {
         key: dict(entries) if key in sections and isinstance(entries, Mapping) else entries

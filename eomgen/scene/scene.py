@@ -119,11 +119,9 @@ _PARTS = (
 def html(scene: Scene) -> str:
     """Return the scene as HTML with tables of bodies with their joints, constraints, force elements, signals and
     parameters, for the display in notebooks."""
-    carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
     bodies = (
         (body.name, infix(body.mass), ", ".join(map(infix, body.center_of_mass)), joint.name, joint.type, joint.parent)
-        for body in scene.bodies
-        for joint in (carried[body.name],)
+        for body, joint in zip(scene.bodies, scene.joints, strict=True)
     )
     constraints = (
         (

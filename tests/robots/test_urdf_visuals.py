@@ -82,7 +82,7 @@ def test_a_missing_mesh_is_a_note_until_it_is_there(tmp_path: Path) -> None:
         scene = eomgen.load(file)
         assert not scene.shapes
         assert any(
-            note.startswith("meshes that are left out of pictures (1: hand): ") and "hand.stl': cannot be read" in note
+            note.startswith("meshes left out of pictures (1: hand): ") and "hand.stl': cannot be read" in note
             for note in scene.notes
         )
     (tmp_path / "hand.stl").write_bytes(binary(CORNERS[FACES]))

@@ -111,7 +111,7 @@ def test_a_distance_without_a_length_is_the_one_of_the_design_position() -> None
     for value in (0.4, 3.0):
         assert evaluate(length, lambda symbol, value=value: value) == pytest.approx(np.sqrt(10.0) * value, rel=1e-15)
     assert scene.notes == (
-        "constraints.tie: the length is not given, so it is the distance at the design position, 1.26491 m",
+        "constraints.tie: no length is given, so it is the distance at the design position, 1.26491 m",
     )
     run = eomgen.build(scene).simulate(0.01, 1e-3, parameters={"l": 0.5}, error_estimate=False)
     assert not run.metadata["corrections"]

@@ -95,9 +95,7 @@ class _Section:
         if self.entry.mass_per_length is not None:
             if self.entry.section is not None:
                 fault = "mass_per_length is given, and follows from the section too [E1318]"
-                self.values.report.add(
-                    f"{self.key}.mass_per_length", fault, "one of them; mass_profile for a mass that varies"
-                )
+                self.values.report.add(f"{self.key}.mass_per_length", fault, "one of them")
             return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
         if self.section is None:
             fault = "the key mass_per_length is missing [E1315]"

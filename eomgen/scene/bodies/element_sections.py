@@ -74,9 +74,8 @@ def _with_inertia(section: BeamSection, weights: Sequence[float], sections: Sequ
     stiffness and damping of ``section``."""
     mass = mean(weights, [part.mass_per_length for part in sections])
     center, spread = _center(weights, sections, mass)
-    entries = [
-        mean(weights, [(*part.rotary_inertia, *part.products)[index] for part in sections]) for index in range(6)
-    ]
+    inertias = [(*part.rotary_inertia, *part.products) for part in sections]
+    entries = [mean(weights, entry) for entry in zip(*inertias, strict=True)]
     xx, yy, zz, xy, xz, yz = (x if more == ZERO else total(x, more) for x, more in zip(entries, spread, strict=True))
     return replace(
         section, mass_per_length=mass, rotary_inertia=(xx, yy, zz), products=(xy, xz, yz), center_of_mass=center
@@ -261,10 +260,7 @@ def _groups(matrices: Sequence[Rows]) -> list[list[int]]:
 
 
 def _sums(weights: Sequence[float], matrices: Sequence[_Matrix]) -> _Matrix:
-    places = range(len(matrices[0]))
-    return [
-        [weighted_sum(weights, [matrix[row][column] for matrix in matrices]) for column in places] for row in places
-    ]
+    return [[weighted_sum(weights, entry) for entry in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
 
 
 def _times(first: _Matrix, second: _Matrix) -> _Matrix:

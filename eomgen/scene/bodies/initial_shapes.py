@@ -199,9 +199,7 @@ def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
         report.add(f"{whole.key}.curvature", "curvature and shape are both given [E1356]", "one of them")
     both = entry.points is not None and entry.frames is not None
     if both or (entry.points is None and entry.frames is None):
-        fault = (
-            "points and frames are both given [E1357]" if both else "the shape has neither points nor frames [E1358]"
-        )
+        fault = "points and frames are given [E1357]" if both else "the shape has neither points nor frames [E1358]"
         report.add(key, fault, "one of them" if both else "points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]")
         return None
     if entry.points is not None:

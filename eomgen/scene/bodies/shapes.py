@@ -54,12 +54,7 @@ class DrawnShape(Table):
 
     type: Literal["box", "cylinder", "sphere", "capsule", "wheel", "ellipsoid", "mesh"] = key("kind of solid")
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
-    position: Triple = key(
-        "centre of the solid, or origin of the mesh, in the body's frame",
-        ORIGIN,
-        unit="m",
-        names=PARAMETERS,
-    )
+    position: Triple = key("centre of the solid or origin of the mesh, in the body", ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional("its axes in the body; intrinsic rotations in order", shown_default="`[]`")
     axis: Triple | None = of_fixed_parameters(
         "axis of symmetry of a cylinder, a capsule or a wheel, in the body's axes, in place of `rotation`",
@@ -97,11 +92,7 @@ class DrawnShape(Table):
     )
     color: str = key("`#rrggbb`, or one of " + ", ".join(COLORS), "", shown_default="the colour of the body")
     opacity: Finite = key("1 hides the parts behind the shape", 1.0)
-    required: bool = key(
-        "`false`: a mesh is read when a picture is drawn, and one that cannot be read is left out with a note or a"
-        " warning",
-        True,
-    )
+    required: bool = key("`false`: a mesh is read when drawn, and left out with a note if it cannot be read", True)
 
 
 class _ShapeReader:
@@ -264,9 +255,7 @@ class _Shapes(Section):
         read = {name: reader.shape() for name, reader in readers.items()}
         if missing := {name: reader.missing for name, reader in readers.items() if reader.missing}:
             first = next(iter(missing.values()))
-            values.note(
-                [f"meshes that are left out of pictures ({len(missing)}: {listed(list(missing))}): {first} [W0280]"]
-            )
+            values.note([f"meshes left out of pictures ({len(missing)}: {listed(list(missing))}): {first} [W0280]"])
         reading.values.mentioned |= values.mentioned
         reading.values.note(values.notes)
         return {  # on a geometrically exact beam the nearest node carries a shape, which makes no nodes

@@ -186,9 +186,8 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
 
 def _used_entries(formulas: Iterable[Formula]) -> list[str]:
     sections = {"controller": "controllers", "tension": "springs"}
-    return sorted(
-        {f"{sections[s.kind]}.{s.name}" for formula in formulas for s in symbols(formula) if s.kind in sections}
-    )
+    used = (symbol for formula in formulas for symbol in symbols(formula) if symbol.kind in sections)
+    return sorted({f"{sections[symbol.kind]}.{symbol.name}" for symbol in used})
 
 
 #: Keys of each type in addition to labels; needed keys with an example.
@@ -232,11 +231,8 @@ def states_of_controllers(entries: Mapping[str, Written]) -> list[str]:
 
 def outputs_of_controllers(entries: Mapping[str, Written]) -> list[str]:
     """Return the names of controller outputs in formulas."""
-    return [
-        output
-        for name, entry in entries.items()
-        for output in made_by_controller(name, entry).get("controllers") or (name,)
-    ]
+    made = {name: made_by_controller(name, entry).get("controllers") for name, entry in entries.items()}
+    return [output for name, outputs in made.items() for output in outputs or (name,)]
 
 
 def read_controllers(section: Callable[[str], Mapping[str, Any]], values: Values, folder: Path) -> dict[str, list[Any]]:
@@ -272,7 +268,5 @@ def read_controllers(section: Callable[[str], Mapping[str, Any]], values: Values
         else:
             limits, unit = OutputLimits(key, entry, values), entry.unit or "N"
             outputs = {name: limits.of(read_skyhook(name, entry, values, section("springs")))}
-        made["controllers"] += [
-            Controller(output, formula, unit, entry.description) for output, formula in outputs.items()
-        ]
+        made["controllers"] += [Controller(output, law, unit, entry.description) for output, law in outputs.items()]
     return made

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass
@@ -282,11 +282,9 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
             report.add(key, "pole_placement needs damping_ratios of modes, or poles [E1448]", "damping_ratios = 0.3")
 
 
-def check_known(
-    key: str, table: Mapping[str, object] | None, known: Collection[str], kind: str, values: Values
-) -> None:
-    """Report names in a table that are not in ``known``, with the nearest name; ``kind`` is the noun for the names.
-    None for the table reports none."""
+def check_known(key: str, table: Iterable[str] | None, known: Collection[str], kind: str, values: Values) -> None:
+    """Report names in ``table``, if there is one, that are not in ``known``, with the nearest name; ``kind`` is the
+    noun for the names."""
     for name in table or ():
         if name in known:
             continue

@@ -140,11 +140,11 @@ def quote(value: object) -> str:
 
 
 #: Names of keys in other tools; the first of the keys that a table has is meant.
-_KEYS: Mapping[str, tuple[str, ...]] = {
+KEYS_ELSEWHERE: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("dt", "time_step", "timestep", "step_size", "h"), ("step", "sample")),
     **dict.fromkeys(("t_end", "tend", "end", "end_time", "stop_time", "t_final"), ("duration",)),
     **dict.fromkeys(("integrator", "solver"), ("method",)),
-    **dict.fromkeys(("com", "cog", "cg", "centre_of_mass", "center"), ("center_of_mass",)),
+    **dict.fromkeys(("com", "cog", "cg", "mass_center", "center"), ("center_of_mass",)),
     **dict.fromkeys(("I", "J", "inertia_tensor", "moments"), ("inertia",)),
     **dict.fromkeys(("m",), ("mass",)),
     **dict.fromkeys(("k", "spring_constant"), ("stiffness",)),
@@ -209,7 +209,7 @@ def key_meant(name: str, keys: Collection[str], value: object) -> str:
     for row in rows_of("eomgen.keys_elsewhere", ForeignKeys):
         if hint := row.hint(name, keys, value):
             return str(hint)
-    meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
+    meant = KEYS_ELSEWHERE.get(name, KEYS_ELSEWHERE.get(name.lower(), ()))
     return next((key for key in meant if key in keys), "")
 
 

@@ -24,14 +24,10 @@ from eomgen.system.description import BASE, WORLD, Wheel
 class SlipEntry(Table):
     """Forces of a tyre in the plane of the road."""
 
-    axis: Triple = key(
-        "axis of the wheel's spin, in axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS
-    )
+    axis: Triple = key("spin axis, in axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS)
     stiffness: ValuesEntry = key("force per slip and load; two values: longitudinal, lateral", names=PARAMETERS)
     friction: Value = key("largest force per load", 1.0, names=PARAMETERS)
-    velocity: Value = key(
-        "added in squares to the rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS
-    )
+    velocity: Value = key("added in squares to rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS)
 
 
 class TyreEntry(Table):

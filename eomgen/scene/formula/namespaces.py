@@ -176,9 +176,8 @@ def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:
         visible[kind.name] = _RenamedEntries(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():
-        bound[name] = any(
-            names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names))
-        )
+        used = symbols(_bound(value, spaces[1:], names))
+        bound[name] = any(names.parameters.get(symbol.name, False) for symbol in used)
     parameters = {**visible["parameters"], **bound}
     kinds = {"parameters": parameters, "offered": offered, "entries": entries, "laws": laws}
     return replace(outer, **{**visible, **kinds})

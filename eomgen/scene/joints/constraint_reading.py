@@ -116,7 +116,7 @@ def _length(
         return UNKNOWN
     if number > COMPUTED:
         values.note(
-            [f"{key}: the length is not given, so it is the distance at the design position, {number:.6g} m [W0281]"]
+            [f"{key}: no length is given, so it is the distance at the design position, {number:.6g} m [W0281]"]
         )
         return length
     fault = f"a distance constraint needs a length, and the design position gives none: {why} [E1601]"

@@ -70,11 +70,7 @@ class Initial(Table):
         unit=by_component("rad/s", "m/s"),
         shown_default="zeros",
     )
-    hold: bool = key(
-        "refuse a start at which constraints change the position or velocity given here; without it, other joints are"
-        " moved first",
-        False,
-    )
+    hold: bool = key("refuse a start at which constraints change the position or velocity given here", False)
 
 
 class MimicEntry(Table):
@@ -120,9 +116,7 @@ class JointEntry(Table):
     damping: Values | None = of_parameters(
         "damping of a damper in the joint", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`"
     )
-    rest: Values | None = of_parameters(
-        "coordinate at which the spring is slack", unit=by_coordinate("rad", "m"), shown_default="`0`"
-    )
+    rest: Values | None = of_parameters("coordinate of no force", unit=by_coordinate("rad", "m"), shown_default="`0`")
     rotor_inertia: Values | None = of_parameters(
         "inertia that is added to this joint's diagonal of M (a motor with a gear)",
         unit=by_coordinate("kg m^2", "kg"),

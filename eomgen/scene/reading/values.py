@@ -55,8 +55,7 @@ def plain_degrees(formula: Formula) -> Iterator[str]:
 #: Ends of keys whose formulas are 0 somewhere, with a hint for an equation in place of a formula.
 _ZERO = {
     ".when": "an event is at the roots of its formula",
-    ".equation": "the formula is 0 on the constraint",
-    ".velocity_equation": "the formula is 0 on the constraint",
+    "equation": "the formula is 0 on the constraint",
 }
 #: Two sides of an equation.
 _EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
@@ -154,12 +153,8 @@ class Values:
             self._require_bound(key, formula, scope)
             return formula
         self._check_arguments(key, formula)
-        doubts = (
-            self._periods_in_degrees(formula),
-            self._held_always(formula),
-            self._parts_of_quaternions(key, formula),
-        )
-        self.note(f"{key}: {text}" for texts in (plain_degrees(formula), *doubts) for text in texts)
+        doubts = *plain_degrees(formula), *self._periods_in_degrees(formula), *self._held_always(formula)
+        self.note(f"{key}: {text}" for text in (*doubts, *self._parts_of_quaternions(key, formula)))
         if terms := disagreement(formula, self.names):
             self.note([f"{key}: {terms.text}; try: {FACTOR}"])
         else:
@@ -403,12 +398,8 @@ class Values:
         names : keys in the order of reading; all keys by default
         """
         meanings = fields_of(type(entry))
-        pairs = ((name, getattr(entry, name)) for name in names or meanings)
-        return {
-            name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names)
-            for name, value in pairs
-            if value is not None
-        }
+        given = {name: value for name in names or meanings if (value := getattr(entry, name)) is not None}
+        return {name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names) for name, value in given.items()}
 
     def by_scope(self, key: str, value: Any, scope: Scope | None) -> Any:
         """Return a value of an entry as a formula in a scope, or as a number if the scope is fixed parameters; lists

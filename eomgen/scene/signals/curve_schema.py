@@ -43,7 +43,7 @@ class Wave(Table):
     period: Value = key("period of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
     low: Value = key("lowest value", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
     high: Value = key("highest value", 1.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
-    start: Value = key("argument where a period begins", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
+    start: Value = key("start of a period", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
     duty: Value = key("share of the period that a square is high, or a triangle rises", 0.5, names=FIXED_PARAMETERS)
 
 
@@ -109,7 +109,7 @@ class RoadEntry(ShapeEntry):
     bump: BumpEntry | None = optional("a single bump")
     speed: Value = key("speed of the vehicle, up to 10 000", unit="m/s", names=PARAMETERS)
     seed: Seed = key("seed of the random phases of a class", 0, kind="whole number from 0")
-    offset: Value = key("distance behind the wheel with offset 0", 0.0, unit="m", names=FIXED_PARAMETERS)
+    offset: Value = key("distance to the wheel with offset 0", 0.0, unit="m", names=FIXED_PARAMETERS)
     harmonics: Harmonics = key("number of harmonics of a class between 0.011 and 2.83 cycles/m", 200)
 
     @classmethod

@@ -17,11 +17,7 @@ class DefinitionEntry(Table):
 
     short: ClassVar[str] = "formula"
 
-    formula: Value = key(
-        "formula of all that may stand in the formulas that mention it, other definitions among them",
-        unit=ANY_UNIT,
-        names=EVERYTHING,
-    )
+    formula: Value = key("formula of all that may stand in formulas that mention it", unit=ANY_UNIT, names=EVERYTHING)
     unit: Unit = key("unit of its value; another one than its formula is known to have is refused", "")
     description: Description = key("text of one line for tables", "")
 

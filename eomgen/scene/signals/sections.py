@@ -235,9 +235,7 @@ class _Curves(Section):
         for name, entry in reading.document.section("curves").items():
             key = key_of("curves", name)
             reading.tables["curves"][name] = curves.curve(key, name, entry)
-            remedy = (
-                "value_unit in the table" if entry.table is not None else f'points with units, [0, "1 {entry.unit}"]'
-            )
+            remedy = "value_unit in the table" if entry.table else f'points with units, [0, "1 {entry.unit}"]'
             reading.values.note(note_of_label(key, entry.unit, remedy))
         return {}
 
@@ -345,10 +343,7 @@ class _Inputs(Section):
         return read
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {
-            "inputs": tuple(reading.items["inputs"].values()),
-            "motions": tuple(reading.items["motions"].values()),
-        }
+        return {field: tuple(reading.items[field].values()) for field in ("inputs", "motions")}
 
 
 def _parameters_of(motion: Motion) -> list[Parameter]:

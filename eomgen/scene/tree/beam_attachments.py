@@ -53,12 +53,7 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
     """Report a position on a beam with shape functions that is beyond the ends, or whose x depends on a tunable
     parameter; other bodies, and entries with a fault, are passed over. ``name`` is the body."""
     body = bodies.get(name)
-    if (
-        body is None
-        or body.beam is None
-        or values.report.concerns(key)
-        or values.report.concerns(key_of("beams", name))
-    ):
+    if body is None or body.beam is None or any(map(values.report.concerns, (key, key_of("beams", name)))):
         return
     beam, along = body.beam, position[0]
     if tunable := values.tunable_in(along):

@@ -44,7 +44,7 @@ FAILURES = [
         "A mass beside a section",
         3,
         "description error: scene.toml:35 (beams.blade.mass_per_length): mass_per_length is given, and "
-        "follows from the section too; try: one of them; mass_profile for a mass that varies [E1318]",
+        "follows from the section too; try: one of them [E1318]",
         more=_changed(
             (
                 "mass_per_length = 1.2",
