@@ -218,8 +218,6 @@ _FIRST = ((0.0, 1.0, 0.0, -6.0, 8.0, -3.0), (0.0, 0.0, 0.0, -4.0, 7.0, -3.0))
 _SECOND = ((0.0, 0.0, 0.5, -1.5, 1.5, -0.5), (0.0, 0.0, 0.0, 0.5, -1.0, 0.5))
 #: The same of a cubic through two values with first derivatives.
 _CUBIC = ((1.0, 0.0, -3.0, 2.0), (0.0, 0.0, 3.0, -2.0), (0.0, 1.0, -2.0, 1.0), (0.0, 0.0, -1.0, 1.0))
-#: For derivatives without cancellation, by an imaginary step.
-_TINY = 1e-200
 
 
 def group_curve(factors: Sequence[Factor], first: Curve, last: Curve, duration: Array, s: Array) -> Curve:
@@ -292,6 +290,6 @@ def _each(factors: Sequence[Factor], matrix: Callable[[Group, Array], Array], th
 
 def _tangent_rate(factors: Sequence[Factor], theta: Array, rate: Array) -> Array:
     """Return T' theta', the acceleration from the rate of the tangent operator, by a complex step."""
-    moved = _each(factors, numeric.tangent, theta + 1j * _TINY * rate, rate.astype(complex))
-    result: Array = moved.imag / _TINY
-    return result
+    step = 1e-200
+    moved = _each(factors, numeric.tangent, theta + 1j * step * rate, rate.astype(complex))
+    return np.asarray(moved.imag / step)

@@ -196,7 +196,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
         "absolute": derivation.absolute,
         "elastic": derivation.tree.elastic,
         "rigid": derivation.tree.rigid,
-        "large": derivation.large,
+        "large": derivation.tree.large,
         "events": bool(scene.events),
         "event_actions": any(event.action in ("reset", "impact", "switch") for event in scene.events),
         "exact_beams": bool(derivation.section_loads.beams),
@@ -359,9 +359,9 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     """Return the facts of the equations by which methods and checks are chosen; ``made`` are the functions by name."""
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied_forces()]
-    masses = [] if derivation.deep else [value.ref for row in derivation.mass_rows for value in row.values()]
+    masses = [] if derivation.tree.deep else [value.ref for row in derivation.mass_rows for value in row.values()]
     return Facts(
-        constant_mass=not derivation.deep and "q" not in {symbol.block for symbol in tape.depends_on(masses)},
+        constant_mass=not derivation.tree.deep and "q" not in {symbol.block for symbol in tape.depends_on(masses)},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
         smooth=not any(_non_smooth(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,

@@ -84,10 +84,6 @@ def _scene_lengths(scene: Scene) -> Iterator[Formula]:
     yield from chain.from_iterable(element.lengths() for element in scene.elements)
 
 
-#: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.
-_SMALL = 0.01
-
-
 def describe(scene: Scene) -> Description:
     """Return the description of a scene: all data of its model besides equations, such as units, limits and drawing."""
     return Description(
@@ -225,7 +221,7 @@ def _elastic(name: str, beam: Beam) -> Coordinates:
     for item in beam.deformations:
         units += item.units
         length = min(beam.length, 1.0) if item.nodal else 1.0 if item.kind == "torsion" else beam.length
-        reach += [_SMALL * length / (item.modes if item.nodal else number + 1) for number in range(item.modes)]
+        reach += [0.01 * length / (item.modes if item.nodal else number + 1) for number in range(item.modes)]
     return Coordinates(name, tuple(units), tuple(reach), beam.length, beam.order == 1)
 
 

@@ -32,8 +32,6 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.description import BASE
 
 _SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-#: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
-_TINY = 1e-100
 
 
 def joint_start(
@@ -197,11 +195,12 @@ class AbsoluteStartEquations:
         numbers = {symbol.index for symbol in inputs if symbol.block == "p"}  # masses do not move the bodies
         moving = [(column, number) for column, name in enumerate(names) if (number := tunable.index(name)) in numbers]
         q = np.array(_absolute_start(self._tree, self._bodies, {"p": values})[0]) if moving else slopes[0]
+        step = 1e-100  # its square is below rounding: exact derivatives (Squire and Trapp 1998)
         for column, number in moving:
             moved = values.astype(complex)
-            moved[number] += 1j * _TINY
+            moved[number] += 1j * step
             at, v = _absolute_start(self._tree, self._bodies, {"p": moved})
-            slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
+            slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / step, v.imag / step
         return slopes[0], slopes[1]
 
 

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 
     Named = tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]
 
-WHOLE_LIMIT = 200  # operations up to which a block is given whole
-NAME_LIMIT = 40  # operations after which a long expression without shared parts is given a name all the same
-
 
 def block_to_sympy(
     tape: Tape,
@@ -71,7 +68,7 @@ def block_to_sympy(
         refs = splice(tape, source, refs, {}, unrolled=True)
     live = tape.live(refs)
     if named is None:
-        named = sum(tape.op[node] not in LEAVES for node in live) > WHOLE_LIMIT
+        named = sum(tape.op[node] not in LEAVES for node in live) > 200
     worth = _worth_naming(tape, refs, live) if named else set[int]()
     intermediates: list[tuple[sympy.Symbol, sympy.Expr]] = []
 
@@ -150,7 +147,8 @@ def input_symbol(symbol: InputSymbol) -> sympy.Symbol:
 
 
 def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[int]:
-    """Return the nodes among ``live`` that are used more than once, or whose expression is longer than NAME_LIMIT."""
+    """Return the nodes among ``live`` that are used more than once, or whose expression has more than 40
+    operations."""
     uses = Counter(abs(ref) for ref in refs)
     for node in live:
         uses.update(abs(ref) for ref in tape.operands(node))
@@ -161,7 +159,7 @@ def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[i
             size[node] = 0
             continue
         size[node] = 1 + sum(size[abs(ref)] for ref in tape.operands(node))
-        if uses[node] > 1 or size[node] > NAME_LIMIT:
+        if uses[node] > 1 or size[node] > 40:
             worth.add(node)
             size[node] = 0
     return worth

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+import textwrap
+from collections.abc import Mapping, Sequence
 
 import sympy
 
@@ -55,7 +55,6 @@ from collections.abc import Mapping
 
 from eomgen.symbolic.kernel import Kernel
 """
-_WIDTH = 120
 
 
 def module_of(about: str, table: str, kernels: Mapping[str, Kernel]) -> str:
@@ -67,25 +66,10 @@ def module_of(about: str, table: str, kernels: Mapping[str, Kernel]) -> str:
     table : name of the mapping
     kernels : by name, in the order of the text
     """
+    indent = " " * 12
     text = f'"""{about}"""\n\n{_HEAD}\n{table}: Mapping[str, Kernel] = {{\n'
     for name, kernel in kernels.items():
-        steps = _lines(f"{_tuple(map(json.dumps, step))}," for step in kernel.steps)
-        results = _tuple(map(str, kernel.results))
-        text += f'    "{name}": Kernel(\n        (\n{steps}        ),\n        {results},\n    ),\n'
-    return text + "}\n"
-
-
-def _tuple(entries: Iterable[str]) -> str:
-    """Return Python's text of a tuple."""
-    listed = list(entries)
-    return f"({', '.join(listed)}{',' * (len(listed) == 1)})"
-
-
-def _lines(items: Iterable[str]) -> str:
-    """Return the text of items separated by spaces, in indented lines of limited width."""
-    lines, indent = [""], " " * 12
-    for item in items:
-        if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:
-            lines.append("")
-        lines[-1] += f" {item}" if lines[-1] else item
-    return "".join(f"{indent}{line}\n" for line in lines)
+        whole = " ".join(str(step).replace(" ", "~") + "," for step in kernel.steps)  # lines end between steps
+        steps = textwrap.fill(whole, 120, initial_indent=indent, subsequent_indent=indent).replace("~", " ")
+        text += f'    "{name}": Kernel(\n        (\n{steps}\n        ),\n        {kernel.results},\n    ),\n'
+    return text.replace("'", '"') + "}\n"

@@ -13,7 +13,7 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.mechanics import scene_tape
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.tree import alike
+from eomgen.mechanics.tree import alike, links
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import GENERIC, ONE, ZERO, Tape
 from eomgen.system.system import System
@@ -77,8 +77,7 @@ def test_inverse_and_forward_dynamics_are_those_of_pinocchio(kind: str, rng: np.
 def test_all_functions_are_those_of_links_written_one_by_one(
     kind: str, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(alike, "MANY", 6)
-    monkeypatch.setattr(scene_tape, "MANY", 6)
+    monkeypatch.setattr(links, "MANY", 6)
     of_links = [
         "inverse_dynamics",
         "forward_dynamics",

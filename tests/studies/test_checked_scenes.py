@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.mechanics import scene_tape
-from eomgen.mechanics.tree import alike
+from eomgen.mechanics.tree import links
 from eomgen.products.studies.verification.differences import _as_finer
 from eomgen.scene.load import load_toml
 from eomgen.studies import check
@@ -105,8 +104,7 @@ def test_closed_forms_of_a_scene_agree(name: str) -> None:
 
 @pytest.mark.slow
 def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(alike, "MANY", 6)
-    monkeypatch.setattr(scene_tape, "MANY", 6)
+    monkeypatch.setattr(links, "MANY", 6)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
     report = check(chain("mixed", 8), states=2, only=["iteration", "energy"], profile="quick")
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]

@@ -277,14 +277,6 @@ def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Ve
     return lowest if item.shape == "disc" else minus(lowest, scaled(quantities.formula(item.tube_radius), normal))
 
 
-#: Steps of Newton's method for the place of a contact on a surface, before and after the check that the steps converge,
-#: of spheres and of other shapes, whose curvature varies; the largest distance at the check, by the size of the body.
-#: The steps after the check square this distance to round-off.
-_STEPS_OF_SPHERES, _STEPS, _NEAR = (3, 3), (5, 4), 0.01
-#: Further steps, with one matrix. Each has the derivatives of the place to an order more: Phi and B need three.
-_DIFFERENTIATED = 3
-
-
 def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
     """Return the contact of a body with a surface z = h(x, y) in the first frame.
 
@@ -298,13 +290,13 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
     if item.shape != "sphere":
         pose += [dot(pair.first.axis(row), pair.second.axis(column)) for row in range(3) for column in range(3)]
     contact, conditions, first_node = pose[:2], list[Scalar](), len(tape.op)
-    before, after = _STEPS_OF_SPHERES if item.shape == "sphere" else _STEPS
+    before, after = (3, 3) if item.shape == "sphere" else (5, 4)  # the curvature of other shapes varies
     inverse = minors = list[Scalar]()
     for number in range(before + after):
         x, y, off, *inverse = _call(tape, step, [*contact, *pose])
         contact, inverse, minors = [x, y], inverse[:4], inverse[4:]
         if number == before:
-            size = _NEAR * _curved_size(quantities, item)
+            size = 0.01 * _curved_size(quantities, item)  # the steps after the check square this to round-off
             conditions.append(size * size - off)
     unit = touches = algebra.one
     for condition in (*conditions, *minors):
@@ -313,7 +305,7 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
             touches = touches * algebra.select(algebra.call(Op.LT, algebra.zero, condition), unit, missed)
     results = [abs(value.ref) for value in (*contact, *inverse, touches)]
     tape.converged |= {node for node in results if node >= first_node}
-    for _ in range(_DIFFERENTIATED):
+    for _ in range(3):  # with one matrix; each has derivatives of the place to an order more, and Phi and B need three
         off_x, off_y = _call(tape, residual, [*contact, *pose])
         x, y = (inverse[k] * off_x + inverse[k + 1] * off_y for k in (0, 2))
         contact = [contact[0] - x, contact[1] - y]

@@ -75,15 +75,10 @@ def _ancestors(parents: Sequence[int], k: int) -> list[int]:
     return ancestors
 
 
-#: Largest ratio of composite to articulated inertia with which M is factored. Robots have up to 1200, chains of equal
-#: links 1000 at 30 links.
-MOST_CANCELLATION = 3e3
-
-
 def loses_digits(
     tree: Tree, M: Sequence[Mapping[int, Scalar]], start: Sequence[float], parameters: Sequence[float]
 ) -> bool:
-    """Return whether the ratio of composite to articulated inertia exceeds ``MOST_CANCELLATION`` in one of six
+    """Return whether the ratio of composite to articulated inertia exceeds 3000 in one of six
     positions.
 
     The positions are pseudo-random but the same in each call.
@@ -107,7 +102,7 @@ def loses_digits(
             for (i, j), value in zip(places, values.T, strict=True):
                 matrices[:, i - first, j - first] = matrices[:, j - first, i - first] = value
             slices = [slice(joint.start - first, joint.stop - first) for joint in joints]
-            if np.any(cancellation(matrices, slices) > MOST_CANCELLATION):
+            if np.any(cancellation(matrices, slices) > 3e3):
                 return True
     return False
 

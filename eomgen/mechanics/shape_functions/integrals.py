@@ -83,8 +83,6 @@ def _natural(deformation: Deformation, beam: Beam) -> tuple[ShapeFunctions, Ends
     return uniform_beams.modes(kind.startswith("bending"), deformation.shapes, size), deformation.shapes
 
 
-_VANISHES = 54  # bits: integrals below the bound of Cauchy and Schwarz by these are zero up to quadrature
-
 Pairs = Callable[[int, int], bool]
 
 
@@ -283,8 +281,9 @@ class _Integrator:
 
 
 def _unless_zero(value: int, square: int, second: int) -> int:
-    """Return a value, or 0 if the value is negligible compared with the root of the product of two squares."""
-    return 0 if (abs(value) << _VANISHES) ** 2 <= square * second else value
+    """Return a value, or 0 if the value is below the bound of Cauchy and Schwarz, the root of the product of two
+    squares, by 54 bits: zero up to quadrature."""
+    return 0 if (abs(value) << 54) ** 2 <= square * second else value
 
 
 def _over(density: Coefficients) -> Fraction:

@@ -72,7 +72,7 @@ def input_derivatives(derivation: Derivation) -> list[Block]:
 
 def _implicit(derivation: Derivation) -> bool:
     """Return whether derivatives of forward dynamics follow from derivatives of inverse dynamics, by solving with M."""
-    return not (derivation.ill_scaled or derivation.deep or _loops(derivation))
+    return not (derivation.ill_scaled or derivation.tree.deep or _loops(derivation))
 
 
 def _loops(derivation: Derivation) -> bool:
@@ -203,7 +203,7 @@ class Arguments:
         ``values`` are other values than inverse dynamics, with constraints, and for large trees."""
         derivation = self.derivation
         inverse = [value.ref for value in derivation.inverse()]
-        if list(values) != inverse or derivation.has_constraints or derivation.large:
+        if list(values) != inverse or derivation.has_constraints or derivation.tree.large:
             return {}
         nv, entries = derivation.tree.nv, dict[tuple[int, int], Ref]()
         for block, name in zip(derivation.partials(), ("q", "v", "a"), strict=True):
@@ -226,7 +226,7 @@ class Arguments:
         entries with arguments that move the base alone are included. Inertia and weight are differentiated by composite
         bodies, all else operation by operation. Empty for other ``values``, and for large or elastic trees."""
         derivation, tape = self.derivation, self.derivation.tape
-        if derivation.large or not derivation.tree.rigid:
+        if derivation.tree.large or not derivation.tree.rigid:
             return {}
         others = [-value for value in derivation.applied_forces()]
         if derivation.constraints is not None:

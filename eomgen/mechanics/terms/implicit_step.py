@@ -114,13 +114,13 @@ def iteration(derivation: Derivation) -> list[Block]:
     nonzeros are entered into ``derivation.patterns`` by name of the matrix.
     """
     if (
-        derivation.large
+        derivation.tree.large
         and derivation.sparse
         and derivation.flat
         and (derivation.has_constraints or derivation.has_carried_links)
     ):
         blocks = differentiated_iteration(derivation)
-    elif derivation.large and not derivation.has_constraints:
+    elif derivation.tree.large and not derivation.has_constraints:
         return extended_iteration(derivation)
     else:
         matrices = derivation.partials()

@@ -19,23 +19,15 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector
 
-#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have
-#: long won.
-LONG_TREE = 20_000
-#: Trees with more velocity components are stepped with the sparse extended system, even if branches are short: above
-#: this number, forming and factoring whole matrices takes longer.
-MANY = 64
 #: Least number of links, or of springs, of a kind for a loop: code of fewer is shorter without it.
 FEWEST = 8
-#: Share of links up to which a nonzero number at a place makes a link different from links with a zero at this place.
-RARE = 0.02
 
 
-def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
+def is_irregular(tree: Tree, grouped: Tree) -> bool:
     """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity. ``grouped``
     is the tree with grouped inertias. Nine of ten links equal to the link one to six places earlier are regular: loops
-    over these need no change of axes. False for short trees."""
-    if not _long(scene):
+    over these need no change of axes. False for small trees."""
+    if not tree.large:
         return False
     patterns: dict[tuple[object, ...], int] = {}
     order = [
@@ -72,17 +64,6 @@ def joints_along_z(scene: Scene) -> frozenset[str]:
 
 def _directions(joint: Joint) -> tuple[object, ...]:
     return tuple(motion.axes for motion in motions_of(joint)[1])
-
-
-def _long(scene: Scene) -> bool:
-    """Return whether a tree has more than ``MANY`` velocity components, or squared depths summing to ``LONG_TREE``."""
-    depths, carried = list[int](), dict[str, int]()
-    for joint in scene.joints:
-        size = joint.kind.v_size if joint.kind.moves and joint.mimic is None else 0
-        above = carried.get(joint.parent, 0)
-        carried[joint.child] = above + size
-        depths += range(above + 1, above + size + 1)
-    return len(depths) > MANY or sum(depth * depth for depth in depths) >= LONG_TREE
 
 
 def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
@@ -163,7 +144,7 @@ def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
     for _ in range(len(members)):
         rows = [numbers[index] for index in members]
         rare = [
-            {index for index, count in enumerate(counts) if 0 < count < RARE * len(rows)}
+            {index for index, count in enumerate(counts) if 0 < 50 * count < len(rows)}
             for counts in (
                 [sum(not entry.is_zero for entry in column) for column in zip(*rows, strict=True)],
                 [sum(entry.number is None for entry in column) for column in zip(*rows, strict=True)],
