@@ -94,36 +94,12 @@ _DISTURBED = frozenset({"linearization", "output_partials"})
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
-class SharedTape:
-    """Derivations of one scene that share a tape if they leave out the same rows, so that one reuses operations of
-    another.
-
-    ``known`` holds a derivation for each tuple of constraint rows left out, with and without disturbances of the base.
-
-    Parameters
-    ----------
-    scene : Scene
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.known: dict[tuple[tuple[int, ...], bool], Derivation] = {}
-
-    def derive(self, terms: Sequence[str] | None = None, without_rows: Sequence[int] = ()) -> System:
-        """Derive the equations as the function ``derive`` does."""
-        return derive(self.scene, terms, without_rows, self)
-
-    def derivation(self, without_rows: Sequence[int], *, disturbed: bool) -> Derivation:
-        """Return the derivation without the constraint rows of the given numbers; made at the first call, then reused.
-        ``disturbed`` makes accelerations of the base inputs of the equations, as linear models need them."""
-        key = tuple(without_rows), disturbed
-        if key not in self.known:
-            self.known[key] = Derivation(self.scene, without_rows, disturbed=disturbed)
-        return self.known[key]
+#: By the constraint rows left out, and whether the base has disturbances.
+Derivations = dict[tuple[tuple[int, ...], bool], Derivation]
 
 
 def derive(
-    scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = (), shared: SharedTape | None = None
+    scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = (), known: Derivations | None = None
 ) -> System:
     """Derive the separated equations of motion of a scene.
 
@@ -134,8 +110,9 @@ def derive(
         default terms of the scene, when omitted.
     without_rows : sequence of int
         Numbers of constraint rows to leave out, because they follow from other rows.
-    shared : SharedTape, optional
-        Earlier derivations of the scene, which new ones extend.
+    known : dict, optional
+        Earlier derivations of the scene, to which this one is added: with the same rows left out they share a tape,
+        so that one reuses operations of another.
 
     Raises
     ------
@@ -145,7 +122,10 @@ def derive(
     """
     try:
         disturbed = not _DISTURBED.isdisjoint(scene.terms if terms is None else terms)
-        derivation = (shared or SharedTape(scene)).derivation(without_rows, disturbed=disturbed)
+        key = tuple(without_rows), disturbed
+        derivation = (known or {}).get(key) or Derivation(scene, without_rows, disturbed=disturbed)
+        if known is not None:
+            known[key] = derivation
         return _assemble(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
         if cause := next((note for note in map(Message, scene.notes) if note.code in UNRESISTED), None):

@@ -210,24 +210,21 @@ class Derivation:
 
     def inverse_dynamics(self) -> list[Block]:
         """Return tau = M a + h + b - Q, (nv,)."""
-        return [self._vector("tau", self.inverse(), "generalized force that the motion a needs")]
+        return [self._vector("tau", self.inverse, "generalized force that the motion a needs")]
 
     def residual(self) -> list[Block]:
         """Return r = M a + h + b - Q + B^T lam, (nv,)."""
-        r = self.inverse()
+        r = self.inverse
         if self.constraints is not None:
             reactions = self.constraints.forces()
             r = [x + y for x, y in zip(r, reactions, strict=True)]
         return [self._vector("r", r, "residual")]
 
-    def inverse(self) -> list[Scalar]:
-        """Return M a + h + b - Q, (nv,): the generalized forces needed for a in addition to the applied forces."""
-        return list(self._inverse)
-
     @cached_property
-    def _inverse(self) -> tuple[Scalar, ...]:
+    def inverse(self) -> list[Scalar]:
+        """M a + h + b - Q, (nv,): the generalized forces needed for a in addition to the applied forces."""
         tau = separated.inverse_dynamics(self.grouped, self.motion, self.loads.wrenches)
-        return tuple(x - y for x, y in zip(tau, self.loads.efforts, strict=True))
+        return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
     @property
     def free_columns(self) -> bool:

@@ -58,7 +58,7 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
     from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
     whole = scene.coordinates != "absolute" or len(scene.bodies) <= 30
-    derive = partial(mechanics.derive, scene) if whole else mechanics.SharedTape(scene).derive
+    derive = partial(mechanics.derive, scene, known=None if whole else {})
     try:
         return with_initial_assembly(derive, terms, _describe(scene), whole=whole, light=scene.light)
     except ModelError as error:

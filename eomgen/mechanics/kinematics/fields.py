@@ -98,9 +98,7 @@ def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
     return omegas
 
 
-def total_fields(
-    tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True
-) -> list[LinkField]:
+def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool) -> list[LinkField]:
     """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity, in link axes.
 
     Parameters
@@ -112,7 +110,7 @@ def total_fields(
     algebra = tree.algebra
     start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
     root = AccelerationField(start, base.alpha, centripetal(base.omega))
-    relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
+    relative_motion = {"rates": True, "own_rates": True, "accelerations": accelerations}
     omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
     quantity, bias = ("acceleration", "") if accelerations else ("centripetal and Coriolis acceleration", "0")
     for link in tree.links:
@@ -121,15 +119,12 @@ def total_fields(
             omega_up, alpha_up, field_up = (
                 (base.omega, base.alpha, root) if up == ROOT else (omegas[up], alphas[up], fields[up])
             )
-            rates = link.velocities if velocities else (algebra.zero,) * len(link.columns)
-            turn, slide = relative(algebra, link, rates)
+            turn, slide = relative(algebra, link, link.velocities)
             carried = link.rotation.rotate_back(omega_up)
             omegas.append(algebra.named(f"omega_{link.name}", plus(carried, turn)))
             alpha = plus(link.rotation.rotate_back(alpha_up), cross(carried, turn))
             origin = link.rotation.rotate_back(field_up.at(link.position))
-            bias_rotation, bias_slide = (
-                _bias(link, turn, slide) if velocities else (algebra.zero_vector, algebra.zero_vector)
-            )
+            bias_rotation, bias_slide = _bias(link, turn, slide)
             alpha = plus(alpha, bias_rotation)
             origin = plus(origin, plus(scaled(2.0, cross(carried, slide)), bias_slide))
             if accelerations:

@@ -77,7 +77,7 @@ def _implicit(derivation: Derivation) -> bool:
 
 def _loops(derivation: Derivation) -> bool:
     tape = derivation.tape
-    return any(tape.op[node] is Op.MAP for node in tape.live([value.ref for value in derivation.inverse()]))
+    return any(tape.op[node] is Op.MAP for node in tape.live([value.ref for value in derivation.inverse]))
 
 
 class _ForwardDynamics:
@@ -97,7 +97,7 @@ class _ForwardDynamics:
         self.arguments, self.vdot = arguments, vdot
         self.accelerations = {tape.input("a", k): ref for k, ref in enumerate(vdot)}
         self.of_a = range(arguments.firsts["a"], arguments.firsts["a"] + nv)
-        self.equations = [value.ref for value in derivation.inverse()]
+        self.equations = [value.ref for value in derivation.inverse]
         partials = arguments.jacobian(self.equations)
         places = [entry for entry in partials if entry[1] not in self.of_a]
         refs = splice(tape, tape, [partials[entry] for entry in places], {}, known=self.accelerations)
@@ -202,7 +202,7 @@ class Arguments:
         """Return the partials of inverse dynamics in q, v and a by recursion, as {(row, column): reference}. Empty if
         ``values`` are other values than inverse dynamics, with constraints, and for large trees."""
         derivation = self.derivation
-        inverse = [value.ref for value in derivation.inverse()]
+        inverse = [value.ref for value in derivation.inverse]
         if list(values) != inverse or derivation.has_constraints or derivation.tree.large:
             return {}
         nv, entries = derivation.tree.nv, dict[tuple[int, int], Ref]()
@@ -233,7 +233,7 @@ class Arguments:
             others = [x + y for x, y in zip(others, derivation.constraints.forces(), strict=True)]
             if list(values) != list(derivation.residual()[0].refs):
                 return {}
-        elif list(values) != [value.ref for value in derivation.inverse()]:
+        elif list(values) != [value.ref for value in derivation.inverse]:
             return {}
         nv = derivation.tree.nv
         weights = [Scalar(tape, tape.input("weights", number)) for number in range(nv)]

@@ -165,7 +165,7 @@ def extended_iteration(derivation: Derivation) -> list[Block]:
             derivation.kinematics,
             derivation.motion,
             derivation.loads.wrenches,
-            derivation.inverse(),
+            derivation.inverse,
             derivation.internal,
         )
     return [nonzeros(derivation, name, entries, f"{name} of the extended system") for name, entries in partials.items()]
