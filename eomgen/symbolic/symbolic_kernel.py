@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
-from eomgen.symbolic.kernel import Kernel, Step
+from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.operations import NAMES
 
 _NAMES: dict[type[sympy.Basic], str] = {
@@ -28,24 +28,24 @@ def kernel_of(results: Sequence[sympy.Expr]) -> Kernel:
     a tape cannot hold.
     """
     places: dict[sympy.Basic, int] = {}
-    steps: list[Step] = []
+    steps: list[str] = []
     for root in results:
         for node in sympy.postorder_traversal(root):
             if node not in places:
                 steps.append(_step(node, [places[operand] for operand in node.args]))
                 places[node] = len(places)
-    return Kernel(tuple(steps), tuple(places[root] for root in results))
+    return Kernel(", ".join(steps), tuple(places[root] for root in results))
 
 
-def _step(node: sympy.Basic, operands: Sequence[int]) -> Step:
+def _step(node: sympy.Basic, operands: Sequence[int]) -> str:
     if isinstance(node, sympy.Symbol):
-        return "symbol", node.name
+        return node.name  # type: ignore[no-any-return]  # of SymPy
     if isinstance(node, sympy.Number | sympy.NumberSymbol):
-        return "number", float(node)
+        return str(float(node))
     name = _NAMES.get(type(node))
     if name is None:
         raise TypeError(f"a kernel cannot hold {type(node).__name__}")
-    return name, *operands
+    return " ".join([name, *map(str, operands)])
 
 
 _HEAD = """# fmt: off
@@ -66,10 +66,9 @@ def module_of(about: str, table: str, kernels: Mapping[str, Kernel]) -> str:
     table : name of the mapping
     kernels : by name, in the order of the text
     """
-    indent = " " * 12
+    indent = " " * 8
     text = f'"""{about}"""\n\n{_HEAD}\n{table}: Mapping[str, Kernel] = {{\n'
     for name, kernel in kernels.items():
-        whole = " ".join(str(step).replace(" ", "~") + "," for step in kernel.steps)  # lines end between steps
-        steps = textwrap.fill(whole, 120, initial_indent=indent, subsequent_indent=indent).replace("~", " ")
-        text += f'    "{name}": Kernel(\n        (\n{steps}\n        ),\n        {kernel.results},\n    ),\n'
-    return text.replace("'", '"') + "}\n"
+        steps = textwrap.fill(kernel.steps, 116, initial_indent=f'{indent}"""', subsequent_indent=indent)
+        text += f'    "{name}": Kernel(\n{steps}""",\n{indent}{kernel.results},\n    ),\n'
+    return text + "}\n"
