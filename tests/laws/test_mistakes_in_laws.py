@@ -236,7 +236,7 @@ def test_a_mark_of_byte_order_is_no_fault(folder: Path) -> None:
     """Editors of Windows write one in front of UTF-8."""
     scene = wheel_scene(TYRE_LAW, folder)
     (folder / "tyre.c").write_text(TYRE_C, encoding="utf-8-sig")
-    assert eomgen.load(scene).parts["laws"][0].source.text == TYRE_C
+    assert eomgen.load(scene).parts["laws"][0].code.source.text == TYRE_C
 
 
 def test_functions_of_one_name_in_two_files(folder: Path) -> None:

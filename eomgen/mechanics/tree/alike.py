@@ -13,11 +13,11 @@ from operator import eq
 
 from eomgen.base.data import replace
 from eomgen.mechanics.tree.inertia import RecordedInertia
-from eomgen.mechanics.tree.joints import JointMotion, columns_of, motions_of, pose_of
+from eomgen.mechanics.tree.joints import columns_of, motions_of, pose_of
 from eomgen.mechanics.tree.links import ROOT, Link, Mount, Tree
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar
 
 #: Least number of links, or of springs, of a kind for a loop: code of fewer is shorter without it.
 FEWEST = 8
@@ -85,7 +85,9 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
         for index, row in zip(same, generic_rows(tree.algebra, same, [numbers[k] for k in same], "link"), strict=True):
             links[index], inertias[index] = _with_numbers(tree.algebra, links[index], row)
             if links[index].name in mounts:
-                mounts[links[index].name] = Mount(index, _matrix(row[-12:-3]), _vector(row[-3:]))
+                mounts[links[index].name] = Mount(
+                    index, _matrix(tree.algebra, row[-12:-3]), tree.algebra.vector(row[-3:])
+                )
     made = replace(tree, links=tuple(links), mounts=mounts, alike=tuple(alike))
     moved = (replace(link, inertia=inertia) for link, inertia in zip(links, inertias, strict=True))
     return made, replace(made, links=tuple(moved))
@@ -129,7 +131,8 @@ def _numbers(link: Link, grouped: RecordedInertia, mount: Mount | None) -> list[
     numbers = [*_flat(link.orientation), *link.neutral_position]
     for inertia in (link.inertia, grouped):
         numbers += [inertia.mass, *inertia.first, *(inertia.second[i][j] for i, j in _UPPER)]
-    numbers += [_motion_of(link)[1], *link.rotor_inertias]
+    assert link.pitch is not None  # a link that a joint moves
+    numbers += [link.pitch, *link.rotor_inertias]
     return numbers if mount is None else [*numbers, *_flat(mount.orientation), *mount.position]
 
 
@@ -190,8 +193,9 @@ def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
 
 def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, RecordedInertia]:
     """Return a link, and the grouped inertia of the link, with the numbers of a row (see ``_numbers``) substituted."""
-    motion, _ = _motion_of(link)
-    orientation, position, pitch = _matrix(row[_ORIENTATION]), _vector(row[_POSITION]), row[_PITCH]
+    motion = link.motion
+    assert motion is not None  # a link that a joint moves
+    orientation, position, pitch = _matrix(algebra, row[_ORIENTATION]), algebra.vector(row[_POSITION]), row[_PITCH]
     rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, link.coordinates.q)
     _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, link.coordinates.q)
     made = replace(
@@ -202,30 +206,18 @@ def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[
         travel=travel,
         position=moved_to,
         columns=columns_of(algebra, motion, pitch),
-        inertia=replace(_inertia(row[_INERTIA]), added=link.inertia.added),
+        inertia=replace(_inertia(algebra, row[_INERTIA]), added=link.inertia.added),
         rotor_inertias=tuple(row[_PITCH + 1 : _PITCH + 1 + len(link.columns)]),
         pitch=pitch,
     )
-    return made, replace(_inertia(row[_GROUPED]), added=link.inertia.added)
+    return made, replace(_inertia(algebra, row[_GROUPED]), added=link.inertia.added)
 
 
-def _motion_of(link: Link) -> tuple[JointMotion, Scalar]:
-    """Return the elementary motion of a link, and the pitch, m/rad."""
-    if link.motion is None or link.pitch is None:
-        raise ValueError(f"link {link.name} is not moved by a joint")
-    return link.motion, link.pitch
-
-
-def _inertia(numbers: Sequence[Scalar]) -> RecordedInertia:
+def _inertia(algebra: Algebra, numbers: Sequence[Scalar]) -> RecordedInertia:
     upper = dict(zip(_UPPER, numbers[4:], strict=True))
-    rows = tuple(_vector([upper[min(i, j), max(i, j)] for j in range(3)]) for i in range(3))
-    return RecordedInertia(numbers[0], _vector(numbers[1:4]), (rows[0], rows[1], rows[2]))
+    second = algebra.matrix([[upper[min(i, j), max(i, j)] for j in range(3)] for i in range(3)])
+    return RecordedInertia(numbers[0], algebra.vector(numbers[1:4]), second)
 
 
-def _vector(values: Sequence[Scalar]) -> Vector:
-    x, y, z = values
-    return (x, y, z)
-
-
-def _matrix(values: Sequence[Scalar]) -> Matrix:
-    return (_vector(values[:3]), _vector(values[3:6]), _vector(values[6:]))
+def _matrix(algebra: Algebra, values: Sequence[Scalar]) -> Matrix:
+    return algebra.matrix([values[:3], values[3:6], values[6:]])

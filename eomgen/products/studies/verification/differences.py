@@ -419,7 +419,7 @@ class NonSmoothOperations:
         for node, op in self._live():
             call = self.system.tape.maps[self.system.tape.a[node]] if op is Op.MAP else None
             if isinstance(call, Call):
-                exact = bool(call.function.slopes) and not call.function.parameters
+                exact = bool(call.function.code.slopes) and not call.function.parameters
                 orders.append(len(call.columns) + 1 - exact)
         return float(np.finfo(float).eps) ** (1.0 / (max(orders) + 2.0)) if max(orders) else 0.0
 
