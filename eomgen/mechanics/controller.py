@@ -104,7 +104,11 @@ class _ControllerParts:
         sampled = {state.name for state in scene.states if state.sampling is not None}
         self.own = sampled or self._states_of_controllers()
         rates = (state.rate for state in scene.states if state.name not in self.own)
-        read = self._commands_in([*self._forces(), *rates]) or self._read_by_outputs()
+        read = (
+            self._commands_in([*self._forces(), *rates])
+            or self._commands_in([value for output in scene.outputs for value in output.values])
+            or [name for name in (*self._by_name, *sorted(self.own)) if self._is_command(name)]
+        )
         if not read:
             fault = "the scene has no controller: neither sampled states nor [controllers] [E0491]"
             hint = "sample and formula of a state, or with_controller(scene, law) of a design"
@@ -130,12 +134,6 @@ class _ControllerParts:
 
     def _forces(self) -> Iterator[Formula]:
         return (formula for element in self.scene.elements for formula, _ in element.formulas())
-
-    def _read_by_outputs(self) -> list[str]:
-        """Return the names of the controllers and states that outputs of the scene read, or of all controllers and
-        states if outputs read none."""
-        told = self._commands_in([value for output in self.scene.outputs for value in output.values])
-        return told or [name for name in (*self._by_name, *sorted(self.own)) if self._is_command(name)]
 
     def _commands_in(self, formulas: Sequence[Formula]) -> list[str]:
         """Return the names of the controllers and states whose values formulas of the plant read, controllers first, in

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from eomgen.symbolic.evaluate import Arithmetic, run
+from eomgen.symbolic.evaluate import ARITHMETIC, Arithmetic, run
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import LEAVES, NAMES, InputSymbol, Op
@@ -189,10 +189,7 @@ def _sympy_rules() -> dict[Op, Callable[..., Any]]:
         )
 
     return {
-        Op.ADD: lambda x, y: x + y,
-        Op.SUB: lambda x, y: x - y,
-        Op.MUL: lambda x, y: x * y,
-        Op.DIV: lambda x, y: x / y,
+        **ARITHMETIC,
         **{op: getattr(sympy, name) for op, name in NAMES.items()},
         Op.ATAN2: sympy.atan2,
         Op.POW: sympy.Pow,

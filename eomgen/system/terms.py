@@ -202,7 +202,8 @@ def _term(name: str, inputs: Inputs, facts: str, description: str) -> Term:
     flags = ("on_request", "quadratic", "of_motion", "observed", "of_events")
     words = facts.split()
     exists = tuple(word for word in words if word not in flags)
-    return Term(name, inputs, description, exists, *(flag in words for flag in flags))
+    held: dict[str, Any] = {flag: flag in words for flag in flags}
+    return Term(name, inputs, description, exists, **held)
 
 
 _PLAIN = (

@@ -200,25 +200,6 @@ def make_kernel():
     return kernel, kernel.input("gather", 0)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"count": 0}, "a Map needs at least one element, not 0"),
-        ({"count": 2, "gather": ((2,),)}, r"gather\[0\] of a Map has 1 entries for 2 elements"),
-        ({"count": 1, "elements": ((1.0, 2.0),)}, r"elements\[0\] of a Map has 2 entries for 1 elements"),
-        ({"count": 1, "initial": (2,)}, "a Map has 1 initial carries but 0 in last; each carry needs both"),
-        (
-            {"count": 1},
-            r"the kernel of a Map reads \('gather', 0\), which the Map does not give; it gives 0 of 'element', ",
-        ),
-    ],
-)
-def test_a_map_that_does_not_fit_is_refused(arguments, message):
-    kernel, x = make_kernel()
-    with pytest.raises(ValueError, match=message):
-        Map(kernel, sums=(x,), **arguments)
-
-
 def test_nested_maps_are_refused():
     kernel = Tape()
     [inner] = add_map(kernel, harmonics(kernel, kernel.input("shared", 0))).sums
