@@ -18,7 +18,7 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.formula.evaluate import evaluate
-from eomgen.products.fields.commands import _numbers, _print_data, show
+from eomgen.products.fields.commands import _numbers, show
 from eomgen.products.fields.documents.document import NamedNumber
 from eomgen.products.fields.documents.reading import hamiltonian_from_data
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
@@ -181,18 +181,6 @@ def test_a_run_says_energies_outputs_and_what_it_cost() -> None:
 
 
 @pytest.mark.slow
-def test_compensated_sums_lose_less_over_many_steps() -> None:
-    compiled = model("henon_heiles")
-    options: dict[str, Any] = {"method": "yoshida8", "record_every": 1000, "initial": {"x": 0.05, "p_x": 0.1}}
-    errors = [
-        compiled.simulate(2000.0, 0.02, compensated=compensated, **options).energy_error
-        for compensated in (False, True)
-    ]
-    assert errors[1] < errors[0] / 3
-    assert errors[1] < 2e-14
-
-
-@pytest.mark.slow
 def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     document = hamiltonian_from_data(BODIES)
     assert [item.name for item in document.parameters] == ["m0", "m1", "m2"]
@@ -340,22 +328,6 @@ def test_info_says_the_terms_the_functions_and_the_method(capsys: pytest.Capture
     show(hamiltonian_from_data(SWINGING), None, as_json=False)
     table = " ".join(capsys.readouterr().out.split())
     assert "separable False" in table and "coupled turning" in table and "k = 40" in table
-
-
-def test_tables_show_the_first_entries_of_long_lists(capsys: pytest.CaptureFixture[str]) -> None:
-    _print_data(
-        {
-            "name": "n",
-            "files": ["f"],
-            "few_numbers": [1.5, 2.0],
-            "none": [],
-            "many": list(range(23)),
-            "t": {"a": [1, 2]},
-        }
-    )
-    rows = capsys.readouterr().out.splitlines()
-    assert [row.split() for row in rows[:2]] == [["n"], ["few", "numbers", "1.5,", "2"]]
-    assert " ".join(" ".join(rows[2:]).split()) == f"many {' '.join(map(str, range(20)))} 3 more t a = 1, 2"
 
 
 def test_numbers_of_the_command_line_have_the_unit_of_their_label() -> None:

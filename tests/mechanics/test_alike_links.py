@@ -101,17 +101,6 @@ def test_all_functions_are_those_of_links_written_one_by_one(
             assert relative_error(values, wanted, values.ndim - 1 or 1) <= 1e-12, (name, block)
 
 
-@pytest.mark.parametrize("axes", [AXES[1:2], AXES])
-def test_chains_that_repeat_as_they_are_have_no_generic_constants(axes: list[list[float]]) -> None:
-    builder = eomgen.SceneBuilder("chain")
-    for k in range(70):
-        builder.body(f"rod{k}", 1.0, center_of_mass=[0.25, 0, 0], inertia=[0.0005, 0.02, 0.02])
-        parent, axis = f"rod{k - 1}" if k else "base", axes[k % len(axes)]
-        builder.joint(f"joint{k}", "revolute", parent, f"rod{k}", axis=axis, position=[0.5 if k else 0.0, 0, 0])
-    tape = derive(builder.build(), ["inverse_dynamics"]).tape
-    assert not generics(tape)
-
-
 def test_generic_constants_prune_nothing_and_fold_to_generic_constants() -> None:
     tape = Tape()
     x = tape.input("q", 0)

@@ -12,7 +12,7 @@ from eomgen.symbolic.map import Map, add_map, splice, unroll
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from tests.oracles.fifty_digits import evaluate_mpmath
-from tests.symbolic.loops import LINKS, MODELS, chain, chain_point, harmonics, random_loop, springs
+from tests.symbolic.loops import MODELS, chain, chain_point, harmonics, random_loop, springs
 from tests.symbolic.random_tapes import complex_step, points, programs
 
 
@@ -129,28 +129,6 @@ def test_harmonic_sum_with_two_derivatives():
     assert evaluate(tape, [second], {"s": 0.7})[0] == pytest.approx(expected[2], rel=1e-14)
 
 
-def test_the_same_loop_is_recorded_once():
-    tape = Tape()
-    s = tape.input("s")
-    first, second = add_map(tape, harmonics(tape, s)), add_map(tape, harmonics(tape, s))
-    assert first == second
-    third = add_map(tape, harmonics(tape, tape.mul(s, s)))
-    assert third != first
-    assert len(tape.maps) == 2
-
-
-def test_counts_are_those_of_the_unrolled_form():
-    tape = Tape()
-    loop = chain(tape)
-    looped = tape.counts(add_map(tape, loop).flat)
-    unrolled = tape.counts(unroll(tape, loop).flat)
-    one = loop.kernel.counts(loop.kernel_refs)
-    assert looped.functions == unrolled.functions == 2 * LINKS
-    assert looped.multiplications == one.multiplications * LINKS
-    assert looped.additions == (one.additions + 2) * LINKS
-    assert looped.statements >= unrolled.statements  # the first link starts from zeros, which only unrolling can fold
-
-
 def test_results_that_are_constants_of_the_kernel_are_constants():
     tape, kernel = Tape(), Tape()
     inner, outer = kernel.input("shared", 0), tape.input("x")
@@ -183,21 +161,6 @@ def test_a_loop_that_does_not_move_has_no_derivative():
     assert forward_partials(tape, results.sums, {InputSymbol("x", 0): {0: ONE}}) == [{}]
     assert gradient(tape, results.sums[0], [tape.input("x")]) == [ZERO]
     assert len(tape.maps) == 1
-
-
-def test_long_loops_are_linear():
-    tape = Tape()
-    count = 3000
-    results = add_map(tape, springs(tape, count))
-    refs = results.flat
-    assert len(tape.live(refs)) == count + 2 + 2 * count + 1
-    value = evaluate(tape, results.sums, {"q": np.arange(count + 1.0), "p": [4.0]})[0]
-    assert value == pytest.approx(np.sum((1.0 - 0.1 * np.arange(count)) ** 4), rel=1e-12)
-
-
-def make_kernel():
-    kernel = Tape()
-    return kernel, kernel.input("gather", 0)
 
 
 def test_nested_maps_are_refused():
