@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
@@ -88,9 +90,6 @@ def _with_tunable_inertia(scene: Scene) -> Scene:
         return Symbol("parameter", name)
 
     for number, body in enumerate(scene.bodies):
-        symbols = [tunable(f"inertial {number} {k}") for k in range(10)]
-        tensor = (symbols[4], symbols[5], symbols[6], symbols[7], symbols[8], symbols[9])
-        bodies.append(
-            replace(body, mass=symbols[0], center_of_mass=(symbols[1], symbols[2], symbols[3]), inertia=tensor)
-        )
+        values: Any = tuple(tunable(f"inertial {number} {k}") for k in range(10))
+        bodies.append(replace(body, mass=values[0], center_of_mass=values[1:4], inertia=values[4:]))
     return replace(scene, parameters=tuple(parameters), bodies=tuple(bodies))

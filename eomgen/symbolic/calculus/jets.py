@@ -120,15 +120,13 @@ class JetAlgebra:
                 return self._power(x, operands[1], value)
             case Op.ABS:
                 return [value, *self.scale(tape.call(Op.SIGN, x[0]), x[1:])]
-            case Op.MIN | Op.MAX:
-                first = (x[0], operands[1][0]) if op is Op.MIN else (operands[1][0], x[0])
-                condition = tape.call(Op.LE, *first)
-                return [value, *(choose(tape, condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
-            case Op.SELECT:
-                return [
-                    value,
-                    *(choose(tape, x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
-                ]
+            case Op.MIN | Op.MAX | Op.SELECT:
+                condition, (then, otherwise) = x[0], operands[-2:]
+                if op is not Op.SELECT:
+                    first, last = (then, otherwise) if op is Op.MIN else (otherwise, then)
+                    condition = tape.call(Op.LE, first[0], last[0])
+                pairs = zip(then[1:], otherwise[1:], strict=True)
+                return [value, *(choose(tape, condition, p, q) for p, q in pairs)]
             case _:  # SIGN, LT and LE are flat
                 return [value] + [ZERO] * (len(x) - 1)
 
