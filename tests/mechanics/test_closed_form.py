@@ -171,3 +171,12 @@ def block_diagonal(blocks: Array) -> Array:
     for k, block in enumerate(blocks):
         found[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = block
     return found
+
+
+def test_both_ways_bear_applied_wrenches(rng: np.random.Generator) -> None:
+    system = derive(SCENES["based"], ["rates", "rates_closed"])
+    run = tape_evaluator(system)
+    state = random_motions(system, run, 2, rng)
+    found = run("rates", state)
+    for block, closed in run("rates_closed", state).items():
+        assert relative_error(found[block], closed) <= 1e-12, block

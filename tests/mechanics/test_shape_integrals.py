@@ -3,6 +3,7 @@ digits."""
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 from eomgen.formula.nodes import Number
+from eomgen.mechanics.shape_functions.families import QuadratureGrid
+from eomgen.mechanics.shape_functions.fixed_point import ONE, round_to_doubles
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.scene.bodies.model import Beam, Deformation, DeformationKind, ShapeFunctions
@@ -116,3 +119,15 @@ def test_rotating_cantilever(
     for wanted, matrix in ((flap, stiffness), (lag, stiffness - speed**2 * found.m)):
         frequencies = np.sqrt(np.linalg.eigvalsh(root @ matrix @ root.T))
         np.testing.assert_allclose(frequencies[: len(wanted)], wanted, rtol=tolerance, atol=5.1e-6)
+
+
+@pytest.mark.parametrize(("origin", "power"), [(Fraction(0), 23), (Fraction(1, 3), 5), (Fraction(2), 0)])
+def test_running_integrals_of_powers_are_powers(origin: Fraction, power: int) -> None:
+    grid = QuadratureGrid((), (Fraction(0), Fraction(1, 3), Fraction(2)))
+    places = [Fraction(int(place), int(ONE)) for place in grid.positions]
+    values = np.array([int(place**power * int(ONE)) for place in places], dtype=object)
+    found = round_to_doubles(grid.from_origin(values, origin))
+    expected = [float((place ** (power + 1) - origin ** (power + 1)) / (power + 1)) for place in places]
+    np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
+    up_to = grid.weights_up_to([origin]) @ round_to_doubles(values)
+    np.testing.assert_allclose(up_to, float(origin ** (power + 1) / (power + 1)), rtol=1e-12, atol=1e-12)

@@ -199,8 +199,9 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
     kind, turns = item.kind, len(item.kind.turned_about)
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
-        residual = _screw_residual(quantities, item, pair, local)
-        driven = [length("travel follows the angle", residual, quantities.formula(item.pitch))]
+        pitch = quantities.formula(item.pitch)  # times the sine of the rotation beyond travel / pitch: any revolution
+        residual = pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
+        driven = [length("travel follows the angle", residual, pitch)]
     return [*(length(label, value) for label, value in _across(kind, first, gap, local)), *turned, *driven]
 
 
@@ -224,14 +225,6 @@ def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FrameP
     """Return sin(rotation of the second frame about z - angle), smooth over any number of revolutions."""
     cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
-
-
-def _screw_residual(quantities: Quantities, item: Constraint, pair: FramePair, local: Vector) -> Scalar:
-    """Return the residual of a screw joint, m: pitch times the sine of the rotation in excess of travel / pitch.
-    ``local`` is the position, m, of the first frame's origin in axes of the second. The travel selects the
-    revolution."""
-    pitch = quantities.formula(item.pitch)
-    return pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
 
 
 @dataclass(frozen=True)
@@ -385,17 +378,12 @@ def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:
     return (x + y + z) * (1 / 3)
 
 
-def _body_size(quantities: Quantities, item: Constraint) -> Scalar:
-    """Return the size, m, of a rolling or sliding body: summed semi-axes of an ellipsoid, else radius and tube
-    radius."""
+def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
+    """Return size, lever and path length of a pair with the size of a rolling or sliding body, without the position on
+    the plane. That size, m, is the sum of an ellipsoid's semi-axes, else of radius and tube radius."""
     lengths = item.semi_axes if item.shape == "ellipsoid" else (item.radius, item.tube_radius)
     first, *others = (magnitude(quantities.formula(length)) for length in lengths)
-    return sum(others, first)
-
-
-def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
-    """Return size, lever and path length of a pair with the wheel's radius, without the position on the plane."""
-    radius = _body_size(quantities, item)
+    radius = sum(others, first)
     return pair.size + radius, pair.lever + radius, pair.path_length + radius
 
 

@@ -13,6 +13,7 @@ from eomgen.lie.product import update
 from eomgen.mechanics.tree.links import Tree
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import ONE
 from eomgen.system.cancellation import cancellation
 
 
@@ -43,7 +44,7 @@ def ltdl(M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]) -> tuple[lis
     factors: list[dict[int, Scalar]] = [{} for _ in range(size)]
     inverse = [M[k][k] for k in range(size)]
     for k in reversed(range(size)):
-        inverse[k] = _reciprocal(A[k][k])
+        inverse[k] = Scalar(A[k][k].tape, ONE) / A[k][k]
         above = _ancestors(parents, k)
         for i in (i for i in above if i in A[k]):
             factor = A[k][i] * inverse[k]
@@ -62,10 +63,6 @@ def half_solved(factors: Sequence[dict[int, Scalar]], right: Sequence[Scalar]) -
         for i, factor in factors[k].items():
             x[i] = x[i] - factor * x[k]
     return x
-
-
-def _reciprocal(value: Scalar) -> Scalar:
-    return Scalar(value.tape, value.tape.constant(1.0)) / value
 
 
 def _ancestors(parents: Sequence[int], k: int) -> list[int]:

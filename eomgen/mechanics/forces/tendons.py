@@ -320,17 +320,10 @@ def _push(loads: Loads, quantities: Quantities, point: _PathPoint, force: Vector
         add_wrench(loads.external, point.link, wrench)
 
 
-def _path_length(quantities: Quantities, tendon: Tendon) -> Scalar:
-    return _path(quantities, tendon).length
-
-
-def _path_rate(quantities: Quantities, tendon: Tendon) -> Scalar:
-    return _path(quantities, tendon).rate
-
-
-LAW = Law(
-    Tendon,
-    add_tendon,
-    {"path_length": _path_length, "path_rate": _path_rate, "path_tension": tension},
-    before_joints=True,
-)
+#: Quantities of tendons in formulas.
+_QUANTITIES = {
+    "path_length": lambda quantities, tendon: _path(quantities, tendon).length,
+    "path_rate": lambda quantities, tendon: _path(quantities, tendon).rate,
+    "path_tension": tension,
+}
+LAW = Law(Tendon, add_tendon, _QUANTITIES, before_joints=True)

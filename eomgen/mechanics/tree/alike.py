@@ -79,7 +79,9 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
     for members in kinds.values():
         numbers = {index: _numbers(links[index], inertias[index], mounts.get(links[index].name)) for index in members}
         same = _members_with_pattern(numbers)
-        if len(same) < FEWEST or not _differ([numbers[index] for index in same]):
+        # what the tape, or the rule for equal moments, looks at: sign, zero
+        looks = {tuple(map(_looked_at, numbers[k])) + tuple(_equal_moments(numbers[k])) for k in same}
+        if len(same) < FEWEST or len(looks) == 1:
             continue
         alike.append(tuple(same))
         for index, row in zip(same, generic_rows(tree.algebra, same, [numbers[k] for k in same], "link"), strict=True):
@@ -162,11 +164,6 @@ def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
             break
         members = kept
     return members
-
-
-def _differ(rows: Sequence[Sequence[Scalar]]) -> bool:
-    """Return whether numbers differ in a property that the tape or the rule for equal moments looks at (sign, zero)."""
-    return len({tuple(map(_looked_at, row)) + tuple(_equal_moments(row)) for row in rows}) > 1
 
 
 def _looked_at(entry: Scalar) -> float | None:

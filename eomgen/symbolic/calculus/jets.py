@@ -11,7 +11,7 @@ LOG, POW, ASIN, ACOS and ATAN2 have denominators that vanish at their singular p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from eomgen.base.data import replace
 from eomgen.symbolic.branches import choose, guarded_product, plus, times
@@ -42,7 +42,10 @@ def jets(
         One per output; c_0 is the output unless inputs were substituted.
     """
     algebra = JetAlgebra(tape)
-    seeds = {abs(node): jet for node, jet in _seed_jets(tape, input_jets, order)}
+    seeds: dict[int, list[Ref]] = {}
+    for key, given in input_jets.items():
+        ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
+        seeds[abs(ref)] = [tape.mul(ONE if ref > 0 else -ONE, coefficient(given, k)) for k in range(order + 1)]
     node_jets: dict[int, list[Ref]] = {}
     of_maps: dict[int, list[list[Ref]]] = {}
 
@@ -307,10 +310,3 @@ class JetAlgebra:
 
 def _varies(x: Jet) -> bool:
     return any(ref != ZERO for ref in x[1:])
-
-
-def _seed_jets(tape: Tape, input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> Iterable[tuple[Ref, list[Ref]]]:
-    for key, jet in input_jets.items():
-        ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
-        sign = ONE if ref > 0 else -ONE
-        yield ref, [tape.mul(sign, coefficient(jet, k)) for k in range(order + 1)]
