@@ -209,8 +209,8 @@ def test_of_two_loads_of_one_size_the_positive_one_comes_first() -> None:
 
 
 def test_large_structures_buckle_by_iteration() -> None:
-    """A row of hinged links with 61 coordinates and more: the eigenvalues next to the preload."""
-    n = 80
+    """A row of hinged links with 201 coordinates and more: the eigenvalues next to the preload."""
+    n = 240
     K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     weights = np.linspace(1.0, 3.0, n)
     statics = structure(lambda q, s: K @ q - s * weights * q, lambda q, s: K - s * np.diag(weights),
@@ -295,7 +295,7 @@ def whole_path(
     )
     start = first_point(statics, LoadedState(np.array(q), np.zeros(0), np.zeros(0), 0.0), np.sign(to))
     limits = StepLimits(0.3, 0.1 * abs(to))
-    return _follow_path(model, varied, statics, start, to, limits, most, stability=stability, report=report)
+    return _follow_path(model, varied, statics, start, to, limits, most, stability, report)
 
 
 def test_a_path_has_its_critical_points_between_its_rows_and_branches_of_the_same_kind() -> None:

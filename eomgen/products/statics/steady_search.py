@@ -16,8 +16,6 @@ from eomgen.products.statics.symmetries import Fields, constant
 from eomgen.solvers.regular_inertia import regular_inertia
 
 Mask = NDArray[np.bool_]
-#: Steps of one search.
-_MAX_STEPS = 100
 
 
 class PrescribedComponents(NamedTuple):
@@ -228,13 +226,12 @@ def _across(M: Array, X: Array, held: Mask) -> Array:
 def _search(conditions: Conditions, fields: Fields, targets: PrescribedComponents, state: MovingState) -> SteadySearch:
     """Return the end of a damped Gauss-Newton iteration from a state, with steps of least size, halved until the
     residual falls."""
-    steps, balanced = 0, False
-    for steps in range(_MAX_STEPS + 1):
+    steps, balanced, most = 0, False, 100
+    for steps in range(most + 1):
         linear = linear_conditions(conditions, fields, targets, state)
         value, J = linear.values, linear.J
-        balanced = bool(np.all(np.abs(value) <= 1e-11 + linear.rounding))
-        if not (np.all(np.isfinite(J)) and np.all(np.isfinite(value))) or steps == _MAX_STEPS:
-            balanced = balanced and bool(np.all(np.isfinite(value)))
+        balanced = bool(np.all(np.isfinite(value) & (np.abs(value) <= 1e-11 + linear.rounding)))
+        if not (np.all(np.isfinite(J)) and np.all(np.isfinite(value))) or steps == most:
             break
         scale = _weights(linear)
         change = -np.linalg.lstsq(J / scale, value, rcond=1e-11)[0] / scale

@@ -26,9 +26,8 @@ FAILURES = [
     Failure(
         "Balance at an instant only",
         6,
-        "numerical error: steady motion: forces balance at this instant only, for they change along the "
-        "motion or with time: later v.shoulder accelerates with 23.1 rad/s^2; try: centres of mass on the axis of "
-        "shoulder "
+        "numerical error: steady motion: forces balance at this instant only: "
+        "later v.shoulder accelerates with 23.1 rad/s^2; try: centres of mass on the axis of shoulder "
         "(the centre of upper is 0.25 m off, 0.5 kg m), with gravity and springs that are the same all round it; "
         "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors) [E0094]",
         command="linearize scene.toml --at steady --velocity shoulder=2 --input motor=0",
