@@ -265,7 +265,7 @@ def refusal(groups: Any, **given: Any) -> str:
         ({"shaft": ("lag_1", "lag_2", "lag_4")}, "there is no coordinate, state, input or output 'lag_4'; try: lag_"),
         ({"shaft": ("lag_1", "lag_2", "lag_2")}, "multiblade: 'lag_2' is named twice; try: each name once"),
         ({"shft": GROUP}, "'shft' is not the angle of a joint by which a rotor turns; try: shaft"),
-        ({"shaft": GROUP[::-1]}, "the blades are named against the order of their azimuths about the axis of the rotor"),
+        ({"shaft": GROUP[::-1]}, "the blades are named against the order of their azimuths"),
     ],
 )  # fmt: skip  # a table
 def test_what_cannot_be_multiblade_coordinates(groups: Any, text: str) -> None:
@@ -274,9 +274,7 @@ def test_what_cannot_be_multiblade_coordinates(groups: Any, text: str) -> None:
 
 def test_a_model_that_changes_with_the_azimuth_in_any_coordinates_is_refused() -> None:
     said = refusal({"shaft": GROUP}, parameters={"uneven": 0.02})
-    assert (
-        "model error: multiblade: the linear model changes with the azimuth in multiblade" in said
-    )
+    assert "model error: multiblade: the linear model changes with the azimuth in multiblade" in said
     assert said.endswith(
         "; try: all coordinates of all blades, if these are equal; or model.floquet(2.0944), in Python"
     )

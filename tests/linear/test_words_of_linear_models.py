@@ -160,9 +160,10 @@ def test_files_of_a_linear_model_have_their_names_and_numbers(tmp_path: Path, mo
     locus = eigenvalue_loci.RootLocus("c", np.array([1.0, 2.0]), np.array([[1j, -1j], [2j, -2j]]), ("marginal",) * 2)
     f = np.array([0.5, 2.0])
     spectra = [PowerSpectrum("place", "m", f, f)]
-    pairs, folder = [("f", "place")], tmp_path / "out"
-    view = campbell_plot.CampbellView()
-    files = request.write(lin, {"a": 1}, folder, locus, pairs, (0.5, 20.0), (DIAGRAM, view), (TABLE, spectra))
+    folder, request.pairs, request.band = tmp_path / "out", [("f", "place")], (0.5, 20.0)
+    request.locus, request.diagram, request.view = locus, DIAGRAM, campbell_plot.CampbellView()
+    request.table, request.spectra = TABLE, spectra
+    files = request.write(lin, {"a": 1}, folder)
     assert [file.name for file in files] == [
         "modes.json", "modes.csv", "matrices.npz", "modes.png", "root_locus.csv", "root_locus.png", "responses.csv",
         "responses.png", "campbell.csv", "campbell.png", "ride.csv", "spectra.csv", "spectra.png",
@@ -173,12 +174,13 @@ def test_files_of_a_linear_model_have_their_names_and_numbers(tmp_path: Path, mo
     assert len(table) == 600 and (table[0, 0], table[-1, 0]) == pytest.approx((0.5, 20.0))
     w = 2.0 * math.pi * table[:, 0]
     np.testing.assert_allclose(table[:, 1] + 1j * table[:, 2], 1.0 / (50.0 - 2.0 * w**2 + 0.5j * w), rtol=1e-9)
-    few = request.write(lin, {}, tmp_path / "few", None, pairs, None, (None, None), (None, []))
+    request.locus = request.diagram = request.table = request.band = None
+    few = request.write(lin, {}, tmp_path / "few")
     assert [file.name for file in few][4:] == ["responses.csv", "responses.png"]
     band = np.loadtxt(tmp_path / "few" / "responses.csv", delimiter=",", skiprows=1)[[0, -1], 0]
     np.testing.assert_allclose(band, np.array([0.1, 10.0]) * 5.0 / (2.0 * math.pi), rtol=1e-9)
-    request.model = cast(Any, SimpleNamespace(name="rig", library=layout, description=description))
-    assert len(request.write(lin, {}, tmp_path / "none", None, [], None, (None, None), (None, []))) == 4
+    request.pairs = []
+    assert len(request.write(lin, {}, tmp_path / "none")) == 4
 
 
 def test_rides_and_crossings_are_printed_behind_the_modes(capsys: pytest.CaptureFixture[str]) -> None:
@@ -199,7 +201,8 @@ def test_ctrl_c_in_a_diagram_or_a_locus_is_told_with_what_there_is() -> None:
     request: Any = object.__new__(linearize._Request)
     request.velocities, request.held, request.inputs, request.multiblade = {"tail": 2.0, "spin": 1.0}, {}, {}, None
     request.parameters, request.initial, request.time, request.at = {"c": 1.0}, {}, 0.5, "steady"
-    asked, calls = CampbellRequest.read("spin=1:5:3", None, (), None, None), list[dict[str, Any]]()
+    request.asked, request.band = CampbellRequest.read("spin=1:5:3", None, (), None, None), None
+    calls = list[dict[str, Any]]()
     for result, said in (
         (
             replace(DIAGRAM, interrupted=True),
@@ -209,22 +212,24 @@ def test_ctrl_c_in_a_diagram_or_a_locus_is_told_with_what_there_is() -> None:
     ):
         campbell_of = lambda name, values, result=result, **given: calls.append(given) or result  # noqa: E731
         request.model = SimpleNamespace(name="rig", parameters={"c": 1.0}, campbell=campbell_of)
-        assert request.campbell(asked, "reference") == (result, said)
+        assert request.campbell("reference") == said and request.diagram is result
     assert calls[0] == {
         "parameters": {"c": 1.0}, "initial": None, "t": 0.5, "velocities": {"tail": 2.0}, "coordinates": {}, "u": None,
         "multiblade": None, "reference": "reference", "orders": None, "whirl": [], "progress": True,
     }  # fmt: skip  # a table
     request.model.campbell = interrupted
-    assert request.campbell(asked, None) == (None, "interrupted before there was a Campbell diagram")
-    assert request.campbell(None, None) == (None, "")
-    request.linearize = interrupted
-    assert request.roots("c", [1.0, 2.0]) == (None, "interrupted before there was a root locus")
+    assert request.campbell(None) == "interrupted before there was a Campbell diagram"
+    request.asked = None
+    assert request.campbell(None) == ""
+    request.linearize, request.sweep = interrupted, ("c", [1.0, 2.0, 3.0])
+    assert request.roots() == "interrupted before there was a root locus" and request.locus is None
     request.linearize = lambda given, _: (
         linear_model(1.0, given["c"], 4.0, ["x"]) if given["c"] < 3.0 else interrupted()
     )
-    locus, told = request.roots("c", [1.0, 2.0, 3.0])
-    assert told == "interrupted: the root locus has 2 of 3 values of c" and locus.values.tolist() == [1.0, 2.0]
-    assert request.roots("c", [1.0, 2.0])[1] == ""
+    assert request.roots() == "interrupted: the root locus has 2 of 3 values of c"
+    assert request.locus.values.tolist() == [1.0, 2.0]
+    request.sweep = "c", [1.0, 2.0]
+    assert request.roots() == ""
 
 
 def test_views_have_the_modes_of_the_table() -> None:

@@ -32,13 +32,9 @@ SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
 _SIZE = (8.6, 5.6)
 #: Size of letters, points.
 _POINTS = 9.0
-#: Crossings nearer than this part of the figure are one dot.
-_TOGETHER = 0.008
 #: Candidates for labels of curves and rays at the right end, and of rays that leave through the top.
 _BESIDE = tuple((1, lines * LETTER[1]) for lines in (0, 1, -1, 2, -2))
 _ABOVE = tuple((side, 2.0 + 0.5 * LETTER[1]) for side in (0, 1, -1))
-#: Inches after the labels at the right.
-_MARGIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -58,7 +54,15 @@ class CampbellView:
         """Raise UsageError for modes, orders or a speed unit that the diagram does not have, and for unsuitable
         limits."""
         count = diagram.frequencies.shape[1]
-        self._check_numbers()
+        for name, value, example in (
+            ("modes", self.modes, "(0, 1)"),
+            ("orders", self.orders, "(1, 2)"),
+            ("frequencies", self.frequencies, "(0, 40)"),
+        ):
+            given = np.asarray([0] if value is None else value)
+            if given.ndim != 1 or given.dtype.kind not in "iuf":
+                fault = f"several numbers are needed, not {shown(value)} [E0377]"
+                raise UsageError(Problem(name, fault, f"{name}={example}"))
         for number in () if self.modes is None else self.modes:
             if number not in range(count):
                 fault = f"there is no mode {number!r} [E0373]"
@@ -78,20 +82,6 @@ class CampbellView:
             own_unit = diagram.unit or "no unit"
             fault = f"{diagram.parameter} has {own_unit}, and a speed in rad/s is converted [E0375]"
             raise UsageError(Problem("speed_unit", fault, "no speed_unit"))
-
-    def _check_numbers(self) -> None:
-        """Raise UsageError if modes, orders or frequencies are given and are not a sequence of numbers."""
-        for name, value, example in (
-            ("modes", self.modes, "(0, 1)"),
-            ("orders", self.orders, "(1, 2)"),
-            ("frequencies", self.frequencies, "(0, 40)"),
-        ):
-            several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
-            if value is not None and not (
-                several and all(isinstance(entry, int | float | np.number) for entry in value)
-            ):
-                fault = f"several numbers are needed, not {shown(value)} [E0377]"
-                raise UsageError(Problem(name, fault, f"{name}={example}"))
 
 
 _ALL = CampbellView()
@@ -291,10 +281,9 @@ def draw_campbell(diagram: Campbell, title: str, path: Path, view: CampbellView 
     FileError
         The file cannot be written.
     """
-    view.check(diagram)
     figure = new_figure(_SIZE)
-    figure.get_layout_engine().set(w_pad=_MARGIN)
-    _Drawing(figure.subplots(), diagram, view).draw()
+    figure.get_layout_engine().set(w_pad=0.1)
+    plot_campbell(diagram, figure.subplots(), view)
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
     figure.text(0.99, 0.01, f"modes: {numbering(diagram)}", ha="right", va="bottom", fontsize=7.5, color="#444444")
     return save_figure(figure, path)
@@ -312,7 +301,7 @@ def plot_campbell(diagram: Campbell, axes: object = None, view: CampbellView = _
     view.check(diagram)
     drawn = axes_of_caller("plot", axes, [f"frequencies over {diagram.parameter}"], _SIZE)
     if axes is None:
-        drawn[0].figure.get_layout_engine().set(w_pad=_MARGIN)
+        drawn[0].figure.get_layout_engine().set(w_pad=0.1)  # inches after the labels at the right
     _Drawing(drawn[0], diagram, view).draw()
     return drawn
 
@@ -325,7 +314,7 @@ class _Drawing:
         self.modes = list(range(diagram.frequencies.shape[1])) if view.modes is None else list(view.modes)
         self.orders = sorted(diagram.orders if view.orders is None else view.orders)
         self.unit, self.letter = view.speed_unit or diagram.unit, view.letter
-        self.scale = SPEED_UNITS[view.speed_unit] if view.speed_unit else 1.0
+        self.scale = SPEED_UNITS[view.speed_unit or "rad/s"]
         self.frequencies = diagram.frequencies[:, self.modes]
         self.ends = np.array([float(np.min(diagram.values)), float(np.max(diagram.values))])
         self.fixed = view.frequencies is not None
@@ -427,7 +416,7 @@ class _Drawing:
         for item in self.diagram.crossings:
             frequency, drawn = item.frequency / (2.0 * np.pi), item.mode in self.modes and item.order in self.orders
             point = self._points(item.speed, frequency)
-            near = any(np.all(np.abs(point - neighbour) < _TOGETHER * self.size) for neighbour, _, _ in single)
+            near = any(np.all(np.abs(point - neighbour) < 0.008 * self.size) for neighbour, _, _ in single)
             if drawn and self.bottom <= frequency <= self.top and not near:
                 single.append((point, item.speed, frequency))
         self.axis.plot(

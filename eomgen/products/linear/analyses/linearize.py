@@ -447,7 +447,7 @@ def _in_multiblade_coordinates(
     if not variation <= SAME:
         reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
         if _variation(_to_multiblade(first, reverse), _at_azimuths(models, reverse), reverse)[0] <= SAME:
-            fault = "the blades are named against the order of their azimuths about the axis of the rotor [E0066]"
+            fault = "the blades are named against the order of their azimuths [E0066]"
             raise UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
         of = f"{result.state_space().states[row]}' by {variation:.2g} of its coefficients"
         fault = f"the linear model changes with the azimuth in multiblade coordinates, too: {of} [E0065]"
