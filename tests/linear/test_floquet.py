@@ -18,7 +18,7 @@ from scipy.special import mathieu_a, mathieu_b
 import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
 from eomgen.lie.product import Factor, update
-from eomgen.products.linear.analyses.periodic_motions import _TRIED, _Orbit
+from eomgen.products.linear.analyses.periodic_motions import _Orbit
 from eomgen.products.linear.floquet import Floquet, monodromy, multipliers
 from tests.models.library import scene
 
@@ -125,8 +125,12 @@ def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> Non
         (lambda: mathieu.floquet(0.0), UsageError, r"period: 0\.0 is not a positive number"),
         (lambda: mathieu.floquet(math.pi, tolerance=-1), UsageError, r"the tolerance must lie in 0\.\.0\.1, not -1"),
         (lambda: mathieu.floquet(math.pi, tolerance=0.1), UsageError, r"the tolerance must lie in 0\.\.0\.1, not 0\.1"),
-        (lambda: mathieu.floquet(1e-6), NumericalError, r"the equations do not change within 1e-06 s, and later they"),
-        (lambda: mathieu.floquet(1.0), NumericalError, "the equations do not have the period 1 s: the coefficients at"),
+        (lambda: mathieu.floquet(1e-6), NumericalError, r"the equations do not change within 1e-06 s, and the coef"),
+        (
+            lambda: mathieu.floquet(1.0),
+            NumericalError,
+            "the equations do not have the period 1 s: the coeff",
+        ),
         (lambda: mathieu.floquet(math.pi, tolerance=1e-300), NumericalError, "the monodromy matrix is known to "),
     ):
         with pytest.raises(error, match=text):
@@ -212,20 +216,6 @@ def test_a_start_beside_the_periodic_motion_is_corrected_and_progress_is_told(ma
     later = mathieu.floquet(math.pi, t_start=0.7, parameters=given["parameters"])
     shifted = integrated(lambda t: np.array([[0.0, 1.0], [-(d + 2.0 * e * math.cos(2.0 * t + 1.4)), -c]]), math.pi)
     np.testing.assert_allclose(later.monodromy, shifted, atol=3e-6)
-
-
-@pytest.mark.slow
-def test_a_search_that_does_not_come_nearer_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The forced wheel runs away from each start; all corrections would take four times as long."""
-    tried: list[int] = []
-    corrected = _Orbit.correct
-    monkeypatch.setattr(_Orbit, "correct", lambda *given: tried.append(1) or corrected(*given))
-    builder = eomgen.SceneBuilder("wheel", gravity=[0, 0, 0]).body("wheel", 1.0, inertia=[1, 1, 1])
-    builder.joint("spin", "revolute", "base", "wheel", axis=[0, 1, 0], initial={"velocity": 6.5})
-    builder.effort("push", "spin", "1 + 0.1 * sin(q.spin)")
-    with pytest.raises(NumericalError, match="the motion is not periodic"):
-        eomgen.build(builder.build(), profile="quick").floquet(1.0)
-    assert len(tried) <= _TRIED + 3
 
 
 # -- results, from numbers alone ---------------------------------------------------------------------------------------
@@ -325,7 +315,7 @@ def test_changes_over_a_period_leave_out_whole_turns_of_angles(rng: np.random.Ge
     factors = [Factor("R", "slide", 0, 1, 0, 1), Factor("R", "spin", 1, 1, 1, 1), Factor("SO3", "ball", 2, 4, 2, 3)]
     units = ("m/s", "rad/s", *("rad/s",) * 3)
     names = ("v.slide", "v.spin", *(f"v.ball[{k}]" for k in range(3)))
-    model: Any = SimpleNamespace(nv=5, factors=factors, v_units=np.array(units), v_names=names, states=("lag",))
+    model: Any = SimpleNamespace(nv=5, factors=factors, v_units=np.array(units), v_names=names, z_names=("z.lag",))
     orbit: Any = SimpleNamespace(model=model)
     v, z = rng.normal(size=(4, 5)), rng.normal(size=(4, 1))
     off = np.array([6.4, 0.02, 0.0, 0.1, -0.3])
@@ -337,8 +327,7 @@ def test_changes_over_a_period_leave_out_whole_turns_of_angles(rng: np.random.Ge
     np.testing.assert_allclose(found.changes, [*off, *(v[3] - v[0]), *(z[3] - z[0])], atol=1e-12)
     np.testing.assert_allclose(found.turns, [0.0, -4.0 * math.pi, 0.0, 0.0, 0.0])
     reach = [1.0 + np.ptp(run.q[:, 0]), 1.0 + np.ptp(run.q[:, 1]), 1.0, 1.0, 1.0]
-    np.testing.assert_allclose(found.sizes, [*reach, *(1.0 + np.abs(v).max(axis=0)), *(1.0 + np.abs(z).max(axis=0))])
-    assert found.names == [*(f"q.{name[2:]}" for name in names), *names, "z.lag"]
-    parts = np.abs(found.changes) / found.sizes
-    k = int(np.argmax(parts))
-    assert found.largest == (parts[k], f"{found.names[k]} changes by {found.changes[k]:.3g}")
+    sizes = np.array([*reach, *(1.0 + np.abs(v).max(axis=0)), *(1.0 + np.abs(z).max(axis=0))])
+    parts = np.abs(found.changes) / sizes
+    k, known = int(np.argmax(parts)), [*(f"q.{name[2:]}" for name in names), *names, "z.lag"]
+    assert (found.part, found.words) == (pytest.approx(parts[k]), f"{known[k]} changes by {found.changes[k]:.3g}")

@@ -44,7 +44,7 @@ ONE = np.ones((1, 1))
 CALLS: list[tuple[Callable[[], Any], str]] = [
     (
         lambda: linear_model(1.0, 0.0, 4.0, ["x"], {"f": [1.0]}).frequency_response([1.0, 2.0], "f", "x"),
-        "a frequency is equal to the frequency of a mode without damping, whose response has no bound",
+        "a frequency is equal to the frequency of an undamped mode, whose response has no bound",
     ),
     (lambda: delay_line("u", "y", 0, 0.1), "samples: a whole number from 1 on is needed, not 0; try: 1"),
     (lambda: delay_line("u", "y", 2, 0.0), "sample: the time between two samples is 0 s; try: a time above zero"),
@@ -71,7 +71,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
         lambda: InputSpectrum("w", [0.0, 1.0], [1, 1]),
         "InputSpectrum: w: frequencies have to be two or more positive",
     ),
-    (lambda: NARROW.rms(4.0, 2.0), "rms: the band from 4 to 2 Hz is reversed; try: low <= high"),
+    (lambda: NARROW.rms(4.0, 2.0), "rms: 4 to 2 Hz is reversed; try: low <= high"),
     (lambda: NARROW.rms("4"), "low, high: an array of real numbers is needed, not list"),  # type: ignore[arg-type]
     (
         lambda: MeasuredRoad([1.0, 2.0], [1.0, -1e-9]),

@@ -261,7 +261,7 @@ def refusal(groups: Any, **given: Any) -> str:
     [
         ([GROUP], "is not a mapping of rotors to blades; try: {\"spin\": [(\"flap_1\", \"flap_2\", \"flap_3\")]}"),
         ({"shaft": [GROUP, "lag_1"]}, "'lag_1'] is not a list of blades"),
-        ({"shaft": GROUP[:2]}, "multiblade: lag_1, lag_2 are 2 blades of shaft, and multiblade coordinates need"),
+        ({"shaft": GROUP[:2]}, "multiblade: lag_1, lag_2 are 2 blades, and multiblade coordinates need"),
         ({"shaft": ("lag_1", "lag_2", "lag_4")}, "there is no coordinate, state, input or output 'lag_4'; try: lag_"),
         ({"shaft": ("lag_1", "lag_2", "lag_2")}, "multiblade: 'lag_2' is named twice; try: each name once"),
         ({"shft": GROUP}, "'shft' is not the angle of a joint by which a rotor turns; try: shaft"),

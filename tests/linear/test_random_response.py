@@ -94,7 +94,7 @@ def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov() -> None:
     assert spectrum.density[0] == pytest.approx(abs(expected) ** 2 * 5e-5 * 0.01 * 12.0 / 1.7**2, rel=1e-12)
     assert (spectrum.unit, spectrum.quantity_unit) == ("m^2/Hz", "m")
     for name in ("height", "acceleration"):
-        with pytest.raises(ModelError, match=f"{name} follows the road itself, and the variance of that has no bound"):
+        with pytest.raises(ModelError, match=f"{name} follows the road itself, whose variance has no bound"):
             lin.rms_on_white_noise_road(name, excitation)
 
 
@@ -107,7 +107,7 @@ def test_integration_agrees_with_lyapunov_over_the_wheelbase() -> None:
         both = lin.rms(name, wide), lin.rms_on_white_noise_road(name, wide)
         assert both[0] == pytest.approx(both[1], rel=tolerance), name
     assert lin.rms_on_white_noise_road("pitch", side_by_side) <= 1e-9
-    with pytest.raises(ModelError, match="pitch follows the road itself, and the variance of that has no bound"):
+    with pytest.raises(ModelError, match="pitch follows the road itself, whose variance has no bound"):
         lin.rms_on_white_noise_road("pitch", RoadExcitation(wide.road, 15.0, {"front": 0.0}))
     apart = RoadExcitation(wide.road, 15.0, {"front": 0.0, "rear": 2.0}, {"rear": 1.5}, 0.4)
     both = lin.rms("v.pitch", apart), lin.rms_on_white_noise_road("v.pitch", apart)

@@ -44,10 +44,6 @@ if TYPE_CHECKING:
     from eomgen.products.linear.state_space import StateSpace
 
 
-#: Relative distance of an eigenvalue from the requested place above which the distance is reported.
-_OFF = 1e-3
-
-
 def slowest_motion(A: Array, names: Sequence[str], inertias: Array) -> str:
     """Return a sentence with the decay rate (1/s) of the slowest motion of a closed loop, or a motion without decay.
     `A` (ns, ns) is the matrix of the closed loop, whose first states are the coordinates `names` with `inertias`."""
@@ -79,14 +75,10 @@ def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
     for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
         pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
         nearest_pole = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
-        if abs(nearest_pole - pole) > _OFF * w:
+        if abs(nearest_pole - pole) > 1e-3 * w:
             got = f"{abs(nearest_pole):.4g} rad/s with a damping ratio of {-nearest_pole.real / abs(nearest_pole):.3g}"
             differences.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
     return f"damping couples the modes: {', '.join(differences)}; " if differences else ""
-
-
-#: Part of the feedback that signals cannot represent, above which this part is reported.
-_MISSING = 1e-8
 
 
 def calibrate(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
@@ -333,7 +325,7 @@ def _by_signals(space: StateSpace, item: StateFeedback, G: Array, Y: Array, Y_u:
     scaled = scaled / sizes[:, np.newaxis]
     result = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
     left, scale = wanted - result @ scaled, np.abs(G).max(axis=0)
-    if np.linalg.norm(left) > _MISSING * float(np.linalg.norm(wanted)):
+    if np.linalg.norm(left) > 1e-8 * float(np.linalg.norm(wanted)):
         share = np.abs(left / scales).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
         name = space.states[int(np.argmax(share))]
         missing, of = name.removeprefix("z.") if "." in name else f"q.{name}", item.name

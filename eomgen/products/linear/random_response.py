@@ -225,9 +225,7 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
     first = [int(np.flatnonzero(of_wheel == k)[0]) for k in range(len(tracks))]
     steps = _Steps(space, excitation, output, [list(np.flatnonzero(of_wheel == k)) for k in range(len(tracks))])
     if steps.unbounded:
-        fault = (
-            f"{output} follows the road itself, and the variance of that has no bound without ends of the band [E0455]"
-        )
+        fault = f"{output} follows the road itself, whose variance has no bound without ends of the band [E0455]"
         raise ModelError(Problem(_PLACE, fault, "rms, over the band of the road"))
     products = float(np.sum(coherence[np.ix_(first, first)] * steps.products()))
     variance = road.velocity_intensity(excitation.speed) * products

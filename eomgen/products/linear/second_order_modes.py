@@ -20,6 +20,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
 from eomgen.products.linear.eigenvalues import (
     EPSILON,
+    MARGIN,
     balance,
     eigenvectors,
     norm,
@@ -30,11 +31,8 @@ from eomgen.products.linear.eigenvalues import (
 )
 from eomgen.products.linear.modes import Modes, modes_of
 
-#: Coordinates from which on models are taken by parts, and up to which a part is decomposed as a whole.
-MANY, _FEW = 100, 20
-#: Part of a matrix, in units of its rounding, below which entries do not couple modes and a skew part is none: half of
-#: the stated uncertainty.
-_ROUNDING = 8.0
+#: Coordinates from which on models are taken by parts; a part of a fifth of them and less is decomposed as a whole.
+MANY = 100
 Numbers = NDArray[np.intp]
 
 
@@ -106,7 +104,7 @@ def _uncoupled_parts(M: Array, C: Array, K: Array) -> Iterator[Numbers]:
 def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
     """Return the modes of one uncoupled part with the matrices M, C, K (n, n): by its undamped modes if it is large and
     these are few in a group, else by the eigenvectors of the balanced state matrix."""
-    if len(M) > _FEW and (part := _by_undamped_modes(M, C, K)) is not None:
+    if len(M) > MANY // 5 and (part := _by_undamped_modes(M, C, K)) is not None:
         return part
     n = len(M)
     accelerations = np.linalg.solve(M, -np.concatenate([K, C], axis=1))
@@ -120,7 +118,8 @@ def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
 def _by_undamped_modes(M: Array, C: Array, K: Array) -> _UncoupledModes | None:
     """Return the modes of one part by groups of undamped modes that damping couples; None if M or K is not symmetric,
     M not positive definite, or all modes are coupled."""
-    diagonal, rounding = np.diagonal(M), _ROUNDING * EPSILON
+    diagonal = np.diagonal(M)
+    rounding = 0.5 * MARGIN * EPSILON  # smaller entries do not couple modes, and a smaller skew part is none
     if not np.all(diagonal > 0.0):
         return None
     root = 1.0 / np.sqrt(diagonal)  # which makes entries of different units comparable

@@ -33,9 +33,8 @@ def arguments_of(name: str) -> list[str]:
 
 def no_array(name: str, value: object) -> UsageError:
     """Return the error for an argument without real numbers."""
-    return UsageError(
-        Problem(name, f"an array of real numbers is needed, not {type(value).__name__} [E2194]", "a list of numbers")
-    )
+    fault = f"an array of real numbers is needed, not {type(value).__name__} [E2194]"
+    return UsageError(Problem(name, fault, "a list of numbers"))
 
 
 class ModelArguments:

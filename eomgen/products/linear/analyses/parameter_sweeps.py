@@ -216,10 +216,7 @@ def campbell(
             try:
                 linear = linearize_at(value, before)
             except RuntimeWarning:
-                fault = (
-                    f"the linear model changes with the turn of {speed}, so modes at one instant are not of the"
-                    f" motion [E2203]"
-                )
+                fault = f"{AT_ONE_INSTANT} of {speed}, so modes at one instant are not of the motion [E2203]"
                 hint = "bending by joints in front of the spin, multiblade for equal blades, or model.floquet"
                 raise NumericalError(Problem("campbell", fault, hint)) from None
         return standing.transform(linear, at_value(value), value)

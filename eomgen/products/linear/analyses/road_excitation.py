@@ -51,10 +51,7 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     if not under and (measured := _measured_profile_inputs(model)):
         return _over_profile(measured, road, speed)
     if not under:
-        fault = (
-            "no input of the scene is a random road, nor a measured one: a curve at a speed times t less an"
-            " offset [E0083]"
-        )
+        fault = "no input of the scene is a road: a random one, or a curve at a speed times t less an offset [E0083]"
         hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
         raise UsageError(Problem("road_excitation", fault, hint))
     classes = {item.road_class for item in under.values()}

@@ -297,9 +297,7 @@ class PowerSpectrum:
         """
         low, high = numbers("low, high", [low, high])
         if not low <= high:
-            raise UsageError(
-                Problem("rms", f"the band from {low:.6g} to {high:.6g} Hz is reversed [E2243]", "low <= high")
-            )
+            raise UsageError(Problem("rms", f"{low:.6g} to {high:.6g} Hz is reversed [E2243]", "low <= high"))
         ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
         inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])
         f = np.concatenate([ends[:1], self.frequencies[inside], ends[1:]])
