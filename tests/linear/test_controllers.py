@@ -115,7 +115,7 @@ def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path
 def test_text_of_nested_data_is_read_back() -> None:
     odd = {"a": {"b c": 'quote " and \\', "d": [1, 2.5, True], "e": {"f": "x", "g": {"h i": 1e-300}}}, "name": "n"}
     assert tomllib.loads(toml_text(odd)) == odd
-    assert tomllib.loads(toml_text(POLE)) == POLE and toml_text(POLE).endswith('method = "rk4"\n')
+    assert tomllib.loads(toml_text(POLE)) == POLE and 'method = "rk4"\n' in toml_text(POLE)
 
 
 @pytest.mark.parametrize("sample", [None, 0.02])

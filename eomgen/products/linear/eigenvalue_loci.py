@@ -26,8 +26,6 @@ _ENDS: tuple[tuple[int, dict[str, Any]], ...] = (
     (0, {"marker": "x", "color": "#C8102E"}),
     (-1, {"marker": "o", "facecolors": "none", "edgecolors": "#C8102E"}),
 )
-#: A number within a warning.
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 class MergedWarnings:
@@ -45,7 +43,7 @@ class MergedWarnings:
 
     def __init__(self, job: str, parameter: str, values: Sequence[float]) -> None:
         self.job, self.parameter, self.values = job, parameter, frozenset(map(float, values))
-        self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
+        self.caught: dict[str, list[tuple[float, str, type[Warning]]]] = {}
 
     @contextmanager
     def at(self, value: float) -> Iterator[None]:
@@ -61,18 +59,23 @@ class MergedWarnings:
             problems = [Problem(f"{text}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
             raise type(error)(problems) from None
         for item in caught:
-            self.caught.setdefault(NUMBER.sub("#", str(item.message)), []).append((value, item))
+            self.add(value, str(item.message), item.category)
+
+    def add(self, value: float, text: str, category: type[Warning]) -> None:
+        """Keep a warning under the parameter's value."""
+        kind = re.sub(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?", "#", text)
+        self.caught.setdefault(kind, []).append((value, text, category))
 
     def warn(self, stacklevel: int) -> None:
         """Issue each kept kind of warning once, with the range of the values concerned and the text of the first
         one."""
         for kind in self.caught.values():
-            every = {value for value, _ in kind}
+            (value, text, category), every = kind[0], {value for value, _, _ in kind}
             at = sorted(every & self.values or every)
             among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
-            first = f"at {self.parameter} = {kind[0][0]:.6g}"
-            text = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
-            warnings.warn(f"{text}: {kind[0][1].message} [W0040]", kind[0][1].category, stacklevel=stacklevel)
+            first = f"at {self.parameter} = {value:.6g}"
+            where = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
+            warnings.warn(f"{where}: {text} [W0040]", category, stacklevel=stacklevel)
 
 
 @dataclass(frozen=True)
