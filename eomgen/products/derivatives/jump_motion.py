@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.events import SHORTEST, STOPPED
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.simulation.stepping.chunks import rows_from
-
-#: Largest distance of a sample from a point of the grid, in steps, and rounding of times, as in the steppers.
-_AT_POINT, _ROUNDING = 1e-6, 64.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -225,8 +223,8 @@ class JumpMotion(ReplayedRun):
         return first + np.array([int(row["state"]) for row in self._clocks["rows"]], dtype=np.intp)
 
     def _tolerance(self, times: Array) -> Array:
-        at_point = min(_AT_POINT * self.run.grid.step, self._clocks["closest"])
-        tolerance: Array = at_point + _ROUNDING * np.abs(times)
+        at_point = min(WRITTEN * self.run.grid.step, self._clocks["closest"])  # as in the steppers
+        tolerance: Array = at_point + 64.0 * float(np.finfo(float).eps) * np.abs(times)
         return tolerance
 
     def _due(self, times: Array) -> NDArray[np.bool_]:

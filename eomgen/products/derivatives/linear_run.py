@@ -139,8 +139,7 @@ class LinearRun(ABC, Generic[PartType]):
         self.motion, self.columns, self.samples, self.start = motion, by.columns, by.samples, start
         self.run: Run = motion.run
         model = self.run.model
-        holonomic = int(model.library.layout["sizes"]["holonomic"])
-        self.equations = StepEquations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
+        self.equations = StepEquations(model, self.run.parameters, by.columns["p"], rows, len(by.samples))
         self.rest: LinearizedRest | None = None
         self.asked = self._directions()
 

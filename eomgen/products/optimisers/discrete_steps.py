@@ -49,11 +49,6 @@ _IMPLICIT = (
     (*("residual", "constraint_acceleration", "constraint_velocity", "internal_rate"),),
     ("residual", "constraint_acceleration", "constraint", "constraint_velocity", "internal_rate"),
 )
-#: Why steps of a family have no second derivatives in C.
-_REASONS = dict.fromkeys(
-    ("rosenbrock", "corrected_predictor", "discontinuous_galerkin", "taylor"),
-    ", which would be third derivatives of the model",
-)
 
 
 class Slot(NamedTuple):
@@ -143,13 +138,9 @@ class StepChain(StepOperations[Slot]):
         self.program, self.model, self.title = program, functions, title
         self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
         self.nl, self.nx = program.sizes["lam"], program.input_size("q") + program.sizes["v"] + program.sizes["z"]
-        taken = {block for function in functions.values() for block in function.sizes}
-        inputs: dict[str, int] = {
-            "x": self.nx,
-            **{name: program.input_size(name) for name in ("u", "p") if name in taken},
-        }
-        inputs |= {"t": 1} if "t" in taken else {}
-        inputs["h"] = 1
+        taken = {"x", "h", *(block for function in functions.values() for block in function.sizes)}
+        every = {"x": self.nx, "u": program.input_size("u"), "p": program.input_size("p"), "t": 1, "h": 1}
+        inputs = {name: size for name, size in every.items() if name in taken}
         self.timed = "t" in taken
         self.sizes = {name: size for name, size in inputs.items() if name == "x" or name in along}
         self.ny, self.nu, self.count = sum(self.sizes.values()), sum(unknowns.values()), 0
@@ -178,16 +169,14 @@ class StepChain(StepOperations[Slot]):
         given."""
         exported = self.model[name]
         values = {**self.values, "a": self.zero.part(0, self.nv), "lam": self.zero.part(0, self.nl), **slots}
-        return self._node(
-            ChainFunction(exported, None), [values[block] for block in exported.sizes], exported.output[1]
-        )
+        return self._node(ChainFunction(exported, None), [values[block] for block in exported.sizes])
 
-    def _node(self, function: ChainFunction, arguments: Sequence[Slot], size: int, result: Slot | None = None) -> Slot:
+    def _node(self, function: ChainFunction, arguments: Sequence[Slot], result: Slot | None = None) -> Slot:
         names = [known.name for known in self.functions]
         if function.name not in names:
             self.functions.append(function)
             names.append(function.name)
-        slot = self.new(size) if result is None else result
+        slot = self.new(function.exported.output[1]) if result is None else result
         self.nodes.append(ChainNode(names.index(function.name), slot, tuple(arguments), ()))
         return slot
 
@@ -230,9 +219,7 @@ class StepChain(StepOperations[Slot]):
                 self.sum(*([StepTerm(1.0, left)] if of_q else []), StepTerm(1.0, right), into=target)
             else:
                 function = group_function(name, str(factor["group"]))
-                self._node(
-                    ChainFunction(exported_group_function(function), function), (left, right), target.size, target
-                )
+                self._node(ChainFunction(exported_group_function(function), function), (left, right), target)
         return result
 
     def update(self, q: Slot, increment: Slot) -> Slot:
@@ -347,15 +334,8 @@ class StepChain(StepOperations[Slot]):
             jacobian |= end[:, ny:] @ solved
             mixed = second[:ny, ny:] @ solved
             hessian |= mixed | mixed.T | (solved.T @ second[ny:, ny:] @ solved)
-        return Exported(
-            "step",
-            self.sizes,
-            ("x_next", self.nx),
-            dense_pattern(jacobian, ny),
-            lower_pattern(hessian),
-            self.nx * ny,
-            self.first["work"],
-        )
+        patterns = dense_pattern(jacobian, ny), lower_pattern(hessian)
+        return Exported("step", self.sizes, ("x_next", self.nx), *patterns, self.nx * ny, self.first["work"])
 
 
 def inverse_pattern(matrix: Nonzero) -> Nonzero:
@@ -388,14 +368,9 @@ def why_no_step(program: Program) -> str:
     turns; empty if steps are."""
     if program.sampled:
         names = ", ".join(str(program.states[int(row["state"])].name) for row in program.sampled)
-        return (
-            f"the state {names} is sampled, and the value after a step depends on the time of the last sample [E0941]"
-        )
+        return f"the state {names} is sampled: its value after a step depends on the time of the last sample [E0941]"
     if program.angles:
-        names = ", ".join(program.angles)
-        return (
-            f"the turns of {names} are counted, by references that a step changes and that have no derivatives [E0942]"
-        )
+        return f"the turns of {', '.join(program.angles)} are counted, which has no derivatives [E0942]"
     return ""
 
 
@@ -433,7 +408,9 @@ def chain_of(
     }
     needed, fits, record = recorders.get(made.family) or _implicit_terms(made, rows, holonomic)
     if not fits:
-        fault = f"steps of {name} have no derivatives in C{_reason(made, bool(needed), rows, holonomic)} [E0943]"
+        kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
+        reason = ", since its length is chosen" if made.chooses_steps else f" for scenes with {kind}" if needed else ""
+        fault = f"steps of {name} have no derivatives in C{reason} [E0943]"
         raise UsageError(Problem("method", fault, default_method(program)))
     by_name = {function.name: function for function in functions}
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
@@ -468,15 +445,6 @@ def _implicit_terms(method: Any, rows: int, holonomic: int) -> tuple[tuple[str, 
         return (), False, None
     form = int(rows > 0) + int(holonomic > 0)
     return _IMPLICIT[form], not holonomic or getattr(method, "form", "") == "stabilised", None
-
-
-def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
-    """Return why steps of a method have no second derivatives in C, as the end of a message; empty for other reasons.
-    `recorded`: whether steps for scenes of another kind have some; `rows` and `holonomic` count constraints."""
-    if recorded:  # for scenes of another kind
-        kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
-        return f" for scenes with {kind}"
-    return _REASONS.get(method.family, ", since its length is chosen" if method.chooses_steps else "")
 
 
 def _check_kicks(program: Program, accelerations: Exported) -> None:
