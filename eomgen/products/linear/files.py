@@ -30,8 +30,13 @@ def to_json_data(
     E0. ``second_order`` and ``undamped_frequencies`` are None for constraints at velocity level, ``multiblade`` without
     such coordinates. A ride is a list ``ride``, one row for each class and speed: ``class``, ``speed`` in m/s, ``rms``
     by output; a Campbell diagram adds its crossings as ``campbell``."""
-    ride = {} if table is None else {"ride": _ride(table)}
-    crossings = {} if diagram is None else {"campbell": _crossings(diagram)}
+    more: dict[str, Any] = {} if table is None else {"ride": _ride(table)}
+    if diagram is not None:
+        more["campbell"] = [{**vars(item), "mode": diagram.number(item.mode)} for item in diagram.crossings]
+    multiblade = None
+    if lin.multiblade is not None:
+        rotors = {rotor.name: [list(group) for group in rotor.groups] for rotor in lin.multiblade.rotors}
+        multiblade = {"rotors": rotors, "variation": lin.multiblade.variation}
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
     second = {name: getattr(lin, name).tolist() for name in _SECOND_ORDER} if lin.free.holonomic else None
     return {
@@ -42,21 +47,12 @@ def to_json_data(
         "coordinates": list(lin.coordinates),
         **{kind: list(getattr(space, kind)) for kind in KINDS},
         "stability": modes.stability,
-        "multiblade": _multiblade(lin),
+        "multiblade": multiblade,
         "modes": [_mode(modes, k) for k in range(len(modes))],
         "undamped_frequencies": lin.undamped_frequencies.tolist() if lin.free.holonomic else None,
         "second_order": second,
-        **ride,
-        **crossings,
+        **more,
     }
-
-
-def _multiblade(lin: Linearization) -> dict[str, Any] | None:
-    """Return the rotors of multiblade coordinates with their blades, and the remaining change over azimuths."""
-    if lin.multiblade is None:
-        return None
-    rotors = {rotor.name: [list(group) for group in rotor.groups] for rotor in lin.multiblade.rotors}
-    return {"rotors": rotors, "variation": lin.multiblade.variation}
 
 
 def _mode(modes: Modes, k: int) -> dict[str, Any]:
@@ -70,20 +66,12 @@ def _mode(modes: Modes, k: int) -> dict[str, Any]:
     }
 
 
-def _crossings(diagram: Campbell) -> list[dict[str, Any]]:
-    return [{**vars(item), "mode": diagram.number(item.mode)} for item in diagram.crossings]
-
-
 def _ride(table: RideTable) -> list[dict[str, Any]]:
-    return [
-        {
-            "class": name,
-            "speed": float(speed),
-            "rms": dict(zip(table.outputs, map(float, table.values[i, k]), strict=True)),
-        }
-        for i, name in enumerate(table.classes)
-        for k, speed in enumerate(table.speeds)
-    ]
+    rows = []
+    for name, values in zip(table.classes, table.values.tolist(), strict=True):
+        for speed, numbers in zip(table.speeds.tolist(), values, strict=True):
+            rows.append({"class": name, "speed": speed, "rms": dict(zip(table.outputs, numbers, strict=True))})
+    return rows
 
 
 def write_modes(modes: Modes, path: Path) -> Path:

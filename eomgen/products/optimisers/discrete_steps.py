@@ -507,45 +507,33 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
         chain.equations += [chain.call("constraint", **state)] if holonomic else []
         chain.equations.append(chain.call("constraint_velocity", **state))
     if nz:
-        _add_rates(chain, step, rates, rate_share, state)
+        m, gamma = step.rate_alpha_m, step.rate_gamma
+        of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
+        rate = StepTerm(gamma * (1.0 - f) / (1.0 - m), chain.rate_of_states(**state), 1)
+        terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), rate]
+        if rate_share:
+            slope = zip(WEIGHTS, rates, strict=True)
+            terms += [StepTerm(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
+        chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, state["z"]), *terms))
     chain.ends_with(state["q"], v, state["z"])
     return chain
 
 
-def _add_rates(
-    chain: StepChain, step: LinearStep, rates: Sequence[Slot], rate_share: float, end: Mapping[str, Slot]
-) -> None:
-    """Add the equations of internal states at the end of a generalized-alpha step to the chain. `rates` are the rates
-    at the start and further times, `rate_share` the time of the algorithmic rate in shares of a step, and `end` has the
-    values at the end by block."""
-    m, f, gamma = step.rate_alpha_m, step.alpha_f, step.rate_gamma
-    of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
-    rate = chain.rate_of_states(**end)
-    terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), StepTerm(gamma * (1.0 - f) / (1.0 - m), rate, 1)]
-    if rate_share:
-        slope = zip(WEIGHTS, rates, strict=True)
-        terms += [StepTerm(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
-    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, end["z"]), *terms))
-
-
 def _predict(chain: StepChain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
     """Return q, v and z at the share `part` of a step after the start, by the accelerations of the start, as values by
-    block. `start` has the values at the start, `k` is the number of the time, for the unknown of z."""
-    moved = chain.sum(StepTerm(part, chain.v, 1), StepTerm(0.5 * part * part, start["a"], 2))
-    state = {"q": chain.update(chain.q, moved), "v": chain.sum(StepTerm(1.0, chain.v), StepTerm(part, start["a"], 1))}
-    return state | ({"z": _predicted_states(chain, start, chain.unknowns[f"z_{k}"], part)} if chain.nz else {})
-
-
-def _predicted_states(chain: StepChain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:
-    """Return internal states a part of the step after the start, for the first slope of accelerations.
+    block. `start` has the values at the start, `k` is the number of the time, for the unknown of z.
 
     The stepper takes the linearly implicit step z - z_n = part h (Z_n + dZ/dz (z - z_n)). Here the rates Z are taken at
     z, which is the same for rates linear in z, and differs by the third power of h for others.
     """
-    chain.guesses.append((z, chain.z))
-    rate = chain.rate_of_states(**{**start, "z": z})
-    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), StepTerm(part, rate, 1)))
-    return z
+    moved = chain.sum(StepTerm(part, chain.v, 1), StepTerm(0.5 * part * part, start["a"], 2))
+    state = {"q": chain.update(chain.q, moved), "v": chain.sum(StepTerm(1.0, chain.v), StepTerm(part, start["a"], 1))}
+    if chain.nz:
+        state["z"] = z = chain.unknowns[f"z_{k}"]
+        chain.guesses.append((z, chain.z))
+        rate = chain.rate_of_states(**{**start, "z": z})
+        chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), StepTerm(part, rate, 1)))
+    return state
 
 
 def _components_of_positions(program: Program, functions: _Functions) -> list[int]:
