@@ -74,16 +74,21 @@ def _ride(table: RideTable) -> list[dict[str, Any]]:
     return rows
 
 
+def _write(columns: Mapping[str, Array], path: Path) -> Path:
+    """Write columns by name as a CSV table, and return the path."""
+    write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
+    return path
+
+
 def write_modes(modes: Modes, path: Path) -> Path:
     """Write modes as a CSV table, one row each, and return the path; shapes as real and imaginary parts by
     coordinate."""
-    names = ["undamped frequency [Hz]", "damped frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]"]
-    names += [f"{name} {part}" for name in modes.coordinates for part in ("real", "imaginary")]
-    shapes = np.stack([modes.shapes.real, modes.shapes.imag], axis=1).reshape(2 * len(modes.coordinates), len(modes))
-    values = modes.eigenvalues
-    columns = [modes.frequency, modes.damped_frequency, modes.damping_ratio, values.real, values.imag, *shapes]
-    write_table(path, names, np.stack(columns, axis=1))
-    return path
+    columns = {"undamped frequency [Hz]": modes.frequency, "damped frequency [Hz]": modes.damped_frequency}
+    columns |= {"damping_ratio": modes.damping_ratio}
+    columns |= {"real [1/s]": modes.eigenvalues.real, "imaginary [rad/s]": modes.eigenvalues.imag}
+    for name, shape in zip(modes.coordinates, modes.shapes, strict=True):
+        columns |= {f"{name} real": shape.real, f"{name} imaginary": shape.imag}
+    return _write(columns, path)
 
 
 def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
@@ -102,23 +107,21 @@ def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
 
 def write_root_locus(locus: RootLocus, path: Path) -> Path:
     """Write roots over a parameter as a table: values of the parameter, then real and imaginary parts of each root."""
-    numbers = range(1, locus.eigenvalues.shape[1] + 1)
-    names = [locus.parameter, *(f"root{k} {part}" for k in numbers for part in ("real [1/s]", "imaginary [rad/s]"))]
-    parts = np.stack([locus.eigenvalues.real, locus.eigenvalues.imag], axis=2).reshape(len(locus.values), -1)
-    write_table(path, names, np.concatenate([locus.values[:, np.newaxis], parts], axis=1))
-    return path
+    columns = {locus.parameter: locus.values}
+    for k, root in enumerate(locus.eigenvalues.T, 1):
+        columns |= {f"root{k} real [1/s]": root.real, f"root{k} imaginary [rad/s]": root.imag}
+    return _write(columns, path)
 
 
 def write_campbell(diagram: Campbell, path: Path) -> Path:
     """Write a Campbell diagram as a CSV table, and return the path. Columns are the parameter, then damped frequency
     (Hz), damping ratio and whirl (1, -1, 0) of each mode."""
-    names = [diagram.parameter]
-    columns = [diagram.values]
+    columns = {diagram.parameter: diagram.values}
     for k in range(diagram.eigenvalues.shape[1]):
-        names += [f"mode{diagram.number(k)} {part}" for part in ("damped frequency [Hz]", "damping_ratio", "whirl")]
-        columns += [diagram.frequencies[:, k], diagram.damping_ratios[:, k], diagram.whirl[:, k].astype(float)]
-    write_table(path, names, np.stack(columns, axis=1))
-    return path
+        parts = {"damped frequency [Hz]": diagram.frequencies, "damping_ratio": diagram.damping_ratios}
+        parts["whirl"] = diagram.whirl.astype(float)
+        columns |= {f"mode{diagram.number(k)} {name}": table[:, k] for name, table in parts.items()}
+    return _write(columns, path)
 
 
 def write_ride(table: RideTable, path: Path) -> Path:
@@ -129,18 +132,14 @@ def write_ride(table: RideTable, path: Path) -> Path:
 
 def write_spectra(spectra: Sequence[PowerSpectrum], path: Path) -> Path:
     """Write spectra as a table: frequencies in Hz, then the density of each quantity."""
-    names = ["frequency [Hz]", *(f"{item.name} [{item.unit}]" if item.unit else item.name for item in spectra)]
-    densities = [spectra[0].frequencies, *(item.density for item in spectra)]
-    write_table(path, names, np.stack(densities, axis=1))
-    return path
+    named = {f"{item.name} [{item.unit}]" if item.unit else item.name: item.density for item in spectra}
+    return _write({"frequency [Hz]": spectra[0].frequencies, **named}, path)
 
 
 def write_responses(frequencies: Array, responses: Mapping[tuple[str, str], Complex], path: Path) -> Path:
     """Write frequency responses as a CSV table, and return the path. Columns are frequencies in Hz, then real and
     imaginary parts of output over input for each pair (input, output)."""
-    names, columns = ["frequency [Hz]"], [frequencies]
+    columns = {"frequency [Hz]": frequencies}
     for (of_input, output), values in responses.items():
-        names += [f"{output} / {of_input} {part}" for part in ("real", "imaginary")]
-        columns += [values.real, values.imag]
-    write_table(path, names, np.stack(columns, axis=1))
-    return path
+        columns |= {f"{output} / {of_input} real": values.real, f"{output} / {of_input} imaginary": values.imag}
+    return _write(columns, path)

@@ -228,8 +228,8 @@ def campbell(
         numbered = float(at_speed), standing.transform(reference, at_value(float(at_speed)), float(at_speed))
     with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
         result = diagram(speed, unit, array.tolist(), linearize_oscillations, orders, whirl, report, numbered)
-    if text := standing.warning():
-        warnings.warn(text, RuntimeWarning, stacklevel=3)
+    if standing.warning:
+        warnings.warn(standing.warning, RuntimeWarning, stacklevel=3)
     return result
 
 
