@@ -94,8 +94,9 @@ class JumpMotion(ReplayedRun):
             count = 1
             while begun not in inside and begun + count < size and begun + count not in inside:
                 count += 1
-            if after_cut and not renewed:
-                self._go_on(done + begun)
+            if after_cut and not renewed:  # the step starts anew with the same units
+                state[places["step"]] = -run.grid.step
+                state[places["origin"]], state[places["count"]] = run.grid.start, done + begun
             ends = [times[begun], *inside.get(begun, ()), times[begun + count]]
             events, points = self._legs(ends, count, begun, table)
             record[begun : begun + count] = points[-count:]
@@ -136,12 +137,6 @@ class JumpMotion(ReplayedRun):
             acting, reached = self._taken_steps(1, end - begin, inputs)
             events, rows = [*events, *acting], [*rows, *reached]
         return events, rows
-
-    def _go_on(self, number: int) -> None:
-        """Prepare step ``number`` of the grid, which starts anew with the same units."""
-        state, places, grid = self.stepper.state, self.stepper.places, self.run.grid
-        state[places["step"]] = -grid.step
-        state[places["origin"]], state[places["count"]] = grid.start, number
 
     def _taken_steps(self, count: int, size: float, table: Array | None) -> tuple[list[Any], list[Array]]:
         """Take ``count`` steps of a size (s); return the events that change the motion, and the rows at the ends.

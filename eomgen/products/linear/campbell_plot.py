@@ -429,17 +429,14 @@ class _Drawing:
         looks = {"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
         for _, speed, frequency in single:
             given = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
-            self._label(speed, frequency, _number(speed * self.scale), AROUND, _CROSSING, self.size, **given)
+            shown_speed = speed * self.scale  # with four digits and more, without an exponent
+            text = f"{shown_speed:.0f}" if abs(shown_speed) >= 1e3 else f"{shown_speed:.4g}"
+            self._label(speed, frequency, text, AROUND, _CROSSING, self.size, **given)
         return bool(single)
 
     def _points(self, speed: float, frequency: float) -> Array:
         low, high = (self.ends[0], self.bottom), (self.ends[1], self.top)
         return np.asarray((np.array([speed, frequency]) - low) / np.subtract(high, low) * self.size)
-
-
-def _number(speed: float) -> str:
-    """Return a speed with four digits and more, without an exponent."""
-    return f"{speed:.0f}" if abs(speed) >= 1e3 else f"{speed:.4g}"
 
 
 def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:

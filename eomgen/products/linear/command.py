@@ -63,10 +63,6 @@ def _positive(text: str, number: Callable[[str], Any] = float) -> tuple[Any, ...
     return numbers
 
 
-def _order(text: str) -> float:
-    return float(text.strip().rstrip("xXpP"))
-
-
 def _pair(text: str) -> tuple[str, str]:
     """Return the texts before and after a colon, stripped; raises ValueError if one is empty."""
     first, _, second = (part.strip() for part in text.partition(":"))
@@ -111,7 +107,8 @@ class CampbellRequest:
         multiples, numbers = None, None
         if orders is not None:
             fault, example = "positive numbers are needed [E0169]", "--orders 1,2"
-            multiples = _read("--orders", orders, lambda text: _positive(text, _order), fault, example)
+            plain = lambda text: _positive(text, lambda part: float(part.strip().rstrip("xXpP")))  # noqa: E731
+            multiples = _read("--orders", orders, plain, fault, example)
         if modes is not None:
             fault, example = "numbers of modes from 1 on are needed [E0170]", "--modes 1,2,4"
             numbers = _read("--modes", modes, lambda text: _positive(text, int), fault, example)

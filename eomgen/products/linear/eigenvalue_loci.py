@@ -178,7 +178,9 @@ def root_locus(
                 roots = np.linalg.eigvals(before.state_space().A).astype(complex)
                 stability_there = before.modes().stability
             order = np.lexsort((roots.real, np.abs(roots)))
-            points.append((_continue_roots(points[-1][0], roots) if points else roots[order], stability_there))
+            if points:  # in the order of the previous roots, with the least sum of distances
+                _, order = linear_sum_assignment(np.abs(points[-1][0][:, np.newaxis] - roots))
+            points.append((roots[order], stability_there))
             if report is not None:
                 report(number, len(values))
     except KeyboardInterrupt:
@@ -189,13 +191,6 @@ def root_locus(
     rows, stability = zip(*points, strict=True)
     done = np.array(values[: len(rows)], dtype=float)
     return RootLocus(parameter, done, np.array(rows), stability, interrupted)
-
-
-def _continue_roots(last: Complex, roots: Complex) -> Complex:
-    """Return roots in the order of the previous roots: the assignment has the least sum of distances."""
-    _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
-    result: Complex = roots[order]
-    return result
 
 
 def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:

@@ -83,22 +83,17 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
 
 def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _UncoupledModes]]:
     """Yield groups of equal uncoupled parts: their coordinates, (parts, size), and the modes of one such part."""
-    for places in _uncoupled_parts(M, C, K):
+    labels = part_labels((M != 0.0) | (C != 0.0) | (K != 0.0))
+    order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels)
+    starts = np.cumsum(sizes) - sizes
+    for size in np.unique(sizes).tolist():
+        places = order[starts[sizes == size][:, np.newaxis] + np.arange(size)]  # (parts, size)
         blocks = [matrix[places[:, :, np.newaxis], places[:, np.newaxis, :]] for matrix in (M, C, K)]
         equal: dict[bytes, list[int]] = {}
         for number, content in enumerate(np.concatenate(blocks, axis=1)):
             equal.setdefault(content.tobytes(), []).append(number)
         for numbers in equal.values():
             yield places[numbers], _decompose(*(block[numbers[0]] for block in blocks))
-
-
-def _uncoupled_parts(M: Array, C: Array, K: Array) -> Iterator[Numbers]:
-    """Yield the coordinates of parts that are not coupled, (parts, size), by size."""
-    labels = part_labels((M != 0.0) | (C != 0.0) | (K != 0.0))
-    order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels)
-    starts = np.cumsum(sizes) - sizes
-    for size in np.unique(sizes).tolist():
-        yield order[starts[sizes == size][:, np.newaxis] + np.arange(size)]
 
 
 def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:

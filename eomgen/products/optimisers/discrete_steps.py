@@ -406,7 +406,10 @@ def chain_of(
         "runge_kutta": (_EXPLICIT, not rows, runge_kutta),
         "rattlie": (_VARIATIONAL, 0 < rows == holonomic, variational),
     }
-    needed, fits, record = recorders.get(made.family) or _implicit_terms(made, rows, holonomic)
+    needed, fits, record = recorders.get(made.family, ((), False, None))
+    if isinstance(made.linear_step, LinearStep) and not made.chooses_steps:
+        needed = _IMPLICIT[int(rows > 0) + int(holonomic > 0)]
+        fits = not holonomic or getattr(made, "form", "") == "stabilised"
     if not fits:
         kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
         reason = ", since its length is chosen" if made.chooses_steps else f" for scenes with {kind}" if needed else ""
@@ -438,15 +441,6 @@ def _chain(program: Program, functions: _Functions, method: Any, along: Sequence
     return chain
 
 
-def _implicit_terms(method: Any, rows: int, holonomic: int) -> tuple[tuple[str, ...], bool, None]:
-    """Return the functions that a step of generalized-alpha takes, and whether the method has such steps with so many
-    constraints; no functions for other methods."""
-    if not isinstance(method.linear_step, LinearStep) or method.chooses_steps:
-        return (), False, None
-    form = int(rows > 0) + int(holonomic > 0)
-    return _IMPLICIT[form], not holonomic or getattr(method, "form", "") == "stabilised", None
-
-
 def _check_kicks(program: Program, accelerations: Exported) -> None:
     """Raise ModelError if accelerations depend on velocities."""
     velocities = accelerations.slices.get("v", slice(0, 0))
@@ -467,7 +461,11 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     stages = STAGES if share or rate_share else STAGES[:1]
     unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
     unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
-    weighed = _components_of_positions(program, functions) if holonomic else []
+    weighed: list[int] = []
+    if holonomic:  # components of v that constraints on positions take, from the nonzeros of B
+        first_row, pattern = functions["residual"].slices["lam"].start, functions["residual"].jacobian
+        of_rows = (first_row <= pattern.columns) & (pattern.columns < first_row + holonomic)
+        weighed = sorted({int(row) for row in pattern.rows[of_rows]})
     unknowns |= {"vdot": nv, "lam": rows, "z": nz, "eta": holonomic, "shift": len(weighed)}
     chain = StepChain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
     chain.guesses.append((chain.unknowns["z"], chain.z))
@@ -534,14 +532,6 @@ def _predict(chain: StepChain, start: Mapping[str, Slot], k: int, part: float) -
         rate = chain.rate_of_states(**{**start, "z": z})
         chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), StepTerm(part, rate, 1)))
     return state
-
-
-def _components_of_positions(program: Program, functions: _Functions) -> list[int]:
-    """Return the components of v that constraints on positions take, from the nonzeros of B."""
-    exported, holonomic = functions["residual"], program.sizes["holonomic"]
-    first = exported.slices["lam"].start
-    of_rows = (first <= exported.jacobian.columns) & (exported.jacobian.columns < first + holonomic)
-    return sorted({int(row) for row in exported.jacobian.rows[of_rows]})
 
 
 def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:

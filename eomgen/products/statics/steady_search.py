@@ -238,7 +238,10 @@ def _search(conditions: Conditions, fields: Fields, targets: PrescribedComponent
         increment = linear.across @ change[: linear.across.shape[1]]
         share = 0.5 / float(np.max(np.abs(increment[conditions.turning]), initial=0.5))
         for _ in range(1 if balanced else 30):
-            moved = _moved(conditions, fields, linear, state, share * change)
+            ends = np.cumsum([linear.across.shape[1], len(fields), len(state.z)])
+            by_q, dg, dz, _ = np.split(share * change, ends)
+            q = update(conditions.model.factors, state.q, linear.across @ by_q)
+            moved = motion_at(conditions, fields, q, state.g + dg, state.z + dz)
             next_value = _values(conditions, targets, linear.at, moved)
             enough = 0.5 if balanced else 1.0 - 0.1 * share
             if np.all(np.isfinite(next_value)) and np.linalg.norm(next_value) < enough * np.linalg.norm(value):
@@ -265,10 +268,3 @@ def _weights(linear: Linear) -> Array:
     rest = np.linalg.norm(linear.J[:, moving:], axis=0)
     weights = np.concatenate([np.sqrt(np.concatenate(energies)), rest])
     return np.where(weights > 0.0, weights, 1.0)
-
-
-def _moved(conditions: Conditions, fields: Fields, linear: Linear, state: MovingState, change: Array) -> MovingState:
-    ends = np.cumsum([linear.across.shape[1], len(fields), len(state.z)])
-    by_q, dg, dz, _ = np.split(change, ends)
-    q = update(conditions.model.factors, state.q, linear.across @ by_q)
-    return motion_at(conditions, fields, q, state.g + dg, state.z + dz)
