@@ -18,7 +18,7 @@ from eomgen.products.linear.eigenvalue_loci import (
     root_locus,
 )
 from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.spectra import PowerSpectrum, RideTable
+from eomgen.products.linear.spectra import PowerSpectrum
 from eomgen.products.linear.spectra.power_spectrum import weighting_response
 from tests.linear.by_hand import linear_model
 
@@ -56,17 +56,6 @@ def test_spectra_are_drawn_where_logarithms_exist() -> None:
     (axis,) = PowerSpectrum("seat", "", np.array([1.0, 2.0]), np.ones(2)).plot(Figure().subplots())
     assert axis.get_ylabel() == "power spectral density" and axis.get_title(loc="left") == "seat"
     assert axis.get_legend() is None
-
-
-def test_rides_are_tables_of_class_and_speed() -> None:
-    values = np.arange(8.0).reshape(2, 2, 2)
-    table = RideTable(("x", "y"), ("m", ""), ("A", "C"), np.array([10.0, 20.0]), values, ("", "Wk"))
-    assert table.headings == ("class", "speed [m/s]", "rms x [m]", "rms y (Wk)")
-    assert table.rows == [("A", "10", "0", "1"), ("A", "20", "2", "3"), ("C", "10", "4", "5"), ("C", "20", "6", "7")]
-    assert repr(table).splitlines()[:2] == [
-        "class  speed [m/s]  rms x [m]  rms y (Wk)",
-        "    A           10          0           1",
-    ]
 
 
 DIAGRAM = Campbell(

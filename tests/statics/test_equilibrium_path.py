@@ -135,8 +135,6 @@ def test_the_command_line_follows_paths(tmp_path: Path, capsys: pytest.CaptureFi
         assert float(row["load"]) == pytest.approx(truss_load(0.2 + float(row["apex.z"])), abs=1e-9)
     assert main(["equilibrium", str(scene), "--buckling", "load", "--json", "--profile", "quick"]) == 0
     assert json.loads(capsys.readouterr().out)["parameter"] == "load"
-    assert main(["equilibrium", str(scene), "--path", "load=up"]) == 2
-    assert "--path load=up: a name and two numbers are needed; try: --path load=0:10" in capsys.readouterr().err
 
 
 def column(elements: int, **joint: Any) -> dict[str, Any]:

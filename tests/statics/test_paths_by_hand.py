@@ -22,7 +22,7 @@ from eomgen.products.statics.critical_points import (
     scaled_mode,
 )
 from eomgen.products.statics.equilibrium_path import EquilibriumPath
-from eomgen.products.statics.path_following import BucklingLoads, _aside, _follow_path, _misleads, components_of
+from eomgen.products.statics.path_following import _aside, _follow_path, _misleads, components_of
 from eomgen.solvers.bordered_newton import Balance, LoadedState, LoadedStatics, Tangents
 from eomgen.solvers.equilibrium_path import StepLimits, first_point, follow
 from tests.oracles.evaluation import Array
@@ -260,15 +260,6 @@ def test_extrapolation_is_checked_half_way() -> None:
     assert half_way(singular, REST, 1.0) is None
     with pytest.raises(ArithmeticError, match="the tangent stiffness is singular there"):
         linear_buckling(singular, REST, 1)
-
-
-def test_loads_of_the_other_sign_than_the_preload_are_reversed() -> None:
-    for at, values, turned in ((0.0, [2.0, -3.0], (False, True)), (-1.0, [2.0, -3.0], (True, False))):
-        found = BucklingLoads("load", "N", at, np.array(values), np.zeros((1, 2)), (("x",), ("x",)))
-        assert found.reversed == turned
-        shown = ", ".join(f"{value:g}{' (reversed load)' * back}" for value, back in zip(values, turned, strict=True))
-        assert repr(found) == f"<BucklingLoads: load = {shown} N>"
-    assert repr(BucklingLoads("load", "1", 0.0, np.zeros(0), np.zeros((1, 0)), ())) == "<BucklingLoads: load = none>"
 
 
 # -- results -----------------------------------------------------------------------------------------------------------
