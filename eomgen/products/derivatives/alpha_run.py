@@ -151,7 +151,7 @@ class StartedRun(LinearRun[PartType]):
         """The start of the run."""
         start, (_, alpha_m, alpha_f, *_) = self.motion.start, self.coefficients
         share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
-        return self.linear_start(share)
+        return LinearizedStart(self, share)
 
     def equation_directions(self, along: StateDirections) -> StateDirections:
         """Return directions without motions of multipliers of velocities, which are not in the equations."""

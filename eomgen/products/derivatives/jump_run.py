@@ -216,17 +216,15 @@ class JumpRun(StartedRun[JumpPart]):
         assert isinstance(part, JumpSegment)  # for mypy
         states, blocks = states_of(part.rows, self.run.model), self.values(part)[1]
         plain, firsts = self._plain(part)
-        before, after = states_of(firsts[plain], self.run.model), States(*(block[plain + 1] for block in states))
         anew = plain[part.anew[plain]]
         sizes = np.full(len(anew), self.run.grid.step)
         starts = self._restarts(firsts[anew], part.rows[anew + 1], part.p[anew], sizes, moving=False)
-        into = dict(zip(anew.tolist(), range(len(anew)), strict=True))
         inside = [stretch for k in sorted(part.cut) for stretch in part.cut[k]]
         stepped = self._linearise_stepped([stretch for stretch in inside if not stretch.short])
         stretches = (self._linearise_short_stretch(item) if item.short else next(stepped) for item in inside)
         cuts = {k: self._through(part, blocks, k, stretches) for k in sorted(part.cut)}
         kept = {k: inertia for k, (_, inertia) in cuts.items()}
-        matrices = self._matrices(part, plain, before, after, starts, into, kept)
+        matrices = self._matrices(part, starts, kept)
         # by the step before which a map comes, or with which a sweep begins
         moves: dict[tuple[int, bool], Sweep | Cut] = {(k, False): cut for k, (cut, _) in cuts.items()}
         moves |= {(step, False): cut for step, cut in self._into_starts(part, blocks, anew, starts).items()}
@@ -243,19 +241,12 @@ class JumpRun(StartedRun[JumpPart]):
         firsts[:, held] = part.rows[1:, held]
         return np.array([k for k in range(len(part.samples)) if k not in part.cut], dtype=np.intp), firsts
 
-    def _matrices(
-        self,
-        part: JumpSegment,
-        plain: NDArray[np.intp],
-        before: States,
-        after: States,
-        starts: Restarts,
-        into: Mapping[int, int],
-        kept: Mapping[int, Array],
-    ) -> StepMatrices:
-        """Return the matrices of the steps `plain` without a jump inside, with a column for time after the parameters.
-        `before` and `after` are the states at both ends, `starts` the steps that start anew, ``into`` their numbers by
-        step, ``kept`` W = 1/M_ii after cut steps."""
+    def _matrices(self, part: JumpSegment, starts: Restarts, kept: Mapping[int, Array]) -> StepMatrices:
+        """Return the matrices of the steps without a jump inside, with a column for time after the parameters. `starts`
+        are the starts of steps that start anew, in order, ``kept`` W = 1/M_ii after cut steps."""
+        plain, firsts = self._plain(part)
+        before, after = (states_of(rows, self.run.model) for rows in (firsts[plain], part.rows[plain + 1]))
+        into = {step: number for number, step in enumerate(plain[part.anew[plain]].tolist())}
         of_ends = self.equations.blocks(self._blocks(after, part.p[plain + 1], after.t))
         known, a = part.memory, np.zeros((len(plain), self.equations.nv))
         inertia, every = part.inertia, np.zeros((len(plain), len(part.inertia)))

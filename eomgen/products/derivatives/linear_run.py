@@ -22,7 +22,7 @@ from eomgen.formula.features import rough_operations
 from eomgen.products.derivatives.equations import StepEquations, rows_of
 from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
-from eomgen.products.derivatives.start import LinearizedRest, LinearizedStart, StateDirections, at_rest
+from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
@@ -225,18 +225,6 @@ class LinearRun(ABC, Generic[PartType]):
             own = weighed >= (part.first > 0)
             by[: self.equations.parameters] += np.einsum("nop,nof->pf", Yp[own], of_outputs[weighed[own]])
         return result
-
-    def linear_start(self, share: float) -> LinearizedStart:
-        """Return the start made linear; ``share`` as of ``LinearizedStart``."""
-        begun, grid = self.motion.start, self.run.grid
-        state = begun["q"], begun["v"], begun.get("z", np.zeros(0))
-        first_step = np.array([grid.start + 0.5 * grid.step])
-
-        def prescribed_at(part: float) -> PrescribedInputs:
-            return self.prescribe(np.array([grid.start + part * grid.step]), first_step)
-
-        start = self.equations, grid.start, grid.step, *state, prescribed_at, self.moved_inputs, share
-        return LinearizedStart(*start, self.start.asked)
 
     def _directions(self) -> StateDirections:
         """Return the changes of the requested start along the directions, one column each, with changes of parameters.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.arrays import Array, count_of
+from eomgen.base.arrays import count_of
 from eomgen.base.calls import checked_call, names_of
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState, check_initial, initial_state, starts_of, values_by_joint
@@ -33,6 +33,7 @@ from eomgen.products.derivatives.transition_run import TransitionRun
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.request import read_request
 from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import ChosenStepper, chosen_stepper
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
@@ -156,7 +157,7 @@ def sensitivities(
     _check_formulas(model, signals, parameter_names)
     chosen.check_span(run, changed=request.changed)
     state, _, _ = request.initial_state(run)
-    start = _start(model, initial, run.parameters, state, parameter_names, at_rest=request.at_rest)
+    start = _start(run, initial, state, parameter_names, at_rest=request.at_rest)
     rows = [row for places in outputs.values() for row in places]
     stepper = Stepper(chosen.library, run.settings, run.parameters)
     jumps = stepper.layout["sampled"] or "events" in stepper.layout["method"]
@@ -174,17 +175,12 @@ def sensitivities(
 
 
 def _start(
-    model: CompiledModel,
-    initial: Mapping[str, Any] | None,
-    p: Array,
-    state: InitialState,
-    by: Sequence[str],
-    *,
-    at_rest: bool,
+    run: Run, initial: Mapping[str, Any] | None, state: InitialState, by: Sequence[str], *, at_rest: bool
 ) -> Start:
     """Return the dependence of a run's initial state on the parameters ``by``. `initial` is the caller's, `state` the
     state with which the run begins, at static equilibrium if `at_rest`. Raises UsageError if derivatives of the initial
     state in the parameters are not known."""
+    model, p = run.model, run.parameters
     asked = initial_state(model, initial, p, asked=not at_rest)
     if at_rest:
         asked = InitialState(state.q, asked.v, state.z)

@@ -19,8 +19,9 @@ begin with their rates alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,9 @@ from eomgen.products.derivatives.equations import EquationPartials, StepEquation
 from eomgen.products.derivatives.steps import STAGES, WEIGHTS
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
+
+if TYPE_CHECKING:
+    from eomgen.products.derivatives.linear_run import LinearRun
 
 
 @dataclass(frozen=True)
@@ -261,7 +265,6 @@ class StartDerivatives:
         return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, z + of_z, zdot + r, of_lam)
 
 
-@dataclass(frozen=True)
 class LinearizedStart:
     """The start of a run, made linear.
 
@@ -270,22 +273,20 @@ class LinearizedStart:
     equations : of the run
     t, step : s
     q, v, z : the initial state
-    prescribed_at : inputs and base at a share of the first step
-    moved_inputs : changes of inputs at times along directions of inputs
     share : alpha_m - alpha_f; 0 if vddot is left out
     asked : the requested initial state, before a correction onto the constraints
     """
 
-    equations: StepEquations
-    t: float
-    step: float
-    q: Array
-    v: Array
-    z: Array
-    prescribed_at: Callable[[float], PrescribedInputs]
-    moved_inputs: Callable[[Array], Array | None]
-    share: float
-    asked: InitialState
+    def __init__(self, run: LinearRun[Any], share: float) -> None:
+        begun, grid = run.motion.start, run.run.grid
+        self.equations, self.asked, self.share = run.equations, run.start.asked, share
+        self.t, self.step = grid.start, grid.step
+        self.q, self.v, self.z = begun["q"], begun["v"], begun.get("z", np.zeros(0))
+        self._prescribe, self._moved_inputs = run.prescribe, run.moved_inputs
+
+    def prescribed_at(self, share: float) -> PrescribedInputs:
+        """Return inputs and base at a share of the first step."""
+        return self._prescribe(np.array([self.t + share * self.step]), np.array([self.t + 0.5 * self.step]))
 
     @property
     def moved_far(self) -> bool:
@@ -379,7 +380,7 @@ class LinearizedStart:
 
     def _accelerate(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:
         times = np.array([self.t + share * self.step])
-        given = self.prescribed_at(share), self.moved_inputs(times)
+        given = self.prescribed_at(share), self._moved_inputs(times)
         values = _values(self.equations, InitialState(q, v, self.z), times, *given)
         values = self.equations.with_accelerations(values)
         return values, self.equations.partials(values)

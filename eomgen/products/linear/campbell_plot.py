@@ -382,31 +382,25 @@ class _Drawing:
             text, ray = f"{order:g}{self.letter}", order * abs(end) / (2.0 * math.pi)
             leaves = self.top * 2.0 * math.pi / order
             if self.bottom <= ray <= self.top:
-                self._label(end, ray, text, _BESIDE, _RAY)
+                self._label((end, ray), text, _BESIDE, _RAY)
             elif self.ends[0] <= leaves < end:
-                self._label(leaves, self.top, text, _ABOVE, _RAY)
+                self._label((leaves, self.top), text, _ABOVE, _RAY)
         for mode, column in zip(self.modes, self.frequencies.T, strict=True):
             if self.bottom <= column[-1] <= self.top:
-                self._label(end, float(column[-1]), f"mode {self.diagram.number(mode)}", _BESIDE, "#111111")
+                self._label((end, float(column[-1])), f"mode {self.diagram.number(mode)}", _BESIDE, "#111111")
 
     def _label(
-        self,
-        speed: float,
-        frequency: float,
-        text: str,
-        candidates: Sequence[tuple[int, float]],
-        colour: str,
-        size: Sequence[float] | Array = (math.inf, math.inf),
-        **looks: Any,
+        self, at: tuple[float, float], text: str, places: Sequence[tuple[int, float]], colour: str, **looks: Any
     ) -> None:
-        """Write a label at a point of the diagram, at the first free one of the places; no label without one."""
-        point = self._points(speed, frequency)
-        if box := free_box(point, text, candidates, self.taken, size):
+        """Write a label at a speed and frequency, at the first free one of the places; no label without one. Labels
+        around a point are within the axes."""
+        point = self._points(*at)
+        if box := free_box(point, text, places, self.taken, *([self.size] if places is AROUND else [])):
             self.taken.append(box)
             away = (box.x - point[0], box.y - point[1])
             looks = {"fontsize": _POINTS, "textcoords": "offset points", "annotation_clip": False, **looks}
-            at = (speed * self.scale, frequency)
-            self.axis.annotate(text, at, away, "data", ha="center", va="center", color=colour, **looks)
+            there = (at[0] * self.scale, at[1])
+            self.axis.annotate(text, there, away, "data", ha="center", va="center", color=colour, **looks)
 
     def _crossings(self) -> bool:
         """Draw a dot for each crossing, with its speed as text if there is a free place next to the dot. Left out are
@@ -431,7 +425,7 @@ class _Drawing:
             given = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
             shown_speed = speed * self.scale  # with four digits and more, without an exponent
             text = f"{shown_speed:.0f}" if abs(shown_speed) >= 1e3 else f"{shown_speed:.4g}"
-            self._label(speed, frequency, text, AROUND, _CROSSING, self.size, **given)
+            self._label((speed, frequency), text, AROUND, _CROSSING, **given)
         return bool(single)
 
     def _points(self, speed: float, frequency: float) -> Array:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.rounding import COMPUTED
@@ -242,7 +243,9 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
     return float(np.sqrt(max(variance, 0.0)))
 
 
-def _products_of_steps(A: Array, C: Array, start: Array, static: Array, delays: Array, of_wheel: Array) -> Array:
+def _products_of_steps(
+    A: Array, C: Array, start: Array, static: Array, delays: Array, of_wheel: NDArray[np.intp]
+) -> Array:
     """Return the integrals over time of the products of the responses of each two tracks, (tracks, tracks), to a unit
     step of the road's elevation in each, which the wheels meet in turn.
 

@@ -27,7 +27,7 @@ from eomgen.codegen.targets.target import Target
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.optimisers.casadi_code import Texts, check_named, exported_functions
 from eomgen.products.optimisers.discrete_steps import StepChain, chain_of
-from eomgen.products.optimisers.functions import Equations, Exported, Pattern, dense, rates
+from eomgen.products.optimisers.functions import Equations, Exported, Pattern, dense, rates, symmetric
 
 #: Terms of the functions of acados: of scenes without constraints, with constraints.
 _FREE, _CONSTRAINED = ("inverse_dynamics", "forward_dynamics"), ("residual", "constraint_acceleration")
@@ -138,14 +138,9 @@ def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     """Return the description of acados' function for the Hessian of multipliers times the implicit equations, as one
     sparse symmetric matrix in (x, xdot, z, u)."""
     equations, lower = sizes.family.equations, sizes.family.equations.lower
-    width, off = equations.width, lower.rows != lower.columns
-    rows, columns = (
-        np.concatenate([first, second[off]])
-        for first, second in ((lower.rows, lower.columns), (lower.columns, lower.rows))
-    )
-    numbers = np.concatenate([lower.places, lower.places[off]])
-    flat = columns * width + rows
-    distinct, targets = np.unique(flat, return_inverse=True)
+    width, both = equations.width, symmetric(equations.width, lower.rows, lower.columns)
+    numbers = lower.places[both.places]
+    distinct, targets = np.unique(both.columns * width + both.rows, return_inverse=True)
     pattern = Pattern((width, width), distinct % width, distinct // width, np.arange(len(distinct)))
     inputs, outputs = sizes.dense(texts, "x", "xdot", "u", "z", "multiplier", "p"), [texts.argument("hess", pattern)]
     tables = {"targets": texts.table(targets), "numbers": texts.table(numbers)} if len(numbers) else {}

@@ -144,19 +144,19 @@ class _StepFunction:
         return where, self._known[nearest]
 
 
+#: Arc length from the start of a step, and the point there.
+_Located = tuple[float, ExaminedPoint]
+
+
 def _bifurcations(
-    statics: LoadedStatics,
-    first: ExaminedPoint,
-    second: ExaminedPoint,
-    low: tuple[float, ExaminedPoint],
-    high: tuple[float, ExaminedPoint],
+    statics: LoadedStatics, first: ExaminedPoint, second: ExaminedPoint, low: _Located, high: _Located
 ) -> list[CriticalPoint]:
-    """Return the bifurcations, in order, between ``low`` and ``high``, two pairs of arc length and examined point,
-    within the step from ``first`` to ``second``. Stiffnesses with a common zero make one bifurcation."""
+    """Return the bifurcations, in order, between ``low`` and ``high`` within the step from ``first`` to ``second``.
+    Stiffnesses with a common zero make one bifurcation."""
     below, above = low[1].stiffness, high[1].stiffness
     if below.negative == above.negative and below.symmetric == above.symmetric:
         return []
-    located: list[tuple[float, ExaminedPoint]] = []
+    located: list[_Located] = []
     for value in _sign_changes(below, above):
         along = _StepFunction(statics, first.point, second.point, value)
         ends = [(way, value(examined_end)) for way, examined_end in (low, high)]

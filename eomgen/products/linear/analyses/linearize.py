@@ -129,21 +129,12 @@ def with_held(names: LinearNames, sampled: SampledPart) -> LinearNames:
     states."""
     held, kept = list(sampled.places), sampled.others
     units, values = names.units_by_kind, names.references
-    return replace(
-        names,
-        states=tuple(names.states[k] for k in kept),
-        inputs=(*names.inputs, *sampled.names),
-        units_by_kind={
-            **units,
-            "states": tuple(units["states"][k] for k in kept),
-            "inputs": (*units["inputs"], *(units["states"][k] for k in held)),
-        },
-        references={
-            **values,
-            "states": values["states"][kept],
-            "inputs": np.append(values["inputs"], values["states"][held]),
-        },
-    )
+    states, inputs = units["states"], (*units["inputs"], *(units["states"][k] for k in held))
+    units = {**units, "states": tuple(states[k] for k in kept), "inputs": inputs}
+    moved = np.append(values["inputs"], values["states"][held])
+    values = {**values, "states": values["states"][kept], "inputs": moved}
+    states, inputs = tuple(names.states[k] for k in kept), (*names.inputs, *sampled.names)
+    return replace(names, states=states, inputs=inputs, units_by_kind=units, references=values)
 
 
 #: Limit of the difference of linear models that are computed again along a motion.
