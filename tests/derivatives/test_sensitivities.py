@@ -321,11 +321,8 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     rough.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0])
     rough.effort("drag", "slide", "k - sqrt(v.slide)").output("place", formula="q.slide")
     _, model = built(rough)
-    found = model.sensitivities(0.1, STEP)
-    with pytest.raises(NumericalError, match="derivatives are not finite numbers somewhere in the run: a formula"):
-        found.gradient("sum(place)")
     with pytest.raises(NumericalError) as caught:
-        _ = found.derivatives
+        _ = model.sensitivities(0.1, STEP).derivatives
     assert str(caught.value) == (
         "numerical error: sensitivities: derivatives are not finite numbers somewhere in the run: a formula has none"
         " there, of the forces perhaps sqrt(v.slide); try: a formula of finite slope there, x / sqrt(x + width)"

@@ -353,12 +353,13 @@ def _check_formulas(model: CompiledModel, inputs: Collection[str], by: Sequence[
         return next((name for name in names if name in by), "")
 
     followed = list(model.description.formulas)
-    for item in (item for item in model.description.inputs if item.formula is not None):
-        if item.name not in inputs:
-            followed.append(item.formula)
-        elif name := parameter_in(item.formula):
-            fault = f"the input {item.name} is given, but derivatives by {name} belong to its formula [E0613]"
-            raise UsageError(Problem("inputs", fault, f"by=... without {name}, or {item.name} by its formula"))
+    prescribed = {item.name: item.formula for item in model.description.inputs if item.formula is not None}
+    for given, formula in prescribed.items():
+        if given not in inputs:
+            followed.append(formula)
+        elif name := parameter_in(formula):
+            fault = f"the input {given} is given, but derivatives by {name} belong to its formula [E0613]"
+            raise UsageError(Problem("inputs", fault, f"by=... without {name}, or {given} by its formula"))
     for condition in (condition for formula in followed for condition in comparisons(formula)):
         name = parameter_in(condition)
         if name and any(symbol.kind == "time" for symbol in symbols(condition)):

@@ -184,7 +184,7 @@ def _one(
     columns = [linear.names.inputs.index(name) for name in names]
     space = linear.state_space()
     kept = len(space.states) if np.any(linear.Z0) else 2 * len(linear.coordinates)  # states that act on the motion
-    cut = {"A": space.A[:kept, :kept], "B": space.B[:kept], "E": space.E[:kept], "C": space.C[:, :kept]}
+    cut: dict[str, Any] = {"A": space.A[:kept, :kept], "B": space.B[:kept], "E": space.E[:kept], "C": space.C[:, :kept]}
     space = replace(space, **cut, states=space.states[:kept], units={}, references={})
     D = space.D[:, columns]
     if calibration.method == "lqr" or calibration.poles:

@@ -122,7 +122,7 @@ def equilibrium_path(
     limits = StepLimits(max_step, 0.1 * abs(change))
     scale = 1e6 * load_scale(statics, onto.rest)  # the largest range that is a scale of the load factor
     with show_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
-        options = (last, limits, max_points, stability, report)
+        options: tuple[Any, ...] = (last, limits, max_points, stability, report)
         if 0.0 < scale < abs(change):  # limit points would drown in the rounding of the load factor
             near = _start_of_path(model, varied, first, math.copysign(scale, change), initial)
             path = _follow_path(model, varied, *near, *options)

@@ -79,7 +79,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     rate = float(np.linalg.norm(base[_TURNING]))
     now = statics.balance(rest).residual
     later = t + np.array(LATER) * 2.0 * np.pi / rate
-    where = {"t": later, "parameters": p, "base": model.base(later, parameters=p), "u": u, "z": rest.z}
+    where: dict[str, Any] = {"t": later, "parameters": p, "base": model.base(later, parameters=p), "u": u, "z": rest.z}
     q = np.tile(rest.q, (len(later), 1))
     (residuals,) = model.evaluate("residual", q, still, still, multipliers=rest.multipliers, **where).values()
     moved = np.abs(flexible((residuals - now).T).T) / statics.sizes

@@ -109,7 +109,7 @@ def floquet(
         start, corrections = _periodic_start(orbit, initial)
         known = _converge(orbit, start, tolerance, _FIRST)
     begin = row_of(orbit.run(start, _FIRST), 0)
-    started = (begin.q, begin.v, begin.z, corrections, model.name)
+    started: tuple[Any, ...] = (begin.q, begin.v, begin.z, corrections, model.name)
     return Floquet(orbit.period, known.matrix, known.states, *known.multipliers, *started)
 
 

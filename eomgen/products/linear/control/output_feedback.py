@@ -124,7 +124,7 @@ class OutputFeedback:
             "outputs": labels(space, "inputs", fed_back),
         }
         columns = (of_state, of_inputs, of_noise)
-        matrices = {name: rates[:, part] for name, part in zip("ABE", columns, strict=True)}
+        matrices: dict[str, Any] = {name: rates[:, part] for name, part in zip("ABE", columns, strict=True)}
         matrices |= {name: outputs[:, part] for name, part in zip("CDF", columns, strict=True)}
         return replace(
             space,
