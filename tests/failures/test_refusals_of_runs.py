@@ -121,12 +121,6 @@ BEHIND = "model error: the curve c has no value at 5; try: an argument within it
             " method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})",
         ),
         (
-            state_of_another_compilation,
-            "model error: state: this is a state of another compilation of 'slider', whose memory may differ;"
-            " try: the model, method and compiler that made it, or start(initial={'q': state.q, 'v':"
-            " state.v})",
-        ),
-        (
             lambda: free().simulate(0.1, 0.01, method="hht", alpha=-0.1),
             "usage error: method.alpha: alpha of hht must lie in 0..1/3, not -0.1: the papers and Abaqus"
             " have the opposite sign; try: 0.1",
