@@ -4,6 +4,7 @@ over time."""
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import eomgen
 from eomgen.mechanics.describe import describe
 from eomgen.products.pictures.roads import roads_of, surfaces_of
+from eomgen.products.pictures.scenery import scenery_at_poses
 from eomgen.scene.load import from_data, load_toml
 
 #: With the axis of the wheel, the body and place of its hub, the road and further lines of the tyre in braces.
@@ -47,8 +49,19 @@ def test_a_road_at_rest_is_a_strip_along_the_path() -> None:
     x, y, z = np.array(still["places"]).T
     np.testing.assert_allclose([x[0], x[-1]], [0.5 - 1.2, 0.5 + 1.2], atol=1e-6)
     np.testing.assert_allclose([y, z], [np.full(len(x), 0.2), 0.1 * x], atol=1e-6)
+    short = np.column_stack([np.linspace(0.0, 0.6, 61), np.zeros(61), np.zeros(61)])
+    assert roads_along(short, "0.1*position.hub[0]")[0]["places"][-1][0] == pytest.approx(0.6 + 1.2)
     long = np.column_stack([np.linspace(0.0, 300.0, 3001), np.zeros(3001), np.zeros(3001)])
     assert len(roads_along(long, "0.1*position.hub[0]")[0]["places"]) == pytest.approx(1501, abs=1)
+
+
+def test_the_ground_touches_a_road_from_below() -> None:
+    described = describe(load_toml(CART.format(**WITH_Y, road="0.1 * position.hub[0]", more="")))
+    library: Any = SimpleNamespace(layout={"axes": []})
+    model: Any = SimpleNamespace(parameters=(), description=described, factors=(), library=library)
+    path = np.column_stack([np.linspace(0.0, 2.0, 21), np.zeros(21), np.zeros(21)])
+    seen = scenery_at_poses(model, wheel_along(path), np.linspace(0.0, 1.0, 21), np.zeros(0), None)
+    assert seen["ground"] == pytest.approx([0.0, 0.0, -0.12])  # four radii before the path
 
 
 def test_moving_roads_are_drawn_around_the_wheel_and_others_not() -> None:
