@@ -67,6 +67,13 @@ def test_a_new_row_has_its_order_on_the_rotation_group(constrained: bool) -> Non
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3.0, abs=0.15)
 
 
+@pytest.mark.usefixtures("registered")
+def test_a_new_row_has_an_order_a_source_and_an_alternative() -> None:
+    method, partitioned = method_named("rk23", tolerance=1e-4), method_named("rk23_partitioned")
+    assert (method.order, method.source.partition(";")[0]) == (3, "Bogacki and Shampine 1989")
+    assert [need.alternative for need in partitioned.needs] == ["rk23"]
+
+
 @pytest.mark.parametrize("pair", [*embedded_pair.PAIRS, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)
 def test_pairs_and_their_extensions_have_their_orders(pair: EmbeddedPair) -> None:
     """Weights at the fraction s of a step are those of s^order, to the order of the extension; at 1 they are b."""
