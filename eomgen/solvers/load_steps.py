@@ -81,9 +81,15 @@ def dead_forces(blocks: RotatingTriples, q: Array, forces: Array, *, back: bool)
         places = blocks.triples
         w, vector = q[blocks.quaternions[:, 0]], q[blocks.quaternions[:, 1:]]
         vector = -vector if back else vector
-        doubled = 2.0 * np.cross(vector, forces[places])
-        result[places] = forces[places] + w[:, np.newaxis] * doubled + np.cross(vector, doubled)
+        doubled = 2.0 * _cross(vector, forces[places])
+        result[places] = forces[places] + w[:, np.newaxis] * doubled + _cross(vector, doubled)
     return result
+
+
+def _cross(first: Array, second: Array) -> Array:
+    """Return cross products of rows, (n, 3); ``np.cross`` takes four times as long for few rows."""
+    after, before = [1, 2, 0], [2, 0, 1]
+    return np.asarray(first[:, after] * second[:, before] - first[:, before] * second[:, after])
 
 
 def with_turned(K: Matrix, blocks: RotatingTriples, forces: Array, factor: float) -> Matrix:
