@@ -196,15 +196,14 @@ def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SceneS
     two files would have the same name."""
     functions: dict[tuple[str, str], list[str]] = {}
     prototypes: dict[tuple[str, str], list[str]] = {}
-    sources = [call.function.code.source for call in calls]
-    python = {(source.name, source.text): source.python for source in sources}
+    codes = [call.function.code for call in calls]
+    python = {(code.source.name, code.source.text): code.source.python for code in codes}
     for item in system.controllers:
         if item.source is not None:
             key = (item.source.name, item.source.text)
             functions.setdefault(key, []).append(item.function)
             prototypes.setdefault(key, []).append(f"int {item.function}({CONTROLLER_ARGUMENTS});")
-    for call in calls:
-        code = call.function.code
+    for code in codes:
         key = (code.source.name, code.source.text)
         functions.setdefault(key, [])
         prototypes.setdefault(key, []).extend(code.prototypes)

@@ -19,7 +19,7 @@ from eomgen.mechanics.terms.recorders import differentiand_recorder, recorder
 from eomgen.mechanics.tree.base import base_law
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
-from eomgen.scene.bodies.model import KINDS
+from eomgen.scene.bodies.model import KINDS, Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.external import HighDerivativeError
@@ -38,21 +38,25 @@ def kept_and_dropped(
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
     kept += [] if scene.base is None else scene.base.integrals.values()
-    joints = scene.joints
-    followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in joints if joint.mimic is not None]
+    followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in scene.joints if joint.mimic is not None]
     if followers:
         dropped.append(f"coordinates of {len(followers)} joint(s) that follow others: {', '.join(followers)}")
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     kept += [f"beam {text}" for text in describe_beams(tree)]
-    for name, beam in beams.items():
-        if lacking := [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]:
-            dropped.append(f"{', '.join(lacking)} of beam {name}: the scene asks for none")
+    dropped += _absent_deformations(beams)
     kept += [_strains(element.beam) for element in scene.elements if isinstance(element, CosseratBeam)]
-    fixed = [joint.name for joint in joints if not joint.kind.moves and joint.child not in beams]
+    fixed = [joint.name for joint in scene.joints if not joint.kind.moves and joint.child not in beams]
     if fixed:
         dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")
     dropped += [f"{effect}: {why}" for present, effect, why in _effects(scene, tree, functions, facts) if not present]
     return tuple(kept), tuple(dropped)
+
+
+def _absent_deformations(beams: Mapping[str, Beam]) -> Iterator[str]:
+    """Yield for each beam, by name, a sentence on the kinds of deformation that the scene does not request."""
+    for name, beam in beams.items():
+        if lacking := [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]:
+            yield f"{', '.join(lacking)} of beam {name}: the scene asks for none"
 
 
 def _strains(beam: Cosserat) -> str:

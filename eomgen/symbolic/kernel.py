@@ -32,14 +32,14 @@ class Kernel:
         self.results = results
 
     @cached_property
-    def _parsed(self) -> list[tuple[str, list[int]]]:
+    def _operations(self) -> list[tuple[str, list[int]]]:
         """The first word and the places of the operands of each step."""
         words = (step.split() for step in self.steps.split(","))
         return [(word, [int(place) for place in places]) for word, *places in words]
 
     @cached_property
     def _symbols(self) -> list[str]:
-        return [word for word, places in self._parsed if not places and word[0].isalpha()]
+        return [word for word, places in self._operations if not places and word[0].isalpha()]
 
     def instantiate(self, algebra: Algebra, values: Mapping[str, Scalar]) -> list[Scalar]:
         """Record the kernel on the algebra's tape, and return the results; the same symbols are recorded once.
@@ -53,7 +53,7 @@ class Kernel:
         instance = (self, *(values[name].ref for name in self._symbols))
         if instance not in tape.instances:
             refs: list[Ref] = []
-            for word, places in self._parsed:
+            for word, places in self._operations:
                 operands = [refs[place] for place in places]
                 if word == "add":
                     refs.append(reduce(tape.add, operands))

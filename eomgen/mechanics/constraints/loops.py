@@ -194,7 +194,7 @@ class _JointKind:
         fixed = {value.ref: outer.scalar(value.constant) for value in values if value.constant is not None}
 
         def joint_values(row: Sequence[Ref]) -> list[Scalar]:
-            known = fixed | {ref: Scalar(outer.tape, found) for ref, found in zip(varying, row, strict=True)}
+            known = fixed | {ref: Scalar(outer.tape, result) for ref, result in zip(varying, row, strict=True)}
             return [known[value.ref] if value.ref in known else -known[-value.ref] for value in values]
 
         return [joint_values(row) for row in rows]

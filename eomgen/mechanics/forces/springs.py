@@ -107,7 +107,8 @@ class _SpringKind:
 
     def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _SpringEnd, _SpringEnd]]) -> None:
         # in the order of the bodies, so that springs of a row of a net are neighbours
-        self.quantities, self.members = quantities, sorted(members, key=_place)
+        self.quantities = quantities
+        self.members = sorted(members, key=lambda item: sorted((item[1].link, item[2].link), reverse=True))
         self.names = f"{members[0][0].name} to {members[-1][0].name}"
         rows = [
             [*self._node(first), *self._node(second), *map(quantities.formula, (s.stiffness, s.damping, s.length))]
@@ -149,12 +150,6 @@ class _SpringKind:
     def _loop(self, label: str, **results: Sequence[Scalar]) -> Map:
         count = len(self.members)
         return self.inputs.loop(count, f"{label} of {count} springs, {self.names}", **results)
-
-
-def _place(member: tuple[Spring, _SpringEnd, _SpringEnd]) -> tuple[int, int]:
-    """Return the later and the earlier link of a spring."""
-    _, first, second = member
-    return max(first.link, second.link), min(first.link, second.link)
 
 
 def _results(

@@ -79,7 +79,7 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
     for members in kinds.values():
         numbers = {index: _numbers(links[index], inertias[index], mounts.get(links[index].name)) for index in members}
         same = _members_with_pattern(numbers)
-        # what the tape, or the rule for equal moments, looks at: sign, zero
+        # signs and zeros, at which the tape and the rule for equal moments look
         looks = {tuple(map(_looked_at, numbers[k])) + tuple(_equal_moments(numbers[k])) for k in same}
         if len(same) < FEWEST or len(looks) == 1:
             continue
