@@ -1,4 +1,4 @@
-"""Runs of generalized-alpha and its kin made linear: matrices of the linearised steps between rows of a run, and the
+"""Runs of generalized-alpha and kin made linear: matrices of the linearised steps between rows of a run, and the
 start."""
 
 from __future__ import annotations

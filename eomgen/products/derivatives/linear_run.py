@@ -1,6 +1,6 @@
 """A run made linear part by part: states and inputs at its rows, and derivatives of functionals by rows.
 
-The linear form of a step belongs to its method: ``alpha_run``, ``transition_run``.
+The linear form of a step belongs to the method: ``alpha_run``, ``transition_run``.
 """
 
 from __future__ import annotations

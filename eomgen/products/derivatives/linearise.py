@@ -83,7 +83,7 @@ def sensitivities(
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
 ) -> Sensitivities:
-    """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
+    """Return derivatives of a run's outputs in parameters and the initial state, exact for the discrete steps.
 
     The run is the run of ``simulate`` with the same options. Residuals of Newton's iteration are in the derivatives,
     too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.

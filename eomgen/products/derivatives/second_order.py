@@ -1,4 +1,4 @@
-"""Second derivatives of functionals of a run, exact for its discrete steps, its start, and increments of rotations.
+"""Second derivatives of functionals of a run, exact for the discrete steps, the start, and increments of rotations.
 
 Steps have e(x) = 0, x a row with parameters; a functional is a sum of w . y(x) over rows. Along directions i and j with
 tangents dx_i, dx_j and the multipliers mu of its adjoint, its second derivative is
@@ -292,7 +292,7 @@ class Gradients:
 
 @dataclass(frozen=True)
 class _AlphaTangents:
-    """A part of a run made linear, with tangents at its rows and of its steps along directions.
+    """A part of a run made linear, with tangents at the rows and of the steps along directions.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +36,6 @@ from eomgen.products.derivatives.equations import EquationPartials, StepEquation
 from eomgen.products.derivatives.steps import STAGES, WEIGHTS
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
-
-if TYPE_CHECKING:
-    from eomgen.products.derivatives.linear_run import LinearRun
 
 
 @dataclass(frozen=True)
@@ -60,7 +57,7 @@ class LinearizedRest:
 def at_rest(
     equations: StepEquations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None
 ) -> LinearizedRest:
-    """Return the static equilibrium at the start of a run made linear, with its derivatives in the parameters.
+    """Return the static equilibrium at the start of a run made linear, with derivatives in the parameters.
 
     Parameters
     ----------
@@ -268,6 +265,11 @@ class StartDerivatives:
 class LinearizedStart:
     """The start of a run, made linear.
 
+    Parameters
+    ----------
+    run : ``LinearRun``, made linear but for the start
+    share : see below
+
     Attributes
     ----------
     equations : of the run
@@ -277,7 +279,7 @@ class LinearizedStart:
     asked : the requested initial state, before a correction onto the constraints
     """
 
-    def __init__(self, run: LinearRun[Any], share: float) -> None:
+    def __init__(self, run: Any, share: float) -> None:
         begun, grid = run.motion.start, run.run.grid
         self.equations, self.asked, self.share = run.equations, run.start.asked, share
         self.t, self.step = grid.start, grid.step
@@ -375,7 +377,7 @@ class LinearizedStart:
 
     @cached_property
     def first(self) -> tuple[dict[str, Array], EquationPartials]:
-        """Input blocks at the start, with its accelerations and multipliers, and the partials of e there."""
+        """Input blocks at the start, with accelerations and multipliers, and the partials of e there."""
         return self._accelerate(0.0, self.q, self.v)
 
     def _accelerate(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:

@@ -76,7 +76,7 @@ class CampbellView:
                 fault = f"the diagram has no order {shown(order)}, its orders are {known} [E0376]"
                 raise UsageError(Problem("orders", fault, f"model.campbell(..., orders=({order}, 2))"))
         unit = self.speed_unit
-        if unit is not None and unit not in SPEED_UNITS:
+        if unit not in (None, *SPEED_UNITS):
             raise UsageError(Problem("speed_unit", f"there is no unit {shown(unit)} [E0317]", " or ".join(SPEED_UNITS)))
         if unit is not None and diagram.unit != "rad/s":
             own_unit = diagram.unit or "no unit"

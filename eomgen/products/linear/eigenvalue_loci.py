@@ -217,7 +217,7 @@ def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
     """Draw the roots of the upper half plane on an axis, coloured by the parameter, with lines between near neighbours.
     Crosses mark the first value, rings the last one. Colours are logarithmic for values of equal ratios. `unit` is the
     parameter's, for the colour bar."""
-    from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
+    from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))
     ratios = locus.values[1:] / locus.values[:-1] if np.all(locus.values > 0.0) else np.zeros(0)

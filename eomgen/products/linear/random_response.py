@@ -246,8 +246,8 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
 def _products_of_steps(
     A: Array, C: Array, start: Array, static: Array, delays: Array, of_wheel: NDArray[np.intp]
 ) -> Array:
-    """Return the integrals over time of the products of the responses of each two tracks, (tracks, tracks), to a unit
-    step of the road's elevation in each, which the wheels meet in turn.
+    """Return for each two tracks the integral over time of the product of their responses, (tracks, tracks), to a unit
+    step in each track, which the wheels meet in turn.
 
     Parameters
     ----------

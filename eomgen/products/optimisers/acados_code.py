@@ -96,7 +96,7 @@ def _entry(kind: str, inputs: list[Any], outputs: list[Any], work: int, **more: 
 
 
 def _tables(texts: Texts, pattern: Pattern, start: str = "") -> dict[str, int]:
-    """Return the numbers of the tables of a pattern by name, and the count of its nonzeros."""
+    """Return the numbers of the tables of a pattern by name, and the count of nonzeros."""
     parts = {"rows": pattern.rows, "columns": pattern.columns, "numbers": pattern.places}
     tables = {f"{start}{name}": texts.table(part) for name, part in parts.items() if len(part)}
     return tables | {f"{start}count": len(pattern.rows)}

@@ -130,9 +130,9 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
     taken = [*own_inputs, after]
     return [
         entry("", "step" if is_step else "value", own_inputs, [result]),
-        entry("jac_", "jacobian", taken, first.outputs, **first.described),
+        entry("jac_", "jacobian", taken, first.outputs, **first.description),
         entry("adj1_", "adjoint", [*taken, weights], gradients, first_blocks=any_gradient),
-        entry("jac_adj1_", "hessian", [*taken, weights, *unused], second.outputs, **second.described),
+        entry("jac_adj1_", "hessian", [*taken, weights, *unused], second.outputs, **second.description),
         *_row_functions(exported, entry, (own_inputs, after, forward), texts),
     ]
 
@@ -183,8 +183,8 @@ def _row_functions(
     first = entry("fwd1_", "forward", taken, [derivative], first_blocks=["res[0] != NULL"])
     return [
         first,
-        entry("jac_jac_", "rows", [*inputs, after, *unused], of_jacobian.outputs, **of_jacobian.described),
-        entry("jac_fwd1_", "rows", [*taken, fixed], of_direction.outputs, **of_direction.described),
+        entry("jac_jac_", "rows", [*inputs, after, *unused], of_jacobian.outputs, **of_jacobian.description),
+        entry("jac_fwd1_", "rows", [*taken, fixed], of_direction.outputs, **of_direction.description),
     ]
 
 
@@ -225,9 +225,9 @@ class _Blocks:
         by_row = np.argsort(row, kind="stable")
         starts = np.searchsorted(row[by_row], np.arange(rows + 1))
         tables = {"starts": starts, "targets": targets[by_row], "numbers": position[by_row]}
-        self._add(name, pattern, rows=[self._numbered(tables)] if len(order) else [])
+        self._add(name, pattern, rows=[self._number_tables(tables)] if len(order) else [])
 
-    def _numbered(self, tables: Mapping[str, Places]) -> dict[str, int]:
+    def _number_tables(self, tables: Mapping[str, Places]) -> dict[str, int]:
         return {name: self.texts.table(table) for name, table in tables.items()}
 
     def add_sums(self, name: str, shape: tuple[int, int], parts: Sequence[tuple[Any, ...]]) -> None:
@@ -242,11 +242,11 @@ class _Blocks:
             tables = {"starts": np.searchsorted(row[by_row], np.arange(rows + 1))}
             tables["targets"] = np.searchsorted(flat, (row + rows * column)[by_row])
             tables |= {"numbers": position[by_row], "along": along[by_row]}
-            rows_of_parts += [{**self._numbered(tables), "direction": number}] if len(row) else []
+            rows_of_parts += [{**self._number_tables(tables), "direction": number}] if len(row) else []
         self._add(name, pattern, rows=rows_of_parts, nonzeros=len(flat))
 
     @property
-    def described(self) -> dict[str, Any]:
+    def description(self) -> dict[str, Any]:
         """The blocks, with the conditions, in C, that one of first or of second derivatives is asked for."""
         asked = {"J": list[str](), "H": list[str](), "": list[str]()}
         for block in (block for block in self.blocks if block["count"]):

@@ -164,7 +164,7 @@ class StepChain(StepOperations[Slot]):
         return slot
 
     def call(self, name: str, **slots: Slot) -> Slot:
-        """Append the call of a function of the model, and return its result's values. `slots` are the values of its
+        """Append the call of a function of the model, and return the result's values. `slots` are the values of its
         arguments by block; inputs, parameters and time are the step's, and accelerations and multipliers zero unless
         given."""
         exported = self.model[name]
@@ -181,7 +181,7 @@ class StepChain(StepOperations[Slot]):
         return slot
 
     def sum(self, *terms: StepTerm[Slot], into: Slot | None = None) -> Slot:
-        """Append a sum of terms of equal size, and return its values, new ones or `into`. No node is appended for size
+        """Append a sum of terms of equal size, and return the values, new ones or `into`. No node is appended for size
         0."""
         slot = self.new(terms[0].value.size) if into is None else into
         if slot.size:
@@ -302,7 +302,7 @@ class StepChain(StepOperations[Slot]):
         return dict(zip((*parts, "work"), places, strict=True))
 
     def export(self) -> Exported:
-        """Return the step as a function with the patterns of its Jacobian and Hessian, by the chain rule on structural
+        """Return the step as a function with the patterns of the Jacobian and Hessian, by the chain rule on structural
         nonzeros; of implicit steps with the inverse of the equations' Jacobian."""
         ny, along = self.ny, np.zeros((self.count, self.nn), bool)
         along[: self.nn] = np.eye(self.nn, dtype=bool)
@@ -398,9 +398,25 @@ def chain_of(
     reason = why_no_step(program)
     if reason and method is not None:
         raise ModelError(Problem("method", reason, "no method, for the other functions, or a scene without this"))
-    rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
+    needed, record = _recorder(program, name, made)
+    by_name = {function.name: function for function in functions}
+    terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
+    missing = [term for term in terms if term not in by_name]
+    if missing and method is not None:
+        fault = f"steps of {name} are made of other terms [E2196]"
+        raise UsageError(Problem("method", fault, f"terms with {', '.join(missing)}"))
+    if reason or missing:
+        return None
+    given = {term: by_name[term] for term in terms}
+    return _alpha(program, given, made, along) if record is None else _chain(program, given, made, along, record)
+
+
+def _recorder(program: Program, name: str, made: Any) -> tuple[tuple[str, ...], Any]:
+    """Return the terms that steps of a method need, and the function that takes a step; None of generalized-alpha.
+    Raises UsageError for a method without such steps, or none of this model."""
+    rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
     recorders: dict[str, tuple[tuple[str, ...], bool, Any]] = {
         "composition": (_EXPLICIT, not rows, composition),
         "runge_kutta": (_EXPLICIT, not rows, runge_kutta),
@@ -415,16 +431,7 @@ def chain_of(
         reason = ", since its length is chosen" if made.chooses_steps else f" for scenes with {kind}" if needed else ""
         fault = f"steps of {name} have no derivatives in C{reason} [E0943]"
         raise UsageError(Problem("method", fault, default_method(program)))
-    by_name = {function.name: function for function in functions}
-    terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
-    missing = [term for term in terms if term not in by_name]
-    if missing and method is not None:
-        fault = f"steps of {name} are made of other terms [E2196]"
-        raise UsageError(Problem("method", fault, f"terms with {', '.join(missing)}"))
-    if reason or missing:
-        return None
-    given = {term: by_name[term] for term in terms}
-    return _alpha(program, given, made, along) if record is None else _chain(program, given, made, along, record)
+    return needed, record
 
 
 def _chain(program: Program, functions: _Functions, method: Any, along: Sequence[str], record: Any) -> StepChain:
@@ -461,11 +468,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     stages = STAGES if share or rate_share else STAGES[:1]
     unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
     unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
-    weighed: list[int] = []
-    if holonomic:  # components of v that constraints on positions take, from the nonzeros of B
-        first_row, pattern = functions["residual"].slices["lam"].start, functions["residual"].jacobian
-        of_rows = (first_row <= pattern.columns) & (pattern.columns < first_row + holonomic)
-        weighed = sorted({int(row) for row in pattern.rows[of_rows]})
+    weighed = _weighed_components(functions["residual"], holonomic) if holonomic else []
     unknowns |= {"vdot": nv, "lam": rows, "z": nz, "eta": holonomic, "shift": len(weighed)}
     chain = StepChain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
     chain.guesses.append((chain.unknowns["z"], chain.z))
@@ -505,16 +508,29 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
         chain.equations += [chain.call("constraint", **state)] if holonomic else []
         chain.equations.append(chain.call("constraint_velocity", **state))
     if nz:
-        m, gamma = step.rate_alpha_m, step.rate_gamma
-        of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
-        rate = StepTerm(gamma * (1.0 - f) / (1.0 - m), chain.rate_of_states(**state), 1)
-        terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), rate]
-        if rate_share:
-            slope = zip(WEIGHTS, rates, strict=True)
-            terms += [StepTerm(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
-        chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, state["z"]), *terms))
+        _move_states(chain, step, rates, state)
     chain.ends_with(state["q"], v, state["z"])
     return chain
+
+
+def _weighed_components(residual: Exported, holonomic: int) -> list[int]:
+    """Return the components of v that constraints on positions take, from the nonzeros of B."""
+    first_row, pattern = residual.slices["lam"].start, residual.jacobian
+    of_rows = (first_row <= pattern.columns) & (pattern.columns < first_row + holonomic)
+    return sorted({int(row) for row in pattern.rows[of_rows]})
+
+
+def _move_states(chain: StepChain, step: LinearStep, rates: Sequence[Slot], state: Mapping[str, Slot]) -> None:
+    """Add the equation of internal states at the end of a step, with the rates at the times of the start; `state` has
+    the values at the end."""
+    m, f, gamma = step.rate_alpha_m, step.alpha_f, step.rate_gamma
+    of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
+    rate = StepTerm(gamma * (1.0 - f) / (1.0 - m), chain.rate_of_states(**state), 1)
+    terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), rate]
+    if share := m - f:
+        slope = zip(WEIGHTS, rates, strict=True)
+        terms += [StepTerm(of_start * share * weight, slot, 1) for weight, slot in slope]
+    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, state["z"]), *terms))
 
 
 def _predict(chain: StepChain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:

@@ -126,7 +126,7 @@ class Exported:
 
 
 def plain(program: Program, name: str) -> Exported:
-    """Return the function `name` of a model with the patterns of its first and second derivatives. Derivatives are in
+    """Return the function `name` of a model with the patterns of first and second derivatives. Derivatives are in
     components of q if the configuration has rotations; arguments on which neither value nor derivatives depend are left
     out."""
     function = program.function(name)

@@ -327,7 +327,7 @@ class JaxFunctions(ModelFunctions):
 
 @dataclass(frozen=True, eq=False)  # JAX keys its programs by the object
 class _Function:
-    """A term as a function of JAX arrays, with its rule of derivatives.
+    """A term as a function of JAX arrays, with a rule of derivatives.
 
     Parameters
     ----------

@@ -225,6 +225,16 @@ def _follow_path(
     if stability:
         negative = np.array([item.stiffness.negative for item in result])
         lowest = np.array([lowest_frequency_squared(statics, item) for item in result])
+    s, q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in _STATES)
+    states = (s, q, z, multipliers, *_columns(model, varied, rests), negative, lowest)
+    ends = (_marks(model, varied, statics, critical), not message, told, branch, interrupted)
+    return EquilibriumPath(varied.name, varied.unit, *states, *ends)
+
+
+def _marks(
+    model: CompiledModel, varied: LoadParameter, statics: LoadedStatics, critical: Sequence[tuple[int, CriticalPoint]]
+) -> tuple[Critical, ...]:
+    """Return critical points, each after a number of points, with the scene's outputs and positions there."""
     at_critical, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
     marked = []
     for number, (after, item) in enumerate(critical):
@@ -232,10 +242,7 @@ def _follow_path(
         rest, mode = item.point.rest, item.modes[:, 0]
         names = components_of(model, statics, mode)
         marked.append(Critical(item.kind, rest.s, rest.q, mode, columns, after, names, item.modes))
-    s, q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in _STATES)
-    states = (s, q, z, multipliers, *_columns(model, varied, rests), negative, lowest)
-    ends = (tuple(marked), not message, told, branch, interrupted)
-    return EquilibriumPath(varied.name, varied.unit, *states, *ends)
+    return tuple(marked)
 
 
 #: Values at rest, as attributes of a point: the varied number, coordinates, internal states, multipliers.

@@ -115,7 +115,7 @@ class OperatingPoint:
 
 @dataclass(frozen=True)
 class OperatingState:
-    """A state to linearise about: q (nq,), v (nv,), z (nz,), with its kind in words and the operating point.
+    """A state to linearise about: q (nq,), v (nv,), z (nz,), with the kind in words and the operating point.
     Accelerations (nv,) and multipliers (rows,) are None if the dynamics determine them."""
 
     kind: str
@@ -254,7 +254,7 @@ def _steady_state(
     and no steady motion is found."""
     p, t, u = point.parameters, point.t, point.u
     absolute = driven and bool(model.description.joints)
-    base = model.base(t, parameters=p) if point.base is None and "base" in model.functions else np.zeros(19)
+    base = _base_of_scene(model, point)
     turning = at is None and (absolute or bool(np.any(base[7:])))
     rate = float(np.linalg.norm(base[_TURNING]))
     evenly = turning and not driven and float(np.linalg.norm(base[13:16])) <= COMPUTED * rate**2 and rate > 0.0
@@ -311,6 +311,12 @@ def _scene_measures(model: CompiledModel, point: OperatingPoint) -> SceneMeasure
     """Return the scene at a time and parameters, with the base held."""
     p, t = point.parameters, point.t
     return SceneMeasures(model, p, t, held_base(model, p, t))
+
+
+def _base_of_scene(model: CompiledModel, point: OperatingPoint) -> Array:
+    """Return the state (19,) of a base that moves as the scene says; zeros for other bases."""
+    moves = point.base is None and "base" in model.functions
+    return model.base(point.t, parameters=point.parameters) if moves else np.zeros(19)
 
 
 def _zero_velocities(model: CompiledModel, q: Array, point: OperatingPoint) -> dict[str, float]:

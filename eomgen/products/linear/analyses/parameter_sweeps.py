@@ -299,8 +299,8 @@ def _check_whirl(
 
 
 def _check_orders(orders: Sequence[float], whirl: Sequence[tuple[str, str]], speed: str, unit: str) -> None:
-    """Raise UsageError for an order that is not positive, orders of a parameter that has no unit of speeds, or an entry
-    of `whirl` that is not a pair of deflections."""
+    """Raise UsageError for an order that is not positive, orders of a parameter without a unit of speeds, or an entry
+    of `whirl` other than a pair."""
     if bad := [order for order in orders if not order > 0.0]:
         raise UsageError(Problem("orders", f"an order is {bad[0]:.6g} [E0049]", "positive numbers such as (1, 2)"))
     if orders and unit not in ("", _SPEED):

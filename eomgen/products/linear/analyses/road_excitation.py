@@ -47,6 +47,27 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     >>> model.road_excitation().speed
     20.0
     """
+    wheels, rates, classes = _wheels(model)
+    speeds = sorted({wheel.speed for wheel in wheels.values()})
+    if speed is None and len(speeds) > 1:
+        fault = f"the wheels of the scene have the speeds {', '.join(f'{value:.6g}' for value in speeds)} m/s [E0085]"
+        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
+    if road is None:
+        road = _random_road(classes) if classes else _measured_road(wheels.values())
+    tracks = {track: float(k) for k, track in enumerate(dict.fromkeys(wheel.track for wheel in wheels.values()))}
+    return RoadExcitation(
+        road,
+        speeds[0] if speed is None else speed,
+        {name: wheel.offset for name, wheel in wheels.items()},
+        {name: tracks[wheel.track] for name, wheel in wheels.items()},
+        "independent",
+        rates,
+    )
+
+
+def _wheels(model: CompiledModel) -> tuple[dict[str, _Wheel], dict[str, str], set[str]]:
+    """Return the wheels of the scene and the inputs of their rates by input, and the classes of random roads. Raises
+    UsageError without wheels."""
     under = {item.name: item.road for item in model.description.inputs if item.road is not None}
     wheels = {name: _Wheel(item.seed, item.speed, item.offset) for name, item in under.items()}
     measured = {} if under else _measured_profile_inputs(model)
@@ -63,26 +84,12 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
         fault = "no input of the scene is a road: a random one, or a curve at a speed times t less an offset [E0083]"
         hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
         raise UsageError(Problem("road_excitation", fault, hint))
-    speeds = sorted({wheel.speed for wheel in wheels.values()})
-    if speed is None and len(speeds) > 1:
-        fault = f"the wheels of the scene have the speeds {', '.join(f'{value:.6g}' for value in speeds)} m/s [E0085]"
-        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
-    if road is None:
-        road = _measured_road(wheels.values()) if measured else _random_road({of.road_class for of in under.values()})
-    tracks = {track: float(k) for k, track in enumerate(dict.fromkeys(wheel.track for wheel in wheels.values()))}
-    return RoadExcitation(
-        road,
-        speeds[0] if speed is None else speed,
-        {name: wheel.offset for name, wheel in wheels.items()},
-        {name: tracks[wheel.track] for name, wheel in wheels.items()},
-        "independent",
-        rates,
-    )
+    return wheels, rates, {item.road_class for item in under.values()}
 
 
 class _Wheel(NamedTuple):
     """A wheel's way over a road: the track, which is equal for wheels that follow one another, the speed (m/s), the
-    offset (m) behind the first wheel, and the profile of a measured road."""
+    offset (m) after the first wheel, and the profile of a measured road."""
 
     track: Hashable
     speed: float

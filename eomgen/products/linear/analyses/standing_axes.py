@@ -61,15 +61,12 @@ class StandingAxes:
         the same all round: then ``warning`` is set. `parameters` belong to the model, `value` is the value of the
         varied quantity."""
         model, names = self.model, linear.names
-        if linear.multiblade is not None or linear.sampled is not None or names.components != names.measured:
-            return linear
-        if {"poses", "twists"} - set(model.functions.names) or model.library.layout["facts"]["moving_base"]:
+        if self._has_other_axes(linear):
             return linear
         held = {name for k, name in enumerate(names.measured) if k not in linear.free.coordinates}
         spins = self.speeds or held  # of a parameter all joints whose coordinates are held
-        for hinge in (item for item in model.description.drawing.hinges if item.turns and not item.slides):
-            if hinge.name not in spins:
-                continue
+        turning = (item for item in model.description.drawing.hinges if item.turns and not item.slides)
+        for hinge in (item for item in turning if item.name in spins):
             turn = self._turn(hinge, linear, parameters)
             if turn is None or (value and not turn.speed):
                 continue
@@ -79,10 +76,17 @@ class StandingAxes:
             elif turn.speed and not self.warning:
                 axes = f"{listed(turn.bodies)}: deflections are in axes that turn with {hinge.name}"
                 orders = "orders are of loads that stand still, such as weight, and unbalance has order 0"
-                hint = f"equal stiffness and inertia across {hinge.name}, or, for unbalance, where stability ends"
+                hint = f"equal stiffness and inertia across {hinge.name}, for unbalance, speeds at which stability ends"
                 reason = "the rotor is not the same all round, so frequencies belong to these axes"
                 self.warning = f"campbell: {axes}, and {reason}: {orders}; try: {hint} [W0308]"
         return linear
+
+    def _has_other_axes(self, linear: Linearization) -> bool:
+        """Return whether a linear model has coordinates, states or functions for which axes cannot be made to stand."""
+        names, functions = linear.names, self.model.functions.names
+        other = linear.multiblade is not None or linear.sampled is not None or names.components != names.measured
+        moving = self.model.library.layout["facts"]["moving_base"]
+        return bool(other or {"poses", "twists"} - set(functions) or moving)
 
     def _turn(self, hinge: Hinge, linear: Linearization, parameters: Mapping[str, float]) -> _Turn | None:
         """Return the turn of the coordinates, carried by a spin joint, that move bodies on its axis in two
@@ -96,11 +100,7 @@ class StandingAxes:
         by_v = {name: (moving - still)[:, k] for k, name in enumerate(model.bodies)}
         now = model.evaluate("twists", q, v, **given)["twist"]
         omega = {name: rotated(poses[name][0], now[k, :3]) for k, name in enumerate(model.bodies)}
-        carried = {hinge.child}
-        for item in model.description.drawing.hinges:  # parents before their children
-            carried |= {item.child} if item.parent in carried else set()
-        inner = {item.name for item in model.description.drawing.hinges if item.parent in carried} | carried
-        columns = [k for factor in model.factors if factor.name in inner for k in range(factor.v.start, factor.v.stop)]
+        carried, columns = _carried_bodies(model, hinge)
         axis = rotated(poses[hinge.parent][0], np.array(hinge.axis))
         speed = float(axis @ (omega[hinge.child] - omega.get(hinge.parent, np.zeros(3))))
         center, length = poses[hinge.child][1], measures.length(q)
@@ -136,6 +136,15 @@ def _quarter_turn(vectors: Array, axis: Array) -> Array | None:
     G = np.asarray(by_size / sizes[:, np.newaxis])
     exact = rank == len(G) and np.abs(D @ G - turned).max() <= SAME * np.abs(D).max()
     return G if exact else None
+
+
+def _carried_bodies(model: CompiledModel, hinge: Hinge) -> tuple[set[str], list[int]]:
+    """Return the bodies that a joint carries, and the components of v of their joints and bends."""
+    carried = {hinge.child}
+    for item in model.description.drawing.hinges:  # parents before their children
+        carried |= {item.child} if item.parent in carried else set()
+    inner = {item.name for item in model.description.drawing.hinges if item.parent in carried} | carried
+    return carried, [k for of in model.factors if of.name in inner for k in range(of.v.start, of.v.stop)]
 
 
 def _stations(model: CompiledModel, body: str, turn: Array, twists: Array) -> list[Array]:
