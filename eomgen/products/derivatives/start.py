@@ -19,7 +19,7 @@ begin with their rates alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -282,9 +282,9 @@ class LinearizedStart:
     def __init__(self, run: Any, share: float) -> None:
         begun, grid = run.motion.start, run.run.grid
         self.equations, self.asked, self.share = run.equations, run.start.asked, share
-        self.t, self.step = grid.start, grid.step
+        self.t, self.step, self._moved_inputs = grid.start, grid.step, run.moved_inputs
         self.q, self.v, self.z = begun["q"], begun["v"], begun.get("z", np.zeros(0))
-        self._prescribe, self._moved_inputs = run.prescribe, run.moved_inputs
+        self._prescribe: Callable[..., PrescribedInputs] = run.prescribe
 
     def prescribed_at(self, share: float) -> PrescribedInputs:
         """Return inputs and base at a share of the first step."""

@@ -76,7 +76,7 @@ class StandingAxes:
             elif turn.speed and not self.warning:
                 axes = f"{listed(turn.bodies)}: deflections are in axes that turn with {hinge.name}"
                 orders = "orders are of loads that stand still, such as weight, and unbalance has order 0"
-                hint = f"equal stiffness and inertia across {hinge.name}, for unbalance, speeds at which stability ends"
+                hint = f"equal stiffness and inertia across {hinge.name}, or, for unbalance, the border of stability"
                 reason = "the rotor is not the same all round, so frequencies belong to these axes"
                 self.warning = f"campbell: {axes}, and {reason}: {orders}; try: {hint} [W0308]"
         return linear
