@@ -63,14 +63,14 @@ def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
         stiffening=entry.stiffening,
     )
     try:
-        start, length = (
+        origin, span = (
             Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length)
         )
         zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
-        polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
-        across = times(length**3 * (second - first**2 / zeroth), beam.mass_per_length)
-        center = Number(float(start + length * first / zeroth))
-        mass = times(length * zeroth, beam.mass_per_length)
+        polar = times(span * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
+        across = times(span**3 * (second - first**2 / zeroth), beam.mass_per_length)
+        center = Number(float(origin + span * first / zeroth))
+        mass = times(span * zeroth, beam.mass_per_length)
         return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
     except OverflowError:
         fault = "the mass or the inertia of the beam is out of the range of double precision [E1314]"
@@ -129,8 +129,8 @@ class _Section:
                 "bending_z": ((modulus, in_z), "second_moments"),
                 "torsion": ((section.shear_modulus, section.torsion_constant), "shear_modulus and torsion_constant"),
             }[kind]
-            if None not in factors:
-                return product(*factors)
+            if all(factors):
+                return product(*filter(None, factors))
             if self.values.report.concerns(section.key):
                 return ZERO
             hint = f"{needed} in the section"

@@ -113,7 +113,7 @@ def read_cosserat(name: str, entry: written.BeamEntry, values: Values, stations:
     whole = BeamKeys(key, entry)
     shape = read_shape(whole, values)
     pieces = _with_nodes(whole, _pieces(whole, shape, values), stations, values)
-    ends = list(accumulate((sum(widths) for _, widths in pieces), initial=Fraction(0)))
+    ends = list(accumulate((sum(widths, Fraction(0)) for _, widths in pieces), initial=Fraction(0)))
     if shape is None:
         shape = bent_shape([(float(end), keys) for end, (keys, _) in zip(ends[1:], pieces, strict=True)], values)
     shape = pretwist(whole, shape, values)

@@ -134,7 +134,7 @@ def read_state_feedback(
         products = [Symbol("parameter", gain) * part for gain, part in zip(gains, deviations, strict=True)]
         free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
     given, count = entry.calibration, len(made.outputs)
-    calibration = given and read_calibration(f"{key}.calibration", given, signals, count, values, outputs)
+    calibration = read_calibration(f"{key}.calibration", given, signals, count, values, outputs) if given else None
     labels = tuple(part.label for part in parts)
     return free, StateFeedback(name, made.outputs, tuple(measured), labels, made.gains, made.references, calibration)
 
