@@ -2,7 +2,7 @@
 
 The operators are the usual ones of mutation testing (DeMillo, Lipton, Sayward, "Hints on test data selection", 1978):
 comparison, arithmetic, constant, boolean, removed statement, swapped arguments, return value. Docstrings, texts,
-exceptions' arguments, annotations, decorators and sizes of drawings are left alone.
+exceptions' arguments, annotations, decorators, sizes of drawings and ``strict=`` are left alone.
 """
 
 from __future__ import annotations
@@ -47,6 +47,8 @@ SYMMETRIC = (
 )
 #: Keyword arguments that only style a drawing.
 STYLES = ("alpha", "color", "dpi", "figsize", "fontsize", "labelsize", "linewidth", "lw", "markersize", "pad", "zorder")
+#: Keyword arguments that only assert what holds: ``zip(..., strict=True)`` never fails in right code.
+ASSERTED = ("strict",)
 #: Floats below are tolerances, which a factor of 1.5 would hardly change.
 SMALL = 1e-4
 PRINTED = ("__repr__", "__str__", "_repr_html_", "_repr_latex_")
@@ -250,7 +252,7 @@ class _Walk(ast.NodeVisitor):
         for argument in node.args:
             self.visit(argument)
         for keyword in node.keywords:
-            if keyword.arg not in STYLES:
+            if keyword.arg not in (*STYLES, *ASSERTED):
                 self.visit(keyword.value)
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
