@@ -162,7 +162,7 @@ def rows_of(words: Sequence[str]) -> list[MessageRow]:
     chosen = [row for row in rows(named) if row.code == named] if named else list(search(text.split()))
     if code and not chosen:
         raise UsageError(
-            Problem("eomgen explain", f"there is no code {named} [E0158]", "eomgen explain mass, a search")
+            Problem("eomgen explain", f"this version has no message {named} [E0158]", "eomgen explain mass, a search")
         )
     if not chosen:
         chosen = _alike(set(text.split()))

@@ -304,7 +304,7 @@ def test_explain_searches_and_counts(capsys: pytest.CaptureFixture[str]) -> None
     printed = capsys.readouterr()
     assert len(printed.out.splitlines()) == 40 and printed.err.startswith("and ")
     assert main(["explain", "E9999"]) == 2
-    assert "there is no code E9999; try: eomgen explain mass, a search [E" in capsys.readouterr().err
+    assert "this version has no message E9999; try: eomgen explain mass, a search [E" in capsys.readouterr().err
     assert main(["explain", "xyzzy", "plugh"]) == 2
     assert "no message contains 'xyzzy plugh'; try: fewer words" in capsys.readouterr().err
 

@@ -275,9 +275,9 @@ def test_a_caller_in_c_gives_the_function(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_c_file_is_part_of_the_key_and_its_faults_name_its_lines(tmp_path: Path) -> None:
     path = linked(tmp_path)
-    first = eomgen.load(path).content
+    first = eomgen.load(path).digest
     linked(tmp_path, LAW_IN_C.replace("3.0", "2.5"))
-    assert eomgen.load(path).content != first
+    assert eomgen.load(path).digest != first
     linked(tmp_path, LAW_IN_C.replace("0.01 * error;", "0.01 * eror;", 1))
     with pytest.raises(eomgen.ToolchainError) as caught:
         eomgen.build(path, profile="quick", method="rk4")
