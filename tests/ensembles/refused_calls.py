@@ -18,7 +18,7 @@ SEAS = [SimpleNamespace(name="sea", variables=()), SimpleNamespace(name="swell",
 MODEL: Any = SimpleNamespace(
     description=SimpleNamespace(
         parts={"waves": SEAS},
-        inputs=[SimpleNamespace(name="gust", given=True, road=None, series=SimpleNamespace(follows="wind"))],
+        inputs=[SimpleNamespace(name="gust", given=True, road=None, series=SimpleNamespace(follows="wind", own_variables=()))],
     ),
     scene=SimpleNamespace(curves=()), parameters={}, inputs=("gust",), input_units={}, states=(), z_units=(),
     q_names=("q.free[0]",), q_units=("1",), v_names=("v.free[0]",), v_units=("rad/s",),

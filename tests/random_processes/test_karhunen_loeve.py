@@ -173,7 +173,7 @@ def test_shares_that_need_too_many_modes_are_refused_with_the_share_that_does_no
 
 @pytest.mark.usefixtures("few_nodes")
 def test_a_window_in_which_nodes_do_not_resolve_the_process_is_refused() -> None:
-    with pytest.raises(UsageError, match="the window is too long for the process: its modes are not found with"):
+    with pytest.raises(UsageError, match="the window is too long for 256 nodes: its modes are not found"):
         expand(UNIT, 1e6, share=0.9)
 
 

@@ -200,7 +200,7 @@ def test_laws_by_differences_are_known_to_the_step_of_their_order(
     slopes: tuple[str, ...], parameters: tuple[str, ...], columns: int, order: int
 ) -> None:
     call = Call.__new__(Call)
-    function = SimpleNamespace(slopes=slopes, parameters=parameters)
+    function = SimpleNamespace(code=SimpleNamespace(slopes=slopes), parameters=parameters)
     for name, value in (("function", function), ("columns", tuple(range(columns)))):
         object.__setattr__(call, name, value)
     tape = SimpleNamespace(maps=[call, None], a=[0, 1, 0], op=[Op.MAP, Op.MAP, Op.ADD], live=lambda refs: [0, 1, 2])

@@ -159,9 +159,8 @@ def expand_jointly(
             return split_processes(expansion)
         if 2 * panels * PANEL * count > _MOST_NODES:
             if change > 1e-5 and len(known):
-                fault = f"its modes are not found with {_MOST_NODES} nodes [E0968]"
-                hint = "a shorter window, a longer correlation"
-                raise UsageError(Problem("", f"the window is too long for the process: {fault}", hint))
+                fault = f"the window is too long for {_MOST_NODES} nodes: its modes are not found [E0968]"
+                raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
             if refused is not None:
                 raise refused
             return split_processes(expansion)
