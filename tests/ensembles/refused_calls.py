@@ -15,10 +15,11 @@ NORMAL = read_distribution("vary x", "normal(0, 1)")
 PILOT = SimpleNamespace(columns=lambda: ["t", "q.x", "output.force"])
 
 SEAS = [SimpleNamespace(name="sea", variables=()), SimpleNamespace(name="swell", variables=("swell_z1",))]
+GUST = SimpleNamespace(follows="wind", own_variables=())
 MODEL: Any = SimpleNamespace(
     description=SimpleNamespace(
         parts={"waves": SEAS},
-        inputs=[SimpleNamespace(name="gust", given=True, road=None, series=SimpleNamespace(follows="wind", own_variables=()))],
+        inputs=[SimpleNamespace(name="gust", given=True, road=None, series=GUST)],
     ),
     scene=SimpleNamespace(curves=()), parameters={}, inputs=("gust",), input_units={}, states=(), z_units=(),
     q_names=("q.free[0]",), q_units=("1",), v_names=("v.free[0]",), v_units=("rad/s",),
