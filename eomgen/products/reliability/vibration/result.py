@@ -38,13 +38,34 @@ class Distribution:
 
     @classmethod
     def without_samples(cls, below: Array, above: Array) -> Distribution:
-        """Return the distribution by a method without samples."""
+        """Return the distribution by a method without samples.
+
+        Parameters
+        ----------
+        below, above : (thresholds,) array
+            P(y <= threshold) and P(y > threshold).
+
+        Returns
+        -------
+        Distribution
+        """
         return cls(below, above, np.zeros(0), np.zeros(0))
 
     @classmethod
     def from_tails(cls, upper: Array, tail: Array, low: Array, high: Array) -> Distribution:
-        """Return the distribution with given tails and bounds, (thresholds,): P(y > threshold) for ``upper``, else
-        P(y <= threshold)."""
+        """Return the distribution with given tails and their bounds.
+
+        Parameters
+        ----------
+        upper : (thresholds,) array of bool
+            Whether a tail is P(y > threshold); else P(y <= threshold).
+        tail, low, high : (thresholds,) array
+            Tails and bounds of their intervals.
+
+        Returns
+        -------
+        Distribution
+        """
         below, above = np.where(upper, 1.0 - tail, tail), np.where(upper, tail, 1.0 - tail)
         return cls(below, above, np.where(upper, 1.0 - high, low), np.where(upper, 1.0 - low, high))
 
