@@ -103,11 +103,11 @@ def errors_of(pairing: Pairing, first: Forces, second: Forces) -> tuple[dict[str
         terms.append((name, mine, moved, size))
     for name, mine, theirs, size in terms:
         apart = np.abs(theirs - mine) / np.where(size > 0.0, size, 1.0)
-        place = np.unravel_index(np.argmax(apart), apart.shape)
-        errors[name] = float(apart[place])
-        entry = ", ".join(names[k] for k in place[1:])
+        index = np.unravel_index(np.argmax(apart), apart.shape)
+        errors[name] = float(apart[index])
+        entry = ", ".join(names[k] for k in index[1:])
         element = f"M[{entry}]" if name == "mass matrix" else f"v.{entry}"
-        worst.append(Difference(element, name, float(mine[place]), float(theirs[place])))
+        worst.append(Difference(element, name, float(mine[index]), float(theirs[index])))
     return errors, worst
 
 

@@ -172,8 +172,8 @@ class AlphaRun(StartedRun[AlphaPart]):
             t = float(states.t[1:][int(np.argmin(finite))])
             raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
-        given = part.memory, self.coefficients, self.inverse_inertia, both["B"][:-1]
-        matrices, eta = step_matrices(self.equations, ends, before, after, rows_of(blocks, slice(None, -1)), *given)
+        step_data = part.memory, self.coefficients, self.inverse_inertia, both["B"][:-1]
+        matrices, eta = step_matrices(self.equations, ends, before, after, rows_of(blocks, slice(None, -1)), *step_data)
         return AlphaPart(part.first, states, blocks, matrices, eta)
 
     def tangents(self, part: AlphaPart, dp: Array, state: Array) -> Array:

@@ -222,8 +222,8 @@ class LinearRun(ABC, Generic[PartType]):
         if len(weighed):
             Y, Yp = self.equations.output_partials(rows_of(part.blocks, weighed))
             result[weighed] = np.swapaxes(Y, 1, 2) @ of_outputs[weighed]
-            own = weighed >= (part.first > 0)
-            by[: self.equations.parameters] += np.einsum("nop,nof->pf", Yp[own], of_outputs[weighed[own]])
+            new_rows = weighed >= (part.first > 0)
+            by[: self.equations.parameters] += np.einsum("nop,nof->pf", Yp[new_rows], of_outputs[weighed[new_rows]])
         return result
 
     def _directions(self) -> StateDirections:

@@ -354,12 +354,12 @@ def _check_formulas(model: CompiledModel, inputs: Collection[str], by: Sequence[
 
     followed = list(model.description.formulas)
     prescribed = {item.name: item.formula for item in model.description.inputs if item.formula is not None}
-    for given, formula in prescribed.items():
-        if given not in inputs:
+    for input_name, formula in prescribed.items():
+        if input_name not in inputs:
             followed.append(formula)
         elif name := parameter_in(formula):
-            fault = f"the input {given} is given, but derivatives by {name} belong to its formula [E0613]"
-            raise UsageError(Problem("inputs", fault, f"by=... without {name}, or {given} by its formula"))
+            fault = f"the input {input_name} is given, but derivatives by {name} belong to its formula [E0613]"
+            raise UsageError(Problem("inputs", fault, f"by=... without {name}, or {input_name} by its formula"))
     for condition in (condition for formula in followed for condition in comparisons(formula)):
         name = parameter_in(condition)
         if name and any(symbol.kind == "time" for symbol in symbols(condition)):

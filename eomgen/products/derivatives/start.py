@@ -382,8 +382,8 @@ class LinearizedStart:
 
     def _accelerate(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:
         times = np.array([self.t + share * self.step])
-        given = self.prescribed_at(share), self._moved_inputs(times)
-        values = _values(self.equations, InitialState(q, v, self.z), times, *given)
+        prescribed_and_moved = self.prescribed_at(share), self._moved_inputs(times)
+        values = _values(self.equations, InitialState(q, v, self.z), times, *prescribed_and_moved)
         values = self.equations.with_accelerations(values)
         return values, self.equations.partials(values)
 
@@ -403,10 +403,10 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     equations, (values, partials) = start.equations, start.first
     dq, dv, dp = along.dq, along.dv, along.dp
     if start.moved_far:
-        given = np.array([start.t]), start.prescribed_at(0.0)
-        dq = moved_positions(equations, start.asked, *given, dq, dp)
+        time_and_prescribed = np.array([start.t]), start.prescribed_at(0.0)
+        dq = moved_positions(equations, start.asked, *time_and_prescribed, dq, dp)
         dq = nearest_changes(equations, partials, dq[np.newaxis], dv, dp)[0][0]
-        asked = _values(equations, InitialState(start.q, start.asked.v, start.z), *given)
+        asked = _values(equations, InitialState(start.q, start.asked.v, start.z), *time_and_prescribed)
         dv = moved_velocities(equations, asked, dq, dv, dp)
     (dq,), (dv,) = nearest_changes(equations, partials, dq[np.newaxis], dv, dp)
     if inverse_inertia.size:

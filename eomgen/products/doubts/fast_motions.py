@@ -126,13 +126,13 @@ class _UnresolvedModes:
     the recorded rows, as a measure of size."""
 
     run: Run
-    place: _ExaminedState
+    state: _ExaminedState
     step: float
     accelerations: Array
 
     def largest(self) -> _Swing | None:
         """Return the mode with the largest oscillation; None if no oscillation is noticeable."""
-        state, result = self.place, []
+        state, result = self.state, []
         frequencies, forms, mass = self._fast_modes()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
         energies = np.nan_to_num(energies, nan=np.finfo(np.float64).max)  # infinite squares become the largest as well
@@ -159,7 +159,7 @@ class _UnresolvedModes:
     def _fast_modes(self) -> tuple[Array, Array, Array]:
         """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M (nv, nv), of up to 8 modes that
         oscillate too fast for the step; modes with the largest motion first."""
-        model, (_, t, q, v, z, p, *_) = self.run.model, self.place
+        model, (_, t, q, v, z, p, *_) = self.run.model, self.state
         u = self._inputs(t)
         a, multipliers = self._accelerations((q, v, z, p), t)
         held = {"multipliers": multipliers} if model.multipliers else {}
@@ -308,10 +308,10 @@ def _inputs(finished: FinishedRun) -> list[_Law]:
 def _laws(values: Callable[[float], Array], nodes: Array, words: Sequence[tuple[int, str, str]]) -> list[_Law]:
     """Return as laws the columns, each with a name and a unit, of ``values``, a function of the place in the steps,
     0 to 1, that returns (steps, columns). A step takes the values at the places ``nodes``, ascending."""
-    place = 0.382  # no small multiple of this is whole, so no oscillation hides from it
-    ends, between = np.array([values(node) for node in nodes]), values(place)
-    k = int(np.searchsorted(nodes, place))
-    part = (place - nodes[k - 1]) / (nodes[k] - nodes[k - 1])
+    fraction = 0.382  # no small multiple of this is whole, so no oscillation hides from it
+    ends, between = np.array([values(node) for node in nodes]), values(fraction)
+    k = int(np.searchsorted(nodes, fraction))
+    part = (fraction - nodes[k - 1]) / (nodes[k] - nodes[k - 1])
     shown = (1.0 - part) * ends[k - 1] + part * ends[k]
     return [_Law(name, unit, ends[:, :, j], between[:, j], shown[:, j]) for j, name, unit in words]
 

@@ -140,11 +140,11 @@ def _too_heavy(
             continue
         mass, inertia = values.value(body.mass), [values.value(entry) for entry in body.inertia[:3]]
         side = math.sqrt(6.0 * max(sum(inertia) - 2.0 * entry for entry in inertia) / mass) if mass > 0.0 else 0.0
-        own = max(2.0 * reach[body.name], side)
+        extent = max(2.0 * reach[body.name], side)
         if mass > DENSEST * size * size * size:
             cube = f"a cube of steel as large as the scene, {size:.3g} m, has less"
-        elif min(inertia) > 0.0 and reach[body.name] > _SHORTEST and mass > HEAVIEST * own * own * own:
-            cube = f"a cube of {own:.3g} m, the size of the body, has less of any material"
+        elif min(inertia) > 0.0 and reach[body.name] > _SHORTEST and mass > HEAVIEST * extent * extent * extent:
+            cube = f"a cube of {extent:.3g} m, the size of the body, has less of any material"
         else:
             continue
         note = f"the mass is {mass:.6g} kg, and {cube}; numbers without a unit are in kg [W0118]"

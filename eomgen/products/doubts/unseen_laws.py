@@ -68,7 +68,7 @@ class _HeldComponent(NamedTuple):
 
     Attributes
     ----------
-    place : index among the examined steps
+    step : index among the examined steps
     column : among velocities and internal states
     level, time : the level, and the time at which the run reaches the level, s
     beyond : how far the run goes beyond the level
@@ -76,7 +76,7 @@ class _HeldComponent(NamedTuple):
     jumps : whether the rates jump there, so that no solution leads on
     """
 
-    place: int
+    step: int
     column: int
     level: float
     time: float
@@ -351,9 +351,9 @@ class _Examination:
         sides = feature.sides(table)
         numbers, samples = np.nonzero(sides[:, 1:] != sides[:, :-1])
         crossings = []
-        for row, place in zip(numbers.tolist(), samples.tolist(), strict=True):
-            ends = sorted((float(table[row, place]), float(table[row, place + 1])))
-            crossings += [(row, place, float(level)) for level in feature.between(ends[0], ends[1], 8)]
+        for row, position in zip(numbers.tolist(), samples.tolist(), strict=True):
+            ends = sorted((float(table[row, position]), float(table[row, position + 1])))
+            crossings += [(row, position, float(level)) for level in feature.between(ends[0], ends[1], 8)]
         crossings = crossings[: 8 * len(steps)]
         if not crossings:
             return np.zeros(0), np.zeros(0, dtype=np.intp)
@@ -656,7 +656,7 @@ class _Examination:
 
     def _level_law(self, held: _HeldComponent, steps: NDArray[np.intp], meshes: Sequence[Array]) -> UnseenLaw:
         name, unit = self._component(held.column)
-        law, width = self._culprit(int(steps[held.place]), meshes[held.place], name)
+        law, width = self._culprit(int(steps[held.step]), meshes[held.step], name)
         share = held.beyond / float(self._sizes[held.column])
         beyond = f"beyond which the run goes by {held.beyond:.2g}{unit}, {100.0 * share:.3g} % of its motion"
         opening = f"{law} acts between the steps at t = {held.time:.6g} s and is not seen by them"

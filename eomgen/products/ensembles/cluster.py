@@ -86,12 +86,12 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
         hint = f"{LOCAL!r}, 'tcp://host:8786', the path of a scheduler file, a Client or a cluster of Dask"
         raise UsageError(Problem("cluster", f"{cluster!r} is not a cluster [E0642]", hint))
     text = os.fspath(cluster)
-    place = "address" if "://" in text else "scheduler_file"
-    if place == "scheduler_file" and not Path(text).is_file():
+    keyword = "address" if "://" in text else "scheduler_file"
+    if keyword == "scheduler_file" and not Path(text).is_file():
         hint = f"{LOCAL}, an address such as tcp://host:8786, or the file of dask scheduler --scheduler-file"
         raise FileError(Problem("cluster", f"there is no scheduler file {text} [E0640]", hint))
     try:
-        return stack.enter_context(distributed.Client(**{place: text}, **options))
+        return stack.enter_context(distributed.Client(**{keyword: text}, **options))
     except (OSError, ValueError, KeyError, TimeoutError) as error:
         fault = f"no scheduler answers: {_first_line(error)} [E0644]"
         hint = "the address that dask scheduler prints, and a network that lets it through"

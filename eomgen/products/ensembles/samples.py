@@ -169,9 +169,9 @@ class LaneRunner:
         """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) and `options` starts; errors as of
         ``simulate``."""
         run, model = self.runs.run, self.model
-        given = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
+        input_values = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
         formulas, grid = scene_inputs(model, p), run.grid
-        signals = InputSignals(model.inputs, given, formulas, grid.step, grid.start, run.signals.left_to_stepper)
+        signals = InputSignals(model.inputs, input_values, formulas, grid.step, grid.start, run.signals.left_to_stepper)
         run = replace(run, parameters=p, signals=signals)
         state, _, _ = start_of(run, options.get("initial"), equilibrium_start=self.runs.at_rest, changed=changed)
         return np.concatenate([state.q, state.v, state.z])

@@ -217,9 +217,9 @@ def fmu_files(scene: Described, **options_of_fmu: Any) -> FmuFiles:
     )
     if machine is not None:
         files[machine.library_path(version, interface.identifier)] = built(interface, texts, asked.profile)
-    for other in others:
-        path = other.library_path(version, interface.identifier)
-        files.setdefault(path, cross_built(interface, texts, other))
+    for target in others:
+        path = target.library_path(version, interface.identifier)
+        files.setdefault(path, cross_built(interface, texts, target))
     files |= motion
     return FmuFiles(interface, files)
 

@@ -59,8 +59,8 @@ class CampbellView:
             ("orders", self.orders, "(1, 2)"),
             ("frequencies", self.frequencies, "(0, 40)"),
         ):
-            given = np.asarray([0] if value is None else value)
-            if given.ndim != 1 or given.dtype.kind not in "iuf":
+            numbers = np.asarray([0] if value is None else value)
+            if numbers.ndim != 1 or numbers.dtype.kind not in "iuf":
                 fault = f"several numbers are needed, not {shown(value)} [E0377]"
                 raise UsageError(Problem(name, fault, f"{name}={example}"))
         for number in () if self.modes is None else self.modes:
@@ -422,10 +422,10 @@ class _Drawing:
         self.taken += [LabelBox.dot(*point) for point, _, _ in single]
         looks = {"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
         for _, speed, frequency in single:
-            given = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
+            text_properties = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
             shown_speed = speed * self.scale  # with four digits and more, without an exponent
             text = f"{shown_speed:.0f}" if abs(shown_speed) >= 1e3 else f"{shown_speed:.4g}"
-            self._label((speed, frequency), text, AROUND, _CROSSING, **given)
+            self._label((speed, frequency), text, AROUND, _CROSSING, **text_properties)
         return bool(single)
 
     def _points(self, speed: float, frequency: float) -> Array:

@@ -101,8 +101,8 @@ class CampbellRequest:
         """Return the options of a Campbell diagram read from their texts; None without ``--campbell``. Raises
         UsageError for unreadable options, and options of the diagram without ``--campbell``."""
         if sweep is None:
-            given = {"orders": orders, "whirl": whirl, "modes": modes, "speed_unit": speed_unit}
-            _check_absent("it belongs to a Campbell diagram [E0166]", "--campbell spin=0:300:31", **given)
+            diagram_options = {"orders": orders, "whirl": whirl, "modes": modes, "speed_unit": speed_unit}
+            _check_absent("it belongs to a Campbell diagram [E0166]", "--campbell spin=0:300:31", **diagram_options)
             return None
         multiples, numbers = None, None
         if orders is not None:

@@ -109,14 +109,14 @@ def _numbers(sizes: _Sizes) -> int:
 def _explicit(kind: str, inputs: str, outputs: str, sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     """Return the description of a function of the explicit rates: values, or first or second derivatives."""
     equations, width = sizes.family.equations, sizes.x + sizes.u
-    given, taken = (sizes.dense(texts, *names.split()) for names in (inputs, outputs))
+    arguments, taken = (sizes.dense(texts, *names.split()) for names in (inputs, outputs))
     work, tables = 0, dict[str, int]()
     if kind != "value":
         work, tables = _numbers(sizes), _tables(texts, equations.jacobian)
     if kind == "hessian":
         work += equations.hessian_count + 2 * width * width
         tables |= _tables(texts, equations.lower, "second_")
-    return _entry(kind, given, taken, work, **tables)
+    return _entry(kind, arguments, taken, work, **tables)
 
 
 def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool = True) -> dict[str, Any]:

@@ -409,8 +409,8 @@ def chain_of(
         raise UsageError(Problem("method", fault, f"terms with {', '.join(missing)}"))
     if reason or missing:
         return None
-    given = {term: by_name[term] for term in terms}
-    return _alpha(program, given, made, along) if record is None else _chain(program, given, made, along, record)
+    by_term = {term: by_name[term] for term in terms}
+    return _alpha(program, by_term, made, along) if record is None else _chain(program, by_term, made, along, record)
 
 
 def _recorder(program: Program, name: str, made: Any) -> tuple[tuple[str, ...], Any]:

@@ -326,7 +326,7 @@ class Conversion:
         link = self.links[node]
         name = self.new_name("body", node, ending)
         if name in _RESERVED:
-            name = legal_name(f"{link.name}_link", [other.name for other in self.links.values()])
+            name = legal_name(f"{link.name}_link", [robot_link.name for robot_link in self.links.values()])
             note = f"the link {link.name} is the body {name}, because {link.name} is the name of"
             self.scene.notes.append(f"{note} {_RESERVED[link.name]} [W0179]")
         self.scene.put("bodies", name, {"mass": 0.0}, link.place)

@@ -254,8 +254,8 @@ class Savings:
         """
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
         if key in QUARTILES and cost is not self.costs[0]:
-            first, other = (getattr(item, QUARTILES[key]) for item in (self.costs[0], cost))
-            if first is None or other is None or max(first[0], other[0]) <= min(first[1], other[1]):  # they overlap
+            first, varied = (getattr(item, QUARTILES[key]) for item in (self.costs[0], cost))
+            if first is None or varied is None or max(first[0], varied[0]) <= min(first[1], varied[1]):  # they overlap
                 return None
         return here / asked if asked and here is not None else None
 

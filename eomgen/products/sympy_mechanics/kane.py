@@ -97,14 +97,14 @@ class KaneKinematics:
         one of the nearest point with a given velocity plus the rate of the way from there. Raises DescriptionError
         without such a point."""
         points = joined_points(point)
-        given = next((item for item in points if self.inertial in item._vel_dict), None)
-        if given is None:
+        nearest = next((item for item in points if self.inertial in item._vel_dict), None)
+        if nearest is None:
             for item in points:  # a frame without an orientation explains more
                 self.way(point, item)
             fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known [E1149]"
             hint = f"{point.name}.set_vel, or a place relative to a point with a velocity"
             raise DescriptionError(Problem(self.expressions.name, fault, hint))
-        return plus(self.vector(given._vel_dict[self.inertial]), self.rate(self.way(point, given)))
+        return plus(self.vector(nearest._vel_dict[self.inertial]), self.rate(self.way(point, nearest)))
 
     def way(self, point: Any, origin: Any) -> Vector:
         """Return the position of a point from another one that is joined with it, along the shortest way."""

@@ -368,20 +368,20 @@ class HamiltonianModel(NamedAttributes):
         and momenta by name, or arrays ``q`` and ``p``. Raises UsageError for unknown names, wrong shapes, and a start
         at which H is not finite."""
         names = [*self.q_names, *self.p_names]
-        given: Any = initial
+        start_values: Any = initial
         for key, of_array in (("q", self.q_names), ("p", self.p_names)) if isinstance(initial, Mapping) else ():
-            if key in given and key not in names:
-                array = _array(f"initial.{key}", given[key])
+            if key in start_values and key not in names:
+                array = _array(f"initial.{key}", start_values[key])
                 if array.shape != (self.n,) or not np.isfinite(array).all():
                     fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed [E0782]"
                     raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
-                rest = {name: value for name, value in given.items() if name != key}
+                rest = {name: value for name, value in start_values.items() if name != key}
                 if twice := [name for name in of_array if name in rest]:
                     fault = f"the name {listed(twice)} is given twice, in the array {key} too [E0730]"
                     raise UsageError(Problem("initial", fault, "one of both"))
-                given = {**dict(zip(of_array, array.tolist(), strict=True)), **rest}
+                start_values = {**dict(zip(of_array, array.tolist(), strict=True)), **rest}
         example = f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays'
-        known = _by_name("initial", "coordinate or momentum", given, names, example)
+        known = _by_name("initial", "coordinate or momentum", start_values, names, example)
         state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), known)
         energy = float(self._call("hamiltonian", [state[: self.n], state[self.n :]], values)[0].sum())
         if not math.isfinite(energy):

@@ -96,9 +96,9 @@ class _Wheel(NamedTuple):
     offset: float
     curve: Curve | None = None
 
-    def is_under(self, other: _Wheel) -> bool:
+    def is_under(self, wheel: _Wheel) -> bool:
         """Return whether another wheel is at the same place of the road."""
-        return self.track == other.track and bool(np.isclose(self.offset, other.offset))
+        return self.track == wheel.track and bool(np.isclose(self.offset, wheel.offset))
 
 
 def _random_road(classes: set[str]) -> Road:

@@ -84,21 +84,21 @@ class StandingAxes:
     def _has_other_axes(self, linear: Linearization) -> bool:
         """Return whether a linear model has coordinates, states or functions for which axes cannot be made to stand."""
         names, functions = linear.names, self.model.functions.names
-        other = linear.multiblade is not None or linear.sampled is not None or names.components != names.measured
+        unsuitable = linear.multiblade is not None or linear.sampled is not None or names.components != names.measured
         moving = self.model.library.layout["facts"]["moving_base"]
-        return bool(other or {"poses", "twists"} - set(functions) or moving)
+        return bool(unsuitable or {"poses", "twists"} - set(functions) or moving)
 
     def _turn(self, hinge: Hinge, linear: Linearization, parameters: Mapping[str, float]) -> _Turn | None:
         """Return the turn of the coordinates, carried by a spin joint, that move bodies on its axis in two
         directions across it; None without such coordinates, as for blades."""
         model, q, v = self.model, linear.reference.q, linear.reference.v
         measures = SceneMeasures(model, model.evaluator.one_set(parameters), self.t, None)
-        given: dict[str, Any] = {"t": self.t, "parameters": measures.p}
-        poses = {name: (turn[0], place[0]) for name, (turn, place) in measures.poses(q[np.newaxis]).items()}
-        moving = model.evaluate("twists", q, np.eye(model.nv), **given)["twist"]
-        still = model.evaluate("twists", q, np.zeros(model.nv), **given)["twist"]
+        arguments: dict[str, Any] = {"t": self.t, "parameters": measures.p}
+        poses = {name: (turn[0], position[0]) for name, (turn, position) in measures.poses(q[np.newaxis]).items()}
+        moving = model.evaluate("twists", q, np.eye(model.nv), **arguments)["twist"]
+        still = model.evaluate("twists", q, np.zeros(model.nv), **arguments)["twist"]
         by_v = {name: (moving - still)[:, k] for k, name in enumerate(model.bodies)}
-        now = model.evaluate("twists", q, v, **given)["twist"]
+        now = model.evaluate("twists", q, v, **arguments)["twist"]
         omega = {name: rotated(poses[name][0], now[k, :3]) for k, name in enumerate(model.bodies)}
         carried, columns = _carried_bodies(model, hinge)
         axis = rotated(poses[hinge.parent][0], np.array(hinge.axis))
@@ -109,7 +109,7 @@ class StandingAxes:
         for solid in model.description.drawing.solids:
             turn, origin = poses[solid.name]
             middle = origin + rotated(turn, measures.vector(solid.center_of_mass))
-            off = max(float(np.linalg.norm(np.cross(axis, place - center))) for place in (origin, middle))
+            off = max(float(np.linalg.norm(np.cross(axis, point - center))) for point in (origin, middle))
             if solid.name in carried and measures.number(solid.mass) > 0.0 and off <= SAME * length:
                 bodies.append(solid.name)
                 stations += _stations(model, solid.name, turn, by_v[solid.name])

@@ -231,8 +231,8 @@ class RoadExcitation:
         if not known:
             fault = f"{ascii(self.coherence)[:32]} is not a coherence between tracks [E0466]"
             raise UsageError(Problem("RoadExcitation", fault, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
-        one = not math.isnan(self.road.exponent) and self.road.long_exponent is None
-        if self.coherence == "isotropic" and not one and len(set(self._places)) > 1:
+        has_one_exponent = not math.isnan(self.road.exponent) and self.road.long_exponent is None
+        if self.coherence == "isotropic" and not has_one_exponent and len(set(self._places)) > 1:
             fault = "an isotropic road between tracks has one exponent, and a measured one none [E0467]"
             raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
 

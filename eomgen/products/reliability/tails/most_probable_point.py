@@ -356,7 +356,7 @@ def _search(
         point = descend(response, begin, threshold, points)
         if point is None or np.linalg.norm(point.point) > farthest:
             continue
-        if all(np.linalg.norm(point.point - other.point) > distance for other in points):
+        if all(np.linalg.norm(point.point - neighbour.point) > distance for neighbour in points):
             points.append(point)
     return sorted(points[len(known) :], key=lambda point: float(np.linalg.norm(point.point)))
 

@@ -86,7 +86,7 @@ class _Frame(NamedTuple):
 
     center: str
     ends: Sequence[str]
-    place: LinkPlace
+    pose: LinkPlace
 
 
 def _frame(draft: MjcfDraft, index: int) -> _Frame | None:
@@ -134,7 +134,7 @@ def _motion(word: str) -> Callable[[MjcfDraft, _Frame], list[str]]:
 
 
 def _angular_velocity(draft: MjcfDraft, frame: _Frame) -> list[str]:
-    body = frame.place.body
+    body = frame.pose.body
     return ["0.0"] * 3 if body == BASE else [f"angular_velocity.{body}[{i}]" for i in range(3)]
 
 

@@ -186,7 +186,7 @@ def _relative(difference: Array, reference: Array, units: Sequence[str]) -> Arra
     """Return the largest difference of velocities, (nt,), each relative to the largest velocity of the same unit."""
     result = np.zeros(len(difference))
     for unit in set(units):
-        same = [k for k, other in enumerate(units) if other == unit]
+        same = [k for k, velocity_unit in enumerate(units) if velocity_unit == unit]
         size = float(np.max(np.abs(reference[:, same]), initial=0.0))
         result = np.maximum(result, np.max(np.abs(difference[:, same]), axis=1) / (size or 1.0))
     return result

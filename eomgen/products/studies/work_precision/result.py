@@ -464,15 +464,15 @@ def _draw_points(drawn: Callable[..., Any], study: Tradeoff, points: Sequence[Po
 def _marks(axis: Any, study: Tradeoff) -> None:
     """Mark the front, the scene's own configuration, and wrong points without a warning."""
     ring = {"marker": "o", "linestyle": "none", "fillstyle": "none"}
-    own = [point for point in study.points[:1] if point in study.usable]
+    scene_points = [point for point in study.points[:1] if point in study.usable]
     silent = [point for point in study.silent if point in study.usable]
     if study.front:
         label = "front: none is both faster and more accurate"
         broad = {"where": "post", "color": "black", "linewidth": 5, "alpha": 0.18}
         _draw_points(axis.step, study, study.front, **broad, zorder=2, label=label)
-    if own:
-        label = f"the scene's own: {own[0].label}"
-        _draw_points(axis.plot, study, own, **ring, color="black", ms=13, mew=1.6, zorder=5, label=label)
+    if scene_points:
+        label = f"the scene's own: {scene_points[0].label}"
+        _draw_points(axis.plot, study, scene_points, **ring, color="black", ms=13, mew=1.6, zorder=5, label=label)
     if silent:
         label = f"wrong by more than 10 % and silent ({len(silent)})"
         _draw_points(axis.plot, study, silent, **ring, color="#C8102E", ms=9, mew=1.2, zorder=4, label=label)

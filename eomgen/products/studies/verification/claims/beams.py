@@ -48,14 +48,14 @@ class _Change:
     """The inverse dynamics of a scene and of the same scene with other beams, as functions that take complex
     numbers."""
 
-    own: Engine
-    other: Engine
+    full: Engine
+    bare: Engine
     name: str
 
     def along(self, state: Blocks, block: str, rates: Array) -> Array:
         """Return the differences of the derivatives of tau along rates (count, nv) of a block, (..., nv, count)."""
-        stepped = move_state(self.own, spread(state), {block: rates}, 1j * COMPLEX_STEP)
-        by_rate = [engine("inverse_dynamics", stepped)["tau"].imag / COMPLEX_STEP for engine in (self.own, self.other)]
+        stepped = move_state(self.full, spread(state), {block: rates}, 1j * COMPLEX_STEP)
+        by_rate = [engine("inverse_dynamics", stepped)["tau"].imag / COMPLEX_STEP for engine in (self.full, self.bare)]
         return np.asarray(np.swapaxes(by_rate[0] - by_rate[1], -1, -2))
 
 
