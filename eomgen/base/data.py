@@ -190,8 +190,8 @@ def field_names(kind: Any) -> tuple[str, ...]:
     bases: tuple[type, ...] = kind.__mro__
     if not is_dataclass(kind):
         raise TypeError(f"{kind.__qualname__} is not a dataclass")
-    own = [base.__annotations__ for base in reversed(bases) if "__dataclass_fields__" in vars(base)]
-    hints = {name: str(hint) for annotations in own for name, hint in annotations.items()}
+    annotations_of_bases = [base.__annotations__ for base in reversed(bases) if "__dataclass_fields__" in vars(base)]
+    hints = {name: str(hint) for annotations in annotations_of_bases for name, hint in annotations.items()}
     return tuple(name for name, hint in hints.items() if "ClassVar" not in hint)
 
 

@@ -42,7 +42,7 @@ def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
 Resolver = Callable[[Symbol], Scalar]
 #: Operators of scalars; all other operations of formulas are the tape's, by the same names.
 _NAMES = {"add": "add", "sub": "sub", "mul": "mul", "div": "truediv", "neg": "neg"}
-_OPERATORS: Mapping[str, Callable[..., Scalar]] = {name: getattr(operator, own) for name, own in _NAMES.items()}
+_OPERATORS: Mapping[str, Callable[..., Scalar]] = {name: getattr(operator, member) for name, member in _NAMES.items()}
 
 
 def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:

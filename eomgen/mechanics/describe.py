@@ -338,8 +338,8 @@ def _ground(scene: Scene) -> tuple[Formula, ...]:
 
 
 def _hinge(joint: Joint) -> Hinge:
-    place = joint.name, joint.type, joint.parent, joint.child, joint.position, joint.axis
-    return Hinge(*place, *joint.kind.drawn, tied=joint.kind.group != "SE3")
+    hinge_fields = joint.name, joint.type, joint.parent, joint.child, joint.position, joint.axis
+    return Hinge(*hinge_fields, *joint.kind.drawn, tied=joint.kind.group != "SE3")
 
 
 def _links(scene: Scene) -> Iterator[DrawnLink]:
@@ -350,8 +350,8 @@ def _links(scene: Scene) -> Iterator[DrawnLink]:
             yield DrawnLink(item.name, first, second, visible=item.kind.rod)
     for element in scene.elements:
         if isinstance(element, CosseratBeam):
-            for one, other in pairwise(element.beam.nodes):
-                yield DrawnLink(other, Point("", one, ZERO_VECTOR), Point("", other, ZERO_VECTOR), visible=True)
+            for start, end in pairwise(element.beam.nodes):
+                yield DrawnLink(end, Point("", start, ZERO_VECTOR), Point("", end, ZERO_VECTOR), visible=True)
 
 
 def _solid(body: Body, joint: Joint) -> Solid:

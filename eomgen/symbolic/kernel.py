@@ -35,7 +35,7 @@ class Kernel:
     def _operations(self) -> list[tuple[str, list[int]]]:
         """The first word and the places of the operands of each step."""
         words = (step.split() for step in self.steps.split(","))
-        return [(word, [int(place) for place in places]) for word, *places in words]
+        return [(word, [int(index) for index in places]) for word, *places in words]
 
     @cached_property
     def _symbols(self) -> list[str]:
@@ -54,7 +54,7 @@ class Kernel:
         if instance not in tape.instances:
             refs: list[Ref] = []
             for word, places in self._operations:
-                operands = [refs[place] for place in places]
+                operands = [refs[index] for index in places]
                 if word == "add":
                     refs.append(reduce(tape.add, operands))
                 elif word == "mul":

@@ -429,8 +429,8 @@ def _write_out(
         at, own_sums = slots[position], sums[position]
         diagonal = own_sums[group] if group >= 0 else at[position]
         loads = [[slot, entry_at.get((position, column), -1)] for column, slot in at.items() if column != position]
-        place = len(elimination.lower[position]) if group < 0 else len(loads)
-        loads.insert(place, [diagonal, entry_at.get((position, position), -1)])
+        diagonal_position = len(elimination.lower[position]) if group < 0 else len(loads)
+        loads.insert(diagonal_position, [diagonal, entry_at.get((position, position), -1)])
 
         def updates(earlier: int, position: int = position, group: int = group) -> list[list[int]]:
             changed = [column for column in upper[earlier] if column != position or group < 0]

@@ -42,7 +42,7 @@ class _JointEnd:
 
     link: int
     axes: Matrix
-    place: Vector
+    origin: Vector
 
     @classmethod
     def of(cls, quantities: Quantities, frame: Frame) -> _JointEnd:
@@ -53,7 +53,7 @@ class _JointEnd:
 
     @property
     def numbers(self) -> list[Scalar]:
-        return [*chain.from_iterable(self.axes), *self.place]
+        return [*chain.from_iterable(self.axes), *self.origin]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class _Member:
     """A joint of a kind: position in the list of constraints, constraint, its two frames, and value of its length or
     pitch."""
 
-    place: int
+    position: int
     item: Constraint
     ends: tuple[_JointEnd, _JointEnd]
     number: Scalar
@@ -162,7 +162,7 @@ class _JointKind:
                 scale, extent, path = size[3 * number : 3 * number + 3]
                 index = position * len(rows) + number
                 made = ConstraintRow(name, value[number], row.unit, scale, extent, path, group=self, in_group=index)
-                result.setdefault(member.place, []).append(made)
+                result.setdefault(member.position, []).append(made)
         return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:

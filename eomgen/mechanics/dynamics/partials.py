@@ -111,8 +111,8 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[Pai
                 screw = column.angular, column.linear
                 turned = bracket((omega, velocity), screw)
                 left, right = bracket((alpha, spatial), screw), bracket((omega, velocity), turned)
-                own = bracket(twists[-1], screw)
-                screws_of_link.append(Screws(screw, turned, pair_plus(left, right), pair_plus(turned, own)))
+                screw_rate = bracket(twists[-1], screw)
+                screws_of_link.append(Screws(screw, turned, pair_plus(left, right), pair_plus(turned, screw_rate)))
             screws.append(screws_of_link)
     return screws, twists
 

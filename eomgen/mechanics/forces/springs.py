@@ -51,7 +51,7 @@ class _SpringEnd:
 
     body: str
     link: int
-    place: Vector
+    position: Vector
 
 
 def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -> list[Spring]:
@@ -125,7 +125,7 @@ class _SpringKind:
         numbers."""
         orientation, origin = self.quantities.kinematics.pose(end.link)
         omega, velocity = self.quantities.kinematics.twist(end.link)
-        return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.place]
+        return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.position]
 
     def add(self, loads: Loads) -> None:
         """Add to ``loads``, in place, the forces of all springs, the potential energy and the power of dampers."""

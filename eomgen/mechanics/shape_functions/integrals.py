@@ -109,7 +109,7 @@ class _Integrator:
         self.kinds = tuple(item.kind for item in beam.deformations for _ in range(item.modes))
         bends = np.array([kind.startswith("bending") for kind in self.kinds], bool)
         #: Whether two coordinates bend in the same plane, (n, n).
-        self.planar = np.array([[one == other for other in self.kinds] for one in self.kinds], bool) & bends
+        self.planar = np.array([[first == second for second in self.kinds] for first in self.kinds], bool) & bends
         self.f, self.slope, self.curvature = self.values(self.grid.positions)
 
     def place(self, x: float) -> Fraction:

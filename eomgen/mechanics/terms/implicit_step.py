@@ -175,8 +175,8 @@ def mass_values(derivation: Derivation) -> list[Block]:
 def nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
     """Return the block of the nonzeros among the entries of a matrix, row by row. Their (row, column) are entered into
     ``derivation.patterns`` under the name."""
-    places = derivation.patterns[name] = tuple(sorted(place for place, ref in entries.items() if ref != ZERO))
-    return Block(name, (len(places),), tuple(entries[place] for place in places), f"nonzeros of {description}")
+    places = derivation.patterns[name] = tuple(sorted(position for position, ref in entries.items() if ref != ZERO))
+    return Block(name, (len(places),), tuple(entries[position] for position in places), f"nonzeros of {description}")
 
 
 def _pack(derivation: Derivation, block: Block) -> Block:

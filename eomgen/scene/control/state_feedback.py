@@ -52,16 +52,16 @@ class _Quantity:
     gain : name of the parameter of its gain, after the name of an output
     gains : as given, by output; empty if not given
     reference : name of the parameter of its reference, after the name of the feedback; empty for velocities
-    place : key of the reference in the entry; empty for velocities
-    given : reference as given, a number or a text; None if not given, and for velocities
+    entry_key : key of the reference in the entry; empty for velocities
+    setpoint : reference as given, a number or a text; None if not given, and for velocities
     """
 
     label: str
     gain: str
     gains: Sequence[float]
     reference: str = ""
-    place: str = ""
-    given: float | str | None = None
+    entry_key: str = ""
+    setpoint: float | str | None = None
 
 
 def _quantities(entry: Written) -> list[_Quantity]:
@@ -90,7 +90,7 @@ def feedback_names(name: str, entry: Written) -> FeedbackNames:
     scene."""
     outputs, parts = tuple(f"{name}_{output}" for output in entry.outputs or ()) or (name,), _quantities(entry)
     gains = tuple(tuple(f"{output}_{part.gain}" for part in parts) for output in outputs)
-    open_ones = [part.reference if entry.calibration is not None and part.given is None else "" for part in parts]
+    open_ones = [part.reference if entry.calibration is not None and part.setpoint is None else "" for part in parts]
     return FeedbackNames(outputs, gains, tuple(f"{name}_{reference}" if reference else "" for reference in open_ones))
 
 
@@ -126,15 +126,15 @@ def read_state_feedback(
     deviations = []
     for part, formula, parameter in each:
         reference: Formula | None = Symbol("parameter", parameter) if parameter else None
-        if part.given is not None:
-            reference = values.formula(f"{key}.{part.place}", part.given, STATE)
+        if part.setpoint is not None:
+            reference = values.formula(f"{key}.{part.entry_key}", part.setpoint, STATE)
         deviations.append(formula if reference is None else formula - reference)
     free = []
     for gains in made.gains:
         products = [Symbol("parameter", gain) * part for gain, part in zip(gains, deviations, strict=True)]
         free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
-    given, count = entry.calibration, len(made.outputs)
-    calibration = read_calibration(f"{key}.calibration", given, signals, count, values, outputs) if given else None
+    table, count = entry.calibration, len(made.outputs)
+    calibration = read_calibration(f"{key}.calibration", table, signals, count, values, outputs) if table else None
     labels = tuple(part.label for part in parts)
     return free, StateFeedback(name, made.outputs, tuple(measured), labels, made.gains, made.references, calibration)
 

@@ -52,15 +52,15 @@ def _spatial_inertia(parts: Sequence[MovedPart], values: Array, *, about_center:
             origin = origins[part.carrier] + shift @ parts[part.carrier].orientation.T
         origins.append(origin)
         center = origin + values[..., part.start + 1 : part.start + 4] @ part.orientation.T
-        own = part.orientation @ values[..., part.start + 4 + PLACES] @ part.orientation.T
-        bodies.append((values[..., part.start, np.newaxis], center, own))
+        inertia_about_center = part.orientation @ values[..., part.start + 4 + PLACES] @ part.orientation.T
+        bodies.append((values[..., part.start, np.newaxis], center, inertia_about_center))
     mass = sum(body[0] for body in bodies)
     point = sum(body[0] * body[1] for body in bodies) / (mass + (mass == 0.0)) if about_center else np.zeros(3)
     spatial = np.zeros((*np.shape(mass)[:-1], 6, 6))
-    for weight, center, own in bodies:
+    for weight, center, inertia_about_center in bodies:
         arm = skew(center - point)
         moment = weight[..., np.newaxis] * arm
-        spatial[..., :3, :3] += own - moment @ arm
+        spatial[..., :3, :3] += inertia_about_center - moment @ arm
         spatial[..., :3, 3:] += moment
         spatial[..., 3:, :3] -= moment
     spatial[..., [3, 4, 5], [3, 4, 5]] = mass
@@ -117,8 +117,8 @@ class MovableInertia:
         return (least <= NO_INERTIA) & _all_zero([numbers[index] for index in self.followers])
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        own = [number for part in self.parts for number in (numbers[part.start], *numbers[part.start + 4 :][:6])]
-        if not any((*own, *(numbers[index] for index in self.rotors))):
+        inertias = [number for part in self.parts for number in (numbers[part.start], *numbers[part.start + 4 :][:6])]
+        if not any((*inertias, *(numbers[index] for index in self.rotors))):
             return self.words.format("it carries neither mass nor inertia"), self.hint
         turns = self.kind.units.count("rad")
         needed = ["mass"] * (turns < len(self.kind.units))

@@ -97,9 +97,9 @@ def read_friction(key: str, joint: written.JointEntry, values: Values) -> tuple[
     result = [Friction(index, *row) for index, row in enumerate(zip(*parts.values(), strict=True))]
     for row in result:
         at = f"[{row.index}]" if len(result) > 1 else ""
-        for name, other in (("static", "coulomb"), ("stribeck", "velocity")):
+        for name, lower_bound in (("static", "coulomb"), ("stribeck", "velocity")):
             if not values.report.concerns(key):
-                pair = [getattr(row, name), getattr(row, other)]
+                pair = [getattr(row, name), getattr(row, lower_bound)]
                 values.require(f"{key}.{name}{at}", RELATIONS[_RELATIONS[name]], pair)
     return tuple(result)
 

@@ -398,8 +398,8 @@ class Values:
         names : keys in the order of reading; all keys by default
         """
         meanings = fields_of(type(entry))
-        given = {name: value for name in names or meanings if (value := getattr(entry, name)) is not None}
-        return {name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names) for name, value in given.items()}
+        fields = {name: value for name in names or meanings if (value := getattr(entry, name)) is not None}
+        return {name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names) for name, value in fields.items()}
 
     def by_scope(self, key: str, value: Any, scope: Scope | None) -> Any:
         """Return a value of an entry as a formula in a scope, or as a number if the scope is fixed parameters; lists

@@ -43,9 +43,9 @@ def jets(
     """
     algebra = JetAlgebra(tape)
     seeds: dict[int, list[Ref]] = {}
-    for key, given in input_jets.items():
+    for key, input_jet in input_jets.items():
         ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
-        seeds[abs(ref)] = [tape.mul(ONE if ref > 0 else -ONE, coefficient(given, k)) for k in range(order + 1)]
+        seeds[abs(ref)] = [tape.mul(ONE if ref > 0 else -ONE, coefficient(input_jet, k)) for k in range(order + 1)]
     node_jets: dict[int, list[Ref]] = {}
     of_maps: dict[int, list[list[Ref]]] = {}
 

@@ -177,8 +177,8 @@ def compact(loop: Map, wanted: Iterable[int]) -> Map:
     }
     refs = splice(kernel, loop.kernel, [*loop.sums, *(loop.last[k] for k in carries), *loop.stacked], bindings)
     sums, last, stacked = _split(refs, len(loop.sums), len(carries))
-    given = zip(KERNEL_BLOCKS, (loop.elements, loop.shared, loop.gather, loop.initial), strict=True)
-    elements, shared, gather, initial = (cast(Any, tuple(column[k] for k in kept[block])) for block, column in given)
+    blocks = zip(KERNEL_BLOCKS, (loop.elements, loop.shared, loop.gather, loop.initial), strict=True)
+    elements, shared, gather, initial = (cast(Any, tuple(column[k] for k in kept[block])) for block, column in blocks)
     carried = tuple(sums), tuple(last), tuple(stacked)
     return Map(kernel, loop.count, elements, shared, gather, initial, *carried, loop.label)
 

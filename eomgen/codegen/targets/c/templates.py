@@ -46,8 +46,8 @@ def kept_bytecode(*further: Path) -> TemplateBytecode | None:
     any; in the first of further folders that can be written if that folder cannot; None if none can. A folder of
     another user is not used. Names of files have the versions of Jinja and of eomgen, whose filters may have been
     applied to constants."""
-    own = () if sys.dont_write_bytecode else (template_folder() / "__pycache__",)
-    for folder in (*own, *further):
+    bytecode_folders = () if sys.dont_write_bytecode else (template_folder() / "__pycache__",)
+    for folder in (*bytecode_folders, *further):
         with contextlib.suppress(OSError):
             make_private_folder(folder)
             if os.access(folder, os.W_OK) and not belongs_to_others(folder):
