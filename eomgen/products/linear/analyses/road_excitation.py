@@ -153,5 +153,4 @@ def _measured_road(wheels: Iterable[_Wheel]) -> MeasuredRoad:
         hint = "the spectrum of one of them: road=eomgen.spectra.MeasuredRoad.of_profile(distance, elevation)"
         raise UsageError(Problem("road_excitation", fault, hint))
     x = np.linspace(first.curve.start, first.curve.end, len(first.curve.x))
-    gap = float(np.diff(first.curve.breaks).max())
-    return MeasuredRoad.of_profile(x, first.curve(x), widest=gap, source="measured")
+    return MeasuredRoad.of_profile(x, first.curve(x), source="measured")
