@@ -110,7 +110,8 @@ def _words_of(name: str) -> list[str]:
 def measure(name: str, folder: Path) -> None:
     """Run the command of a page, into a folder of its own in another one."""
     place = folder / name
-    (place / "points.jsonl").unlink(missing_ok=True)
+    for kept in ("points.jsonl", "reference.npz"):
+        (place / kept).unlink(missing_ok=True)
     _eomgen(*_words_of(name), "--out", str(place))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from eomgen.lie.product import Factor
 from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
-from eomgen.products.studies.work_precision.observation import Observation, errors
+from eomgen.products.studies.work_precision.observation import Observation, errors, with_arrays
 from eomgen.products.studies.work_precision.reference import RunReference, _extrapolate
 from eomgen.simulation.accuracy.motion_size import RunNames
 from eomgen.simulation.judgement.invariants import _is_pulse
@@ -26,7 +25,6 @@ NAMES = RunNames(
     ("z.level", "z.flow"), ("V", "A"), {"tip": "m", "load": "N"},
 )  # fmt: skip
 TIMES, EVERY = 9, 2
-ARRAYS, NAMED = ("q", "v", "z", "multipliers"), ("poses", "twists", "outputs")
 
 
 def quaternions(rotation: Rotation) -> np.ndarray:
@@ -147,6 +145,9 @@ def test_errors_of_other_coordinates_are_of_poses_and_twists(rng: np.random.Gene
         outputs={"load": np.ones((TIMES, 2))},
     )  # fmt: skip
     assert errors(without, true) == {}
+    again = with_arrays(true.arrays, true.components, true.rows)
+    assert list(again.arrays) == list(true.arrays)
+    assert all(again.arrays[name] is array for name, array in true.arrays.items())
 
 
 def test_ladders_measure_errors_by_the_motion_and_the_size_of_the_machine(rng: np.random.Generator) -> None:
@@ -247,23 +248,17 @@ def test_an_imbalance_of_a_twentieth_of_the_intervals_is_a_pulse(jumps: int, pul
 def test_extrapolation_removes_the_leading_error(order: int, rng: np.random.Generator) -> None:
     """Runs off by c h^order are extrapolated to the run without error; quaternions stay of unit length."""
     true, off = observation_of(rng, TIMES, 0.1), observation_of(rng, TIMES, 0.1)
-
-    def moved(size: float) -> Observation:
-        arrays = {name: getattr(true, name) + size * getattr(off, name) for name in ARRAYS}
-        by_name = {
-            name: {key: array + size * getattr(off, name)[key] for key, array in getattr(true, name).items()}
-            for name in NAMED
-        }
-        return replace(true, **arrays, **by_name)
-
-    fine, coarse = moved(1e-3), moved(1e-3 * 2.0**order)
+    fine, coarse = (
+        with_arrays(
+            {name: array + size * (name != "t") * off.arrays[name] for name, array in true.arrays.items()},
+            NAMES, ("a", "b"),
+        )
+        for size in (1e-3, 1e-3 * 2.0**order)
+    )  # fmt: skip
     result = _extrapolate(fine, coarse, order)
-    assert (result.t is true.t, result.components, result.rows) == (True, NAMES, ("a", "b"))
-    for name in ARRAYS:
-        np.testing.assert_allclose(getattr(result, name), getattr(true, name), atol=1e-12)
-    for name in NAMED:
-        for key, array in getattr(true, name).items():
-            np.testing.assert_allclose(getattr(result, name)[key], array, atol=1e-12)
+    assert (result.components, result.rows) == (NAMES, ("a", "b"))
+    for name, array in result.arrays.items():
+        np.testing.assert_allclose(array, true.arrays[name], atol=1e-12)
     wrong = _extrapolate(fine, coarse, order + 1)
     for quaternion in (wrong.q[:, :4], *(pose[:, :4] for pose in wrong.poses.values())):
         np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0, rtol=1e-12)

@@ -10,20 +10,22 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from eomgen.base.figures import new_figure
-from eomgen.errors import ModelError, NumericalError
+from eomgen.errors import FileError, ModelError, NumericalError
+from eomgen.lie.product import Factor
 from eomgen.products.studies import run_commands
 from eomgen.products.studies.work_precision import reference as referring
 from eomgen.products.studies.work_precision import result as results
 from eomgen.products.studies.work_precision import study as studying
 from eomgen.products.studies.work_precision.axes import Configuration, candidates, checked_axes, one_of_each
-from eomgen.products.studies.work_precision.observation import ErrorSize
+from eomgen.products.studies.work_precision.observation import ErrorSize, errors
 from eomgen.products.studies.work_precision.reference import RunReference, reference
 from eomgen.products.studies.work_precision.result import DEMANDS, OFF, Point, Tradeoff, short_duration
 from eomgen.products.studies.work_precision.running import Grid
-from eomgen.products.studies.work_precision.study import _WorkPrecisionStudy
+from eomgen.products.studies.work_precision.study import PointJournal, _WorkPrecisionStudy
 from tests.studies.runs_of_laws import Law, LawRunner, model_of, motion
 
 GRID = Grid(0.01, 64, coarsest=8, recorded=1)
@@ -43,13 +45,12 @@ def study_of(runner: LawRunner, methods: tuple[str, ...] = ("rk4", "generalized_
     given = {
         "in_coarsest": HALVED, "axes": ("method", "resolution"), "methods": methods, "budget": 1e9, "repeats": 5,
         "progress": None, "announce": None, "absolute": False,
-        "journal": SimpleNamespace(rows=(), append=lambda row: None),
     } | changes  # fmt: skip  # a table
     return _WorkPrecisionStudy(cast(Any, runner), defaults, **given)
 
 
-def result_of(study: Any, outputs: tuple[str, ...] = ("way",)) -> Tradeoff:
-    return cast(Tradeoff, study.result(outputs, "largest", 0.0))
+def result_of(study: Any, outputs: tuple[str, ...] = ("way",), journal: PointJournal | None = None) -> Tradeoff:
+    return cast(Tradeoff, study.result(outputs, "largest", journal or PointJournal(None, "", resume=False), 0.0))
 
 
 @pytest.fixture(autouse=True)
@@ -214,13 +215,26 @@ def test_a_reference_without_the_quantity_is_refused(monkeypatch: pytest.MonkeyP
         result_of(study_of(LawRunner(law_of, GRID)))
 
 
-def test_points_of_a_journal_are_taken_again() -> None:
-    rows: list[Any] = []
-    first = result_of(study_of(LawRunner(law_of, GRID), journal=SimpleNamespace(rows=(), append=rows.append)))
-    known = {row["key"]: Point.from_dict(json.loads(json.dumps(row["point"]))) for row in rows}
+def test_points_and_reference_of_a_folder_are_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = result_of(study_of(LawRunner(law_of, GRID)), journal=PointJournal(tmp_path, "one", resume=False))
+    monkeypatch.setattr(studying, "reference", None)  # it is in the folder
     runner = LawRunner(law_of, GRID)
-    again = result_of(study_of(runner, journal=SimpleNamespace(rows=tuple(known.items()), append=None)))
+    again = result_of(study_of(runner), journal=PointJournal(tmp_path, "one", resume=True))
     assert again.points == first.points and again.reference == first.reference and not runner.made
+    with pytest.raises(FileError):
+        PointJournal(tmp_path, "another", resume=True)
+    seen = replace(
+        motion(0.25), components=motion(0.0).components._replace(factors=(Factor("R", "slide", 0, 1, 0, 1),)),
+        rows=("a", "b"), poses={"rod": np.ones((11, 7))}, twists={"rod": np.ones((11, 6))},
+    )  # fmt: skip
+    journal = PointJournal(tmp_path / "other", "one", resume=False)
+    held = RunReference(seen, "by", "second", {"q": ErrorSize(1.0, 2.0, 3.0)})
+    assert journal.reference() is None
+    journal.keep_reference(held)
+    back = journal.reference()
+    assert back is not None and (back.described, back.second, back.uncertainty) == ("by", "second", held.uncertainty)
+    assert (back.observation.components, back.observation.rows) == (seen.components, seen.rows)
+    assert all(np.array_equal(array, seen.arrays[name]) for name, array in back.observation.arrays.items())
 
 
 # -- references --------------------------------------------------------------------------------------------------------
@@ -262,6 +276,12 @@ def test_references_that_differ_by_a_hundredth_are_none() -> None:
     runner = LawRunner(lambda one: laws.get(one.method), GRID)
     with pytest.raises(NumericalError, match=r"differ by 1\.48 % of the motion: no error can be computed from them"):
         reference(cast(Any, runner), candidates("joint", model_of(), list(laws), {}), 1e9, lambda _: None)
+
+
+def test_extrapolated_observations_are_of_higher_order() -> None:
+    exact, coarse, fine = (motion(1e-2 * h**2) for h in (0.0, 1.0, 0.5))
+    made = referring._extrapolate(fine, coarse, 2)
+    assert errors(made, exact)["way"].largest < 1e-14 < errors(fine, exact)["way"].largest
 
 
 # -- results of hand-made points ---------------------------------------------------------------------------------------
@@ -337,6 +357,9 @@ def test_files_have_a_row_for_each_point(tmp_path: Path, monkeypatch: pytest.Mon
     assert read["points"][0]["verdict"] == "front" and picture.name == "tradeoff.png"
     unknown = {**read["points"][0], "errors": {"q": {"largest": None, "rms": 1.0, "final": None}}}
     assert Point.from_dict(unknown).error["q"] == ErrorSize(math.inf, 1.0, math.inf)
+    for change in ({"seconds": "x"}, {"repeats": []}, {"errors": {"q": {"largest": "1", "rms": 1.0, "final": 1.0}}}):
+        with pytest.raises(TypeError, match="times, counts and errors are numbers"):
+            Point.from_dict(read["points"][0] | change)
 
 
 def test_pictures_have_a_curve_for_each_configuration_and_the_front() -> None:

@@ -175,9 +175,12 @@ def section_drawing(solution: LoadedSolution, folder: Path, stored: str | None =
 
 
 def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
-    """Return the indices of the rows nearest to the times ``at``, s. Raises UsageError for times outside the
-    solution."""
+    """Return the indices of the rows nearest to the times ``at``, s. Raises UsageError for no times, or times
+    outside the solution."""
     times, t = np.atleast_1d(np.asarray(at, dtype=float)), solution.t
+    if not len(times):
+        hint = "times in s, or no at for a map over time"
+        raise UsageError(Problem("plot_sections: at", "there are no times [E1288]", hint))
     slack = COMPUTED * (t[-1] - t[0])
     outside = times[~((times >= t[0] - slack) & (times <= t[-1] + slack))]
     if len(outside):

@@ -18,7 +18,6 @@ from eomgen.base.data import dataclass
 from eomgen.base.journal import Journal
 from eomgen.base.messages import nearest, shown
 from eomgen.base.version import __version__
-from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.register import AUTO, canonical_name
 from eomgen.pipeline.model import Model
@@ -36,6 +35,7 @@ from eomgen.products.studies.ladders.runs import (
     run_ending,
 )
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, StructuralZeros, Subject
+from eomgen.products.studies.seconds import study_seconds
 from eomgen.products.studies.work_precision.observation import angles
 
 #: Two references have to agree to this.
@@ -292,7 +292,7 @@ def extremes(
     EomgenError
         The scene cannot be read or built.
     """
-    began, budget = time.perf_counter(), number_of("budget", budget)
+    began, budget, limit = time.perf_counter(), study_seconds("budget", budget), study_seconds("limit", limit)
     wanted = [_ladder_named("ladders", name) for name in ladders] or LADDERS
     for method in (*methods, *(method for _, _, method in map(_cell_of, cells) if method)):
         if method != AUTO:

@@ -16,6 +16,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
+from eomgen.products.studies.seconds import study_seconds
 from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, VerificationRun, conditions, verify
 from eomgen.products.studies.tuning.race import COARSE, Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
@@ -120,7 +121,7 @@ def tune(
     others = formulated and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
     defaults = variants.description.simulation
-    end = defaults.duration if t_end is None else number_of("t_end", t_end)
+    end, budget = defaults.duration if t_end is None else number_of("t_end", t_end), study_seconds("budget", budget)
     grid = tuning_grid(end, defaults.step, defaults.step * defaults.record_every)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None

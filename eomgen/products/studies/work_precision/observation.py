@@ -72,9 +72,34 @@ class Observation:
         """Factors of the configuration space."""
         return self.components.factors
 
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """All arrays by name, in the form of ``with_arrays``."""
+        states = {"t": self.t} | {name: getattr(self, name) for name in _STATES}
+        kinds = {"poses": self.poses, "twists": self.twists, "outputs": self.outputs}
+        return states | {f"{kind}.{name}": array for kind, named in kinds.items() for name, array in named.items()}
+
     def columns(self, at: slice = slice(None)) -> Kinds:
         """Return states and multipliers of some rows by kind."""
         return {name: getattr(self, name)[at] for name in _STATES}
+
+
+def with_arrays(arrays: Mapping[str, Array], components: RunNames, rows: tuple[str, ...]) -> Observation:
+    """Return the observation with the arrays of ``Observation.arrays``, names of components and names of constraint
+    rows."""
+
+    def arrays_by_name(kind: str) -> dict[str, Array]:
+        return {key.partition(".")[2]: array for key, array in arrays.items() if key.startswith(f"{kind}.")}
+
+    states = {name: arrays[name] for name in ("t", *_STATES)}
+    return Observation(
+        **states,
+        components=components,
+        rows=rows,
+        poses=arrays_by_name("poses"),
+        twists=arrays_by_name("twists"),
+        outputs=arrays_by_name("outputs"),
+    )
 
 
 def observe(model: Model, solution: Solution) -> Observation:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, NumericalError, Problem
 from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
 from eomgen.products.studies.work_precision.observation import (
@@ -17,6 +17,7 @@ from eomgen.products.studies.work_precision.observation import (
     ErrorSize,
     Observation,
     errors,
+    with_arrays,
 )
 from eomgen.products.studies.work_precision.running import Runner
 
@@ -243,15 +244,11 @@ def _extrapolate(fine: Observation, coarse: Observation, order: int) -> Observat
     """Return the extrapolation to step zero of runs with half the step and with the step, for a method of an order.
     Quaternions are brought to unit length."""
     weight = 1.0 / (2.0**order - 1.0)
-
-    def limit(ours: Any, theirs: Any) -> Any:
-        if isinstance(ours, Mapping):
-            return {name: limit(array, theirs[name]) for name, array in ours.items()}
-        return ours + weight * (ours - theirs)
-
-    names = ("q", "v", "z", "multipliers", "poses", "twists", "outputs")
-    values = {name: limit(getattr(fine, name), getattr(coarse, name)) for name in names}
-    rotations = [values["q"][:, f.q_start : f.q_start + 4] for f in fine.factors if f.group != "R"]
-    for quaternions in [*rotations, *(pose[:, :4] for pose in values["poses"].values())]:
-        quaternions[:] = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
-    return replace(fine, **values)
+    arrays = {name: fine.arrays[name] + weight * (fine.arrays[name] - coarse.arrays[name]) for name in fine.arrays}
+    for factor in fine.factors:
+        if factor.group != "R":
+            part = slice(factor.q_start, factor.q_start + 4)
+            arrays["q"][:, part] /= np.linalg.norm(arrays["q"][:, part], axis=1, keepdims=True)
+    for name in [key for key in arrays if key.startswith("poses.")]:
+        arrays[name][:, :4] /= np.linalg.norm(arrays[name][:, :4], axis=1, keepdims=True)
+    return with_arrays(arrays, fine.components, fine.rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,10 @@ class Point:
             name: {key: math.inf if x is None else x for key, x in size.items()}
             for name, size in data["errors"].items()
         }
+        times = (data["seconds"], data["least_seconds"])
+        known = [data[name] for name in ("value", "took", "repeats", "order")] + [x for x in times if x is not None]
+        if not all(isinstance(x, int | float) for x in chain(known, *(size.values() for size in errors.values()))):
+            raise TypeError("times, counts and errors are numbers")
         return cls(
             Configuration(**{name: data[name] for name in names}),
             error={name: ErrorSize(**size) for name, size in errors.items()},

@@ -16,6 +16,7 @@ from typing import Any
 from eomgen.base.arrays import count_of
 from eomgen.base.calls import names_of
 from eomgen.base.data import dataclass, field, replace
+from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.journal import Journal
 from eomgen.base.json_text import finite
 from eomgen.base.messages import counted
@@ -23,7 +24,9 @@ from eomgen.base.progress import duration
 from eomgen.base.version import __version__
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.lie.product import Factor
 from eomgen.products.studies.defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
+from eomgen.products.studies.seconds import study_seconds
 from eomgen.products.studies.work_precision.axes import (
     TOLERANCE,
     Candidate,
@@ -33,13 +36,15 @@ from eomgen.products.studies.work_precision.axes import (
     reason,
     refinements,
 )
-from eomgen.products.studies.work_precision.formulations import JOINT, formulations
+from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.products.studies.work_precision.observation import (
     STATE,
+    ErrorSize,
     check_measure,
     check_output,
+    with_arrays,
 )
-from eomgen.products.studies.work_precision.reference import reference
+from eomgen.products.studies.work_precision.reference import RunReference, reference
 from eomgen.products.studies.work_precision.result import NOT_BUILT, WRONG, Point, Tradeoff
 from eomgen.products.studies.work_precision.running import (
     REACHED,
@@ -52,7 +57,91 @@ from eomgen.products.studies.work_precision.running import (
     measure_seconds,
     per_coarsest,
 )
+from eomgen.simulation.accuracy.motion_size import RunNames
 from eomgen.system.description import Simulation
+
+_POINTS, _REFERENCE = "points.jsonl", "reference.npz"
+
+
+def identity(
+    formulations: Formulations, grid: Grid, parameters: Mapping[str, float] | None, inputs: Mapping[str, Any] | None
+) -> str:
+    """Return a JSON text that identifies the points of one study: scenes, grid of times, parameters, inputs and
+    version. Points are used again only if the text is equal; it differs for other scenes, times or parameters."""
+    digests = b"".join(scene.digest for scene in formulations.scenes.values())
+    scene_values = {
+        "scene": hashlib.sha256(digests).hexdigest(),
+        "grid": [grid.start, grid.row, grid.rows, grid.coarsest, grid.recorded],
+        "parameters": dict(parameters or {}),
+        "inputs": {name: repr(value) for name, value in (inputs or {}).items()},
+        "version": __version__,
+    }
+    return json.dumps(scene_values, sort_keys=True)
+
+
+class PointJournal:
+    """Journal in a folder of the finished points and the reference of a study, from which the study can be resumed.
+
+    ``points`` maps a key (configuration, kind and value) to each point read from the folder.
+
+    Parameters
+    ----------
+    folder : path or None
+        None: no file.
+    described : str
+        As of ``identity``.
+    resume : bool
+        Whether to go on with a study that the folder contains.
+
+    Raises
+    ------
+    FileError
+        The folder contains a study without ``resume``, or another study.
+    """
+
+    def __init__(self, folder: Path | None, described: str, *, resume: bool) -> None:
+        self._folder = folder
+        self._lines = Journal(
+            folder,
+            _POINTS,
+            "points of a study",
+            identity=described,
+            others="another scene, other times or other parameters",
+            row_of=lambda line: (str(line["key"]), Point.from_dict(line["point"])),
+            resume=resume,
+        )
+        self.points = dict(self._lines.rows)
+
+    def keep(self, key: str, point: Point) -> None:
+        """Write a point."""
+        self._lines.append({"key": key, "point": finite(point.to_dict())})
+
+    def keep_reference(self, held: RunReference) -> None:
+        """Write the reference (observation, methods, uncertainty) to ``reference.npz``; no file without a folder."""
+        if self._folder is None:
+            return
+        observation = held.observation
+        metadata = {
+            "factors": [[f.group, f.name, f.q_start, f.q_size, f.v_start, f.v_size] for f in observation.factors],
+            "components": observation.components._replace(factors=())._asdict(),
+            "rows": list(observation.rows),
+            **held.to_dict(),
+        }
+        write_arrays(self._folder / _REFERENCE, observation.arrays, metadata)
+
+    def reference(self) -> RunReference | None:
+        """Return the reference read from ``reference.npz`` of the folder; None without a folder or without this
+        file."""
+        if self._folder is None or not (self._folder / _REFERENCE).exists():
+            return None
+        arrays, data = read_arrays(self._folder / _REFERENCE, "reference of a study", "another folder")
+        factors = tuple(Factor(*factor) for factor in data["factors"])
+        names: dict[str, Any] = dict(data["components"])
+        names |= {name: tuple(part) for name, part in names.items() if name != "outputs"}
+        observation = with_arrays(arrays, RunNames(**{**names, "factors": factors}), tuple(data["rows"]))
+        uncertainty = {name: ErrorSize(**size) for name, size in data["uncertainty"].items()}
+        return RunReference(observation, data["by"], data["held against"], uncertainty)
+
 
 #: Seconds that builds may take besides the budget's computation, if that is smaller.
 LEAST_BUILDING = 30.0
@@ -180,7 +269,7 @@ def tradeoff(
     began = time.perf_counter()
     chosen, named = checked_axes(axes), names_of("methods", "methods", methods, "rk4")
     check_measure(measure)
-    budget, repeats = number_of("budget", budget), count_of("repeats", repeats)
+    budget, repeats = study_seconds("budget", budget), count_of("repeats", repeats)
     for step in steps:
         if not number_of("steps", step) > 0.0:
             fault = f"steps are positive numbers of seconds, which {step:g} is not [E1143]"
@@ -191,27 +280,13 @@ def tradeoff(
     grid = ladder_grid(end, defaults.step, defaults.step * defaults.record_every, steps)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
     in_coarsest, absolute = per_coarsest(Grid(grid.row * grid.coarsest, 1), steps), "formulation" in axes
-    identity = {
-        "scene": hashlib.sha256(b"".join(scene.digest for scene in variants.scenes.values())).hexdigest(),
-        "grid": [grid.start, grid.row, grid.rows, grid.coarsest, grid.recorded],
-        "parameters": dict(parameters or {}),
-        "inputs": {name: repr(value) for name, value in (inputs or {}).items()},
-        "version": __version__,
-    }
-    journal = Journal(
-        None if folder is None else Path(folder),
-        "points.jsonl",
-        "points of a study",
-        identity=json.dumps(identity, sort_keys=True),
-        others="another scene, other times or other parameters",
-        row_of=lambda line: (str(line["key"]), Point.from_dict(line["point"])),
-        resume=resume,
-    )
     study = _WorkPrecisionStudy(
-        runner, defaults, in_coarsest, chosen, named, budget, repeats, progress, announce, absolute, journal
+        runner, defaults, in_coarsest, chosen, named, budget, repeats, progress, announce, absolute
     )
+    described = identity(variants, grid, parameters, inputs)
+    journal = PointJournal(None if folder is None else Path(folder), described, resume=resume)
     try:
-        return study.result(tuple(outputs), measure, began)
+        return study.result(tuple(outputs), measure, journal, began)
     except KeyboardInterrupt as stop:
         if folder is not None:
             stop.add_note(f"{counted(len(study.points), 'run')} are kept in {folder}: --resume goes on with them")
@@ -226,7 +301,6 @@ class _WorkPrecisionStudy:
     ----------
     in_coarsest : number of each step in the coarsest
     absolute : whether absolute coordinates of a scene without constraints are asked for
-    journal : the finished points of earlier calls by key, and the file for further ones
     """
 
     runner: Runner
@@ -239,7 +313,6 @@ class _WorkPrecisionStudy:
     progress: Progress | None
     announce: Callable[[str], None] | None
     absolute: bool
-    journal: Journal[tuple[str, Point]]
     points: dict[str, Point] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     spent: float = 0.0
@@ -250,11 +323,11 @@ class _WorkPrecisionStudy:
         """The coarsest step, s."""
         return self.runner.grid.row * self.runner.grid.coarsest
 
-    def result(self, outputs: tuple[str, ...], measure: str, began: float) -> Tradeoff:
+    def result(self, outputs: tuple[str, ...], measure: str, journal: PointJournal, began: float) -> Tradeoff:
         """Run the whole study and return the result: reference, all ladders, variants of the best, and times of the
         front. `outputs` are the quantities of errors, `began` is the start of the call by ``time.perf_counter``. Raises
         NumericalError if the reference has no uncertainty in the first quantity."""
-        self.known = dict(self.journal.rows)
+        self.journal = journal
         self.left_out |= self.runner.formulations.refused
         every = self._candidates()
         for name in outputs:
@@ -265,9 +338,13 @@ class _WorkPrecisionStudy:
             builds = {self.runner.build_name(ladder.configuration) for ladder in ladders} - set(self.runner.compiled)
             runs = f"up to {duration(self.budget)} of runs"
             self.announce(f"methods to build, or to take from the cache: {len(builds)}; then {runs}")
-        exact = [c for c in every if c.formulation not in self.runner.formulations.simplified]
-        self.reference = reference(self.runner, exact, 0.25 * self.budget, self._say)
-        if self.quantity not in self.reference.uncertainty:
+        held = journal.reference()
+        if held is None:
+            exact = [c for c in every if c.formulation not in self.runner.formulations.simplified]
+            held = reference(self.runner, exact, 0.25 * self.budget, self._say)
+            journal.keep_reference(held)
+        self.reference = held
+        if self.quantity not in held.uncertainty:
             fault = f"errors in {self.quantity} is unknown: the two references have no such quantity in common [E1145]"
             raise NumericalError(Problem("reference", fault, "state, or an output of the scene"))
         self.began = time.perf_counter()
@@ -427,21 +504,18 @@ class _WorkPrecisionStudy:
         `value` is a tolerance, or the number of steps in the coarsest step. A new point is written to the journal."""
         shown_value = value if ladder.kind == TOLERANCE else self.coarsest / value
         key = f"{ladder.configuration.key} {ladder.kind} {shown_value!r}"
-        known = self.points.get(key, self.known.get(key))
-        if known is not None:
-            self.points[key] = known
-            return known
+        if key in self.points:
+            return self.points[key]
+        if key in self.journal.points:
+            self.points[key] = self.journal.points[key]
+            return self.points[key]
         began = time.process_time()
         outcome = self._run(ladder.configuration, ladder.kind, shown_value)
         point = self._measure(ladder, shown_value, outcome)
         took = time.process_time() - began
         self.spent += took
-        return self._keep(key, replace(point, took=took))
-
-    def _keep(self, key: str, point: Point) -> Point:
-        """Take a point into the study and its journal, and return it."""
-        self.points[key] = point
-        self.journal.append({"key": key, "point": finite(point.to_dict())})
+        self.points[key] = point = replace(point, took=took)
+        self.journal.keep(key, point)
         return point
 
     def _run(self, configuration: Configuration, kind: str, value: float) -> ComparedRun:
@@ -480,7 +554,9 @@ class _WorkPrecisionStudy:
             took = time.process_time() - began
             self.spent += took
             if taken:
-                self._keep(key, _with_times(point, taken, took=point.took + took))
+                changed = _with_times(point, taken, took=point.took + took)
+                self.points[key] = changed
+                self.journal.keep(key, changed)
 
     def _say(self, label: str, left: int = 0) -> None:
         if self.progress is not None:
