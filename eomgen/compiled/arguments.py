@@ -89,8 +89,8 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
     if not starts:
         return
     # from some number on NumPy is faster than a loop
-    if q.ndim == 1 and len(starts) < 32:
-        values = q.tolist()
+    if q.size == q.shape[-1] and len(starts) < 32:
+        values = q.ravel().tolist()
         lengths = [math.hypot(*values[start : start + 4]) for start in starts]
         if max(lengths) - 1.0 <= tolerance and 1.0 - min(lengths) <= tolerance:
             return
