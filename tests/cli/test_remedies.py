@@ -123,12 +123,7 @@ def scene_of(**more: Any) -> Any:
     ("changes", "signals", "robot", "message"),
     [
         ({"push": 2.5}, {}, False, "--set push: push is an input; try: --input push=2.5"),
-        (
-            {"angle": 2.5},
-            {},
-            False,
-            "angle is a state, not a parameter; try: [states.angle] initial = 2.5 in",
-        ),
+        ({"angle": 2.5}, {}, False, "angle is a state, not a parameter; try: [states.angle] initial = 2.5 in"),
         ({}, {"k": "sin(t)"}, False, "--input k: k is a parameter; try: --set k=sin(t)"),
         ({}, {"hinge": 1.0}, True, "--input hinge: hinge is a joint, which no input drives; try: --actuated, for an"),
         ({"arm_tool_mass": 1.0}, {}, True, "the inertia of arm_tool are fixed in the code; try: --tunable arm_tool,"),

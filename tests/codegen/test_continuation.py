@@ -10,13 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eomgen.codegen.continuation import (
-    IrregularSamples,
-    Samples,
-    continued_integers,
-    continued_sums,
-    extrapolate,
-)
+from eomgen.codegen.continuation import IrregularSamples, Samples, continued_integers, continued_sums, extrapolate
 from eomgen.codegen.program import Statement
 
 

@@ -186,11 +186,7 @@ def pinned() -> eomgen.Model:
 
 @pytest.mark.parametrize(
     ("method", "steps", "order", "tolerance"),
-    [
-        (ALPHA, (200, 400), 2.0, 0.1),
-        ("rk4_partitioned", (100, 200), 4.0, 0.2),
-        ("rattlie", (200, 400), 2.0, 0.1),
-    ],
+    [(ALPHA, (200, 400), 2.0, 0.1), ("rk4_partitioned", (100, 200), 4.0, 0.2), ("rattlie", (200, 400), 2.0, 0.1)],
 )
 def test_orders_with_constraints(
     pinned: eomgen.Model, method: str, steps: tuple[int, ...], order: float, tolerance: float

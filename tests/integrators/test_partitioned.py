@@ -11,11 +11,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
-from tests.integrators.constrained_models import (
-    compile_scene,
-    heavy_top,
-    top_errors,
-)
+from tests.integrators.constrained_models import compile_scene, heavy_top, top_errors
 from tests.oracles.placed_loops import windows
 from tests.simulation.test_singular_positions import error
 

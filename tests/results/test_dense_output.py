@@ -123,8 +123,7 @@ def test_a_stored_solution_gets_its_model_back_with_the_inputs_that_it_does_not_
         ):
             stored.outputs_at(0.1)
         with pytest.raises(
-            eomgen.UsageError,
-            match="input push: the run had a function here, which a solution does not hold",
+            eomgen.UsageError, match="input push: the run had a function here, which a solution does not hold"
         ):
             model.attach(stored, {"more": given["more"]})
         again = model.attach(stored, given)

@@ -223,10 +223,7 @@ def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest
     assert main(["plot", npz, "tip[0]", "v.hinge", "--over", "q.hinge", "--out", out]) == 0
     assert main(["plot", npz, "--over", "q.hinge", "--out", out]) == main(["plot", npz, "energy"]) == 0
     over, outputs, energy = figures
-    assert (over, outputs) == (
-        "new/folder/tip_0_v.hinge_over_q.hinge.png",
-        "new/folder/outputs_over_q.hinge.png",
-    )
+    assert (over, outputs) == ("new/folder/tip_0_v.hinge_over_q.hinge.png", "new/folder/outputs_over_q.hinge.png")
     assert energy == "run/energy.png"
     first, second = figures[over].axes
     for axis, column in ((first, run["tip"][:, 0]), (second, run["v.hinge"])):

@@ -103,8 +103,7 @@ def test_a_controller_that_diverges_does_not_fail() -> None:
 
 
 @pytest.mark.parametrize(
-    "by",
-    [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal")), SERIES | {"order": 6}],
+    "by", [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal")), SERIES | {"order": 6}]
 )
 def test_motions_that_grow_by_their_own_equations_do_not_fail(by: dict[str, Any]) -> None:
     runs = [

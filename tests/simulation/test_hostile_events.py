@@ -52,11 +52,7 @@ def test_roots_that_steps_pass_over_are_told_of(method: str) -> None:
 
 @pytest.mark.parametrize(
     ("method", "direction", "share", "action"),
-    [
-        ("rk4", "both", 1.0, "count"),
-        ("generalized_alpha", "rising", 0.5, "record"),
-        ("taylor", "both", 1.0, "record"),
-    ],
+    [("rk4", "both", 1.0, "count"), ("generalized_alpha", "rising", 0.5, "record"), ("taylor", "both", 1.0, "record")],
 )
 def test_pairs_that_all_runs_pass_over_are_told_of(method: str, direction: str, share: float, action: str) -> None:
     """Marks at 5 mm under a mass at 1 m/s: whole periods to each step, so that runs at other steps see none either."""

@@ -19,16 +19,7 @@ from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import ABANDONED_AFTER, Cache
 from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
-from tests.toolchain.fire import (
-    NOTHING_LEFT,
-    building,
-    command,
-    left_in,
-    mounted,
-    remounted,
-    scene_in,
-    script,
-)
+from tests.toolchain.fire import NOTHING_LEFT, building, command, left_in, mounted, remounted, scene_in, script
 from tests.toolchain.test_builder import CDEF, FILES, LAYOUT, build
 from tests.toolchain.test_cache import fill
 

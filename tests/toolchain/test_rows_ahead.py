@@ -66,10 +66,7 @@ def test_every_line_of_every_row_is_fetched_once_and_between_statements() -> Non
 def test_short_rows_and_rows_that_are_longer_than_the_function_are_left_to_the_processor(
     sizes: tuple[int, int, int], statements: int
 ) -> None:
-    function = FUNCTION | {
-        "input_sizes": [sizes[0], 1, sizes[1]],
-        "outputs": [{"argument": "tau", "size": sizes[2]}],
-    }
+    function = FUNCTION | {"input_sizes": [sizes[0], 1, sizes[1]], "outputs": [{"argument": "tau", "size": sizes[2]}]}
     texts = [part(1, "const real *q, real *restrict tau", statements)]
     assert with_fetches(texts, CALL, function, "m") == texts
 
