@@ -121,13 +121,6 @@ def top() -> eomgen.Scene:
     return builder.joint("pivot", "spherical", "base", "top", initial={"velocity": [0, 150, -4.6]}).build()
 
 
-def cart_on_spring() -> eomgen.Scene:
-    """Return a scene with so few products that each of their sums is taken in two."""
-    builder = eomgen.SceneBuilder("cart_on_spring").body("cart", 2.0)
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 0.2})
-    return builder.effort("spring", "rail", "-q.rail - 2 * q.rail**3").build()
-
-
 @pytest.mark.slow
 def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> None:
     families = {type(method_named(name)): name for name in reversed(method_names()) if "index3" not in name}

@@ -4,7 +4,6 @@ C that does not grow with the number of elements."""
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -16,7 +15,6 @@ from eomgen.codegen.scheduling import rerolling, scheduler
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
-from eomgen.simulation.judgement.beams import turned_elements
 from tests.compiled.spaghetti import spaghetti
 from tests.models.cosserat import beam_scene
 
@@ -51,35 +49,6 @@ def test_the_c_of_more_elements_is_as_long(kind: str, name: str, monkeypatch: py
     assert sizes[0]["entries of tables"] < (3000 if kind == "cosserat" else 7000)
     if kind == "cosserat":  # rotations and poses, and of `residual` accelerations, with those of turning frames
         assert (sizes[0]["residual"], sizes[0]["iteration"]) == (33, 21)
-
-
-def turned_by(angles: Any) -> str:
-    """Return what is said of a beam of two elements whose last node turns through these angles about z."""
-    half = 0.5 * np.asarray(angles)
-    pose = np.zeros((len(half), 3, 7))
-    pose[:, :, 0] = 1.0
-    pose[:, 2, 0], pose[:, 2, 3] = np.cos(half), np.sin(half)
-    model = SimpleNamespace(
-        description=SimpleNamespace(exact_beams=(("rope", "rope.1", "rope.2"),)),
-        functions={"poses": None},
-        bodies=("rope", "rope.1", "rope.2"),
-        evaluate=lambda _, q, **__: {"pose": pose[q[:, 0]]},
-    )
-    t = np.linspace(0.0, 1.0, len(half))
-    found = turned_elements(cast("Any", model), t, np.arange(len(half))[:, np.newaxis], np.zeros(0))
-    return "" if found is None else str(found)
-
-
-def test_an_element_that_turns_by_more_than_half_a_turn_is_named() -> None:
-    assert turned_by(np.linspace(0.0, 3.1, 50)) == ""
-    assert turned_by(np.linspace(0.0, 4.0, 101)) == (
-        "element 2 of the beam rope turns by more than half a turn at t = 0.79 s, which strains cannot show; try:"
-        " elements = 4, which turn less each"
-    )
-    angles = np.zeros(10_000)
-    angles[4096:4099] = 3.0, 3.3, 3.0
-    assert "turns by more than half a turn" in turned_by(angles)
-    assert turned_by(0.9 * angles) == ""
 
 
 @pytest.mark.slow

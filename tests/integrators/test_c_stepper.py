@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
-from eomgen.integrators.families.generalized_alpha_cases import hht, newmark
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie import numeric, product
@@ -65,21 +64,6 @@ def test_c_gives_what_numpy_gives(built, method, make):
     assert (outcome.status, outcome.text, len(outcome.rows)) == (0, "ok", 100)
     scale = np.maximum(1.0, np.abs(expected).max(axis=0))
     assert np.abs((outcome.rows - expected) / scale).max() <= 1e-12
-
-
-@pytest.mark.slow
-def test_a_named_case_gives_what_numpy_gives(tmp_path):
-    model, method = tied_body(), GeneralizedAlpha(case=hht(alpha=0.2))
-    stepper = build(tmp_path, model, method, TIED, ())
-    assert list(stepper.settings)[1:5] == ["alpha_m", "alpha_f", "beta", "gamma"]
-    stepper.initialize(model.q, model.v, step=2.0**-10)
-    expected = rows_of(integrate(model.equations, method, model.q, model.v, 2.0**-10, 100))
-    assert np.abs((stepper.run(100).rows - expected) / np.maximum(1.0, np.abs(expected).max(axis=0))).max() <= 1e-12
-    assert stepper.initialize(model.q, model.v, step=1e-3, beta=0.0).text.startswith("a setting is out of its range")
-    other = GeneralizedAlpha(case=newmark(0.25, 0.5))
-    stepper.initialize(model.q, model.v, step=1e-3, **{name: float(value) for name, value in other.parameters.items()})
-    expected = rows_of(integrate(model.equations, other, model.q, model.v, 1e-3, 50))
-    assert stepper.run(50).rows == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 #: Centre of mass of the fast heavy top at t = 1 s: DOP853 at 1e-13, held against two independent codes.

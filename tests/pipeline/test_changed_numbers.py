@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import shutil
 import sys
 import tomllib
 from collections.abc import Callable
@@ -172,21 +171,6 @@ def test_numbers_of_long_models_and_of_loops_stand_apart_too(
     change(scene)
     build_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
     assert compiled == []
-
-
-@pytest.mark.slow
-def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path) -> None:
-    build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
-    for file in tmp_path.glob("*/object.o"):
-        file.write_bytes(file.read_bytes()[:-1])
-    for file in tmp_path.glob("*/structure.json"):
-        shutil.rmtree(file.parent)
-    compiled.clear()
-    scene = copy.deepcopy(PENDULUM)
-    _other_start(scene)
-    model = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
-    assert {"pair.c", "pair_step.c", "pair_numbers.c", "interface.c"} <= set(compiled)
-    assert model.simulate(0.01, error_estimate=False).success
 
 
 @pytest.mark.slow

@@ -91,31 +91,6 @@ def test_more_than_0_9_of_a_turn_in_a_step_stops_and_names_the_joint(method: str
     )
 
 
-def pair(coordinates: str) -> eomgen.Scene:
-    """Return a rotor on a wheel on a base that turns: stops, a belt, an effort, a lag and a rack, all of angles of many
-    turns."""
-    builder = eomgen.SceneBuilder(f"pair_{coordinates}", coordinates=coordinates, gravity=[0.0, 0.0, -0.5])
-    builder.base(rotation=[([0, 0, 1], "3 * t")], position=["0.1 * sin(t)", 0, 0])
-    builder.body("wheel", **BODY).body("rotor", **BODY, group="R3xSO3").body("rack", **BODY)
-    stops = {"lower": -4.0, "upper": 17.0, "stiffness": 4.0, "damping": 0.05, "onset": 0.5}
-    start = {"position": 7.0, "velocity": 9.0}
-    builder.joint("wheel", "revolute", "base", "wheel", axis=[0, 1, 0], limits=stops, initial=start)
-    rubbing = {"friction": {"coulomb": 0.01, "velocity": 0.5}, "initial": {"position": -4.0, "velocity": -40.0}}
-    builder.joint("rotor", "revolute", "wheel", "rotor", axis=[0, 0, 1], position=[0.2, 0, 0], **rubbing)
-    geared = {"joint": "wheel", "multiplier": 0.05}
-    builder.joint("rack", "prismatic", "base", "rack", axis=[0, 0, 1], mimic=geared)
-    builder.torsion_spring("belt", "wheel", "rotor", stiffness=0.03, rest=2.0, damping=0.001)
-    builder.effort("motor", "wheel", "-0.02 * q.rotor + 0.01 * sin(q.wheel) + 0.01 * lag")
-    builder.state("lag", rate="q.rotor - lag")
-    return builder.output("angles", formula=["q.wheel", "q.rotor", "lag", "sin(q.rotor)"]).build()
-
-
-@pytest.fixture(scope="module")
-def expected() -> eomgen.Solution:
-    terms = ["forward_dynamics", "outputs", "internal_rate"]
-    return eomgen.build(pair("joint"), terms, profile="quick", method="rk4").simulate(1.5, 5e-4, method="rk4")
-
-
 #: Joints that have angles, starting several turns from zero.
 JOINTS: dict[str, tuple[str, list[float], list[float], dict[str, Any]]] = {
     "hinge": ("revolute", [7.0], [9.0], {"stiffness": 0.1, "rest": 9.0}),

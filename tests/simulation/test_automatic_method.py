@@ -90,13 +90,3 @@ def test_parameters_that_no_method_of_the_choice_takes_are_refused(key: str, met
 def test_parameters_of_the_scene_wait_for_the_method_that_takes_them() -> None:
     model = eomgen.build(oscillator(run={"method": "auto", "alpha": 0.1}).build())
     assert np.array_equal(model.simulate(0.1).q, model.simulate(0.1, method="rk4").q)
-
-
-@pytest.mark.slow
-def test_scenes_and_models_may_leave_the_choice_to_runs() -> None:
-    scene = oscillator(run={"method": "auto"}).build()
-    for model in (eomgen.build(scene), eomgen.build(oscillator().build(), method="auto")):
-        assert model.simulate().metadata["method"] == "rk4"
-        assert model.simulate(step=0.1).metadata["method"] == "generalized_alpha"
-        assert model.simulate(method="generalized_alpha").metadata["method"] == "generalized_alpha"
-    assert eomgen.build(scene, method="generalized_alpha").simulate().metadata["method"] == "generalized_alpha"

@@ -19,7 +19,7 @@ import eomgen
 from eomgen.base.files import write_arrays
 from eomgen.cli import main
 from eomgen.simulation.checkpoint import Checkpoint
-from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum
+from tests.models.scenes import PENDULUM_TOML, absolute, flyer, pendulum
 
 STATES = ("t", "q", "v", "a", "z", "multipliers")
 
@@ -107,15 +107,6 @@ def test_inputs_go_on(file: Path) -> None:
             shutil.copy(file, file.with_suffix(".end"))
             first = model.simulate(0.3, 1e-3, inputs={"torque": given}, checkpoint=file, checkpoint_every=70)
         assert same(first.followed_by(model.resume(file, inputs=again)), one)
-
-
-@pytest.mark.slow
-def test_a_checkpoint_of_the_middle_survives_a_failure(file: Path) -> None:
-    run = breaking().simulate(1.0, 1e-3, checkpoint=file, checkpoint_every=130)
-    assert not run.success and run.t[-1] > 0.49
-    again = breaking().resume(file)
-    assert again.t[0] == pytest.approx(0.39) and np.array_equal(again.q[-1], run.q[-1])
-    assert again.message.startswith(run.message.split(";")[0])
 
 
 def test_ctrl_c_leaves_a_checkpoint(file: Path) -> None:

@@ -125,14 +125,6 @@ def test_a_machine_at_rest_has_no_error() -> None:
     assert hanging.error.relative < 1e-3 and hanging.message == "reached t = 1 s in 100 steps"
 
 
-@pytest.mark.parametrize("step", [1.0, 50.0])
-def test_a_step_longer_than_the_run_is_one_step_whose_error_is_told(step: float) -> None:
-    model = sled()
-    run = model.simulate(1.0, step, method="rk4")
-    assert run.stats["steps"] == 1 and run.error.relative > 0.1
-    assert abs(run.q[-1, 0] - by_dop853(model, run)[-1, 0]) > 0.1 and "the estimated error is" in run.message
-
-
 def test_why_there_is_no_estimate() -> None:
     run = sled().simulate(1.0, 0.01, error_estimate=False)
     assert not run.error.available and str(run.error) == "not known: it was switched off"
@@ -166,17 +158,6 @@ def test_a_function_of_the_caller_that_fails_when_it_is_asked_again_leaves_the_r
     run = pendulum().simulate(2.0, 1e-3, inputs={"torque": torque}, record_every=100)
     assert run.success and not run.error.available
     assert "input torque: the function failed at t = " in run.error.reason
-
-
-def test_the_run_itself_has_the_same_bits(tmp_path: Path) -> None:
-    runs = [
-        pendulum().simulate(1.0, 1e-3, checkpoint=tmp_path / f"{wanted}.ckpt", error_estimate=wanted)
-        for wanted in (True, False)
-    ]
-    np.testing.assert_array_equal(runs[0].q, runs[1].q)
-    saved = [np.load(tmp_path / f"{wanted}.ckpt") for wanted in (True, False)]
-    for name in ("state", "workspace"):
-        np.testing.assert_array_equal(saved[0][name], saved[1][name])
 
 
 def test_a_run_that_goes_on_is_estimated_from_its_checkpoint_on(tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from tests.codegen.test_stand_alone import compiled, run
 
 STIFFNESS, DAMPING, START = 25.0, 0.4, 0.1
 LATE = 0.503
@@ -136,20 +135,6 @@ def test_which_times_are_known() -> None:
     model = eomgen.build(scene)
     assert model.discontinuity_times(0.5, 3.6).tolist() == [0.5, 1, 2, 3.5]
     assert model.discontinuity_times(7, 9, order=0).tolist() == [7, 8]
-
-
-@pytest.mark.slow
-def test_the_stand_alone_program_ends_its_steps_there_too(tmp_path: Path) -> None:
-    made = builder().input("push", **steps((LATE, 3))).input("other", "sin(t)")
-    scene = made.effort("push", "rail", "push + other").build()
-    eomgen.generate(scene, tmp_path / "c", method="rk4")
-    program = compiled(tmp_path / "c")
-    model = eomgen.build(scene, method="rk4", profile="reproducible")
-    for words, inputs in (((), None), (("other=0.5",), {"other": 0.5})):
-        printed = run(program, "1", "1e-2", *words).stdout
-        rows = np.array([[float(value) for value in line.split(",")] for line in printed.splitlines()[1:]])
-        solution = model.simulate(1.0, 1e-2, method="rk4", inputs=inputs)
-        assert np.array_equal(rows[:, 1:4], np.hstack([solution.q, solution.v, solution.a]))
 
 
 @pytest.mark.slow_cases("None")

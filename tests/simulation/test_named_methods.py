@@ -31,15 +31,6 @@ def test_cases_of_the_same_coefficients_run_the_same() -> None:
     assert not np.array_equal(damped.q, runs[0].q)
 
 
-@pytest.mark.slow
-def test_undamped_and_damped_cases_bear_constraints() -> None:
-    fine = absolute().simulate(0.1, 4e-4)
-    for name, more in (("trapezoidal", {}), ("hht", {"alpha": 0.05})):
-        run = absolute().simulate(0.1, 2e-3, method=name, **more)
-        assert run.success and run.stats["max_constraint_velocity"] < 1e-9
-        np.testing.assert_allclose(run.q[-1], fine.q[-1], atol=3e-5)
-
-
 REFUSED: dict[str, dict[str, object]] = {
     "rho_inf: trapezoidal takes no rho_inf; try: leave it out": {"method": "trapezoidal", "rho_inf": 0.8},
     "alpha: generalized_alpha takes no alpha; try: only rho_inf": {"alpha": 0.1},

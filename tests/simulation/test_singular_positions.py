@@ -10,8 +10,6 @@ import eomgen
 from eomgen.simulation.judgement.singular_positions import (
     NEARLY,
     SingularPosition,
-    _by_nonzeros,
-    _by_whole_matrices,
     examined_rows,
     nearest,
     singular_ahead,
@@ -189,15 +187,3 @@ def test_a_tied_chain_of_any_length_is_singular_where_it_is_straight(count: int,
     assert nearest_of(model, t[:1], q[:1], p) is None
     alone = nearest_of(model, t[:1], zigzag(count, 0.0)[np.newaxis], p)
     assert alone is not None and alone.part < 1e-7
-
-
-@pytest.mark.slow
-def test_nonzeros_give_the_singular_values_of_whole_matrices() -> None:
-    model = eomgen.build(jointed_chain(12, tied=True), terms=("mass", "constraint_jacobian"), profile="instant")
-    q, p = np.stack([zigzag(12, angle) for angle in (0.3, 0.01, 1e-3, 1e-5)]), model.parameter_array()
-    whole, sparse = (by(model, np.arange(4.0), q, p) for by in (_by_whole_matrices, _by_nonzeros))
-    assert whole is not None and sparse is not None
-    np.testing.assert_allclose(sparse[0], whole[0], rtol=1e-5)
-    whole, sparse = (by(model, np.zeros(1), q[:1], p) for by in (_by_whole_matrices, _by_nonzeros))
-    assert whole is not None and sparse is not None
-    assert sparse[1] == pytest.approx(whole[1], rel=1e-5)
