@@ -22,32 +22,12 @@ ROWS = 1500
 X = np.cumsum(0.5 + 0.4 * np.sin(np.arange(ROWS)))
 X -= X[0]
 Y = np.sin(0.37 * X) * 10.0 ** (3.0 * np.cos(0.01 * X))
-SCENE = """
-format = 1
-name = "cart"
-[bodies.cart]
-mass = 1
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "cart"
-axis = [1, 0, 0]
-[inputs]
-first = { table = { file = "push.csv" } }
-second = { table = { file = "push.csv" }, outside = "hold", interpolation = "linear" }
-third = { table = { file = "push.csv" } }
-short = { points = [[0, 0], [1, 2], [3, 1]], outside = "hold" }
-shorter = { points = [[0, 0], [1, 2], [3, 1]], outside = "hold" }
-[efforts.push]
-joint = "rail"
-effort = "first + second - third / 2 + short - shorter"
-"""
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("long")
-    (folder / "scene.toml").write_text(SCENE)
+    shutil.copy(Path(__file__).parent / "long_tables.toml", folder / "scene.toml")
     np.savetxt(folder / "push.csv", np.stack([X, Y], axis=1), delimiter=",", fmt="%.17g")
     return folder / "scene.toml"
 

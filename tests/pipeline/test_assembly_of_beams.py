@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import eomgen
 from eomgen.pipeline.pipeline import derive
@@ -58,18 +56,6 @@ def test_joints_turn_before_a_beam_is_strained(off: float, model: str, more: dic
     if "coordinates" not in more:
         found = angles(system)
         assert (found["B"], found["D"]) == pytest.approx(closed(found["A"]), abs=1e-12)
-
-
-@pytest.mark.long
-@settings(deadline=None, max_examples=12)
-@given(
-    off=st.floats(-0.6, 0.6).filter(lambda off: abs(off) > 1e-6),
-    model=st.sampled_from(["cosserat", "kirchhoff", "inextensible"]),
-    closing=st.sampled_from(["point_on_line", "revolute", "distance"]),
-    coordinates=st.sampled_from(["joint", "absolute"]),
-)
-def test_no_guess_strains_a_loop_that_joints_close(off: float, model: str, closing: str, coordinates: str) -> None:
-    unstrained(assembled(off, model, closing=closing, coordinates=coordinates))
 
 
 @pytest.mark.slow
@@ -178,10 +164,3 @@ def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
     np.testing.assert_allclose(end, [10.0 * math.cos(0.5), 0.0, -10.0 * math.sin(0.5)], atol=1e-12)
     np.testing.assert_allclose(speed, [0.0, 2.0, 0.0, 0.0, 0.0, -20.0], atol=1e-7)
     assert np.max(np.abs(solution.section_loads["rope"].strain[0])) < 1e-13
-
-
-@pytest.mark.slow
-def test_a_run_from_a_strained_start_names_it() -> None:
-    model = eomgen.build(held([8.0, 0.0, 0.0], "cosserat", elements=4), profile="quick")
-    message = model.simulate(1e-6, 1e-7, error_estimate=False).message
-    assert "the loop closes only with strained beams: strain energy 2e+03 J, largest section force 2e+03 N" in message

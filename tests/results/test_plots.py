@@ -18,18 +18,7 @@ from matplotlib.figure import Figure
 import eomgen
 from eomgen.cli import main
 from eomgen.results import plots
-from tests.models.scenes import flyer, pendulum
-
-
-@pytest.mark.slow
-def test_a_file_for_each_kind_of_quantity(tmp_path: Path) -> None:
-    assert [path.name for path in plots.draw(flyer().simulate(0.05, 1e-3), tmp_path)] == [
-        "coordinates.png",
-        "velocities.png",
-        "energy.png",
-    ]
-    names = [path.name for path in plots.draw(pendulum().simulate(0.05, 1e-3), tmp_path)]
-    assert names == ["coordinates.png", "velocities.png", "outputs.png", "energy.png"]
+from tests.models.scenes import pendulum
 
 
 def test_a_panel_holds_whole_corners_of_a_vehicle() -> None:

@@ -107,23 +107,6 @@ def test_many_jumps_in_every_step_and_none() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie"])
-def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
-    made = builder("absolute").input("push", points=[[0, 0], [LATE, 3]], interpolation="steps")
-    made.force("push", "mass", force=["push", 0, "2 * push"])
-    model = eomgen.build(made.build(), method=method)
-    exact = float(free(1.0) + 3 * after_step(1.0 - LATE))
-    order = 4.0 if method == "rk4_partitioned" else 2.0
-    assert np.allclose(slopes(model, method, exact, (50, 100, 200)), order, rtol=0, atol=0.2)
-    solution = model.simulate(1.0, 1.0 / 503, method=method)
-    up = int(np.argmax(np.ptp(solution.multipliers, axis=0)))
-    weight = solution.multipliers[:, up]
-    before = solution.t < LATE
-    assert np.allclose(weight[before], -9.81 * np.sign(-weight[0]), rtol=1e-6)
-    assert np.allclose(np.abs(weight[~before]), 9.81 - 6.0, rtol=1e-6)
-
-
-@pytest.mark.slow
 def test_which_times_are_known() -> None:
     made = builder().parameter("v", 2).parameter("w", 2, tunable=True)
     made.curve("c", points=[[1, 0], [2, 5], [4, 5]], interpolation="linear")

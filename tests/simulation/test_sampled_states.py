@@ -143,17 +143,6 @@ WRONG: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "generalized_alpha"])
-def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> None:
-    """The force falls below 20 N at t = 0.1 s: by hand 20.96 and 18.92 N before and behind it."""
-    text = HOLD + '[events.low]\nwhen = "force - 20"\naction = "stop"\n'
-    solution = model(text).simulate(0.5, 0.004, method=name, error_estimate=False)
-    assert solution.events is not None and solution.events.names == ("low",)
-    assert held_by_hand(0.1)[2] > 20.0 > held_by_hand(0.11)[2]
-    assert solution.events.t[0] == pytest.approx(0.1, abs=1e-9)
-
-
 @pytest.mark.slow_cases("rk45")
 @pytest.mark.slow_cases("rk4")
 @pytest.mark.parametrize("name", ["rk4", "rk45"])

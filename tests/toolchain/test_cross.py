@@ -125,20 +125,7 @@ def test_code_of_webassembly_is_counted() -> None:
 
 
 def test_the_deepest_chain_of_calls_and_the_sizes_of_all_objects(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    listing = """
-define dso_local void @step(ptr %0) #0 {
-  call void @mass(ptr %0)
-  tail call fastcc i32 @"force"(ptr %0)
-}
-define internal void @mass(ptr %0) {
-  %1 = call double @sin(double 1.0)
-}
-define i32 @"force"(ptr %0) {
-  call void @mass(ptr %0)
-}
-define void @alone() {
-}
-"""
+    listing = (Path(__file__).parent / "calls.ll").read_text(encoding="utf-8")
     frames = {"step": 100, "mass": 40, "force": 500, "alone": 600, "main": 9000}
     commands: list[list[str]] = []
 
