@@ -14,6 +14,7 @@ import eomgen
 from eomgen.cli import VERBS, main
 from tests.models.library import scene_file as written_scene
 from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML
+from tests.models.toml_text import toml_text
 
 
 @pytest.fixture
@@ -186,6 +187,36 @@ def test_a_linear_model_without_free_motion_is_a_result(tmp_path: Path, capsys: 
     assert main(["linearize", str(driven), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["v"], told["coordinates"], told["modes"]) == ([0.3], [], [])
+
+
+def test_long_tables_end_with_what_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """42 masses of 1 kg on springs of 981 N/m: they hang at -10 mm, and swing from 0 to -20 mm."""
+    names = [f"m{k}" for k in range(42)]
+    hung = {"type": "prismatic", "parent": "base", "axis": [0, 0, 1], "stiffness": 981.0}
+    events = {"turn": {"when": "v.m0"}, "once": {"when": "t - 0.15"}, "never": {"when": "q.m0 - 1"}}
+    data = {
+        "format": 1, "name": "weights", "joints": {name: {**hung, "child": name} for name in names}, "events": events,
+        "bodies": {name: {"mass": 1.0} for name in names}, "simulation": {"method": "rk4", "step": 0.002},
+    }  # fmt: skip  # a scene
+    (tmp_path / "weights.toml").write_text(toml_text(data), encoding="utf-8")
+    words = [str(tmp_path / "weights.toml"), "--profile", "instant", "--out"]
+    assert main(["equilibrium", *words, str(tmp_path / "new" / "rest.json")]) == 0
+    told = capsys.readouterr()
+    assert len(re.findall(r"^q\.m\d+ +-0\.01 +m *$", told.out, re.MULTILINE)) == 40 and "2 more with --all" in told.err
+    rest = json.loads((tmp_path / "new" / "rest.json").read_text())["q"]
+    assert rest == pytest.approx({f"q.{name}": -0.01 for name in names})
+    assert main(["simulate", *words, str(tmp_path / "run"), "--no-plots", "--t-end", "0.35", "--timing"]) == 0
+    told_rows = " ".join(capsys.readouterr().out.split())
+    turns = re.search(r"event turn 3 times, the first at t = (\S+) s, the last at t = (\S+) s", told_rows)
+    assert turns and [*map(float, turns.groups())] == pytest.approx(np.array([1, 3]) * np.pi / np.sqrt(981.0), rel=1e-6)
+    assert "event never 0 times" in told_rows and "event once 1 time, t = 0.15 s" in told_rows
+    assert "... 30 more in solution.csv" in told_rows
+    rows = (tmp_path / "run" / "events.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 5 and len((tmp_path / "run" / "step_times.csv").read_text().splitlines()) >= 20_000
+    assert main(["simulate", *words, str(tmp_path / "run"), "--over", "travel"]) == 2
+    assert "--over travel: there is no output 'travel'" in capsys.readouterr().err
+    assert main(["equilibrium", *words, "rest.csv"]) == 2
+    assert "an equilibrium is written as a .json file" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -13,10 +13,11 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.scheduling import rerolling, scheduler
 from eomgen.codegen.targets.c.target import generate_files
+from eomgen.compiled.rest import loaded_statics
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from tests.compiled.spaghetti import spaghetti
-from tests.models.cosserat import beam_scene
+from tests.models.cosserat import ROLL_UP, beam_scene
 
 
 def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
@@ -36,6 +37,34 @@ def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
     waiting = {function.name: round(function.workspace / (elements + 1)) for function in program.functions}
     counts = {"model": model.count(";"), "stepper": stepper.count(";"), "entries of tables": entries}
     return counts | {name: waiting[name] for name in ("residual", "iteration") if name in waiting}
+
+
+def test_rest_is_an_arc_under_a_moment_and_a_bow_past_eulers_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two elements on a hinge with a spring: a moment of 50 N m turns the hinge by 0.05 and bends the beam by 1 rad;
+    of a bow, the moment of the spring is that of the load about the hinge."""
+    stiff = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), "1e4 * factor") | {"bending_y": 2000.0}
+    loads, hinge = {"force": ["push", 0, 0], "torque": [0, "torque", 0]}, {"type": "revolute", "axis": [0, 1, 0]}
+    scene = beam_scene(2, loads, {"stiffness": stiff}, **hinge, stiffness=1000.0)
+    scene["parameters"] = {"push": {"value": 0.0, "tunable": True}, "factor": {"value": 1.0, "tunable": True}}
+    model = eomgen.build(scene | {"inputs": {"torque": {"formula": "25 * t"}}}, profile="instant")
+    rests = [model.equilibrium(t=2.0).q, model.equilibrium(u={"torque": 50.0}).q]
+    rests += [model.equilibrium_path(name, end).q[-1] for name, end in (("torque", 50.0), ("t", 2.0))]
+    soft = [model.equilibrium(parameters={"factor": factor}).frequencies for factor in (1e6, 1e10)]
+    monkeypatch.setattr(loaded_statics, "WHOLE", 0)  # as large scenes do
+    rests.append(model.equilibrium(u={"torque": 50.0}).q)
+    bow = model.equilibrium(parameters={"push": -14.0, "factor": 1e4})
+    for q in rests:
+        arc = 10.0 * (np.sin(1.05) - np.sin(0.05)), 0.0, 10.0 * (np.cos(1.05) - np.cos(0.05))
+        np.testing.assert_allclose([q[0], *q[-3:]], [0.05, *arc], atol=1e-8)
+    np.testing.assert_allclose(soft[0][:3], soft[1][:3], rtol=1e-6)
+    assert 1000.0 * bow.q[0] == pytest.approx(-14.0 * bow.q[-1], rel=1e-9) and abs(bow.q[0]) > 0.1 and bow.stable
+    sides = ("positive", "negative") if bow.q[-5] > 0.0 else ("negative", "positive")
+    assert f"the {sides[0]} side of rope.2[1], others may be on its {sides[1]} side" in bow.notes[0]
+    start = {"clamp": {"position": 0.5, "velocity": 2.0}}
+    moved = model.simulate(1e-3, 1e-3, initial=start, error_estimate=False)  # takes its beam along
+    np.testing.assert_allclose(moved.q[0, -3:], [10.0 * np.cos(0.5), 0.0, -10.0 * np.sin(0.5)], atol=1e-12)
+    np.testing.assert_allclose(moved.v[0, -6:], [0.0, 2.0, 0.0, 0.0, 0.0, -20.0], atol=1e-7)
+    assert np.max(np.abs(moved.section_loads["rope"].strain[0])) < 1e-13
 
 
 @pytest.mark.long

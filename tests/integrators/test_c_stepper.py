@@ -108,21 +108,6 @@ def test_poor_factors_are_renewed(built):
     assert state["halvings"] == 0
 
 
-@pytest.mark.slow
-@METHODS
-def test_quaternions_keep_their_length_and_are_not_flipped(built, method):
-    model = free_motion(["SO3", "SE3", "R", "R", "R3xSO3", "R"])
-    stepper = built(model, method)
-    v = np.concatenate([[0, 0, 30.0], [5, 20.0, -3, 1, 2, 3], [1.0, 2.0], [0, 7.0, 0, 3, 2, 1], [4.0]])
-    stepper.initialize(model.q, v, step=0.01)
-    rows = stepper.run(1000).rows
-    for start in (0, 4, 13):
-        p = rows[:, 1 + start : 5 + start]
-        assert np.abs(np.linalg.norm(p, axis=1) - 1.0).max() < 1e-14
-        assert np.sum(p[1:] * p[:-1], axis=1).min() > 0.9  # neighbours are never on opposite sides
-    assert rows[:, 1].min() < -0.99
-
-
 @pytest.mark.slow_except("rkmk")
 @METHODS
 def test_steady_motion_is_followed_exactly_on_every_group(built, method, rng):

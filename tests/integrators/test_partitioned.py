@@ -166,28 +166,6 @@ def test_a_start_off_the_constraints_is_corrected_along_the_dependent_components
 # -- anywhere, in any plane --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned"])
-@pytest.mark.parametrize("unit", [1e-6, 1e6])
-def test_a_driven_travel_from_zero_is_regular_however_far_it_goes(method: str, unit: float) -> None:
-    """A cart on a law, x = 7.5 t^2, nothing in the machine with a lever: (m r^2 + I) phi'' = m r (x'' cos - g sin)."""
-    law, m, r, inertia, g = 15.0 * unit, 0.5, 0.3 * unit, 0.1 * unit**2, 9.81 * unit
-    builder = eomgen.SceneBuilder("cart", gravity=[0, 0, -g]).body("cart", 2.0)
-    builder.body("bob", m, center_of_mass=[0, 0, -r], inertia=[inertia, inertia, inertia / 2])
-    builder.joint("x", "prismatic", "base", "cart", axis=[1, 0, 0], drive=f"{law / 2} * t**2")
-    builder.joint("swing", "revolute", "cart", "bob", axis=[0, 1, 0], initial={"position": 0.3})
-    scene = builder.build()
-    run = eomgen.build(scene, method=method, profile="quick").simulate(2.0, 1e-3)
-
-    def swinging(_: float, y: np.ndarray) -> list[float]:
-        # turning about +y takes the bob from -z towards -x
-        return [y[1], m * r * (law * np.cos(y[0]) - g * np.sin(y[0])) / (m * r * r + inertia)]
-
-    exact = solve_ivp(swinging, (0.0, 2.0), [0.3, 0.0], rtol=1e-12, atol=1e-12).y[0, -1]
-    assert run.success, run.message
-    assert run.stats["singular_passages"] == 0
-    assert run.q[-1] == pytest.approx([2.0 * law, exact], rel=1e-6)
-
-
 @pytest.mark.parametrize(("tolerance", "bound", "counted"), [(1e-4, 1e-2, 0), (1e-8, 1e-6, 2)])
 def test_steps_by_a_tolerance_pass_singular_positions_along_the_velocity(
     tolerance: float, bound: float, counted: int

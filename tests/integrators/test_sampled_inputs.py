@@ -126,20 +126,6 @@ def test_an_arm_keeps_the_order_of_its_method_under_sampled_torques(method: str,
         assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.25 if order < 5 else 0.4), errors
 
 
-@pytest.mark.parametrize("method", ["generalized_alpha", "rk45", "taylor", "rattlie", "tdg2"])
-def test_inputs_may_jump_beside_forces_that_jump(method: str, rng: np.random.Generator) -> None:
-    model, step = model_of("jumps"), 2e-3
-    samples = rng.normal(size=(30, 2)) * [20.0, 2.0]
-    stepper, start = (
-        stepper_of(model, method, step),
-        (np.array(model.initial_q), np.array(model.initial_v), np.array([0.1])),
-    )
-    found = sampled(stepper, start, samples, 1, jumps=1)
-    fine = sampled(stepper_of(model, "taylor", step / 4), start, samples, 4, jumps=1)
-    assert found == pytest.approx(fine, abs=2e-3 if method in OF_ORDER_2 else 1e-6)
-    assert (stepper.count, stepper.origin, stepper.t) == (30, 0.0, 30 * step)
-
-
 @pytest.mark.parametrize("method", LOOP_METHODS)
 def test_a_parameter_may_move_the_constraints_between_steps(method: str) -> None:
     model = model_of("loop")

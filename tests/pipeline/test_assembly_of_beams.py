@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from typing import Any
 
@@ -152,15 +151,3 @@ def test_nodes_follow_joints_and_parameters_of_a_run() -> None:
         assert np.max(np.abs(loads.force[0])) < 1e-12 * STEEL["stretch"]
         # rates of strain would make forces of EA v dt / l within a step
         assert np.max(np.abs(loads.strain[1])) < 1e-6
-
-
-@pytest.mark.slow
-def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
-    scene = beam_scene(2, {"force": [0.0, 0.0, 0.0]}, type="revolute", axis=[0.0, 1.0, 0.0])
-    model = eomgen.build(scene, profile="quick")
-    moved = {"clamp": {"position": 0.5, "velocity": 2.0}}
-    solution = model.simulate(1e-3, 1e-3, initial=moved, error_estimate=False)
-    end, speed = solution.q[0, -3:], solution.v[0, -6:]
-    np.testing.assert_allclose(end, [10.0 * math.cos(0.5), 0.0, -10.0 * math.sin(0.5)], atol=1e-12)
-    np.testing.assert_allclose(speed, [0.0, 2.0, 0.0, 0.0, 0.0, -20.0], atol=1e-7)
-    assert np.max(np.abs(solution.section_loads["rope"].strain[0])) < 1e-13

@@ -42,21 +42,6 @@ def slopes(steps: list[float], errors: list[np.ndarray]) -> np.ndarray:
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-@pytest.mark.slow
-def test_rows_far_apart_cost_the_order_of_their_spacing_and_say_so() -> None:
-    model = flyer()
-    exact = model.simulate(0.4, 2e-4, method="rk4")
-    errors, told = [], []
-    for every in (40, 25, 16):
-        run = model.simulate(0.4, 1e-3, method="rk4", record_every=every)
-        told.append(list(run.interpolation_error().values()))
-        errors.append(errors_of(model, 1e-3, exact, every, method="rk4"))
-    found = slopes([0.04, 0.025, 0.016], errors)
-    assert found == pytest.approx([6.0, 5.0, 4.0], abs=0.6), found  # over so few rows the largest errors scatter
-    assert np.all(np.array(told) > np.array(errors))
-    assert np.all(np.array(told) < 1000.0 * np.array(errors))
-
-
 @pytest.mark.slow_cases("rk4")
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_states_are_continuous_across_rows_and_quaternions_of_unit_length(method: str) -> None:

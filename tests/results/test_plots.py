@@ -3,6 +3,7 @@ extremes."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -193,8 +194,9 @@ MISTAKES: dict[str, tuple[list[str], int]] = {
 }
 
 
-@pytest.mark.slow
-def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_verb_draws_what_simulate_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = pendulum().simulate(0.05, 1e-3)
     (tmp_path / "run").mkdir()
     run.save(tmp_path / "run" / "solution.npz")
@@ -204,13 +206,16 @@ def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest
         figures[str(path.relative_to(tmp_path))] = figure
         return path
 
-    assert main(["plot", str(tmp_path / "run")]) == 0
-    names = sorted(path.name for path in (tmp_path / "run").glob("*.png"))
-    assert names == ["coordinates.png", "energy.png", "outputs.png", "velocities.png"]
     monkeypatch.setattr(plots, "save_figure", kept)
+    assert main(["plot", str(tmp_path / "run"), "--json"]) == 0
+    names = ["coordinates.png", "velocities.png", "outputs.png", "energy.png"]
+    assert json.loads(capsys.readouterr().out)["files"] == names == [name.removeprefix("run/") for name in figures]
+    figures.clear()
     npz, out = str(tmp_path / "run" / "solution.npz"), str(tmp_path / "new" / "folder")
     assert main(["plot", npz, "tip[0]", "v.hinge", "--over", "q.hinge", "--out", out]) == 0
     assert main(["plot", npz, "--over", "q.hinge", "--out", out]) == main(["plot", npz, "energy"]) == 0
+    assert f"written to {tmp_path / 'run'}: energy.png\n" in capsys.readouterr().err
+    assert main(["plot", str(tmp_path / "gone")]) == 2 and "there is no such file or folder" in capsys.readouterr().err
     over, outputs, energy = figures
     assert (over, outputs) == ("new/folder/tip_0_v.hinge_over_q.hinge.png", "new/folder/outputs_over_q.hinge.png")
     assert energy == "run/energy.png"
