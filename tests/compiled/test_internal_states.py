@@ -15,8 +15,6 @@ from eomgen.integrators.families.register import method_named
 from tests.oracles.stepper import integrate
 from tests.oracles.system_equations import equations_of
 
-pytestmark = pytest.mark.slow
-
 ALPHA, RK4 = "generalized_alpha", "rk4"
 #: What the steppers of scenes without constraints call.
 STEPPED = ("forward_dynamics", "equations", "iteration", "internal_rate")
@@ -184,6 +182,7 @@ def pinned() -> eomgen.Model:
     return eomgen.build(crank("absolute"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "steps", "order", "tolerance"),
     [(ALPHA, (200, 400), 2.0, 0.1), ("rk4_partitioned", (100, 200), 4.0, 0.2), ("rattlie", (200, 400), 2.0, 0.1)],
