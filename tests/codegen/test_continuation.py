@@ -48,6 +48,17 @@ def test_lists_keep_their_beginning_and_their_end(few: int, more: int, number: i
     assert extrapolate(samples(made, few, more), number) == made(few + number * more)
 
 
+def test_lists_that_do_not_grow_are_continued_item_by_item() -> None:
+    assert continued_sums(([1.0, 2.0], [2.0, 2.5], [3.0, 3.0]), 5) == [6.0, 4.5]
+    with pytest.raises(IrregularSamples, match="a list"):
+        continued_sums(([1.0, 2.0], [2.0, 2.5], [3.0, 4.0]), 5)
+    known = extrapolate((1.0, 2.0, 3.0), 4, lambda lists: [5.0] if lists == ((1.0,), (2.0,), (3.0,)) else None)
+    assert known == 5.0
+    for irregular in ((1, "1", 2), (1.0, 2.0, 3.0), ({"a": 1}, {"b": 1}, {"a": 1})):
+        with pytest.raises(IrregularSamples):
+            extrapolate(irregular, 4)
+
+
 @settings(max_examples=12, deadline=None)
 @given(st.integers(8, 12), st.integers(3, 20), st.integers(1, 3))
 def test_lists_may_grow_in_several_places(few: int, number: int, rows: int) -> None:

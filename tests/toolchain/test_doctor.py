@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -209,6 +210,15 @@ def test_headers_that_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor.sys, "platform", "win32")
     fine = doctor._headers()
     assert fine.ok and not fine.needed and fine.found == "not used on Windows, whose models are loaded in ABI mode"
+
+
+def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "not" / "yet"))
+    monkeypatch.setattr(doctor.shutil, "disk_usage", lambda folder: SimpleNamespace(free=2_500_000))
+    told = doctor._room()
+    assert (told.found, told.remedy) == (f"2 MB free for the cache in {tmp_path}", "unset EOMGEN_CACHE") and not told.ok
+    monkeypatch.setattr(doctor, "ROOM", 2_500_000)
+    assert doctor._room().ok
 
 
 def test_packages_that_are_not_installed_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
