@@ -17,7 +17,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import eomgen
-from eomgen.cli import main
+from eomgen.cli import main, simulate
 from eomgen.results import plots
 from tests.models.scenes import pendulum
 
@@ -235,6 +235,20 @@ def test_mistakes_of_the_verb_are_named(text: str, tmp_path: Path, capsys: pytes
     error = capsys.readouterr().err
     assert text.format(run=tmp_path) in error and error.count("\n") == 1
     assert not list(tmp_path.glob("*.png"))
+
+
+def test_files_of_a_run_are_drawn_by_this_process_without_a_copy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path, *_: path)
+    order = {"folder": str(tmp_path), "over": "q.hinge"}
+    files = simulate._write_run(pendulum().simulate(0.05, 1e-3), tmp_path, None, order, [], None)
+    drawn = ["coordinates.png", "velocities.png", "outputs.png", "energy.png", "outputs_over.png"]
+    assert [file.name for file in files] == ["solution.npz", "solution.csv", *drawn, "summary.json"]
+    told = json.loads(files[-1].read_text(encoding="utf-8"))
+    assert told["files"] == [file.name for file in files] and (told["rows"], told["success"]) == (51, True)
+    copied = simulate._drawings_of_stored()(order)
+    assert [file.name for call in copied for file in call()] == drawn
 
 
 @pytest.mark.slow_cases("4")

@@ -146,6 +146,10 @@ def test_checkpoints_are_written_as_often_as_asked_and_as_a_whole(file: Path, mo
 def test_a_place_that_cannot_be_written_to_is_said_at_once(tmp_path: Path) -> None:
     with pytest.raises(eomgen.FileError, match=r"missing/run\.ckpt: cannot be written"):
         pendulum().simulate(1e4, 1e-3, checkpoint=tmp_path / "missing" / "run.ckpt")
+    with pytest.raises(eomgen.UsageError, match=r"checkpoint_every: there is no file to write to; try: checkpoint="):
+        pendulum().simulate(1e4, 1e-3, checkpoint_every=5)
+    with pytest.raises(eomgen.UsageError, match="checkpoint: a path is needed, not int"):
+        pendulum().simulate(1e4, 1e-3, checkpoint=5)
 
 
 def test_a_disk_that_fails_later_does_not_end_the_run(tmp_path: Path) -> None:
@@ -165,7 +169,6 @@ def test_a_disk_that_fails_later_does_not_end_the_run(tmp_path: Path) -> None:
 # -- refusals ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_what_a_checkpoint_does_not_belong_to_is_refused(file: Path) -> None:
     pendulum().simulate(0.1, 1e-3, checkpoint=file, inputs={"torque": 0.5}, parameters={"length": 0.45})
     text = PENDULUM_TOML.replace("damping = 0.05", "damping = 0.06")

@@ -278,7 +278,6 @@ def test_mistakes_are_told_and_change_nothing(call: Any, text: str) -> None:
     assert np.array_equal(rows_of(run), before)
 
 
-@pytest.mark.slow
 def test_starts_that_cannot_be_are_refused() -> None:
     model = pendulum("joint")
     for options, text in (
@@ -286,6 +285,8 @@ def test_starts_that_cannot_be_are_refused() -> None:
         ({"inputs": {"torque": [1.0]}}, "input torque: a table is for a run whose end is known"),
         ({"inputs": {"torque": abs}, "method": "taylor"}, "taylor needs the time derivatives of inputs"),
         ({"parameters": [[1.0], [2.0]]}, "one set of parameters is needed, not a batch"),
+        ({"controllers": {"law": abs}}, "no controller of the scene leaves its function to the caller"),
+        ({"controllers": abs}, "controllers: a mapping from names to functions is needed, not a function"),
         ({"start": "rest"}, "a run cannot start at 'rest'"),
         ({"start": np.array([1.0, 2.0])}, r"start: a run cannot start at array\(\[1., 2.\]\)"),
         ({"method": np.array(["rk4", "rk4"])}, "method: there is no method"),

@@ -16,7 +16,6 @@ def built(file: str, method: str = "generalized_alpha", **changes: Any) -> Any:
 
 
 @pytest.mark.slow_cases("rk4_partitioned", "rosenbrock")
-@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["rk4_partitioned", "generalized_alpha", "rosenbrock"])
 def test_travels_without_any_length_start_from_zero(method: str) -> None:
     """No length of the scene scales these rows. Oracle: an equivalent mass of 1 + 2/9 kg."""
