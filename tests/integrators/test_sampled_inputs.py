@@ -25,16 +25,8 @@ pytestmark = pytest.mark.slow
 
 
 TREE_METHODS = (
-    "generalized_alpha",
-    "rk4",
-    "rk45",
-    "taylor",
-    "rosenbrock",
-    "lsrt2",
-    "corrected_predictor",
-    "rattlie",
-    "tdg2",
-)
+    "generalized_alpha", "rk4", "rk45", "taylor", "rosenbrock", "lsrt2", "corrected_predictor", "rattlie", "tdg2",
+)  # fmt: skip  # names
 OF_ORDER_2 = ("generalized_alpha", "rosenbrock", "lsrt2", "corrected_predictor", "rattlie")
 LOOP_METHODS = ("generalized_alpha", "generalized_alpha_f1", "generalized_alpha_index3", "rk4_partitioned", "rattlie")
 

@@ -32,18 +32,9 @@ PENDULUM: dict[str, Any] = {
     "simulation": None,
 }
 FREE = (
-    "rk4",
-    "rk45",
-    "taylor",
-    "generalized_alpha",
-    "hht",
-    "newmark",
-    "rosenbrock",
-    "lsrt2",
-    "corrected_predictor",
-    "tdg2",
-    "rattlie",
-)
+    "rk4", "rk45", "taylor", "generalized_alpha", "hht", "newmark", "rosenbrock", "lsrt2", "corrected_predictor",
+    "tdg2", "rattlie",
+)  # fmt: skip  # names
 HELD_BY_CONSTRAINTS = (
     "generalized_alpha",
     "generalized_alpha_index3",

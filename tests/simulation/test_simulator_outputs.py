@@ -51,14 +51,9 @@ def outputs_of_c(
     size = sum(item["size"] for item in manifest["quantities"]["outputs"])
     text = given + DRIVER.replace("NAME_OK", f"{name.upper()}_OK").replace("NAME_BAD", f"{name.upper()}_BAD")
     words = {
-        "NAME": name,
-        "STEP": str(step),
-        "SIZE": str(size),
-        "FIRST": first,
-        "FROM": begin,
-        "UNTIL": end,
+        "NAME": name, "STEP": str(step), "SIZE": str(size), "FIRST": first, "FROM": begin, "UNTIL": end,
         "BEFORE": before,
-    }
+    }  # fmt: skip  # words
     for key, word in words.items():
         text = text.replace(key, word)
     (folder / "main.c").write_text('#include "eomgen_real.h"\n' + text, encoding="utf-8")

@@ -40,14 +40,8 @@ def assert_mended(name: str, where: dict[str, str], what: str, remedy: str) -> N
 def test_this_machine_is_sound() -> None:
     checks = examine()
     assert [check.name for check in checks][:7] == [
-        "python",
-        "temporary files",
-        "compiler",
-        "compiles",
-        "Python.h",
-        "cache",
-        "room",
-    ]
+        "python", "temporary files", "compiler", "compiles", "Python.h", "cache", "room",
+    ]  # fmt: skip  # names
     assert [check for check in checks if not check.ok] == []
     assert find_compiler().version in {check.name: check for check in checks}["compiler"].found
 
