@@ -52,6 +52,9 @@ def test_rest_is_an_arc_under_a_moment_and_a_bow_past_eulers_load(
     model = eomgen.build(scene | {"inputs": {"torque": {"formula": "25 * t"}}}, profile="instant")
     rests = [model.equilibrium(t=2.0).q, model.equilibrium(u={"torque": 50.0}).q]
     rests += [model.equilibrium_path(name, end).q[-1] for name, end in (("torque", 50.0), ("t", 2.0))]
+    pressed = {"factor": 1e4, "push": -8.0}, {"factor": 1e4}
+    along = model.equilibrium_path("push", -8.0, parameters=pressed[1]).q[-1]
+    np.testing.assert_allclose(along, model.equilibrium(parameters=pressed[0]).q, atol=1e-9)
     soft = [model.equilibrium(parameters={"factor": factor}).frequencies for factor in (1e6, 1e10)]
     monkeypatch.setattr(loaded_statics, "WHOLE", 0)  # as large scenes do
     rests.append(model.equilibrium(u={"torque": 50.0}).q)

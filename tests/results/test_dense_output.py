@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.lie import product
-from eomgen.results.dense_output import Rows, state_at
+from eomgen.results.dense_output import Rows, largest_errors, state_at
 from tests.models.scenes import absolute, flyer, flyer_scene, pendulum
 
 TIMES = np.linspace(0.013, 0.387, 29)
@@ -27,6 +27,18 @@ def free_in_space() -> eomgen.Model:
     return eomgen.build(
         replace(scene, name="in_space", coordinates="absolute", groups=groups, content=content), profile="quick"
     )
+
+
+def test_errors_between_rows_are_those_of_quintics_and_neighbours() -> None:
+    """Of q = t^6 at a third of 3 h: (h 2 h)^3, and its derivative; of a = 30 t^4 by a parabola through 0, 0.3 and 0.6 s:
+    30 (0.5 + 0.9) 0.5 0.2 0.1 at 0.5 s."""
+    t, h = 0.1 * np.arange(8.0), 0.1
+    columns = [power[:, np.newaxis] for power in (t**6, 6.0 * t**5, 30.0 * t**4, 4.0 * t**2)]
+    found = largest_errors(Rows(t, *columns), {"factors": [["R", 0, 1, 0, 1]], "dense_output": "hermite_5"})
+    assert (found["q"], found["v"], found["a"]) == pytest.approx((8.0 * h**6, 12.0 * h**5, 0.42), rel=1e-9)
+    assert found["z"] < 1e-15
+    with pytest.raises(eomgen.UsageError, match="seven rows are needed, not 6; try: a longer run"):
+        largest_errors(Rows(*(part[:6] for part in (t, *columns))), {})
 
 
 def errors_of(
