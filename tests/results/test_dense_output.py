@@ -30,7 +30,7 @@ def free_in_space() -> eomgen.Model:
 
 
 def test_errors_between_rows_are_those_of_quintics_and_neighbours() -> None:
-    """Of q = t^6 at a third of 3 h: (h 2 h)^3, and its derivative; of a = 30 t^4 by a parabola through 0, 0.3 and 0.6 s:
+    """Of q = t^6 at a third of 3 h: (h 2 h)^3, and its derivative; of a = 30 t^4 by a parabola through three rows:
     30 (0.5 + 0.9) 0.5 0.2 0.1 at 0.5 s."""
     t, h = 0.1 * np.arange(8.0), 0.1
     columns = [power[:, np.newaxis] for power in (t**6, 6.0 * t**5, 30.0 * t**4, 4.0 * t**2)]
