@@ -36,13 +36,9 @@ FREE = (
     "tdg2", "rattlie",
 )  # fmt: skip  # names
 HELD_BY_CONSTRAINTS = (
-    "generalized_alpha",
-    "generalized_alpha_index3",
-    "generalized_alpha_f1",
-    "generalized_alpha_index3_f2",
-    "rk4_partitioned",
-    "rattlie",
-)
+    "generalized_alpha", "generalized_alpha_index3", "generalized_alpha_f1", "generalized_alpha_index3_f2",
+    "rk4_partitioned", "rattlie",
+)  # fmt: skip  # names
 CASES = [*((name, "joint") for name in FREE), *((name, "absolute") for name in HELD_BY_CONSTRAINTS)]
 OF_SERIES = ("taylor",)
 START = {"hinge": {"position": 0.4, "velocity": -0.3}}
