@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from eomgen.cli import main
+from tests.models.library import scene_file as written_scene
 from tests.models.scenes import PENDULUM_TOML
 
 
@@ -53,34 +55,22 @@ def test_check_says_where_formulas_are_not_smooth(scene_file: Path, capsys: pyte
     assert "not smooth at initial state (abs in effort motor): partials.K" in capsys.readouterr().err
 
 
-SLIDERS = """
-format = 1
-name = "sliders"
-[bodies]
-cart = { mass = 1.0 }
-lift = { mass = 0.5 }
-[joints]
-along = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0], initial = { position = 0.3 } }
-up = { type = "prismatic", parent = "base", child = "lift", axis = [0, 0, 1], initial = { position = 0.4 } }
-[constraints]
-"""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("row", "absent"),
     [
-        ('ramp = { type = "point_on_line", first = { body = "cart", axis = [1, 0, 1] }, second.body = "lift" }', "KCZ"),
-        ('rod = { type = "distance", first = { body = "cart" }, second = { body = "lift" }, length = 0.5 }', "C"),
+        ({"type": "point_on_line", "first": {"body": "cart", "axis": [1, 0, 1]}, "second": {"body": "lift"}}, "KCZ"),
+        ({"type": "distance", "first": {"body": "cart"}, "second": {"body": "lift"}, "length": 0.5}, "C"),
     ],
     ids=["straight rail", "rod"],
 )
 def test_scenes_whose_equations_lack_coordinates_or_velocities(
-    row: str, absent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    row: dict[str, Any], absent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Blocks of the iteration matrix that are empty are checked to be zero."""
-    path = tmp_path / "scene.toml"
-    path.write_text(SLIDERS + row, encoding="utf-8")
+    up = {"type": "prismatic", "parent": "base", "child": "lift", "axis": [0, 0, 1], "initial": {"position": 0.4}}
+    start = {"joints__slide__initial": {"position": 0.3}, "joints__slide__stiffness": None, "joints__up": up}
+    path = written_scene(tmp_path, "oscillator", bodies__lift={"mass": 0.5}, constraints={"held": row}, **start)
     assert main(["check", str(path), "--states", "2", "--only", "iteration", "--json"]) == 0
     verdicts = {form["name"]: form["verdict"] for form in json.loads(capsys.readouterr().out)["forms"]}
     assert {f"iteration.{name}" for name in absent} <= set(verdicts)

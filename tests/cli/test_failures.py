@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -18,29 +17,10 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from tests.messages.answers import plain
+from tests.models.library import scene_file as written_scene
 from tests.models.scenes import PENDULUM_TOML
 
 ROOT = Path(eomgen.__file__).parents[1]
-
-
-BREAKING = """
-format = 1
-name = "breaking"
-gravity = [0, 0, 0]
-
-[bodies.slug]
-mass = 1.0
-
-[joints.slide]
-type = "prismatic"
-parent = "base"
-child = "slug"
-axis = [1, 0, 0]
-
-[efforts.root]
-joint = "slide"
-effort = "sqrt(0.5 - t)"
-"""
 
 
 @pytest.fixture
@@ -67,8 +47,9 @@ def test_a_backend_that_matplotlib_does_not_have_is_one_message() -> None:
 
 @pytest.mark.slow
 def test_numerical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path, out = tmp_path / "breaking.toml", tmp_path / "out"
-    path.write_text(BREAKING, encoding="utf-8")
+    free, out = {"joints__slide__stiffness": None, "joints__slide__initial": None, "simulation": None}, tmp_path / "out"
+    root = {"root": {"joint": "slide", "effort": "sqrt(0.5 - t)"}}
+    path = written_scene(tmp_path, "oscillator", efforts=root, outputs=None, **free)
     code, _, message = _run(["simulate", str(path), "--out", str(out), "--t-end", "1", "--no-plots"], capsys)
     assert code == 6
     assert (
@@ -80,74 +61,6 @@ def test_numerical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     partial = eomgen.Solution.load(out / "solution.npz")
     assert not partial.success and 400 < len(partial.t) <= 501
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["success"] is False
-
-
-LEAVING = """
-format = 1
-name = "leaving"
-curves.force.points = [[-0.1, -10], [0, 0], [0.1, 10]]
-curves.hump.bump = { length = 50, height = 1, position = -20 }
-
-[bodies.slug]
-mass = 1.0
-
-[joints.slide]
-type = "prismatic"
-parent = "base"
-child = "slug"
-axis = [0, 0, 1]
-initial = { velocity = 3 }
-"""
-SPRING = """
-[efforts.spring]
-joint = "slide"
-effort = "%s"
-"""
-TYRE = """
-[parameters]
-speed = { value = 1, tunable = true }
-
-[points.hub]
-body = "slug"
-position = [0, 0, 0.299]
-
-[tyres.tyre]
-center = "hub"
-radius = 0.3
-stiffness = 2e5
-damping = 300
-road = "0.001 * force(speed * t)"
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "law",
-    [
-        TYRE,
-        *(
-            SPRING % law
-            for law in ("max(-20, min(20, -force(q.slide)))", "sign(-force(q.slide))", "hump(force(q.slide))")
-        ),
-    ],
-    ids=["tyre", "limits", "sign", "bump"],
-)
-def test_a_curve_that_is_left_stops_the_run(law: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Beyond its points a curve is not a number: a tyre, a limit, a sign or another curve does not hide that."""
-    path = tmp_path / "leaving.toml"
-    path.write_text(LEAVING + law, encoding="utf-8")
-    code, _, message = _run(
-        ["simulate", str(path), "--out", str(tmp_path / "out"), "--t-end", "1", "--no-plots"], capsys
-    )
-    assert code == 6 and "a value became infinite or not a number; " in message
-    told = [line for line in message.splitlines() if not line.startswith("note: the curve hump changes nothing")]
-    assert told[0].endswith('; try: points that reach further, or outside = "hold" or "periodic"')
-    said = (
-        r"Q \(the generalized force\), component v.slide at t = \S+ s, where the curve force has points from -0.1 to"
-        r" 0.1 "
-    )
-    found = re.search(said + "and is asked at (.*);", message)
-    assert found and 0.1 < float(found[1]) < 0.11
 
 
 def test_interrupted(
@@ -183,31 +96,30 @@ def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(sce
     assert loud.returncode == 3 and "Traceback" in loud.stderr
 
 
-def test_a_fault_of_ours_is_called_one(
-    scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize(
+    ("error", "cause", "code", "text"),
+    [
+        (KeyError("lost"), None, 1, "internal error: KeyError: 'lost'; this is a fault of eomgen; try: the same with"),
+        (RuntimeError("Error calling __set_name__"), KeyboardInterrupt(), 130, "interrupted"),
+        (
+            OSError(28, "No space left on device", "run.csv"), None, 7,
+            "input/output error: run.csv: No space left on device; try: free space on the disk, or another",
+        ),
+    ],
+    ids=["fault of ours", "ctrl-c while a class is made", "full disk"],
+)  # fmt: skip  # a table
+def test_errors_from_within_are_told_by_their_kind(
+    error: Exception, cause: BaseException | None, code: int, text: str,
+    scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
     from eomgen.pipeline import documents
 
     def broken(*_: object, **__: object) -> None:
-        raise KeyError("lost")
+        raise error from cause
 
     monkeypatch.setattr(documents, "load_scene", broken)
-    code, _, message = _run(["info", str(scene_file)], capsys)
-    assert code == 1
-    assert plain(message) == "internal error: KeyError: 'lost'; this is a fault of eomgen; try: the same with --debug\n"
-
-
-def test_ctrl_c_while_a_class_is_made_is_an_interruption(
-    scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from eomgen.pipeline import documents
-
-    def broken(*_: object, **__: object) -> None:
-        raise RuntimeError("Error calling __set_name__") from KeyboardInterrupt()
-
-    monkeypatch.setattr(documents, "load_scene", broken)
-    code, _, message = _run(["info", str(scene_file)], capsys)
-    assert (code, message) == (130, "interrupted\n")
+    found, _, message = _run(["info", str(scene_file)], capsys)
+    assert found == code and plain(message).startswith(text) and message.count("\n") == 1
 
 
 def test_ctrl_c_while_parts_are_imported_leaves_no_traceback(

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from click.shell_completion import ShellComplete
 
 import eomgen
-from eomgen.cli import VERBS, main
+from eomgen.cli import VERBS, commands, main
 from eomgen.cli.first_steps import FIRST_SCENE, example_names, title_and_sentence
 from tests.messages.answers import plain
 
@@ -60,18 +58,6 @@ def test_new_makes_a_scene_of_this_name(
     assert json.loads(capsys.readouterr().out) == {"folder": "second", "files": ["scene.toml"]}
 
 
-@pytest.mark.slow
-def test_the_said_command_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", "first", "--example", "four_bar"]) == 0
-    words = capsys.readouterr().err.removeprefix("next: eomgen ").split()
-    assert words == ["simulate", "first/scene.toml", "--out", "first/out"]
-    assert main([*words, "--t-end", "0.05"]) == 0
-    assert Path("first/out/solution.npz").is_file()
-
-
 def test_examples_are_listed_with_their_files(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["examples"]) == 0
     printed = capsys.readouterr().out
@@ -112,23 +98,20 @@ def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.C
     assert f"_EOMGEN_COMPLETE={shell}_complete" in capsys.readouterr().out
 
 
-@pytest.mark.slow_cases("eomgen simulate --rho-expected0", "eomgen simulate sce-expected2", "eomgen cite lsr-expected3")
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ("eomgen simulate --rho", ["plain,--rho-inf"]),
-        ("eomgen new x --example four", ["plain,four_bar"]),
-        ("eomgen simulate sce", ["file,sce"]),
-        ("eomgen cite lsr", ["plain,lsrt2"]),
+        ("simulate --rho", "plain --rho-inf"),
+        ("new x --example four", "plain four_bar"),
+        ("simulate sce", "file sce"),
+        ("cite lsr", "plain lsrt2"),
+        ("cite ./a", "file ./a"),
     ],
 )
-def test_words_are_completed(words: str, expected: list[str], tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "_EOMGEN_COMPLETE": "bash_complete"}
-    environment |= {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}
-    done = subprocess.run(
-        [sys.executable, "-m", "eomgen"], env=environment, cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert (done.stdout.split(), done.stderr) == (expected, "")
+def test_words_are_completed(words: str, expected: str) -> None:
+    *before, begun = words.split()
+    (found,) = ShellComplete(commands, {}, "eomgen", "_EOMGEN_COMPLETE").get_completions(before, begun)
+    assert f"{found.type} {found.value}" == expected
 
 
 @pytest.mark.slow

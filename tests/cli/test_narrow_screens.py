@@ -54,14 +54,3 @@ def test_names_stay_in_tables_wider_than_the_screen(
     lines = capsys.readouterr().out.splitlines()
     assert [len(re.findall("-0.12345", line)) for line in lines if "rad" in line] == [12, 12]
     assert "output.first" in lines[3] and "output.secon" in lines[4]
-
-
-@pytest.mark.slow
-def test_an_ensemble_fits_80_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    monkeypatch.setattr(printing, "_PLAIN_WIDTH", 80)
-    words = ["ensemble", CAR, "--t-end", "0.1", "--samples", "4", "--vary", "damper=normal(980, 10 %)", "--no-plots"]
-    assert main([*words, "--output", "tyre_load", "--out", str(tmp_path / "out")]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert all(len(line) <= 80 for line in lines), lines
-    for name in ("output.tyre_", "median", "95 %"):
-        assert any(name in line for line in lines), (name, lines)

@@ -123,12 +123,7 @@ def scene_of(**more: Any) -> Any:
     ("changes", "signals", "robot", "message"),
     [
         ({"push": 2.5}, {}, False, "--set push: push is an input; try: --input push=2.5"),
-        (
-            {"angle": 2.5},
-            {},
-            False,
-            "angle is a state, not a parameter; try: [states.angle] initial = 2.5 in",
-        ),
+        ({"angle": 2.5}, {}, False, "angle is a state, not a parameter; try: [states.angle] initial = 2.5 in"),
         ({}, {"k": "sin(t)"}, False, "--input k: k is a parameter; try: --set k=sin(t)"),
         ({}, {"hinge": 1.0}, True, "--input hinge: hinge is a joint, which no input drives; try: --actuated, for an"),
         ({"arm_tool_mass": 1.0}, {}, True, "the inertia of arm_tool are fixed in the code; try: --tunable arm_tool,"),
@@ -141,3 +136,18 @@ def test_values_of_another_option_are_named(
     with pytest.raises(UsageError) as raised:
         options.check_assigned(scene_of(), changes, signals, robot=robot)
     assert message in str(raised.value)
+
+
+def test_assignments_are_numbers_or_quantities() -> None:
+    assert options.assignments("--set", ["k=2.5", " length =3 mm"]) == {"k": 2.5, "length": "3 mm"}
+    assert options._seconds(click.Context(click.Command("simulate")), STEP, "2 ms") == 0.002
+    for option, text, told in (
+        ("--set", "a=1, b=2", "this option takes one name and one value; try: --set a=1 --set b=2"),
+        ("--set", "=2", "a name and a number are needed; try: --set length=0.5"),
+        ("--initial", "hinge", "a name and a number are needed; try: --initial JOINT=0.5"),
+        ("--set", "k=x", "'x' is not a number; try: --set k=0.5"),
+        ("--input", "u=sin(t)", 'this option takes a number; try: [inputs] u = { formula = "sin(t)" } in the scene'),
+    ):
+        with pytest.raises(UsageError) as raised:
+            options.assignments(option, [text])
+        assert plain(str(raised.value)).endswith(told)

@@ -10,13 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eomgen.codegen.continuation import (
-    IrregularSamples,
-    Samples,
-    continued_integers,
-    continued_sums,
-    extrapolate,
-)
+from eomgen.codegen.continuation import IrregularSamples, Samples, continued_integers, continued_sums, extrapolate
 from eomgen.codegen.program import Statement
 
 
@@ -52,6 +46,17 @@ def test_lists_keep_their_beginning_and_their_end(few: int, more: int, number: i
         return [100 - k for k in range(head)] + [5 * k + 3 for k in range(count)] + [k - count for k in range(tail)]
 
     assert extrapolate(samples(made, few, more), number) == made(few + number * more)
+
+
+def test_lists_that_do_not_grow_are_continued_item_by_item() -> None:
+    assert continued_sums(([1.0, 2.0], [2.0, 2.5], [3.0, 3.0]), 5) == [6.0, 4.5]
+    with pytest.raises(IrregularSamples, match="a list"):
+        continued_sums(([1.0, 2.0], [2.0, 2.5], [3.0, 4.0]), 5)
+    known = extrapolate((1.0, 2.0, 3.0), 4, lambda lists: [5.0] if lists == ((1.0,), (2.0,), (3.0,)) else None)
+    assert known == 5.0
+    for irregular in ((1, "1", 2), (1.0, 2.0, 3.0), ({"a": 1}, {"b": 1}, {"a": 1})):
+        with pytest.raises(IrregularSamples):
+            extrapolate(irregular, 4)
 
 
 @settings(max_examples=12, deadline=None)

@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eomgen.base.files import template_folder
-from eomgen.codegen.targets.c.naming import comment, free_prefix, mangle, output_name
+from eomgen.codegen.targets.c.naming import INNER, comment, free_prefix, mangle, output_name
 from eomgen.errors import ModelError
+from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import TERMS
 
 names = st.text(alphabet=st.sampled_from('aZ5fe_ .é*/\\"\n0_Z'), max_size=8)
@@ -31,15 +32,14 @@ def test_comments_cannot_end_or_continue(text: str) -> None:
     assert not re.search(r"\*|//|\?\?|\\|\n|[^\x20-\x7e]", clean)
 
 
+def test_no_counter_is_an_argument() -> None:
+    assert not {INNER, "i", "k", "w"} & {*INPUT_BLOCKS, *(block for term in TERMS.values() for block in term.inputs)}
+
+
 def test_outputs_avoid_inputs_locals_and_words() -> None:
     assert [output_name(name, ("q", "p")) for name in ("M", "q", "x12", "w", "double", "K")] == [
-        "M",
-        "q_out",
-        "x12_out",
-        "w_out",
-        "double_out",
-        "K",
-    ]
+        "M", "q_out", "x12_out", "w_out", "double_out", "K",
+    ]  # fmt: skip  # names
 
 
 @pytest.mark.parametrize("name", ["", "1arm", "arm-2", "a b", "é", 'x";system("'])

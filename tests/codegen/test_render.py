@@ -27,21 +27,9 @@ from tests.codegen.hand_made import make_system, pendulum
 
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes", "-Werror"]
 HOSTILE = [
-    "*/ int x; /*",
-    'a"b',
-    "a\\",
-    "double",
-    "??/",
-    "é",
-    "a b",
-    "a_b",
-    "a.b",
-    "p",
-    "K(1)",
-    "#define",
-    "{{ 7*7 }}",
+    "*/ int x; /*", 'a"b', "a\\", "double", "??/", "é", "a b", "a_b", "a.b", "p", "K(1)", "#define", "{{ 7*7 }}",
     "%s\n#error",
-]
+]  # fmt: skip  # names
 
 
 def hostile() -> System:
@@ -107,21 +95,10 @@ def test_hostile_names_reach_no_file_unmangled() -> None:
 
 
 #: Names that a caller may have: those that headers of ours once took from him among them.
-CALLER = """
-#include <complex>
-#include <cstdio>
-#include "model/pendulum.h"
-using namespace std;
-using std::real;
-static double K(double x) { return 2.0 * x; }
-int main() {
-    pendulum_parameters p;
-    pendulum_default_parameters(&p);
-    double q[PENDULUM_NQ] = {0.5}, M[PENDULUM_NV * PENDULUM_NV] = {0.0};
-    pendulum_mass(MASS_ARGUMENTS);
-    printf("%.17g %g", M[0], K(real(complex<double>(1.5, 2.0))));
-}
-"""
+# include <complex>
+# include <cstdio>
+# include "model/pendulum.h"
+CALLER = (Path(__file__).parent / "caller.cpp").read_text(encoding="utf-8")
 
 
 def test_headers_serve_cpp_and_take_no_names_of_the_caller(tmp_path: Path) -> None:

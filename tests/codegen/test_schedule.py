@@ -12,7 +12,7 @@ import pytest
 from eomgen.codegen import convert
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.program import Program
-from eomgen.codegen.targets.c.target import generate_files
+from eomgen.codegen.targets.c.target import generate_files, plan_files
 from eomgen.errors import ModelError
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op
@@ -51,6 +51,29 @@ def tangled(operations: int = 400, functions: int = 6, seed: int = 3) -> System:
 
 
 POINT = {"p": [0.7, -0.3], "q": [0.4, 1.9], "v": [-1.1, 0.2]}
+
+
+def test_a_value_in_many_components_is_stored_by_loops(cache: Path) -> None:
+    tape = Tape()
+    x, y = tape.call(Op.SIN, tape.input("q", 0)), tape.call(Op.EXP, tape.input("q", 1))
+    refs = (*(x, -x) * 70, y, x, *(-y,) * 90)
+    program = to_program(make_system("many", tape, [Function("f", "", ("q",), (Block("m", (len(refs),), refs),))]))
+    kinds = [item.kind for part in program.function("f").parts for item in part.statements]
+    assert kinds.count("repeat") == 4 and kinds.count("out") == 1
+    (found,) = call(compile_program(program, cache), "f", {"q": [0.3, 0.7]})
+    s, e = np.sin(0.3), np.exp(0.7)
+    np.testing.assert_allclose(found, [*[s, -s] * 70, e, s, *[-e] * 90], rtol=4e-16)
+
+
+def test_functions_that_come_later_stand_in_files_of_their_own() -> None:
+    program = to_program(tangled(operations=60))
+    files = plan_files(program, 10**6, later={"tangle1", "tangle4"})
+    names = [(file.name, file.later, [function.name for function in file.functions]) for file in files]
+    assert names == [
+        ("tangled", False, [f"tangle{k}" for k in (0, 2, 3, 5)]), ("tangled_2", True, ["tangle1", "tangle4"]),
+    ]  # fmt: skip  # two files
+    counted = {function.name: function.operations for function in program.functions}
+    assert files[1].operations == counted["tangle1"] + counted["tangle4"] > 100
 
 
 @pytest.mark.slow

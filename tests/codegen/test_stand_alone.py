@@ -3,8 +3,6 @@ does it."""
 
 from __future__ import annotations
 
-import platform
-import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -121,13 +119,6 @@ def top() -> eomgen.Scene:
     return builder.joint("pivot", "spherical", "base", "top", initial={"velocity": [0, 150, -4.6]}).build()
 
 
-def cart_on_spring() -> eomgen.Scene:
-    """Return a scene with so few products that each of their sums is taken in two."""
-    builder = eomgen.SceneBuilder("cart_on_spring").body("cart", 2.0)
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 0.2})
-    return builder.effort("spring", "rail", "-q.rail - 2 * q.rail**3").build()
-
-
 @pytest.mark.slow
 def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> None:
     families = {type(method_named(name)): name for name in reversed(method_names()) if "index3" not in name}
@@ -145,29 +136,3 @@ def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> 
 def test_a_named_method_that_cannot_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(eomgen.ModelError, match=r"rk4 cannot run on this scene: .*without constraints"):
         eomgen.generate("examples/four_bar/scene.toml", tmp_path / "c", method="rk4")
-
-
-#: Flags of compilers for registers of two, four and eight doubles; the last only compiles, for few machines run it.
-WIDTHS = (
-    {2: ["-mno-avx"], 4: ["-mavx", "-mno-avx512f"], 8: ["-mavx512f"]} if platform.machine() == "x86_64" else {2: []}
-)
-
-
-@pytest.mark.slow
-def test_sums_of_series_stay_in_registers_of_any_width_with_equal_bits(tmp_path: Path) -> None:
-    eomgen.generate(top(), tmp_path / "c", method="taylor")
-    compiler, printed = shutil.which("cc") or "gcc", {}
-    for width, flags in WIDTHS.items():
-        step = tmp_path / "c" / "top_step.c"
-        command = [compiler, "-std=c99", "-O2", "-fno-inline", *flags, "-S", "-o", "-", str(step)]
-        assembly = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-        sums = re.search(r"^_?top_inner_sums:$(.*?)\bret", assembly, re.MULTILINE | re.DOTALL)
-        assert sums and not re.search(r"\((%rsp|%rbp)\)|\[sp", sums[1]), width
-        if width < 8:
-            sources = sorted(str(path) for path in (tmp_path / "c").glob("*.c"))
-            program = tmp_path / f"program{width}"
-            words = [compiler, *STRICT, "-O2", "-ffp-contract=off", *flags, *sources, "-o", str(program), "-lm"]
-            subprocess.run(words, check=True, capture_output=True)
-            printed[width] = run(program, "0.01", "20").stdout
-    assert len(printed[2].splitlines()) == 3
-    assert len(set(printed.values())) == 1

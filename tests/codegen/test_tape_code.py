@@ -15,17 +15,10 @@ from eomgen.codegen.targets.c.tape_code import OPERATIONS, _Assembler, _without_
 BLOCKS = {"q": np.array([0.3, -1.2, 2.0, 0.7, 5.0, -0.1]), "u": np.array([4.0, -2.5, 0.25])}
 SLOTS = 10
 CALLS: dict[str, Any] = {
-    "ADD": lambda x, y: x + y,
-    "SUB": lambda x, y: x - y,
-    "MUL": lambda x, y: x * y,
-    "DIV": lambda x, y: x / y,
-    "SIN": math.sin,
-    "SQRT": math.sqrt,
-    "ATAN2": math.atan2,
-    "LT": lambda x, y: float(x < y),
-    "NEG": lambda x: -x,
+    "ADD": lambda x, y: x + y, "SUB": lambda x, y: x - y, "MUL": lambda x, y: x * y, "DIV": lambda x, y: x / y,
+    "SIN": math.sin, "SQRT": math.sqrt, "ATAN2": math.atan2, "LT": lambda x, y: float(x < y), "NEG": lambda x: -x,
     "MOVE": lambda x: x,
-}
+}  # fmt: skip  # a table
 
 
 def assembled(*statements: Statement, sizes: tuple[int, ...] = (40, 3)) -> _Assembler:

@@ -54,17 +54,11 @@ _ROUNDED = {*UNARY, Op.ATAN2, Op.POW} - {Op.SQRT, Op.ABS, Op.SIGN}
 
 def _python(op: Op, *x: float) -> float:
     plain: dict[Op, Callable[..., float]] = {
-        Op.ADD: lambda a, b: a + b,
-        Op.SUB: lambda a, b: a - b,
-        Op.MUL: lambda a, b: a * b,
-        Op.DIV: lambda a, b: a / b,
-        Op.MIN: lambda a, b: b if b < a else a,
-        Op.MAX: lambda a, b: b if a < b else a,
-        Op.LT: lambda a, b: float(a < b),
-        Op.LE: lambda a, b: float(a <= b),
-        Op.ABS: abs,
+        Op.ADD: lambda a, b: a + b, Op.SUB: lambda a, b: a - b, Op.MUL: lambda a, b: a * b,
+        Op.DIV: lambda a, b: a / b, Op.MIN: lambda a, b: b if b < a else a, Op.MAX: lambda a, b: b if a < b else a,
+        Op.LT: lambda a, b: float(a < b), Op.LE: lambda a, b: float(a <= b), Op.ABS: abs,
         Op.SIGN: lambda a: float((a > 0) - (a < 0)),
-    }
+    }  # fmt: skip  # a table
     return plain[op](*x) if op in plain else float(getattr(math, op.name.lower())(*x))
 
 

@@ -13,9 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.codegen.targets.register import BUILT_IN, targets
-from eomgen.scene.load import load_toml
-from tests.models.scenes import PENDULUM_TOML
+from eomgen.codegen.targets.register import targets
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: The whole of a target: names, expressions, statements and one file.
@@ -116,13 +114,6 @@ def test_a_distribution_brings_a_target(installed: Path, rng: np.random.Generato
             found = written[name](*(given[block] for block in inputs))
             for output, wanted in zip(found if isinstance(found, tuple) else (found,), expected.values(), strict=True):
                 assert np.ravel(output) == pytest.approx(np.ravel(wanted), rel=1e-13, abs=1e-13)
-
-
-@pytest.mark.parametrize("target", BUILT_IN, ids=lambda target: target.name)
-def test_every_row_writes_its_files_with_a_manifest(tmp_path: Path, target: object) -> None:
-    name = target.name  # type: ignore[attr-defined]
-    files = eomgen.generate(load_toml(PENDULUM_TOML), tmp_path / name, target=name)
-    assert "manifest.json" in {file.name for file in files}
 
 
 def test_targets_that_there_are_not_and_those_that_clash_are_named(installed: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.compiled.actuators import ActuatorEfforts
 from eomgen.errors import ModelError, NumericalError, UsageError
 from tests.models.library import scene
 
@@ -181,3 +182,11 @@ def test_held_coordinates_keep_their_values() -> None:
     assert abs(model.consistent(guess, [1.0, 0.0, 0.0]).q[0] - 0.4) > 1e-3
     with pytest.raises(ModelError, match=r"cannot be met together: .*; try: fewer names in hold, an"):
         model.consistent(guess, v, hold=["turn", "rail"])
+
+
+def test_efforts_print_by_name_and_whether_they_are_unique() -> None:
+    none = np.zeros(0)
+    one = ActuatorEfforts(("left", "right"), np.array([1.5, -2.0]), none, np.zeros((2, 0)))
+    assert repr(one) == "<ActuatorEfforts: left 1.5, right -2; unique>"
+    many = ActuatorEfforts(("left", "right"), np.zeros((4, 2)), np.zeros((4, 0)), np.ones((4, 2, 1)))
+    assert repr(many) == "<ActuatorEfforts: left, right at 4 states; the least of many>"

@@ -25,16 +25,15 @@ def model_of(name: str) -> eomgen.Model:
     if name == "absolute":
         return absolute()
     if name == "four_bar":
-        return eomgen.build(scene("four_bar/scene", parameters__ground__tunable=True), profile="quick")
+        return eomgen.build(scene("four_bar/scene", parameters__ground__tunable=True), profile="instant")
     radius = {"value": 0.3, "unit": "m", "tunable": True}
     start = {"position": [0, 0, 0.3]}
     ball = scene(
         "free_body", gravity=None, parameters__radius=radius, constraints__roll=ROLLING, joints__root__initial=start
     )
-    return eomgen.build(ball, profile="quick")
+    return eomgen.build(ball, profile="instant")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "spread"), [("four_bar", 0.4), ("absolute", 0.3), ("ball", 0.5)])
 def test_samples_are_where_each_is_alone(name: str, spread: float, rng: np.random.Generator) -> None:
     model, count = model_of(name), 37

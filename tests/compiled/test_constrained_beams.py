@@ -86,27 +86,6 @@ def test_positions_velocities_and_section_forces_are_of_order_2(
 
 
 @pytest.mark.long
-def test_multipliers_jump_by_order_1_and_their_means_are_of_order_2() -> None:
-    data, jumps, errors = spaghetti.scene(4, model="inextensible"), [], []
-    exact = eomgen.build(data, method="rk4_partitioned", profile="quick").simulate(
-        1.0, 2.0**-10, method="rk4_partitioned", record_every=2**7, error_estimate=False
-    )
-    made = eomgen.build(data, method="rattlie", profile="quick")
-    for power in (8, 9):
-        sides = []
-        for side in (1, 2, 3):
-            run = made.simulate(
-                1.0, 2.0**-power, method="rattlie", record_every=2 ** (power - 3), error_estimate=False,
-                settings={"multipliers": side},
-            )  # fmt: skip  # options
-            sides.append(np.abs(run.multipliers[1:-1] - exact.multipliers[1:-1]).max())
-        jumps.append(run.stats["max_jump"])
-        errors.append(sides)
-    assert slopes(jumps)[-1] == pytest.approx(1.0, abs=0.1)
-    assert slopes(errors)[-1] == pytest.approx([1.0, 1.0, 2.0], abs=0.1)
-
-
-@pytest.mark.long
 def test_free_flight_keeps_what_mechanics_says() -> None:
     """Linear and angular momentum to rounding, energy without drift; its range and the way of the centre of mass by
     order 2, as steps turn nodes and move them at once."""

@@ -8,8 +8,6 @@ import pytest
 import eomgen
 from tests.models.scenes import absolute, flyer
 
-pytestmark = pytest.mark.slow
-
 
 def test_sizes_and_names_of_rows() -> None:
     model = absolute()
@@ -54,6 +52,7 @@ def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None
     assert found.stats["max_constraint"] <= 1e-12 and found.stats["max_constraint_velocity"] <= 1e-9
 
 
+@pytest.mark.slow
 def test_a_model_of_few_terms_runs_by_its_own_method_and_by_others() -> None:
     model = eomgen.build(absolute().scene, ["poses"], profile="quick")
     for method in ("generalized_alpha", "rk4_partitioned"):

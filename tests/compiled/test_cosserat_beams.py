@@ -4,7 +4,7 @@ C that does not grow with the number of elements."""
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -14,11 +14,11 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.scheduling import rerolling, scheduler
 from eomgen.codegen.targets.c.target import generate_files
+from eomgen.compiled.rest import loaded_statics
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
-from eomgen.simulation.judgement.beams import turned_elements
 from tests.compiled.spaghetti import spaghetti
-from tests.models.cosserat import beam_scene
+from tests.models.cosserat import ROLL_UP, beam_scene
 
 
 def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
@@ -40,6 +40,42 @@ def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
     return counts | {name: waiting[name] for name in ("residual", "iteration") if name in waiting}
 
 
+def test_rest_is_an_arc_under_a_moment_and_a_bow_past_eulers_load(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of two elements on a hinge with a spring: a moment of 50 N m turns the hinge by 0.05 and bends the beam by 1 rad;
+    of a bow, the moment of the spring is that of the load about the hinge."""
+    stiff = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), "1e4 * factor") | {"bending_y": 2000.0}
+    loads, hinge = {"force": ["push", 0, 0], "torque": [0, "torque", 0]}, {"type": "revolute", "axis": [0, 1, 0]}
+    scene = beam_scene(2, loads, {"stiffness": stiff}, **hinge, stiffness=1000.0)
+    scene["parameters"] = {"push": {"value": 0.0, "tunable": True}, "factor": {"value": 1.0, "tunable": True}}
+    model = eomgen.build(scene | {"inputs": {"torque": {"formula": "25 * t"}}}, profile="instant")
+    rests = [model.equilibrium(t=2.0).q, model.equilibrium(u={"torque": 50.0}).q]
+    rests += [model.equilibrium_path(name, end).q[-1] for name, end in (("torque", 50.0), ("t", 2.0))]
+    pressed = {"factor": 1e4, "push": -8.0}, {"factor": 1e4}
+    along = model.equilibrium_path("push", -8.0, parameters=pressed[1]).q[-1]
+    np.testing.assert_allclose(along, model.equilibrium(parameters=pressed[0]).q, atol=1e-9)
+    soft = [model.equilibrium(parameters={"factor": factor}).frequencies for factor in (1e6, 1e10)]
+    monkeypatch.setattr(loaded_statics, "WHOLE", 0)  # as large scenes do
+    rests.append(model.equilibrium(u={"torque": 50.0}).q)
+    bow = model.equilibrium(parameters={"push": -14.0, "factor": 1e4})
+    for q in rests:
+        arc = 10.0 * (np.sin(1.05) - np.sin(0.05)), 0.0, 10.0 * (np.cos(1.05) - np.cos(0.05))
+        np.testing.assert_allclose([q[0], *q[-3:]], [0.05, *arc], atol=1e-8)
+    np.testing.assert_allclose(soft[0][:3], soft[1][:3], rtol=1e-6)
+    assert 1000.0 * bow.q[0] == pytest.approx(-14.0 * bow.q[-1], rel=1e-9) and abs(bow.q[0]) > 0.1 and bow.stable
+    sides = ("positive", "negative") if bow.q[-5] > 0.0 else ("negative", "positive")
+    assert f"the {sides[0]} side of rope.2[1], others may be on its {sides[1]} side" in bow.notes[0]
+    start = {"clamp": {"position": 0.5, "velocity": 2.0}}
+    moved = model.simulate(1e-3, 1e-3, initial=start, error_estimate=False)  # takes its beam along
+    np.testing.assert_allclose(moved.q[0, -3:], [10.0 * np.cos(0.5), 0.0, -10.0 * np.sin(0.5)], atol=1e-12)
+    np.testing.assert_allclose(moved.v[0, -6:], [0.0, 2.0, 0.0, 0.0, 0.0, -20.0], atol=1e-7)
+    strain = moved.section_loads["rope"].strain
+    assert np.max(np.abs(strain[0])) < 1e-13
+    stored = eomgen.Solution.load(moved.save(tmp_path / "run.npz"))
+    np.testing.assert_array_equal(stored.section_loads["rope"].strain, strain)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("kind", "name"), [("cosserat", "generalized_alpha"), ("kirchhoff", "rattlie")])
 def test_the_c_of_more_elements_is_as_long(kind: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,35 +87,6 @@ def test_the_c_of_more_elements_is_as_long(kind: str, name: str, monkeypatch: py
     assert sizes[0]["entries of tables"] < (3000 if kind == "cosserat" else 7000)
     if kind == "cosserat":  # rotations and poses, and of `residual` accelerations, with those of turning frames
         assert (sizes[0]["residual"], sizes[0]["iteration"]) == (33, 21)
-
-
-def turned_by(angles: Any) -> str:
-    """Return what is said of a beam of two elements whose last node turns through these angles about z."""
-    half = 0.5 * np.asarray(angles)
-    pose = np.zeros((len(half), 3, 7))
-    pose[:, :, 0] = 1.0
-    pose[:, 2, 0], pose[:, 2, 3] = np.cos(half), np.sin(half)
-    model = SimpleNamespace(
-        description=SimpleNamespace(exact_beams=(("rope", "rope.1", "rope.2"),)),
-        functions={"poses": None},
-        bodies=("rope", "rope.1", "rope.2"),
-        evaluate=lambda _, q, **__: {"pose": pose[q[:, 0]]},
-    )
-    t = np.linspace(0.0, 1.0, len(half))
-    found = turned_elements(cast("Any", model), t, np.arange(len(half))[:, np.newaxis], np.zeros(0))
-    return "" if found is None else str(found)
-
-
-def test_an_element_that_turns_by_more_than_half_a_turn_is_named() -> None:
-    assert turned_by(np.linspace(0.0, 3.1, 50)) == ""
-    assert turned_by(np.linspace(0.0, 4.0, 101)) == (
-        "element 2 of the beam rope turns by more than half a turn at t = 0.79 s, which strains cannot show; try:"
-        " elements = 4, which turn less each"
-    )
-    angles = np.zeros(10_000)
-    angles[4096:4099] = 3.0, 3.3, 3.0
-    assert "turns by more than half a turn" in turned_by(angles)
-    assert turned_by(0.9 * angles) == ""
 
 
 @pytest.mark.slow

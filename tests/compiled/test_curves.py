@@ -13,8 +13,6 @@ from eomgen.formula.curves import Curve
 from eomgen.mechanics.derive import derive
 from tests.codegen.hand_made import call, compile_system
 
-pytestmark = pytest.mark.slow
-
 POINTS = [[0, 0], [0.1, 0.02], [0.25, -0.01], [0.5, 0.03], [1, 0], [1.3, 0.01], [3, 0]]
 EVEN = [[0.25 * k, 0.1 * (k * (12 - k) % 7)] for k in range(13)]
 T = np.concatenate([np.linspace(-1, 4, 501), [x for x, _ in POINTS]])
@@ -92,6 +90,7 @@ def test_forces_and_their_partials(model: eomgen.Model) -> None:
     assert np.allclose(K[:, :, 0], stiffness, rtol=1e-14, atol=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", ["float", "complex", "lanes"])
 def test_other_number_types(real: str, model: eomgen.Model, tmp_path: Path) -> None:
     library = compile_system(derive(scene(), ["mass"]), tmp_path, real=real)
@@ -130,6 +129,7 @@ def test_a_run_beyond_the_points() -> None:
     assert not thrown.success and "a value became infinite or not a number" in thrown.message
 
 
+@pytest.mark.slow
 def test_a_driver_follows_a_table() -> None:
     """A slider that a constraint drives along a table: place, speed and acceleration are those of the spline."""
     builder = eomgen.SceneBuilder("slider").body("slider", 2.0, inertia=[0.1, 0.1, 0.1])

@@ -96,10 +96,7 @@ def test_what_is_said_of_mistakes() -> None:
         (lambda: model.jacobian("tool", q, reference="LOCAL"), "there is no reference 'LOCAL'; try: body"),
         (lambda: model.jacobian("toool", q), "there is no body or frame 'toool'; try: tool"),
         (lambda: model.operational_inertia("tool", q), singular),
-        (
-            lambda: model.operational_inertia("tool", q, rows=[7]),
-            "rows: '[7]' are not rows of a twist; try: rows=",
-        ),
+        (lambda: model.operational_inertia("tool", q, rows=[7]), "rows: '[7]' are not rows of a twist; try: rows="),
         (lambda: one.jacobian("tip", q), "tip is not a task frame, and the terms of frames give rod only"),
         (lambda: eomgen.load(loaded, task_frames=["tip"]), "the task frames of a Scene are chosen where it is read"),
     ]

@@ -15,8 +15,6 @@ from eomgen.integrators.families.register import method_named
 from tests.oracles.stepper import integrate
 from tests.oracles.system_equations import equations_of
 
-pytestmark = pytest.mark.slow
-
 ALPHA, RK4 = "generalized_alpha", "rk4"
 #: What the steppers of scenes without constraints call.
 STEPPED = ("forward_dynamics", "equations", "iteration", "internal_rate")
@@ -184,13 +182,10 @@ def pinned() -> eomgen.Model:
     return eomgen.build(crank("absolute"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "steps", "order", "tolerance"),
-    [
-        (ALPHA, (200, 400), 2.0, 0.1),
-        ("rk4_partitioned", (100, 200), 4.0, 0.2),
-        ("rattlie", (200, 400), 2.0, 0.1),
-    ],
+    [(ALPHA, (200, 400), 2.0, 0.1), ("rk4_partitioned", (100, 200), 4.0, 0.2), ("rattlie", (200, 400), 2.0, 0.1)],
 )
 def test_orders_with_constraints(
     pinned: eomgen.Model, method: str, steps: tuple[int, ...], order: float, tolerance: float
@@ -219,35 +214,3 @@ def test_constrained_compiled_steps_are_those_of_the_slow_stepper(pinned: eomgen
 
 
 # -- long trees --------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_long_trees_carry_states() -> None:
-    """40 links, one lagging torque at a joint, one lagging force that sees the tip: sparse matrix against explicit
-    steps."""
-    builder = eomgen.SceneBuilder("long_chain_with_states", terms=STEPPED)
-    for k in range(40):
-        builder.body(f"link_{k}", 0.5, center_of_mass=[0, 0, -0.1], inertia=[2e-3, 2e-3, 1e-4])
-        builder.joint(
-            f"joint_{k}",
-            "revolute",
-            f"link_{k - 1}" if k else "base",
-            f"link_{k}",
-            axis=[0, 1, 0],
-            position=[0, 0, -0.2 if k else 0],
-            damping=0.05,
-            stiffness=0.5,
-            initial={"position": 0.02},
-        )
-    builder.point("tip", "link_39", [0, 0, -0.2])
-    builder.state("torque", "(2 * (0.1 - q.joint_5) - torque) / 0.05").state(
-        "pull", "(-3 * position.tip[0] - pull) / 0.1"
-    )
-    builder.effort("motor", "joint_5", "torque").force("wind", "link_39", point=[0, 0, -0.2], force=["pull", 0, 0])
-    model = eomgen.build(builder.build())
-    assert "partials" not in model.terms
-    fine = model.simulate(0.1, 2e-4, method=RK4)
-    coarse = [model.simulate(0.1, step) for step in (2e-3, 1e-3)]
-    errors = [np.array([np.linalg.norm(r.q[-1] - fine.q[-1]), np.linalg.norm(r.z[-1] - fine.z[-1])]) for r in coarse]
-    assert fine.success and np.all(np.abs(orders(errors) - 2.0) <= 0.2), orders(errors)
-    assert coarse[0].stats["newton_iterations"] <= 4 * coarse[0].stats["steps"]

@@ -10,39 +10,20 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.scene.load import load_toml
-
-SCREW = """
-format = 1
-name = "screw"
-[parameters]
-pitch = { value = 0.3, unit = "m", tunable = true }
-[bodies.nut]
-mass = 2.0
-inertia = [0.05, 0.05, 0.08]
-[points.rim]
-body = "nut"
-position = [0.1, 0, 0]
-[outputs]
-rim = { position = "rim" }
-[joints.thread]
-parent = "base"
-child = "nut"
-"""
-HELICAL = 'type = "helical"\naxis = [0, 0, -1]\npitch = "-pitch"\ninitial = { velocity = 5 }\n'
-LOOP = """type = "free"
-[constraints.screw]
-type = "helical"
-first = { body = "base", axis = [0, 0, -1], x_axis = [1, 0, 0] }
-second = { body = "nut", axis = [0, 0, -1], x_axis = [1, 0, 0] }
-pitch = "-pitch"
-"""
 
 
 @cache
 def model(kind: str) -> eomgen.Model:
-    text = SCREW + (LOOP if kind == "loop" else HELICAL)
-    return eomgen.build(load_toml(text, coordinates="absolute" if kind == "absolute" else None))
+    """Return a nut on a screw of tunable pitch: a joint, in joint or absolute coordinates, or the rows of a loop."""
+    builder = eomgen.SceneBuilder("screw", coordinates="absolute" if kind == "absolute" else "joint")
+    builder.parameter("pitch", 0.3, unit="m", tunable=True).body("nut", 2.0, inertia=[0.05, 0.05, 0.08])
+    if kind == "loop":
+        ends = ({"body": body, "axis": [0, 0, -1], "x_axis": [1, 0, 0]} for body in ("base", "nut"))
+        builder.joint("thread", "free", "base", "nut").constraint("screw", "helical", *ends, pitch="-pitch")
+    else:
+        turns = {"axis": [0, 0, -1], "pitch": "-pitch", "initial": {"velocity": 5}}
+        builder.joint("thread", "helical", "base", "nut", **turns)
+    return eomgen.build(builder.point("rim", "nut", [0.1, 0, 0]).output("rim", position="rim").build())
 
 
 @pytest.mark.slow

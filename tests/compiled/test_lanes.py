@@ -23,7 +23,6 @@ from eomgen.toolchain import builder
 from eomgen.toolchain.compiler import RunningCompilers
 from tests.models.scenes import pendulum_scene
 
-EXAMPLES = Path(eomgen.__file__).parents[1] / "examples"
 TERMS = ["mass", "inverse_dynamics", "forward_dynamics", "partials", "poses"]
 
 
@@ -74,25 +73,6 @@ def in_lanes(model: Model, name: str) -> bool:
 def same(one: tuple[Array, ...], other: tuple[Array, ...]) -> None:
     for first, second in zip(one, other, strict=True):
         np.testing.assert_array_equal(first.view(np.int64), second.view(np.int64))
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("active_vehicle/scene.toml", "elastic_slider_crank/scene.toml")
-@pytest.mark.parametrize(
-    "scene",
-    [
-        "active_vehicle/scene.toml",  # a free body, tyres, an exponential
-        "elastic_slider_crank/scene.toml",  # a closed loop, an elastic body
-        "half_car_on_measured_road/scene.toml",  # a table
-    ],
-)
-def test_every_function_of_a_scene_has_the_same_bits(scene: str, rng: np.random.Generator) -> None:
-    model = eomgen.build(EXAMPLES / scene, profile="fast")
-    model.library.kept.pop("lanes", None)
-    blocks = blocks_of(model, 43, rng)
-    for name in model.functions.names:
-        hold_lanes(model, name, blocks)
-        assert in_lanes(model, name), name
 
 
 @pytest.mark.slow

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.sparse import issparse
 
+import eomgen
 from eomgen.base.data import replace
 from eomgen.compiled import initial_state, prescribed
 from eomgen.compiled.base_parameters import _text
@@ -366,3 +368,25 @@ def test_changes_of_a_start_are_told_by_their_size_and_asked_ones_first(freedoms
     assert ("try: hold = true to keep q.a, q.b" in str(told)) == bool(freedoms)
     for none in (replace(consistent, q=guess[0], v=guess[1]), replace(consistent, violations={})):
         assert initial_state.corrected_start(none, guess, names, units, freedoms=2) == []
+
+
+def test_rest_on_a_turning_arm_balances_its_spring_and_centrifugal_force() -> None:
+    """k (0.5 - angle) = m w^2 r l sin(angle), for a drive of constant rate and forces that turn with it alone."""
+    builder = eomgen.SceneBuilder("carousel", gravity=[0, 0, 0]).body("arm", 1.0, inertia=[1, 1, 1])
+    for name, value in (("w", 3.0), ("c", 0.0), ("wind", 0.0)):
+        builder.parameter(name, value, tunable=True)
+    builder.body("bob", 2.0, center_of_mass=[0.2, 0, 0], inertia=[0.1, 0.1, 0.1])
+    builder.joint("spin", "revolute", "base", "arm", axis=[0, 0, 1], drive="w * t + c * t**2")
+    swing = {"position": [0.5, 0, 0], "stiffness": 4.0, "rest": 0.5}
+    builder.joint("swing", "revolute", "arm", "bob", axis=[0, 0, 1], **swing)
+    builder.force("gust", "bob", point=[0.2, 0, 0], force=["wind", 0, 0])
+    model = eomgen.build(builder.build(), profile="instant")
+    rest = model.equilibrium()
+    angle = brentq(lambda x: 4.0 * (0.5 - x) - 2.0 * 9.0 * 0.5 * 0.2 * np.sin(x), 0.0, 0.5)
+    assert (rest.q[1], rest.v.tolist()) == (pytest.approx(angle, rel=1e-9), pytest.approx([3.0, 0.0]))
+    for changed, text in (
+        ({"c": 0.5}, "for v.spin changes along it: 3 rad/s at t = 0 s, "),
+        ({"wind": 1.0}, "for forces change as it moves: at t = "),
+    ):
+        with pytest.raises(NumericalError, match=f"no rest relative to the drive of spin at 3 rad/s, {text}"):
+            model.equilibrium(parameters=changed)

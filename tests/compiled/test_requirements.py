@@ -17,25 +17,10 @@ from eomgen import UsageError
 
 REFUSED = " (bodies.arm.mass): the mass -1 is negative at mass = -1; try: a positive number of kg"
 TERMS = [
-    "mass",
-    "coupling",
-    "force",
-    "inverse_dynamics",
-    "forward_dynamics",
-    "residual",
-    "partials",
-    "poses",
-    "twists",
-    "outputs",
-    "energy",
-    "rates",
-    "forward_rates",
-    "coriolis",
-    "mass_rates",
-    "coupling_rates",
-    "force_rates",
+    "mass", "coupling", "force", "inverse_dynamics", "forward_dynamics", "residual", "partials", "poses", "twists",
+    "outputs", "energy", "rates", "forward_rates", "coriolis", "mass_rates", "coupling_rates", "force_rates",
     "jacobians",
-]
+]  # fmt: skip  # names
 
 
 def scene() -> eomgen.Scene:
@@ -52,25 +37,10 @@ def model() -> eomgen.Model:
 
 #: What calls need beside parameters, by the names of their arguments.
 _GIVEN: dict[str, Any] = {
-    "q": [0.1],
-    "v": [0.2],
-    "a": [0.3],
-    "j": [0.0],
-    "s": [0.0],
-    "t": 0.0,
-    "y": [0.1, 0.2],
-    "body": "arm",
-    "frame": "arm",
-    "dq": [0.1],
-    "r": [0.0, 0.0, 0.0],
-    "term": "mass",
-    "parameter": "mass",
-    "values": [-1.0, -0.5],
-    "to": 2.0,
-    "speed": "hinge",
-    "period": 1.0,
-    "weights": [1.0],
-}
+    "q": [0.1], "v": [0.2], "a": [0.3], "j": [0.0], "s": [0.0], "t": 0.0, "y": [0.1, 0.2], "body": "arm",
+    "frame": "arm", "dq": [0.1], "r": [0.0, 0.0, 0.0], "term": "mass", "parameter": "mass", "values": [-1.0, -0.5],
+    "to": 2.0, "speed": "hinge", "period": 1.0, "weights": [1.0],
+}  # fmt: skip  # names and values
 #: The same of some calls alone.
 _OF_TERM = {"term": "inverse_dynamics", "v": [0.2], "a": [0.3]}
 _GIVEN_TO: dict[str, dict[str, Any]] = {"derivatives": _OF_TERM, "hessian": _OF_TERM}

@@ -120,55 +120,6 @@ def test_the_compiled_estimate_is_the_one_of_the_formulas() -> None:
     assert ours.state[ours.places["own_error"]][0] == pytest.approx(np.hypot(parts[0], 0.2 * parts[1]), rel=1e-5)
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("rods_r3xso3")
-@pytest.mark.parametrize("name", ["pendulum", "rods_r3xso3"])
-def test_steps_that_change_at_random_keep_order_two(name: str) -> None:
-    """Steps are set by hand between rows, from half to one and a half of each other; the tolerance asks for nothing."""
-    made, rng = model(name), np.random.default_rng(5)
-    shares = np.repeat(rng.uniform(0.5, 1.5, 5), 2)
-    ends = []
-    for halvings in (0, 1, 2):
-        mean = 0.01 / 2**halvings
-        ours = stepper(made, mean, 0.1)
-        u = np.full((2, made.nu), np.nan) if made.nu else None
-        status = ours.initialize(0.0, made.initial_q, made.initial_v, u, np.array(made.initial_z))
-        for k in range(40 * 2**halvings):
-            ours.state[ours.places["own_step"]] = mean * shares[k % len(shares)]
-            taken, _ = ours.run(1, 1, None, np.empty((1, ours.sizes["row"])))
-            status = status or taken
-        assert status == 0 and ours.statistics["rejections"] == 0
-        ends.append(ours.row)
-    row = exact(name)
-    q, v, a = made.nq, made.nv, made.nv
-    for first, true in ((1, row.q[-1]), (1 + q, row.v[-1]), (1 + q + v + a, row.multipliers[-1])):
-        off = [np.abs(end[first : first + len(true)] - true).max(initial=0.0) for end in ends]
-        assert not len(true) or 0.5 * np.log2(off[0] / off[2]) == pytest.approx(2.0, abs=0.2), off
-
-
-def stiff_scene() -> eomgen.Scene:
-    """Return a cart with a pendulum on a soft spring, and a mass on a damped spring of 2000 rad/s that starts off its
-    rest."""
-    builder, soft, stiff = eomgen.SceneBuilder("stiff_transient"), {"position": 0.3}, {"position": 0.01}
-    along = {"axis": [1, 0, 0]}
-    builder.body("a", 1.0)
-    builder.joint("soft", "prismatic", "base", "a", stiffness=40.0, damping=0.2, initial=soft, **along)
-    builder.body("b", 0.5)
-    builder.joint("stiff", "prismatic", "a", "b", stiffness=2e6, damping=600.0, initial=stiff, **along)
-    builder.body("c", 0.4, center_of_mass=[0, 0, -0.4], inertia=[0.02, 0.02, 0.01])
-    return builder.joint("hinge", "revolute", "a", "c", axis=[0, 1, 0], initial={"position": 0.5}).build()
-
-
-@pytest.mark.slow
-def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
-    made = eomgen.build(stiff_scene(), method=ADAPTIVE)
-    true = made.simulate(5.0, 0.05, method="rk45", tolerance=1e-9, **QUIET)
-    fixed = made.simulate(5.0, 0.05 / 256, method="generalized_alpha", record_every=256, **QUIET)
-    ours = made.simulate(5.0, 0.05, tolerance=1e-5, **QUIET)
-    assert errors(ours, true)[0] < errors(fixed, true)[0]
-    assert 5 * ours.stats["own_steps"] < fixed.stats["steps"]
-
-
 @pytest.mark.slow_cases("generalized_alpha_index3-velocities lie off the constraints by the square of the step")
 @pytest.mark.parametrize(
     ("method", "text"),

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
-from eomgen.integrators.families.generalized_alpha_cases import hht, newmark
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie import numeric, product
@@ -67,21 +66,6 @@ def test_c_gives_what_numpy_gives(built, method, make):
     assert np.abs((outcome.rows - expected) / scale).max() <= 1e-12
 
 
-@pytest.mark.slow
-def test_a_named_case_gives_what_numpy_gives(tmp_path):
-    model, method = tied_body(), GeneralizedAlpha(case=hht(alpha=0.2))
-    stepper = build(tmp_path, model, method, TIED, ())
-    assert list(stepper.settings)[1:5] == ["alpha_m", "alpha_f", "beta", "gamma"]
-    stepper.initialize(model.q, model.v, step=2.0**-10)
-    expected = rows_of(integrate(model.equations, method, model.q, model.v, 2.0**-10, 100))
-    assert np.abs((stepper.run(100).rows - expected) / np.maximum(1.0, np.abs(expected).max(axis=0))).max() <= 1e-12
-    assert stepper.initialize(model.q, model.v, step=1e-3, beta=0.0).text.startswith("a setting is out of its range")
-    other = GeneralizedAlpha(case=newmark(0.25, 0.5))
-    stepper.initialize(model.q, model.v, step=1e-3, **{name: float(value) for name, value in other.parameters.items()})
-    expected = rows_of(integrate(model.equations, other, model.q, model.v, 1e-3, 50))
-    assert stepper.run(50).rows == pytest.approx(expected, rel=1e-9, abs=1e-9)
-
-
 #: Centre of mass of the fast heavy top at t = 1 s: DOP853 at 1e-13, held against two independent codes.
 TOP_AT_1 = anchor("heavy_top_places").reference[:3]
 
@@ -122,21 +106,6 @@ def test_poor_factors_are_renewed(built):
     assert 20 < state["factorizations"] < 2 * 200
     assert state["newton_iterations"] < 10 * 200
     assert state["halvings"] == 0
-
-
-@pytest.mark.slow
-@METHODS
-def test_quaternions_keep_their_length_and_are_not_flipped(built, method):
-    model = free_motion(["SO3", "SE3", "R", "R", "R3xSO3", "R"])
-    stepper = built(model, method)
-    v = np.concatenate([[0, 0, 30.0], [5, 20.0, -3, 1, 2, 3], [1.0, 2.0], [0, 7.0, 0, 3, 2, 1], [4.0]])
-    stepper.initialize(model.q, v, step=0.01)
-    rows = stepper.run(1000).rows
-    for start in (0, 4, 13):
-        p = rows[:, 1 + start : 5 + start]
-        assert np.abs(np.linalg.norm(p, axis=1) - 1.0).max() < 1e-14
-        assert np.sum(p[1:] * p[:-1], axis=1).min() > 0.9  # neighbours are never on opposite sides
-    assert rows[:, 1].min() < -0.99
 
 
 @pytest.mark.slow_except("rkmk")

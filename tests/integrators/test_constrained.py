@@ -255,27 +255,3 @@ def test_index_3_refuses_spectral_radii_near_one(compiled):
     stepper = top(compiled, "R3xSO3", INDEX_3)
     assert stepper.start(rho_inf=0.99).status == 4
     assert stepper.start(rho_inf=0.95).status == 0
-
-
-@pytest.mark.slow
-def test_a_group_of_rigid_motions_needs_one_factorization(compiled):
-    counts = {}
-    for group, method in (("SE3", STABILISED), ("SE3", INDEX_3), ("R3xSO3", INDEX_3)):
-        stepper = top(compiled, group, method)
-        stepper.start(step=1e-3, **PUBLISHED)
-        state = stepper.run(1000).state
-        counts[group, method.form] = state["factorizations"][0]
-        if group == "SE3":
-            assert state["factorizations"] <= 5
-            assert state["newton_iterations"] <= 3200
-    assert counts["R3xSO3", "index3"] >= 50 * counts["SE3", "index3"]
-
-
-@pytest.mark.slow
-def test_rolling_keeps_rows_at_velocity_level(compiled):
-    for method in (STABILISED, INDEX_3):
-        stepper = compiled("disc", rolling_disc, method)
-        stepper.start(step=1e-3)
-        state = stepper.run(500).state
-        assert state["max_constraint"] < 1e-13
-        assert state["max_constraint_velocity"] < (1e-11 if method is STABILISED else 1e-4)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import eomgen
 from tests.integrators.stepper_models import PROGRAMS
@@ -16,7 +15,6 @@ from tests.integrators.test_rosenbrock import frame as frame_by_parameters
 from tests.models.c_programs import printed, program
 from tests.models.shear_frame import shear_frame
 
-Array = NDArray[np.float64]
 METHOD = "corrected_predictor"
 
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import eomgen
+from benchmarks import chains
 from eomgen.errors import ModelError
 from eomgen.integrators.families.register import method_named
-from eomgen.integrators.newton import elimination, sample_matrices
+from eomgen.integrators.newton import elimination, sample_matrices, signs
 from eomgen.integrators.newton.elimination import eliminate
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
@@ -90,3 +91,20 @@ def test_stages_that_leave_a_column_serve_as_examples_in_long_chains(
     assert (0, stages - 1) in chosen
     assert searched <= most
     assert (searched >= stages) is (most > stages)
+
+
+def test_signs_of_a_long_chain_are_those_of_its_determinant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a matrix with unknowns of the recursion, at a step so short that its part of v is the mass matrix."""
+    small, plain = [], signs._small_matrix
+    monkeypatch.setattr(signs, "_small_matrix", lambda *given: small.append(plain(*given)) or small[-1])
+    method = method_named("rosenbrock")
+    pivots = method_data(method, method.prepared(eomgen.derive(chains.scene("joint", "hinge", 40))), 1e-3)["pivots"]
+    [(values, places)] = small
+    dense = np.zeros((315, 315))
+    dense[tuple(places)] = values
+    assert not pivots["each"] and pivots["signs"] == [1] * 315
+    assert pivots["whole"] == np.linalg.slogdet(dense)[0]
+    inner = np.linalg.solve(dense[40:, 40:], dense[40:, :40])
+    M = dense[:40, :40] - dense[:40, 40:] @ inner
+    np.testing.assert_allclose(M, M.T, atol=1e-6 * np.abs(M).max())
+    assert np.linalg.eigvalsh(0.5 * (M + M.T)).min() > 0.0

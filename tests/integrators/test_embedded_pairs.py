@@ -24,17 +24,12 @@ from tests.oracles.orders import density, order_of_tableau, rooted_trees, weight
 
 SCENE = Path(__file__).parents[2] / "examples" / "spherical_pendulum" / "scene.toml"
 BOGACKI_SHAMPINE = EmbeddedPair(
-    name="rk23",
-    source="Bogacki and Shampine 1989",
-    order=3,
-    embedded_order=2,
+    name="rk23", source="Bogacki and Shampine 1989", order=3, embedded_order=2,
     A=strictly_lower((), (F(1, 2),), (F(0), F(3, 4)), (F(2, 9), F(1, 3), F(4, 9))),
-    b=(F(2, 9), F(1, 3), F(4, 9), F(0)),
-    b_hat=(F(7, 24), F(1, 4), F(1, 3), F(1, 8)),
-    c=(F(0), F(1, 2), F(3, 4), F(1)),
-    extension_source="cubic of Hermite",
+    b=(F(2, 9), F(1, 3), F(4, 9), F(0)), b_hat=(F(7, 24), F(1, 4), F(1, 3), F(1, 8)),
+    c=(F(0), F(1, 2), F(3, 4), F(1)), extension_source="cubic of Hermite",
     extension=((F(1), F(-4, 3), F(5, 9)), (F(0), F(1), F(-2, 3)), (F(0), F(4, 3), F(-8, 9)), (F(0), F(-1), F(1))),
-)
+)  # fmt: skip  # coefficients
 
 
 @pytest.fixture

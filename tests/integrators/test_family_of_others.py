@@ -8,10 +8,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
 from eomgen.integrators.families.family import Family
-from tests.codegen.test_stand_alone import compiled
-from tests.codegen.test_stand_alone import run as program
 from tests.integrators.adams.family import AdamsBashforth
 from tests.models.distributions import distribution, register
 from tests.models.scenes import LENGTH, PENDULUM_TOML, flyer, pendulum
@@ -86,21 +83,6 @@ def test_states_between_rows_and_changed_parameters() -> None:
     run = pendulum().simulate(0.2, STEP, method=METHOD, record_every=10, parameters={"length": 1.2 * LENGTH})
     fine = pendulum().simulate(0.2, STEP, method=METHOD, record_every=1, parameters={"length": 1.2 * LENGTH})
     np.testing.assert_allclose(run.at(fine.t).q, fine.q, atol=5e-6)  # the first step is of order 1
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("installed")
-def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    before, section, _ = PENDULUM_TOML.partition("[simulation]")
-    scene.write_text(f'{before}{section}\nmethod = "{METHOD}"\norder = 2\nstep = {STEP}\n', encoding="utf-8")
-    files = eomgen.generate(scene, tmp_path / "c")
-    assert {"shaken_step.c", "shaken.h"} <= {file.name for file in files}
-    text = program(compiled(tmp_path / "c"), "0.1").stdout
-    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
-    run = eomgen.build(scene, profile="reproducible").simulate(0.1)
-    assert np.array_equal(rows[:, 1:4], np.hstack([run.q, run.v, run.a]))
-    assert main(["simulate", str(scene), "--t-end", "0.05", "--out", str(tmp_path / "out")]) == 0
 
 
 @pytest.mark.slow

@@ -39,27 +39,6 @@ def test_a_small_machine_moves_as_a_large_one(size: float) -> None:
 
 
 @pytest.mark.slow
-def test_a_place_far_away_costs_only_the_rounding_of_places() -> None:
-    start = {"q": [1.0, 0.5], "v": [0, 0]}
-    near, far = (
-        crossed().simulate(5.0, 0.5, method="taylor", parameters={"place": place}, initial=start)
-        for place in (0.0, 1e6)
-    )
-    assert near.success and far.success
-    assert np.abs(far.q - near.q).max() < 1e6 * 1e-13
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stiffness", [1e2, 1e5])
-def test_forces_that_cancel_at_rest_stop_no_run(stiffness: float) -> None:
-    builder = eomgen.SceneBuilder("rest", gravity=[0, 0, -9.81]).parameter("k", 1e2, tunable=True).body("b", 0.7)
-    builder.joint("x", "prismatic", "base", "b", axis=[0, 0, 1], stiffness="k", rest="0.7 * 9.81 / k")
-    solution = eomgen.build(builder.build()).simulate(2.0, 1e-3, method="taylor", parameters={"k": stiffness})
-    assert solution.success, solution.message
-    assert np.abs(solution.q).max() < 1e-12
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("spin", [1e6, 1e8, 1e10])
 def test_spins_that_a_step_cannot_follow_stop_the_run(spin: float) -> None:
     own = {"method": "taylor", "tolerance": 0, "order": 4}

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
-from eomgen.simulation.stepping.stepper import Stepper
 from tests.integrators import rattlie_oracle as oracle
 from tests.integrators.constrained_models import heavy_top, top_solution
 from tests.integrators.stepper_models import rotation
@@ -228,41 +226,6 @@ def test_momenta_of_a_body_in_flight_that_carries_others_are_kept() -> None:
 
 
 # -- steps that vary ---------------------------------------------------------------------------------------------------
-
-
-def varied(group: str, largest: float, end: float) -> tuple[float, float, float]:
-    """Return the errors of position, velocity and mean multipliers at random steps in [largest/4, largest], each 1/2 to
-    3/2 of the last."""
-    made, rng = top(group), np.random.default_rng(7)
-    library = made.stepper("rattlie")
-    full = dict.fromkeys(("rho_inf", "alpha", "beta", "gamma", "order", "tolerance"))
-    method = chosen_method("rattlie", full, made.library.layout["defaults"], True)
-    stepper = Stepper(
-        library, stepper_settings(library.layout["method"], largest, method, {}), made.parameter_array({})
-    )
-    assert stepper.initialize(0.0, made.initial_q, made.initial_v, None) == 0
-    record, t, step, worst = np.empty((1, stepper.sizes["row"])), 0.0, 0.5 * largest, np.zeros(3)
-    while t < end:
-        step = float(np.clip(step * rng.uniform(0.5, 1.5), 0.25 * largest, largest))
-        stepper.settings[0] = stepper.step_size = step
-        assert stepper.run(1, 1, None, record)[0] == 0
-        _, _, _, lam = top_solution()(t)
-        mean = stepper.state[stepper.places["lam_mean"]]
-        worst[2] = max(worst[2], np.linalg.norm(mean - lam))
-        t = stepper.t
-        _, x, w, _ = top_solution()(t)
-        state = stepper.state
-        worst[0] = max(worst[0], np.linalg.norm(state[stepper.places["q"]][4:7] - x))
-        worst[1] = max(worst[1], np.linalg.norm(state[stepper.places["v"]][:3] - w))
-    return float(worst[0]), float(worst[1]), float(worst[2])
-
-
-@pytest.mark.long
-def test_order_at_steps_that_vary() -> None:
-    found = np.array([varied("R3xSO3", 2.0**-power, 0.25) for power in (9, 10, 11, 12)])
-    orders = np.log2(found[0] / found[-1]) / 3
-    assert orders[:2] == pytest.approx(2.0, abs=0.15)
-    assert orders[2] > 1.8
 
 
 # -- the house ---------------------------------------------------------------------------------------------------------

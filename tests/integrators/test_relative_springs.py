@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
@@ -14,8 +13,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.integrators.families.family import Family
-from eomgen.integrators.families.one_factorization import OneFactorization
 from eomgen.integrators.newton import solver
 from eomgen.integrators.newton.row_sums import with_row_sums
 from eomgen.pipeline.pipeline import build_in
@@ -120,13 +117,6 @@ def test_matrices_are_solved_to_the_last_digits_at_any_stiffness(name: str) -> N
             assert error_of_a_step(model(name), name, float(kappa), list(load)) <= 2e-15, kappa
 
 
-def plain(scene: eomgen.Scene, folder: Path, method: str, monkeypatch: pytest.MonkeyPatch) -> eomgen.Model:
-    """Return a model whose steps eliminate as they do without relative springs."""
-    with monkeypatch.context() as patched:
-        patched.setattr(OneFactorization, "prepared", Family.prepared)
-        return build_in(folder, scene, None, method, "quick")
-
-
 @pytest.mark.parametrize("name", ["grid", "two groups"])
 def test_tables_do_the_same_as_what_is_written_out(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solver, "GROUPS_UNROLLED", 0)
@@ -134,24 +124,6 @@ def test_tables_do_the_same_as_what_is_written_out(name: str, tmp_path: Path, mo
     for kappa in (1.0, 1e9, 1e30):
         load = list(np.random.default_rng(2).normal(size=len(SYSTEMS[name][0])))
         assert error_of_a_step(made, name, kappa, load) <= 2e-15
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("method", "unrolled"), [("rosenbrock", 0), ("corrected_predictor", 64), ("tdg2", 64)])
-def test_what_hangs_on_a_group_moves_as_ever(
-    method: str, unrolled: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Three storeys that springs join, a pendulum on the third, which M couples with it, and an internal state."""
-    with Path("examples/shear_frame_with_pendulum/scene.toml").open("rb") as file:
-        data = tomllib.load(file)
-    data["states"] = {"w": {"rate": "q.x1 - w", "initial": 0.1}}
-    data["efforts"]["slow"] = {"joint": "x2", "effort": "1e3 * w"}
-    monkeypatch.setattr(solver, "GROUPS_UNROLLED", unrolled)
-    made = build_in(tmp_path / "joined", data, None, method, "quick")
-    runs = [made, plain(eomgen.load(data), tmp_path / "plain", method, monkeypatch)]
-    first, second = (run.simulate(2.0, 5e-3, method=method, error_estimate=False) for run in runs)
-    assert np.abs(first.q - second.q).max() <= 1e-12 * np.abs(second.q).max()
-    assert made.library.fingerprint != runs[1].library.fingerprint  # bits may be equal
 
 
 #: Of the chain: q and v at the start, and the length of the stiff spring.
@@ -197,18 +169,6 @@ def errors_of_run(made: eomgen.Model, method: str, kappa: float, step: float, na
     run = made.simulate(10.0, step, method=method, parameters={"kappa": kappa}, **options)
     exact = exact_motion(name, kappa, 10.0, start, rest)
     return max(float(abs(mpmath.mpf(float(x)) - y)) for x, y in zip(run.q[-1], exact, strict=True))
-
-
-@pytest.mark.parametrize(
-    ("method", "step", "bars"),
-    [("rosenbrock", 1e-3, (3e-6, 3e-6)), ("tdg2", 0.05, (1e-9, 1e-9)), ("tdg3", 0.05, (1e-13, 1e-13))],
-)
-def test_runs_with_a_stiff_link_move_as_with_a_rigid_one(method: str, step: float, bars: tuple[float, float]) -> None:
-    """Springs of 1e18 and 1e24 N/m, h omega of 1e6 to 1e11: the link pulls with up to 1e8 N that are rounding of q."""
-    scene = described("chain", positions=MOVED, rest=LENGTH)
-    made = eomgen.build(scene, method=method, profile="quick")
-    assert errors_of_run(made, method, 1e18, step) < bars[0]
-    assert errors_of_run(made, method, 1e24, step) < bars[1]
 
 
 @pytest.mark.parametrize("kappa", [1.0, 1e18, 1e24, 1e30])

@@ -25,16 +25,8 @@ pytestmark = pytest.mark.slow
 
 
 TREE_METHODS = (
-    "generalized_alpha",
-    "rk4",
-    "rk45",
-    "taylor",
-    "rosenbrock",
-    "lsrt2",
-    "corrected_predictor",
-    "rattlie",
-    "tdg2",
-)
+    "generalized_alpha", "rk4", "rk45", "taylor", "rosenbrock", "lsrt2", "corrected_predictor", "rattlie", "tdg2",
+)  # fmt: skip  # names
 OF_ORDER_2 = ("generalized_alpha", "rosenbrock", "lsrt2", "corrected_predictor", "rattlie")
 LOOP_METHODS = ("generalized_alpha", "generalized_alpha_f1", "generalized_alpha_index3", "rk4_partitioned", "rattlie")
 
@@ -124,36 +116,6 @@ def test_an_arm_keeps_the_order_of_its_method_under_sampled_torques(method: str,
     if method not in ("taylor", "rk45"):  # exact to its tolerance at every step
         assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.25 if order < 5 else 0.4), errors
         assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.25 if order < 5 else 0.4), errors
-
-
-@pytest.mark.long_except_every(2)
-@pytest.mark.parametrize("method", LOOP_METHODS)
-def test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque(method: str, rng: np.random.Generator) -> None:
-    model, period = model_of("loop"), 0.01
-    samples = rng.normal(size=(20, 1)) * 10.0
-    start = (np.array(model.initial_q), np.array(model.initial_v), np.zeros(0))
-    true = sampled(stepper_of(model, "rk4_partitioned", period / 64), start, samples, 64)
-    errors = []
-    for each in (4, 8, 16):
-        found = sampled(stepper_of(model, method, period / each), start, samples, each)
-        errors.append(float(np.abs(found - true).max()))
-    order = 4 if method == "rk4_partitioned" else 2
-    assert errors[-1] < {2: 3e-4, 4: 1e-8}[order], errors
-    assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25), errors
-
-
-@pytest.mark.parametrize("method", ["generalized_alpha", "rk45", "taylor", "rattlie", "tdg2"])
-def test_inputs_may_jump_beside_forces_that_jump(method: str, rng: np.random.Generator) -> None:
-    model, step = model_of("jumps"), 2e-3
-    samples = rng.normal(size=(30, 2)) * [20.0, 2.0]
-    stepper, start = (
-        stepper_of(model, method, step),
-        (np.array(model.initial_q), np.array(model.initial_v), np.array([0.1])),
-    )
-    found = sampled(stepper, start, samples, 1, jumps=1)
-    fine = sampled(stepper_of(model, "taylor", step / 4), start, samples, 4, jumps=1)
-    assert found == pytest.approx(fine, abs=2e-3 if method in OF_ORDER_2 else 1e-6)
-    assert (stepper.count, stepper.origin, stepper.t) == (30, 0.0, 30 * step)
 
 
 @pytest.mark.parametrize("method", LOOP_METHODS)

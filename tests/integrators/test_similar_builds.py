@@ -16,7 +16,6 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.scene.joint_types import JOINTS
 from tests.integrators.similar_scenes import BOUND, FREE, STEPS
-from tests.oracles.moved_scenes import moved
 from tests.oracles.similarity import UnitsOf, in_units
 
 #: km-t-h, mm-g-ms, Mm-Gt-d.
@@ -27,12 +26,6 @@ METHODS = {
     "rolling": ("generalized_alpha",),
 }
 STEPS_OF_RUN = 50
-#: Places of what carries the scene, m, and its rotation as axis and angle.
-PLACES: Sequence[tuple[list[float], list[float], float]] = (
-    ([0.0, 0.0, 0.0], [0.3, -0.5, 0.8], 2.0),
-    ([1e3, -3e3, 50.0], [0.0, 0.0, 1.0], 0.0),
-    ([1e5, 2e5, -1e4], [1.0, 0.2, -0.3], 1.1),
-)
 
 
 def scene_of(name: str) -> dict[str, Any]:
@@ -87,15 +80,3 @@ def test_scenes_in_other_units_are_built_and_move_alike(name: str) -> None:
     for units in SYSTEMS:
         for found, expected in zip(motions(scaled(name, units), name, units), own, strict=True):
             assert np.max(np.abs(found - expected)) < 1e-12
-
-
-@pytest.mark.long
-def test_a_loop_that_stands_elsewhere_and_turned_moves_alike() -> None:
-    """Rounding of places is 1e-11 of the crank at 2e5 m, and stays this much in its joints."""
-    own = motions(scene_of("slider_crank"), "slider_crank", UnitsOf())
-    for place, axis, angle in PLACES:
-        far = float(np.linalg.norm(place))
-        for found, expected in zip(
-            motions(moved(scene_of("slider_crank"), place, axis, angle), "slider_crank", UnitsOf()), own, strict=True
-        ):
-            assert np.max(np.abs(found - expected)) < 1e-13 + 1e-15 * far

@@ -28,11 +28,3 @@ def test_multipliers_that_are_rounding_are_said() -> None:
         assert re.fullmatch(
             rf"reached t = 1 s in \d+ steps; (the estimated error is .*, and )?{said}; {hint}", run.message
         )
-
-
-@pytest.mark.long
-def test_a_machine_at_rest_has_no_impulses_to_be_rounded() -> None:
-    still = {f"joints__{name}__initial__velocity": None for name in ("ball", "hinge")}
-    at_rest = rods(gravity=[0, 0, 0], **still)
-    run = eomgen.build(at_rest).simulate(0.1, 1e-3, method="generalized_alpha_index3")
-    assert run.message == "reached t = 0.1 s in 100 steps" and run.stats["max_rounding"] == 0.0

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import eomgen
 from eomgen.pipeline.pipeline import derive
@@ -60,18 +57,6 @@ def test_joints_turn_before_a_beam_is_strained(off: float, model: str, more: dic
         assert (found["B"], found["D"]) == pytest.approx(closed(found["A"]), abs=1e-12)
 
 
-@pytest.mark.long
-@settings(deadline=None, max_examples=12)
-@given(
-    off=st.floats(-0.6, 0.6).filter(lambda off: abs(off) > 1e-6),
-    model=st.sampled_from(["cosserat", "kirchhoff", "inextensible"]),
-    closing=st.sampled_from(["point_on_line", "revolute", "distance"]),
-    coordinates=st.sampled_from(["joint", "absolute"]),
-)
-def test_no_guess_strains_a_loop_that_joints_close(off: float, model: str, closing: str, coordinates: str) -> None:
-    unstrained(assembled(off, model, closing=closing, coordinates=coordinates))
-
-
 @pytest.mark.slow
 def test_several_beams_in_one_loop_turn_together() -> None:
     """The crank, the coupler and the rocker are beams, each carried by the one before or by the base."""
@@ -111,7 +96,6 @@ def test_a_loop_that_closes_strained_says_by_how_much(model: str) -> None:
     np.testing.assert_allclose(places, 10.1 * np.arange(1, 9) / 8.0, rtol=1e-9)
 
 
-@pytest.mark.slow
 def test_a_side_step_of_a_held_end_is_the_one_of_a_clamped_beam() -> None:
     """The energy 6 EI d^2 / l^3 of a beam clamped at both ends, one of which is moved across by d: 8 elements."""
     system = derive(eomgen.load(held([10.0, 0.0, 2e-3], "kirchhoff")))
@@ -166,22 +150,3 @@ def test_nodes_follow_joints_and_parameters_of_a_run() -> None:
         assert np.max(np.abs(loads.force[0])) < 1e-12 * STEEL["stretch"]
         # rates of strain would make forces of EA v dt / l within a step
         assert np.max(np.abs(loads.strain[1])) < 1e-6
-
-
-@pytest.mark.slow
-def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
-    scene = beam_scene(2, {"force": [0.0, 0.0, 0.0]}, type="revolute", axis=[0.0, 1.0, 0.0])
-    model = eomgen.build(scene, profile="quick")
-    moved = {"clamp": {"position": 0.5, "velocity": 2.0}}
-    solution = model.simulate(1e-3, 1e-3, initial=moved, error_estimate=False)
-    end, speed = solution.q[0, -3:], solution.v[0, -6:]
-    np.testing.assert_allclose(end, [10.0 * math.cos(0.5), 0.0, -10.0 * math.sin(0.5)], atol=1e-12)
-    np.testing.assert_allclose(speed, [0.0, 2.0, 0.0, 0.0, 0.0, -20.0], atol=1e-7)
-    assert np.max(np.abs(solution.section_loads["rope"].strain[0])) < 1e-13
-
-
-@pytest.mark.slow
-def test_a_run_from_a_strained_start_names_it() -> None:
-    model = eomgen.build(held([8.0, 0.0, 0.0], "cosserat", elements=4), profile="quick")
-    message = model.simulate(1e-6, 1e-7, error_estimate=False).message
-    assert "the loop closes only with strained beams: strain energy 2e+03 J, largest section force 2e+03 N" in message

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import copy
-import shutil
 import sys
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from benchmarks.build_scenes import seven_bodies
 from eomgen.codegen.scheduling import scheduler
 from eomgen.codegen.targets.c import target
 from eomgen.errors import ToolchainError
@@ -26,10 +23,6 @@ from eomgen.toolchain.compiler import find_compiler
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Change = Callable[[dict[str, Any]], None]
-
-
-def _scene(file: str) -> dict[str, Any]:
-    return tomllib.loads((EXAMPLES / file).read_text(encoding="utf-8"))
 
 
 @pytest.fixture
@@ -140,53 +133,6 @@ def test_a_changed_mass_needs_no_compiler(profile: str, tmp_path: Path, monkeypa
     assert first.mass(np.array([0.3]))[0, 0] == pytest.approx(0.21 + 1.7 * (0.31**2 + 0.5**2), rel=1e-14)
     with pytest.raises(ToolchainError):
         build_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile=profile)
-
-
-def _heavier_rod(scene: dict[str, Any]) -> None:
-    scene["bodies"]["rod"]["mass"] = 0.00377
-
-
-def _heavier_beam(scene: dict[str, Any]) -> None:
-    scene["beams"]["blade"]["mass_per_length"] = 1.31
-
-
-def _longer_pieces(scene: dict[str, Any]) -> None:
-    scene["parameters"]["piece"]["value"] = 0.0951
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("scene", "change"),
-    [
-        pytest.param(seven_bodies(), _heavier_rod, id="absolute coordinates, several files"),
-        pytest.param(_scene("spin_up_beam/exact.toml"), _heavier_beam, id="beam, a loop over elements"),
-        pytest.param(_scene("cable_net/scene.toml"), _longer_pieces, id="net, loops over springs"),
-    ],
-)
-def test_numbers_of_long_models_and_of_loops_stand_apart_too(
-    scene: dict[str, Any], change: Change, compiled: list[str], tmp_path: Path
-) -> None:
-    build_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
-    compiled.clear()
-    scene = copy.deepcopy(scene)
-    change(scene)
-    build_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
-    assert compiled == []
-
-
-@pytest.mark.slow
-def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path) -> None:
-    build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
-    for file in tmp_path.glob("*/object.o"):
-        file.write_bytes(file.read_bytes()[:-1])
-    for file in tmp_path.glob("*/structure.json"):
-        shutil.rmtree(file.parent)
-    compiled.clear()
-    scene = copy.deepcopy(PENDULUM)
-    _other_start(scene)
-    model = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
-    assert {"pair.c", "pair_step.c", "pair_numbers.c", "interface.c"} <= set(compiled)
-    assert model.simulate(0.01, error_estimate=False).success
 
 
 @pytest.mark.slow

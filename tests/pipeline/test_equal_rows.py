@@ -332,19 +332,6 @@ def test_chains_that_are_short_or_have_other_axes_are_derived_whole() -> None:
     assert equal_rows.equal_rows(dataclasses.replace(scene, joints=stiff)) is None
 
 
-@pytest.mark.long
-def test_a_chain_is_continued(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = recorded_programs(monkeypatch)
-    scene = chains.scene("absolute", "hinge", 100)
-    request = ProgramRequest(scene, SCENES, Selection(), "generalized_alpha")
-    made_of_scene, _ = write_program(request, C, build_reproducible, for_runs=True)
-    assert made == [(made_of_scene, "")]
-    start = derive(scene, ["constraint"])
-    np.testing.assert_allclose(made_of_scene.initial_q, start.initial_q, rtol=0, atol=1e-12)
-    assert made_of_scene.asked_q == made_of_scene.initial_q
-    assert made_of_scene.sizes["v"] == 600
-
-
 def difference(one: Any, other: Any) -> float:
     """Return the largest relative difference of numbers in data that are equal otherwise."""
     assert type(one) is type(other)

@@ -76,18 +76,6 @@ def test_the_program_of_a_spring_stands_still_at_m_g_over_k_also_with_an_interna
     assert moved[-1, 1] < rows[0, 1] - 1e-3
 
 
-@pytest.mark.slow
-def test_the_program_of_a_loop_starts_as_simulate_does(tmp_path: Path) -> None:
-    scene = four_bar("equilibrium")
-    files = eomgen.generate(scene, tmp_path / "c")
-    again = eomgen.generate(scene, tmp_path / "again")
-    assert [file.read_bytes() for file in files] == [file.read_bytes() for file in again]
-    rows = rows_of(compiled(tmp_path / "c"), "1.0", "1e-2", "25")
-    known = eomgen.build(scene, profile="reproducible").simulate(1.0, 1e-2, record_every=25)
-    np.testing.assert_allclose(rows[:, 1:4], known.q, atol=1e-9)
-    np.testing.assert_allclose(rows[:, 1:4], rows[:1, 1:4].repeat(len(rows), axis=0), atol=1e-9)
-
-
 def test_other_scenes_keep_their_bytes_but_for_the_start(tmp_path: Path) -> None:
     eomgen.generate(four_bar("initial"), tmp_path / "c")
     for file in (tmp_path / "c").iterdir():

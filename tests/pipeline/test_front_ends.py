@@ -3,9 +3,6 @@ package."""
 
 from __future__ import annotations
 
-import pickle
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +12,6 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.errors import ModelError
-from eomgen.results.plots import draw
 from tests.models.lattice import Lattice
 
 CELLS = 12
@@ -70,23 +66,6 @@ def test_it_has_names_units_and_a_linear_model() -> None:
     found = np.sort(np.abs(model.linearize().modes().eigenvalues.imag))
     exact = 2.0 * np.sin(np.pi * np.arange(1, CELLS + 1) / (2 * (CELLS + 1)))
     np.testing.assert_allclose(np.unique(np.round(found, 9)), np.round(exact, 9), atol=1e-8)
-
-
-@pytest.mark.long
-def test_it_is_drawn_saved_and_sent_to_another_process(tmp_path: Path) -> None:
-    run = eomgen.build(lattice("fput"), profile="quick").simulate(2.0, 0.02)
-    (tmp_path / "run.pickle").write_bytes(pickle.dumps(run))
-    code = (
-        "import pickle, sys; from pathlib import Path; from eomgen.results.plots import draw; folder ="
-        " Path(sys.argv[1])\nrun = pickle.loads((folder / 'run.pickle').read_bytes())\nprint(len(draw(run, folder)),"
-        " run.animate(folder / 'there.html').stat().st_size, 'eomgen.compiled.model' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=True)
-    pictures, size, model = done.stdout.split()
-    page = run.animate(tmp_path / "here.html")
-    assert int(pictures) == len(draw(run, tmp_path)) > 0 and int(size) == page.stat().st_size and model == "False"
-    text = page.read_text(encoding="utf-8")
-    assert all(f'"cell{k}"' in text for k in range(CELLS)) and '"sphere"' in text
 
 
 def test_its_c_stands_alone(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import threading
 import time
@@ -24,7 +23,6 @@ def forking(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 ONLY_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the process is copied by fork on Linux alone")
-EXAMPLE = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
 
 
 def writer(folder: Path, name: str) -> Drawing:
@@ -117,23 +115,3 @@ def test_work_of_a_copy_ends_with_an_interrupted_caller(tmp_path: Path, forking:
         os.read(began, 1)
         raise KeyError
     assert [path.name for path in tmp_path.iterdir()] == ["cleaned"]
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_pictures_of_a_run_are_the_same_from_a_copy(tmp_path: Path) -> None:
-    import eomgen.cli
-
-    words = ["simulate", str(EXAMPLE), "--t-end", "0.2", "--out"]
-    subprocess.run([sys.executable, "-m", "eomgen", *words, str(tmp_path / "copy")], check=True, capture_output=True)
-    started = threading.Event()
-    other = threading.Thread(target=started.wait)  # with a thread the figures are drawn here
-    other.start()
-    try:
-        assert eomgen.cli.main([*words, str(tmp_path / "here")]) == 0
-    finally:
-        started.set()
-        other.join()
-    pictures = {path.name: path.read_bytes() for path in (tmp_path / "copy").glob("*.png")}
-    assert len(pictures) >= 3
-    assert pictures == {path.name: path.read_bytes() for path in (tmp_path / "here").glob("*.png")}

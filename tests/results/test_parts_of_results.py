@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,10 +11,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from eomgen.errors import FileError
+from eomgen.errors import EomgenError, FileError
 from eomgen.results import plots
 from eomgen.results.events import BLOCKS, NO_EVENTS, Events
 from eomgen.results.plots import PlottedCurve
+from eomgen.results.poses import BodyPoses
 from eomgen.results.solution_files import _loads, write_parquet
 
 
@@ -140,7 +142,26 @@ def test_section_loads_of_a_file_fit_to_its_times() -> None:
             _loads(wrong, (rows,), Path("run.npz"))
 
 
-@pytest.mark.slow
+def test_quaternions_of_short_turns_are_drawn_as_rotation_vectors() -> None:
+    """About z, from half a radian on; a turn by more than 3 rad keeps its quaternion."""
+    for end, names in ((2.5, ["q.ball x", "q.ball y", "q.ball z"]), (4.0, [f"q.ball[{k}]" for k in range(4)])):
+        angle, zero = np.linspace(0.5, end, 9), np.zeros(9)
+        parts = np.cos(angle / 2), zero, zero, np.sin(angle / 2)
+        given = [PlottedCurve(f"q.ball[{k}]", "1", part, "quaternion") for k, part in enumerate(parts)]
+        drawn = plots._rotations([curve("q.x", [1.0] * 9), *given])
+        assert [item.name for item in drawn] == ["q.x", *names]
+        expected = angle - 0.5 if end < 3.0 else parts[3]
+        np.testing.assert_allclose(drawn[-1].values, expected, atol=1e-15)
+    three = [replace(one, name=f"q.other[{k}]") for k, one in enumerate(given[:3])]
+    assert plots._rotations(three) == three
+
+
+def test_points_have_no_poses() -> None:
+    poses = BodyPoses({"arm": np.zeros((2, 7))}, {"points": [{"name": "tip"}]})
+    with pytest.raises(EomgenError, match=r'tip is a point, and only bodies have poses; try: outputs\["tip"\]'):
+        poses["tip"]
+
+
 def test_parquet_has_every_column_with_its_unit(tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     columns = {"t": np.array([0.0, 0.5]), "q.x": np.array([3, 4]), "load": np.array([1.0, np.nan])}

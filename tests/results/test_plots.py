@@ -3,6 +3,7 @@ extremes."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,20 +17,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import eomgen
-from eomgen.cli import main
+from eomgen.cli import main, simulate
 from eomgen.results import plots
-from tests.models.scenes import flyer, pendulum
-
-
-@pytest.mark.slow
-def test_a_file_for_each_kind_of_quantity(tmp_path: Path) -> None:
-    assert [path.name for path in plots.draw(flyer().simulate(0.05, 1e-3), tmp_path)] == [
-        "coordinates.png",
-        "velocities.png",
-        "energy.png",
-    ]
-    names = [path.name for path in plots.draw(pendulum().simulate(0.05, 1e-3), tmp_path)]
-    assert names == ["coordinates.png", "velocities.png", "outputs.png", "energy.png"]
+from tests.models.scenes import pendulum
 
 
 def test_a_panel_holds_whole_corners_of_a_vehicle() -> None:
@@ -204,8 +194,9 @@ MISTAKES: dict[str, tuple[list[str], int]] = {
 }
 
 
-@pytest.mark.slow
-def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_verb_draws_what_simulate_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = pendulum().simulate(0.05, 1e-3)
     (tmp_path / "run").mkdir()
     run.save(tmp_path / "run" / "solution.npz")
@@ -215,18 +206,18 @@ def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest
         figures[str(path.relative_to(tmp_path))] = figure
         return path
 
-    assert main(["plot", str(tmp_path / "run")]) == 0
-    names = sorted(path.name for path in (tmp_path / "run").glob("*.png"))
-    assert names == ["coordinates.png", "energy.png", "outputs.png", "velocities.png"]
     monkeypatch.setattr(plots, "save_figure", kept)
+    assert main(["plot", str(tmp_path / "run"), "--json"]) == 0
+    names = ["coordinates.png", "velocities.png", "outputs.png", "energy.png"]
+    assert json.loads(capsys.readouterr().out)["files"] == names == [name.removeprefix("run/") for name in figures]
+    figures.clear()
     npz, out = str(tmp_path / "run" / "solution.npz"), str(tmp_path / "new" / "folder")
     assert main(["plot", npz, "tip[0]", "v.hinge", "--over", "q.hinge", "--out", out]) == 0
     assert main(["plot", npz, "--over", "q.hinge", "--out", out]) == main(["plot", npz, "energy"]) == 0
+    assert f"written to {tmp_path / 'run'}: energy.png\n" in capsys.readouterr().err
+    assert main(["plot", str(tmp_path / "gone")]) == 2 and "there is no such file or folder" in capsys.readouterr().err
     over, outputs, energy = figures
-    assert (over, outputs) == (
-        "new/folder/tip_0_v.hinge_over_q.hinge.png",
-        "new/folder/outputs_over_q.hinge.png",
-    )
+    assert (over, outputs) == ("new/folder/tip_0_v.hinge_over_q.hinge.png", "new/folder/outputs_over_q.hinge.png")
     assert energy == "run/energy.png"
     first, second = figures[over].axes
     for axis, column in ((first, run["tip"][:, 0]), (second, run["v.hinge"])):
@@ -244,6 +235,20 @@ def test_mistakes_of_the_verb_are_named(text: str, tmp_path: Path, capsys: pytes
     error = capsys.readouterr().err
     assert text.format(run=tmp_path) in error and error.count("\n") == 1
     assert not list(tmp_path.glob("*.png"))
+
+
+def test_files_of_a_run_are_drawn_by_this_process_without_a_copy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path, *_: path)
+    order = {"folder": str(tmp_path), "over": "q.hinge"}
+    files = simulate._write_run(pendulum().simulate(0.05, 1e-3), tmp_path, None, order, [], None)
+    drawn = ["coordinates.png", "velocities.png", "outputs.png", "energy.png", "outputs_over.png"]
+    assert [file.name for file in files] == ["solution.npz", "solution.csv", *drawn, "summary.json"]
+    told = json.loads(files[-1].read_text(encoding="utf-8"))
+    assert told["files"] == [file.name for file in files] and (told["rows"], told["success"]) == (51, True)
+    copied = simulate._drawings_of_stored()(order)
+    assert [file.name for call in copied for file in call()] == drawn
 
 
 @pytest.mark.slow_cases("4")

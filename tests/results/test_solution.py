@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import errno
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,6 +49,23 @@ def test_csv_has_named_columns_of_the_same_bits(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table[:, 1:13], run.q)
     np.testing.assert_array_equal(table[:, 13:23], run.v)
     np.testing.assert_array_equal(table[:, -1], run.energy["total"])
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (lambda run: 3, "a solution is needed, not int"),
+        (lambda run: replace(run, metadata={**run.metadata, "method": "rk4"}), "not parts of one run: method differ"),
+        (lambda run: replace(run, t=run.t + 1.0), "a gap between the parts, from 0.02 s to 1 s"),
+        (lambda run: replace(run, t=run.t[:0]), "from 0.02 s to the later part, which has no rows"),
+        (lambda run: run, "the second part begins at t = 0 s, as the first part does"),
+        (lambda run: replace(run, t=run.t + 0.02, q=run.q + 1.0), "at t = 0.02 s q.hinge is .* which does not go on"),
+    ],
+)
+def test_parts_of_other_runs_are_not_joined(change: Callable[[eomgen.Solution], Any], text: str) -> None:
+    run = pendulum().simulate(0.02, 1e-3)
+    with pytest.raises(eomgen.UsageError, match=text):
+        run.followed_by(change(run))
 
 
 def test_outputs_are_columns(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ mapping."""
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,26 +11,6 @@ import pytest
 
 import eomgen
 from eomgen.simulation.judgement.invariants import REPORTED_ENERGY, energy_balance
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
-
-def swing() -> eomgen.Scene:
-    builder = eomgen.SceneBuilder("swing").parameter("length", 0.5).parameter("load", 1.0, tunable=True)
-    builder.body("rod", "load", center_of_mass=[0, 0, "-length"], inertia=[0.01, 0.01, 0.01])
-    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 2.5, "velocity": 1.0})
-    return builder.simulation(step=1e-3, duration=5.0).build()
-
-
-@pytest.mark.slow
-def test_an_error_that_may_be_a_tenth_is_said() -> None:
-    model = eomgen.build(EXAMPLES / "heavy_top" / "joint_coordinates.toml")
-    step = 0.00418593
-    run = model.simulate(40 * step, step, method="generalized_alpha")
-    exact = model.simulate(40 * step, step, method="taylor", tolerance=1e-12)
-    angles = [2.0 * np.arccos(np.minimum(np.abs(np.sum(run.q * q, axis=1)), 1.0)) for q in (exact.q, exact.q[0])]
-    assert angles[0].max() > 0.08 * angles[1].max() and 0.067 < run.error.relative < 0.1
-    assert f" in 40 steps; the estimated error is {run.error.largest}; try: a step smaller than " in run.message
 
 
 def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:

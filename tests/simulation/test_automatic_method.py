@@ -29,14 +29,13 @@ def loop() -> eomgen.SceneBuilder:
     return builder.joint("pin", "revolute", "base", "rod", axis=[0, 1, 0])
 
 
-@pytest.mark.slow
 def test_the_eigenvalue_is_exact_and_of_the_motion_that_constraints_leave() -> None:
     for builder, exact in (
         (oscillator(), 10.0),
         (oscillator(damping=400.0), 50.0 + np.sqrt(2400.0)),  # -c/2m +- sqrt((c/2m)^2 - k/m)
         (loop(), np.sqrt(2.0 * 9.81 * 0.5 / (0.1 + 2.0 * 0.25))),
     ):
-        model = eomgen.build(builder.build())
+        model = eomgen.build(builder.build(), profile="instant")
         found = largest_eigenvalue(model, initial_state(model, None), 0.0, model.parameter_array())
         assert found == pytest.approx(exact, rel=1e-9)
 
@@ -56,11 +55,10 @@ CHOICES = {
 }
 
 
-@pytest.mark.slow_except("smooth")
 @pytest.mark.parametrize("kind", CHOICES)
 def test_the_choice_is_made_once_and_said(kind: str) -> None:
     builder, step, chosen, why = CHOICES[kind]
-    model = eomgen.build(builder.build())
+    model = eomgen.build(builder.build(), profile="instant")
     found = model.simulate(0.4, step, method="auto")
     assert found.metadata["method"] == chosen
     assert f"method chosen before the run: {chosen}, because" in found.message
@@ -90,13 +88,3 @@ def test_parameters_that_no_method_of_the_choice_takes_are_refused(key: str, met
 def test_parameters_of_the_scene_wait_for_the_method_that_takes_them() -> None:
     model = eomgen.build(oscillator(run={"method": "auto", "alpha": 0.1}).build())
     assert np.array_equal(model.simulate(0.1).q, model.simulate(0.1, method="rk4").q)
-
-
-@pytest.mark.slow
-def test_scenes_and_models_may_leave_the_choice_to_runs() -> None:
-    scene = oscillator(run={"method": "auto"}).build()
-    for model in (eomgen.build(scene), eomgen.build(oscillator().build(), method="auto")):
-        assert model.simulate().metadata["method"] == "rk4"
-        assert model.simulate(step=0.1).metadata["method"] == "generalized_alpha"
-        assert model.simulate(method="generalized_alpha").metadata["method"] == "generalized_alpha"
-    assert eomgen.build(scene, method="generalized_alpha").simulate().metadata["method"] == "generalized_alpha"

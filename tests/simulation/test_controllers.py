@@ -90,15 +90,6 @@ def test_controllers_are_their_equations(model: eomgen.Model, kp: float, top: fl
         assert np.abs(servo).max() == top and np.abs(servo[-1]) < top
 
 
-@pytest.mark.slow
-def test_an_integral_that_winds_up_is_the_difference(model: eomgen.Model) -> None:
-    """With tracking the overshoot of a saturated step is a fraction of that of a nearly free integral."""
-    free = scene("pendulum", **SERVO, controllers__servo__tracking=1e6)
-    wound = eomgen.build(free).simulate(4.0, 1e-3, parameters={"top": 2.0})
-    held = model.simulate(4.0, 1e-3, parameters={"top": 2.0})
-    assert wound.q.max() - 1.0 > 2.0 * (held.q.max() - 1.0) > 0.0
-
-
 def pushed(kind: str, signal: str, **keys: Any) -> eomgen.SceneBuilder:
     """Return a cart on a rail that a controller pushes."""
     return on_rail("push", "rail").controller("push", kind, signal, **keys)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.symbolic.evaluate import evaluate
 from tests.simulation.rails import built, on_rail
 
 DRAG, GRAVITY, END = 0.3, 9.81, 2.0
@@ -45,3 +46,19 @@ def test_root_without_a_slope_is_named() -> None:
     """From q = 0 the tangent of sqrt(q) is vertical."""
     run = built(on_rail("1 + sqrt(q.x)"), method="rosenbrock").simulate(0.1, 0.01)
     assert "; sqrt(q.x) may have no slope there" in run.message
+
+
+def test_formulas_of_fixed_numbers_are_decided_or_refused_as_they_are_derived() -> None:
+    def derived(law: str) -> eomgen.System:
+        builder = on_rail(law).parameter("a", 1.0).curve("c", points=[[0, 0], [1, 1]])
+        return eomgen.derive(builder.definition("twice", "2 * t").build(), ["force"])
+
+    system = derived("1 / (1 - a) if a > 1 else 3 * twice")
+    assert evaluate(system.tape, system.functions["force"].refs, {"t": [0.7]}) == pytest.approx([4.2])
+    for law, text in (
+        ("sqrt(a - 3)", r"sqrt\(-2\) in a formula has no finite value for any state"),
+        ("q.x / (a - 1)", r"div\(\.\.\., 0\) in a formula has no finite value for any state"),
+        ("c(a + 1)", "the curve c has no value at 2"),
+    ):
+        with pytest.raises(eomgen.EomgenError, match=text):
+            derived(law)

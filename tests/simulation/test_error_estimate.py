@@ -20,8 +20,6 @@ from eomgen.base.arrays import Array
 from tests.models.scenes import absolute, flyer, pendulum
 from tests.simulation.rails import built, on_rail
 
-pytestmark = pytest.mark.slow
-
 #: An estimate is good within this factor of the true error.
 GOOD = 3.0
 
@@ -103,6 +101,7 @@ def test_a_coarse_run_is_warned_of_and_a_good_one_is_not() -> None:
     assert sled().simulate(20.0, 0.01).message == "reached t = 20 s in 2000 steps"
 
 
+@pytest.mark.slow
 def test_a_motion_that_is_chaotic_is_never_plain_success() -> None:
     """A double pendulum that turns over: its error grows tenfold about every second and a half."""
     builder = eomgen.SceneBuilder("chaotic")
@@ -123,14 +122,6 @@ def test_a_machine_at_rest_has_no_error() -> None:
     assert run.error.relative == 0.0 and run.message == "reached t = 1 s in 100 steps"
     hanging = pendulum().simulate(1.0, 0.01, initial={"hinge": 0.0}, inputs={"torque": 0.0}, parameters={"shake": 0.0})
     assert hanging.error.relative < 1e-3 and hanging.message == "reached t = 1 s in 100 steps"
-
-
-@pytest.mark.parametrize("step", [1.0, 50.0])
-def test_a_step_longer_than_the_run_is_one_step_whose_error_is_told(step: float) -> None:
-    model = sled()
-    run = model.simulate(1.0, step, method="rk4")
-    assert run.stats["steps"] == 1 and run.error.relative > 0.1
-    assert abs(run.q[-1, 0] - by_dop853(model, run)[-1, 0]) > 0.1 and "the estimated error is" in run.message
 
 
 def test_why_there_is_no_estimate() -> None:
@@ -168,17 +159,6 @@ def test_a_function_of_the_caller_that_fails_when_it_is_asked_again_leaves_the_r
     assert "input torque: the function failed at t = " in run.error.reason
 
 
-def test_the_run_itself_has_the_same_bits(tmp_path: Path) -> None:
-    runs = [
-        pendulum().simulate(1.0, 1e-3, checkpoint=tmp_path / f"{wanted}.ckpt", error_estimate=wanted)
-        for wanted in (True, False)
-    ]
-    np.testing.assert_array_equal(runs[0].q, runs[1].q)
-    saved = [np.load(tmp_path / f"{wanted}.ckpt") for wanted in (True, False)]
-    for name in ("state", "workspace"):
-        np.testing.assert_array_equal(saved[0][name], saved[1][name])
-
-
 def test_a_run_that_goes_on_is_estimated_from_its_checkpoint_on(tmp_path: Path) -> None:
     file = tmp_path / "run.ckpt"
     first = pendulum().simulate(0.5, 1e-3, record_every=7, checkpoint=file)
@@ -192,6 +172,7 @@ def test_a_run_that_goes_on_is_estimated_from_its_checkpoint_on(tmp_path: Path) 
     assert not pendulum().resume(file, 1.0, error_estimate=False).error.available
 
 
+@pytest.mark.slow
 def test_the_measure_of_a_small_motion_is_named_and_outputs_have_their_own() -> None:
     """A joint that hardly moves beside one that does, and an output of the small one's force."""
     builder = on_rail("", "large", stiffness=1e-3, position=1.0, velocity=0.1).body("c", 1.0)
@@ -208,6 +189,7 @@ def test_the_measure_of_a_small_motion_is_named_and_outputs_have_their_own() -> 
     assert ordinary.largest is not None and ordinary.largest.measure == "its motion"
 
 
+@pytest.mark.slow
 def test_an_output_that_is_rounding_beside_the_forces_is_no_error() -> None:
     """A disc on an axis through its centre that a drive turns: the axis carries its weight, and no moment across it."""
     builder = eomgen.SceneBuilder("turned_disc", gravity=[0, 0, 0]).body("disc", 10, inertia=[0.1, 0.1, 0.2])
@@ -221,6 +203,7 @@ def test_an_output_that_is_rounding_beside_the_forces_is_no_error() -> None:
     assert run.message == "reached t = 1 s in 500 steps"
 
 
+@pytest.mark.slow
 def test_vibrations_of_a_beam_are_told_beside_a_machine_that_moves_fast() -> None:
     """A rod that vibrates along itself, x' = v0 cos(w t) with w = pi/(2 l) sqrt(E A/m'), and a car on a rail."""
     rate, frequency = 5e-3, 0.5 * np.pi * np.sqrt(400.0)
@@ -239,6 +222,7 @@ def test_vibrations_of_a_beam_are_told_beside_a_machine_that_moves_fast() -> Non
         assert largest.error < 0.01 * run.v[0, 0], "no doubt of the car's velocity"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["position", "state"])
 def test_a_motion_that_only_the_comparison_run_sees_is_an_error_without_bound(law: str) -> None:
     """The input acts between the rows, so the run rests; its true way is the impulse by the rest of the time."""

@@ -14,8 +14,6 @@ import eomgen
 from tests.models.library import scene
 from tests.simulation.rails import built, on_rail
 
-pytestmark = pytest.mark.slow
-
 STEP = 1e-3
 
 
@@ -35,6 +33,7 @@ def run(stiffness: float, steps: int, damping: float = 0.0, **options: Any) -> e
     return model().simulate(steps * STEP, STEP, **options)
 
 
+@pytest.mark.slow_except("2.9-100-1", "100.0-30-10000")
 @pytest.mark.parametrize("every", [1, 10_000])
 @pytest.mark.parametrize(
     ("frequency", "steps"), [(2.9, 100), (3.0, 30), (3.16, 700), (5.0, 100), (31.0, 25), (100.0, 30)]
@@ -82,6 +81,7 @@ def stiff_arm() -> eomgen.Model:
     return eomgen.build(scene("pendulum", joints__hinge__initial={"position": 0.1}, **arm), profile="quick")
 
 
+@pytest.mark.slow
 def test_energy_from_nothing_is_a_failure() -> None:
     """632 rad/s times 4.6 ms = 2.91: it grows, but in 0.1 s too little for the windows."""
     grown = stiff_arm().simulate(0.1, 0.0046, method="rk4")
@@ -94,17 +94,8 @@ def test_energy_from_nothing_is_a_failure() -> None:
     assert lost.success and ", and the energy is out of balance by " in lost.message
 
 
-def test_a_controller_that_diverges_does_not_fail() -> None:
-    builder = on_rail("5 * lead", "rail", velocity=1.0).state("lead", "40 * lead + v.rail", unit="m")
-    diverging = built(builder)
-    for method in ("rk4", "generalized_alpha"):
-        solution = diverging.simulate(1.0, STEP, method=method)
-        assert solution.success and abs(solution.z[-1, 0]) > 1e14
-
-
 @pytest.mark.parametrize(
-    "by",
-    [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal")), SERIES | {"order": 6}],
+    "by", [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal")), SERIES | {"order": 6}]
 )
 def test_motions_that_grow_by_their_own_equations_do_not_fail(by: dict[str, Any]) -> None:
     runs = [
@@ -117,6 +108,7 @@ def test_motions_that_grow_by_their_own_equations_do_not_fail(by: dict[str, Any]
     assert np.abs(runs[0].q).max() > 1e20 and np.abs(runs[3].q).max() > 1e45
 
 
+@pytest.mark.slow
 def test_internal_states_that_decay_too_fast_for_the_step() -> None:
     builder = on_rail("", "rail", position=1.0, stiffness=10.0)
     lagging = built(builder.state("lag", "(q.rail - lag) / 1e-4", unit="m", initial=0.1))
@@ -125,42 +117,14 @@ def test_internal_states_that_decay_too_fast_for_the_step() -> None:
     assert lagging.simulate(0.05, STEP).success
 
 
-def test_random_machines_fail_where_steps_alone_make_them_grow(rng: np.random.Generator) -> None:
-    """Three masses in a row: eigenvalues say how large the motion becomes, and how large Runge and Kutta's steps make
-    it."""
-    builder = eomgen.SceneBuilder("row", gravity=[0, 0, 0])
-    for k in range(3):
-        builder.parameter(f"k{k}", 1.0, tunable=True).parameter(f"c{k}", 0.0, tunable=True)
-        builder.body(f"m{k}", 1.0 + k)
-        carrier = f"m{k - 1}" if k else "base"
-        builder.joint(f"x{k}", "prismatic", carrier, f"m{k}", axis=[1, 0, 0], stiffness=f"k{k}", damping=f"c{k}")
-    row = eomgen.build(builder.build(), profile="quick")
-    judged = {True: 0, False: 0}
-    for _ in range(150):
-        p = {f"k{k}": float(10.0 ** rng.uniform(2.0, 7.5)) for k in range(3)}
-        p |= {f"c{k}": float(rng.uniform(-2.0, 10.0) * 10.0 ** rng.uniform(-2.0, 1.0)) for k in range(3)}
-        K, C, M = row.partials(np.zeros(3), np.zeros(3), np.zeros(3), parameters=p)
-        A = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-        roots = STEP * np.linalg.eigvals(A)
-        by_steps = np.abs(sum(roots**n / math.factorial(n) for n in range(5)))
-        steps, start = int(rng.integers(100, 600)), np.concatenate([rng.normal(size=3), 30.0 * rng.normal(size=3)])
-        numerical, true = np.log(by_steps.max()), roots.real.max()
-        if 0.05 < numerical < 0.25 or numerical * steps > 600.0:
-            continue  # near the limit, where it takes longer to be seen, and beyond the finite numbers
-        initial = {"q": start[:3], "v": start[3:]}
-        made = row.simulate(steps * STEP, STEP, method="rk4", parameters=p, initial=initial, record_every=999)
-        unstable = numerical > 0.25 and numerical > 3.0 * true
-        assert made.success is not unstable, (numerical, true, steps, made.message)
-        judged[unstable] += 1
-    assert min(judged.values()) > 10
-
-
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_run_that_leaves_the_finite_numbers_warns_by_its_message_alone() -> None:
     growing = built(on_rail("1e4*q.x - (1 if q.x > 1e20*limit else 0)", position=0.5).parameter("limit", 1.0))
     assert "became infinite" in growing.simulate(7.06, 0.01, method="rk4").message
 
 
+@pytest.mark.slow
 def test_what_rests_but_for_rounding_is_not_doubted() -> None:
     builder = eomgen.SceneBuilder("held", gravity=[0, 0, 0])
     for name, parent, place, start in (("a", "base", 0, {"position": 0.3}), ("b", "a", 1, {"position": 0.4})):
@@ -174,6 +138,7 @@ def test_what_rests_but_for_rounding_is_not_doubted() -> None:
     assert solution.success and "out of balance" not in solution.message and solution.stats["energy_error"] == 0.0
 
 
+@pytest.mark.slow
 def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
     wall = built(on_rail("20 * q.rail + 0.1 * q.rail**3", "rail", position=1.0))  # infinite at t = 0.978 s
     for method in ("generalized_alpha", "rk45"):
@@ -190,6 +155,7 @@ def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
     assert unstable.message.startswith("stopped at t = 0.10") and "a step smaller than 0.001 s" in unstable.message
 
 
+@pytest.mark.slow
 def test_a_run_that_stops_at_angles_beyond_sines_because_it_explodes_names_the_step() -> None:
     """632 rad/s times 0.01 s = 6.3, above 2.8: in half of the step it explodes too."""
     for every in (1, 4):

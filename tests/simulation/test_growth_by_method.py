@@ -26,17 +26,11 @@ from tests.oracles.evaluation import Array
 STEP = 0.01
 RUN: Any = SimpleNamespace(
     model=SimpleNamespace(
-        nq=2,
-        nv=2,
-        nz=1,
-        q_units=("m", "rad"),
-        v_units=("m/s", "rad/s"),
-        v_names=("v.slide", "v.turn"),
-        z_names=("z.level",),
-        z_units=("1",),
+        nq=2, nv=2, nz=1, q_units=("m", "rad"), v_units=("m/s", "rad/s"), v_names=("v.slide", "v.turn"),
+        z_names=("z.level",), z_units=("1",),
     ),
     settings={"step": STEP},
-)
+)  # fmt: skip  # names
 LIBRARY: Any = None
 
 

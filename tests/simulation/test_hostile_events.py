@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import pytest
-from scipy.integrate import solve_ivp
 
 import eomgen
 from tests.models.library import scene
@@ -52,11 +51,7 @@ def test_roots_that_steps_pass_over_are_told_of(method: str) -> None:
 
 @pytest.mark.parametrize(
     ("method", "direction", "share", "action"),
-    [
-        ("rk4", "both", 1.0, "count"),
-        ("generalized_alpha", "rising", 0.5, "record"),
-        ("taylor", "both", 1.0, "record"),
-    ],
+    [("rk4", "both", 1.0, "count"), ("generalized_alpha", "rising", 0.5, "record"), ("taylor", "both", 1.0, "record")],
 )
 def test_pairs_that_all_runs_pass_over_are_told_of(method: str, direction: str, share: float, action: str) -> None:
     """Marks at 5 mm under a mass at 1 m/s: whole periods to each step, so that runs at other steps see none either."""
@@ -110,23 +105,3 @@ def test_an_impact_that_the_run_starts_behind_or_on_is_told_of() -> None:
     assert "the run starts at rest on the impact floor, which has no side" in either.message
     free = falling({"floor": floor}).simulate(0.2, 0.01, method="rk4")
     assert "impact" not in free.message
-
-
-@pytest.mark.parametrize("more", [{}, {"tolerance": 1e-3}, {"method": "rk45"}, {"step": 0.02}])
-def test_an_event_that_ends_both_runs_is_in_both(more: dict[str, Any]) -> None:
-    """A pendulum: when it is there, DOP853 says; runs at other steps end a little earlier or later."""
-    bob, start = {"mass": 1, "center_of_mass": [0, 0, -1]}, {"position": 1.0}
-    down = {"when": "q.hinge + 0.9", "direction": "falling", "action": "stop"}
-    events = {"half": {"when": "q.hinge", "direction": "falling"}, "down": down}
-    given = scene("pendulum", bodies__rod=bob, joints__hinge__initial=start, events=events, outputs=None)
-    run = eomgen.build(given, profile="quick").simulate(3.0, **{"step": 0.01, **more})
-
-    def there(_: float, state: Any) -> float:
-        return float(state[0] + 0.9)
-
-    there.terminal = True  # type: ignore[attr-defined]  # as SciPy asks for it
-    span, start_of = (0.0, 3.0), [1.0, 0.0]
-    swing = solve_ivp(lambda _, x: [x[1], -G * math.sin(x[0])], span, start_of, "DOP853", events=there, rtol=1e-11)
-    assert run.events is not None and run.events.counts == {"half": 1, "down": 1}
-    assert run.events["down"].t[0] == pytest.approx(swing.t_events[0][0], abs=2e-3)
-    assert run.error.available and run.error.passed_over == "" and "comes" not in run.message

@@ -14,7 +14,6 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from tests.codegen.test_stand_alone import compiled, run
 
 STIFFNESS, DAMPING, START = 25.0, 0.4, 0.1
 LATE = 0.503
@@ -108,23 +107,6 @@ def test_many_jumps_in_every_step_and_none() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie"])
-def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
-    made = builder("absolute").input("push", points=[[0, 0], [LATE, 3]], interpolation="steps")
-    made.force("push", "mass", force=["push", 0, "2 * push"])
-    model = eomgen.build(made.build(), method=method)
-    exact = float(free(1.0) + 3 * after_step(1.0 - LATE))
-    order = 4.0 if method == "rk4_partitioned" else 2.0
-    assert np.allclose(slopes(model, method, exact, (50, 100, 200)), order, rtol=0, atol=0.2)
-    solution = model.simulate(1.0, 1.0 / 503, method=method)
-    up = int(np.argmax(np.ptp(solution.multipliers, axis=0)))
-    weight = solution.multipliers[:, up]
-    before = solution.t < LATE
-    assert np.allclose(weight[before], -9.81 * np.sign(-weight[0]), rtol=1e-6)
-    assert np.allclose(np.abs(weight[~before]), 9.81 - 6.0, rtol=1e-6)
-
-
-@pytest.mark.slow
 def test_which_times_are_known() -> None:
     made = builder().parameter("v", 2).parameter("w", 2, tunable=True)
     made.curve("c", points=[[1, 0], [2, 5], [4, 5]], interpolation="linear")
@@ -138,20 +120,6 @@ def test_which_times_are_known() -> None:
     assert model.discontinuity_times(7, 9, order=0).tolist() == [7, 8]
 
 
-@pytest.mark.slow
-def test_the_stand_alone_program_ends_its_steps_there_too(tmp_path: Path) -> None:
-    made = builder().input("push", **steps((LATE, 3))).input("other", "sin(t)")
-    scene = made.effort("push", "rail", "push + other").build()
-    eomgen.generate(scene, tmp_path / "c", method="rk4")
-    program = compiled(tmp_path / "c")
-    model = eomgen.build(scene, method="rk4", profile="reproducible")
-    for words, inputs in (((), None), (("other=0.5",), {"other": 0.5})):
-        printed = run(program, "1", "1e-2", *words).stdout
-        rows = np.array([[float(value) for value in line.split(",")] for line in printed.splitlines()[1:]])
-        solution = model.simulate(1.0, 1e-2, method="rk4", inputs=inputs)
-        assert np.array_equal(rows[:, 1:4], np.hstack([solution.q, solution.v, solution.a]))
-
-
 @pytest.mark.slow_cases("None")
 @pytest.mark.parametrize("given", [None, {"other": 0.5}])
 def test_a_checkpoint_at_a_jump_goes_on_with_the_same_bits(given: dict[str, float] | None, tmp_path: Path) -> None:
@@ -161,17 +129,6 @@ def test_a_checkpoint_at_a_jump_goes_on_with_the_same_bits(given: dict[str, floa
         first = model.simulate(end, 0.02, inputs=given, checkpoint=tmp_path / "c.npz")
         both = first.followed_by(model.resume(tmp_path / "c.npz", 0.6))
         assert np.array_equal(both.q, one.q) and np.array_equal(both.a, one.a)
-
-
-@pytest.mark.slow
-def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
-    model = pushed(steps((LATE, 3)))
-    for method, bound in (("rk4", 1e-11), ("generalized_alpha", 5e-6)):
-        for distance in (0.0, 1e-16, 1e-14, 1e-12, 1e-8, 1e-4):
-            for start in (LATE - 0.3 - distance, LATE - 0.3 + distance):
-                solution = model.simulate(start + 1.0, 1e-3, t_start=start, method=method)
-                exact = float(free(1.0) + 3 * after_step(start + 1.0 - LATE))
-                assert abs(solution.q[-1, 0] - exact) < bound, (method, distance)
 
 
 @pytest.mark.slow

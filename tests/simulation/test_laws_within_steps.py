@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.formula.motion_faults import steep, steepest
+from tests.scene.test_motion_laws import driven, laws_of
 from tests.simulation.rails import built, on_rail
 
 
@@ -60,3 +62,29 @@ def test_decays_that_longer_steps_leave_out_are_compared_with_shorter_ones(metho
     run = built(on_rail("f").state("f", rate="-f / 1e-3", initial=1.0)).simulate(3.0, 1.5e-3, method=method)
     error = np.abs(run.z[:, 0] - np.exp(-run.t / 1e-3)).max()
     assert error > 0.01 and error < 3.0 * run.error.z_at.max()
+
+
+def test_a_law_steeper_than_a_step_is_found_with_a_step_that_resolves_it() -> None:
+    """What the trapezoidal rule for the rate misses of tanh in one step, against every place of the step."""
+    [law] = laws_of(driven("tanh((t - 0.437) / 0.001)", duration=1.0))
+
+    def largest(step: float) -> float:
+        u = np.linspace(-2.0, 2.0, 4001) * max(step, 1e-3) / 1e-3
+        low, high = u - 500.0 * step, u + 500.0 * step
+        rates = np.cosh(low) ** -2.0 + np.cosh(high) ** -2.0
+        return float(np.abs(np.tanh(high) - np.tanh(low) - 500.0 * step * rates).max())
+
+    found = steepest(law.formula, (), 0.0, 1.0, 4e-3, False)
+    assert found is not None and found.time == pytest.approx(0.437, abs=2e-3)
+    assert found.missed == pytest.approx(largest(4e-3), rel=0.02)
+    assert found.part == pytest.approx(found.missed / 2.0, rel=0.02)
+    assert largest(found.enough) < 0.0031 * 2.0 < largest(2.0 * found.enough)
+    turned = steepest(law.formula, (), 0.0, 1.0, 4e-3, True)
+    assert turned is not None and turned.missed == pytest.approx(found.missed, rel=0.02)
+    assert steepest(law.formula, (), 0.0, 1.0, 2e-4, False) is None
+    refused, reported = steep([law], {}, 0.0, 1.0, 4e-3)
+    assert not reported and f"over one step it changes by {found.missed:.3g} rad" in refused[0].what
+    between = max(step for step in np.linspace(2e-4, 1e-3, 81) if largest(step) < 0.03 * 2.0)
+    refused, [reported] = steep([law], {}, 0.0, 1.0, float(between))
+    part = float(reported.partition("the integral of its rates, ")[2].partition(" %")[0])
+    assert not refused and 1.0 < part <= 3.0  # places that are tried are a quarter of a step apart

@@ -50,22 +50,3 @@ def test_a_long_chain_is_stepped_without_its_dense_matrix(model: eomgen.Model) -
 @pytest.mark.slow
 def test_it_converges_to_runge_kutta_with_order_two(model: eomgen.Model) -> None:
     assert np.all(np.abs(slopes(model, 2e-3, 1e-4) - 2.0) <= 0.1)
-
-
-@pytest.mark.long
-def test_joints_of_several_coordinates_in_a_long_tree() -> None:
-    """Their links share a factor of the configuration, and one stage of the elimination has what is kept of both."""
-    builder = eomgen.SceneBuilder("long_mixture")
-    kinds = {
-        "universal": {"axis": [1, 0, 0], "second_axis": [0, 1, 0]},
-        "cylindrical": {"axis": [0, 0, 1]},
-        "planar": {"axis": [0, 1, 0]},
-    }
-    for k, kind in enumerate([*kinds] * 10):
-        count, parent = 3 if kind == "planar" else 2, f"link_{k - 1}" if k % 5 else "base"
-        builder.body(f"link_{k}", 1.0, center_of_mass=[0.02, 0.01, -0.1], inertia=[0.02, 0.02, 0.01])
-        start = {"position": [0.1] * count, "velocity": [0.2 * (-1) ** k] * count}
-        held = {"position": [0.1, 0, -0.1], "stiffness": [20.0] * count, "initial": start, **kinds[kind]}
-        builder.joint(f"joint_{k}", kind, parent, f"link_{k}", **held)
-    model = eomgen.build(builder.build(), terms=TERMS, profile="quick")
-    assert np.all(np.abs(slopes(model, 4e-3, 1e-3) - 2.0) <= 0.2)

@@ -17,12 +17,7 @@ from eomgen.simulation.accuracy.error_estimation import _moves_between_rows
 from eomgen.simulation.accuracy.step_path import StepPath
 from eomgen.simulation.judgement import failures, singular_positions
 from eomgen.simulation.judgement.diagnosis import fast_joint
-from eomgen.simulation.judgement.singular_positions import (
-    _by_nonzeros,
-    _by_whole_matrices,
-    beyond_reach,
-    examined_rows,
-)
+from eomgen.simulation.judgement.singular_positions import _by_nonzeros, _by_whole_matrices, beyond_reach, examined_rows
 from eomgen.simulation.resume import _goes_on
 from eomgen.simulation.stepping.events import without_value
 from eomgen.simulation.timing import StepTimes

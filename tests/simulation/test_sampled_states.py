@@ -85,25 +85,6 @@ def test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand(name:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["rk4", "generalized_alpha"])
-def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_path: Any) -> None:
-    whole = model(DIGITAL).simulate(1.0, 0.004, method=name, error_estimate=False)
-    simulator = model(DIGITAL).start(method=name, step=0.004)
-    simulator.step(n=100)
-    state = simulator.state
-    simulator.step(n=150)
-    assert np.array_equal(simulator.q, whole.q[-1]) and np.array_equal(simulator.z, whole.z[-1])
-    simulator.restore(state)
-    simulator.set_parameter("stiffness", 20.0)
-    simulator.advance(0.61)
-    assert simulator.t == 0.61 and simulator.q[0] != pytest.approx(whole.at(0.61).q[0])
-    path = tmp_path / "run.ckpt"
-    model(DIGITAL).simulate(0.4, 0.004, method=name, error_estimate=False, checkpoint=path)
-    rest = model(DIGITAL).resume(path, 1.0, error_estimate=False)
-    assert np.array_equal(rest.q[-1], whole.q[-1])
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "events"), [("rk4", False), ("rk45", True), ("taylor", False), ("generalized_alpha", True)]
 )
@@ -160,17 +141,6 @@ WRONG: dict[str, dict[str, Any]] = {
     "states.a.formula": {"sample": 1, "formula": "a.x"},
     "a mass, a time in s is expected": {"sample": "1 kg", "formula": "1"},
 }
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "generalized_alpha"])
-def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> None:
-    """The force falls below 20 N at t = 0.1 s: by hand 20.96 and 18.92 N before and behind it."""
-    text = HOLD + '[events.low]\nwhen = "force - 20"\naction = "stop"\n'
-    solution = model(text).simulate(0.5, 0.004, method=name, error_estimate=False)
-    assert solution.events is not None and solution.events.names == ("low",)
-    assert held_by_hand(0.1)[2] > 20.0 > held_by_hand(0.11)[2]
-    assert solution.events.t[0] == pytest.approx(0.1, abs=1e-9)
 
 
 @pytest.mark.slow_cases("rk45")

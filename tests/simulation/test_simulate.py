@@ -121,6 +121,19 @@ REFUSED: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.parametrize("law", ["max(-20, min(20, -force(q.x)))", "sign(-force(q.x))", "hump(force(q.x))"])
+def test_a_curve_that_is_left_stops_the_run(law: str) -> None:
+    """Beyond its points a curve is not a number: a limit, a sign or another curve does not hide that."""
+    builder = on_rail(law, velocity=3.0).curve("force", points=[[-0.1, -10], [0, 0], [0.1, 10]])
+    builder.curve("hump", bump={"length": 50, "height": 1, "position": -20})
+    message = eomgen.build(builder.build(), profile="instant").simulate(1.0, 1e-3).message
+    said = (
+        r"Q \(the generalized force\), component v.x at t = \S+ s, where the curve force has points from -0.1 to 0.1 "
+    )
+    found = re.search(said + r"and is asked at (\S+); try: points that reach further, or outside = \"hold\"", message)
+    assert found and 0.1 < float(found[1]) < 0.11
+
+
 @pytest.mark.slow
 def test_an_impossible_inertia_is_explained_when_it_ends_a_run() -> None:
     balloon = eomgen.SceneBuilder("balloon").parameter("mass", 1.0, tunable=True)

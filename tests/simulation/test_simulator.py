@@ -32,26 +32,13 @@ PENDULUM: dict[str, Any] = {
     "simulation": None,
 }
 FREE = (
-    "rk4",
-    "rk45",
-    "taylor",
-    "generalized_alpha",
-    "hht",
-    "newmark",
-    "rosenbrock",
-    "lsrt2",
-    "corrected_predictor",
-    "tdg2",
-    "rattlie",
-)
+    "rk4", "rk45", "taylor", "generalized_alpha", "hht", "newmark", "rosenbrock", "lsrt2", "corrected_predictor",
+    "tdg2", "rattlie",
+)  # fmt: skip  # names
 HELD_BY_CONSTRAINTS = (
-    "generalized_alpha",
-    "generalized_alpha_index3",
-    "generalized_alpha_f1",
-    "generalized_alpha_index3_f2",
-    "rk4_partitioned",
-    "rattlie",
-)
+    "generalized_alpha", "generalized_alpha_index3", "generalized_alpha_f1", "generalized_alpha_index3_f2",
+    "rk4_partitioned", "rattlie",
+)  # fmt: skip  # names
 CASES = [*((name, "joint") for name in FREE), *((name, "absolute") for name in HELD_BY_CONSTRAINTS)]
 OF_SERIES = ("taylor",)
 START = {"hinge": {"position": 0.4, "velocity": -0.3}}
@@ -255,6 +242,13 @@ def test_advance_ends_where_it_is_told_to(coordinates: str) -> None:
         (lambda run: run.set_parameter("mass", 1.0), "there is no parameter 'mass'"),
         (lambda run: run.set_parameter("load", np.nan), "load is nan"),
         (lambda run: run.set_parameter("load", -1.0), "load"),
+        (lambda run: run.set_parameters([1.0]), "parameters: a mapping from names to numbers is needed, not list"),
+        (lambda run: run.set_parameters({"lod": 1.0}), "there is no parameter 'lod'; try: load"),
+        (lambda run: run.set_state([0.1]), r"state: a mapping is needed, not list; try: set_state\({"),
+        (lambda run: run.set_state({"lag": 1e308}), "the motion cannot start at t = 0 s: "),
+        (lambda run: setattr(run, "t", 1.0), r"t of a Simulator is read, and not assigned to; try: set_state\(t=...\)"),
+        (lambda run: setattr(run, "q", 1.0), r'q of a Simulator is read, and not assigned to; try: set_state\({"q": '),
+        (lambda run: setattr(run, "v", 1.0), r'v of a Simulator is read, and not assigned to; try: set_state\({"v": '),
         (lambda run: run.set_state({"wheel": 1.0}), "there is no joint or state 'wheel'"),
         (lambda run: run.restore("old"), "state: a state of a simulator is needed, not str; try: run.state of before"),
         (lambda run: run.velocity, "a Simulator has no 'velocity'"),
@@ -266,12 +260,11 @@ def test_mistakes_are_told_and_change_nothing(call: Any, text: str) -> None:
     before = rows_of(run)
     run.set_state(t=0.0)
     before[0] = 0.0
-    with pytest.raises((eomgen.UsageError, eomgen.ModelError), match=text):
+    with pytest.raises(eomgen.EomgenError, match=text):
         call(run)
     assert np.array_equal(rows_of(run), before)
 
 
-@pytest.mark.slow
 def test_starts_that_cannot_be_are_refused() -> None:
     model = pendulum("joint")
     for options, text in (
@@ -279,6 +272,8 @@ def test_starts_that_cannot_be_are_refused() -> None:
         ({"inputs": {"torque": [1.0]}}, "input torque: a table is for a run whose end is known"),
         ({"inputs": {"torque": abs}, "method": "taylor"}, "taylor needs the time derivatives of inputs"),
         ({"parameters": [[1.0], [2.0]]}, "one set of parameters is needed, not a batch"),
+        ({"controllers": {"law": abs}}, "no controller of the scene leaves its function to the caller"),
+        ({"controllers": abs}, "controllers: a mapping from names to functions is needed, not a function"),
         ({"start": "rest"}, "a run cannot start at 'rest'"),
         ({"start": np.array([1.0, 2.0])}, r"start: a run cannot start at array\(\[1., 2.\]\)"),
         ({"method": np.array(["rk4", "rk4"])}, "method: there is no method"),

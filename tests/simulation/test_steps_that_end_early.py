@@ -6,7 +6,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.arrays import Array
@@ -139,19 +138,3 @@ def test_advice_on_the_step_is_that_of_the_parts_that_were_taken(step: float) ->
     run = sampled().simulate(6.0, advised)
     true = np.abs(run.q[:, 0] - known("sampled", run.t)).max() / np.ptp(run.q)
     assert 0.005 < true < 0.015
-
-
-@pytest.mark.parametrize(("method", "tolerance"), [("rk45", 1e-2), ("rk45", 1e-9), ("generalized_alpha", 1e-4)])
-def test_chosen_steps_between_rows_of_inputs_state_the_error_of_these_as_well(method: str, tolerance: float) -> None:
-    """A force of the caller, which steps know at a few times only: DOP853 asks for it at all."""
-
-    def force(t: float) -> float:
-        return float(8.0 * np.sin(11.0 * t))
-
-    model = built(_sled().input("u", unit="N"))
-    run = model.simulate(1.0, 0.01, method=method, tolerance=tolerance, inputs={"u": force})
-    precision = {"rtol": 1e-12, "atol": 1e-13}
-    solved = solve_ivp(
-        lambda t, x: [x[1], force(t) - STIFFNESS * x[0]], (0.0, 1.0), [0.1, 0.0], "DOP853", run.t, **precision
-    )
-    assert good(run.error.q, np.abs(run.q[:, 0] - solved.y[0]).max())

@@ -122,13 +122,6 @@ def test_waves_much_faster_than_the_step_are_refused_before_the_run(method: str)
     assert len(model.discontinuity_times(0.0, 1e-9)) == 2001
 
 
-@pytest.mark.slow
-def test_a_run_with_very_many_jumps_lists_none_of_them() -> None:
-    model = fast_wave(1e-6)
-    solution = model.simulate(1.0, 2e-3, method="rk4")
-    assert solution.success and solution.v[-1, 0] == pytest.approx(0.5, abs=1e-9)
-
-
 def test_a_stepper_evaluates_the_inputs_that_are_not_given() -> None:
     """Numbers, functions of t and samples of a caller are handed over; NaN stands for the formulas of the scene."""
     times = np.array([0.0, 0.25, 0.5])

@@ -36,6 +36,7 @@ def test_the_inverse_root_of_uncoupled_blocks_is_sparse(sizes: list[int], rng: n
     assert issparse(inverse)
     assert inverse.nnz == sum(size**2 for size in sizes)
     np.testing.assert_allclose(whole(inverse), np.linalg.inv(np.linalg.cholesky(M)), rtol=1e-12, atol=1e-14)
+    np.testing.assert_array_equal(whole(inverse_root(csc_array(M))), whole(inverse))
     M[7] = M[:, 7] = 0.0
     with pytest.raises(np.linalg.LinAlgError):
         inverse_root(M)

@@ -106,13 +106,6 @@ def random_loop(tape: Tape, program: Sequence[tuple[Op, int, int, bool]]) -> Map
     product = tape.mul(x[0], x[1])
     gather = ((x[0], -x[1], product), (x[1], x[1], tape.constant(0.4)))
     return Map(
-        kernel,
-        3,
-        ((0.3, -0.7, 1.1),),
-        (x[2],),
-        gather,
-        (product, tape.constant(0.2)),
-        (refs[-1],),
-        (refs[-2], -refs[-3]),
-        (refs[-4], refs[-1]),
-    )
+        kernel, 3, ((0.3, -0.7, 1.1),), (x[2],), gather, (product, tape.constant(0.2)), (refs[-1],),
+        (refs[-2], -refs[-3]), (refs[-4], refs[-1]),
+    )  # fmt: skip  # parts

@@ -13,21 +13,10 @@ from tests.oracles.fifty_digits import evaluate_mpmath
 from tests.symbolic.random_tapes import BINARY, record
 
 LIBRARY = {
-    Op.SQRT: math.sqrt,
-    Op.SIN: math.sin,
-    Op.COS: math.cos,
-    Op.TAN: math.tan,
-    Op.ASIN: math.asin,
-    Op.ACOS: math.acos,
-    Op.ATAN: math.atan,
-    Op.SINH: math.sinh,
-    Op.COSH: math.cosh,
-    Op.TANH: math.tanh,
-    Op.EXP: math.exp,
-    Op.LOG: math.log,
-    Op.ABS: abs,
-    Op.SIGN: lambda x: math.copysign(1.0, x),
-}
+    Op.SQRT: math.sqrt, Op.SIN: math.sin, Op.COS: math.cos, Op.TAN: math.tan, Op.ASIN: math.asin, Op.ACOS: math.acos,
+    Op.ATAN: math.atan, Op.SINH: math.sinh, Op.COSH: math.cosh, Op.TANH: math.tanh, Op.EXP: math.exp,
+    Op.LOG: math.log, Op.ABS: abs, Op.SIGN: lambda x: math.copysign(1.0, x),
+}  # fmt: skip  # a table
 
 
 def test_the_library_covers_every_function_of_one_argument():

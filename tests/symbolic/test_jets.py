@@ -52,6 +52,13 @@ def test_every_operation_against_numerical_taylor_coefficients(op):
         assert evaluate(tape, jet, at(paths)) == pytest.approx(taylor(tape, output, paths), rel=1e-12, abs=1e-14)
 
 
+def test_signs_and_comparisons_are_flat():
+    tape = Tape()
+    x, y = tape.input("x", 0), tape.input("x", 1)
+    flat = [tape.call(Op.SIGN, x), tape.call(Op.LT, x, y), tape.call(Op.LE, y, x)]
+    assert jets(tape, flat, moving_inputs(tape, 2), 3) == [[ref, ZERO, ZERO, ZERO] for ref in flat]
+
+
 @settings(max_examples=25, deadline=None)
 @given(programs)
 def test_random_tapes_against_numerical_taylor_coefficients(program):

@@ -37,14 +37,9 @@ def coefficients(source, outputs, paths, order, *, time=False):
     for k in range(1, order + 1):
         sums = sum((left[i] * right[k - i] for i in range(1, k)), np.zeros(size))
         blocks = {
-            "x_k": [path[k] for path in paths],
-            SUMS: sums,
-            LEFT: left[0],
-            RIGHT: right[0],
-            KEPT: kept,
-            PREVIOUS: previous,
-            ORDER: [k, 1 / k, 1 / (k + 1), paths[0][1]],
-        }
+            "x_k": [path[k] for path in paths], SUMS: sums, LEFT: left[0], RIGHT: right[0], KEPT: kept,
+            PREVIOUS: previous, ORDER: [k, 1 / k, 1 / (k + 1), paths[0][1]],
+        }  # fmt: skip  # blocks
         left[k] = evaluate(tape, [term.next for term in series.left], blocks)
         right[k] = evaluate(tape, [term.next for term in series.right], blocks)
         previous = evaluate(tape, [term.next for term in series.previous], blocks)

@@ -19,16 +19,7 @@ from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import ABANDONED_AFTER, Cache
 from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
-from tests.toolchain.fire import (
-    NOTHING_LEFT,
-    building,
-    command,
-    left_in,
-    mounted,
-    remounted,
-    scene_in,
-    script,
-)
+from tests.toolchain.fire import NOTHING_LEFT, building, command, left_in, mounted, scene_in, script
 from tests.toolchain.test_builder import CDEF, FILES, LAYOUT, build
 from tests.toolchain.test_cache import fill
 
@@ -152,31 +143,6 @@ def test_a_run_on_a_full_disk_ends_with_a_note_and_leaves_the_disk_as_it_was(tmp
         assert sum("cannot be written" in line for line in said) == 1
         assert left_in(cache) == NOTHING_LEFT
     assert command(words, tmp_path / "large").returncode == 0
-
-
-@pytest.mark.long
-def test_a_read_only_cache_still_serves_what_is_in_it(tmp_path: Path) -> None:
-    scene, cache = scene_in(tmp_path), tmp_path / "cache"
-    with mounted(cache, "size=20m") as disk:
-        printed = end(building(scene, cache))
-        if disk:
-            remounted(cache, "ro")
-        else:
-            cache.chmod(0o555)
-        try:
-            assert end(building(scene, cache)) == printed  # and not a word
-            scene.write_text(
-                scene.read_text(encoding="utf-8").replace('name = "shaken"', 'name = "stirred"'), encoding="utf-8"
-            )
-            process = building(scene, cache)
-            other, complaint = process.communicate(timeout=120)
-            assert other == printed and complaint.count("RuntimeWarning") == 1
-            assert f"the cache {cache} cannot be written (" in complaint and "Set EOMGEN_CACHE to a folder" in complaint
-            substitute = Path(complaint.partition("building in ")[2].partition(" instead")[0])
-            assert substitute.name.startswith("eomgen-cache-") and not substitute.exists()
-        finally:
-            if not disk:
-                cache.chmod(0o755)
 
 
 def test_a_disk_from_which_nothing_may_run_is_named(tmp_path: Path) -> None:

@@ -16,13 +16,7 @@ from eomgen.pipeline.pipeline import build_in
 from eomgen.toolchain import profiles
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
-from eomgen.toolchain.profiles import (
-    OF_ELIMINATION,
-    OF_STRAIGHT,
-    PROFILES,
-    passes_for,
-    without_slow_passes,
-)
+from eomgen.toolchain.profiles import OF_ELIMINATION, OF_STRAIGHT, PROFILES, passes_for, without_slow_passes
 from tests.toolchain.test_builder import FILES, build
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

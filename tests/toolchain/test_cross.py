@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import shutil
 import struct
@@ -15,7 +16,8 @@ import eomgen
 from eomgen.cli import main
 from eomgen.toolchain import cross
 from eomgen.toolchain.compiler import Compiler, find_compiler, zig_program
-from eomgen.toolchain.cross import TARGETS, code_bytes, cross_build, cross_target
+from eomgen.toolchain.cross import TARGETS, CrossBuild, code_bytes, cross_build, cross_target
+from tests.models.library import scene_file
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated" / "spherical_pendulum"
@@ -125,20 +127,7 @@ def test_code_of_webassembly_is_counted() -> None:
 
 
 def test_the_deepest_chain_of_calls_and_the_sizes_of_all_objects(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    listing = """
-define dso_local void @step(ptr %0) #0 {
-  call void @mass(ptr %0)
-  tail call fastcc i32 @"force"(ptr %0)
-}
-define internal void @mass(ptr %0) {
-  %1 = call double @sin(double 1.0)
-}
-define i32 @"force"(ptr %0) {
-  call void @mass(ptr %0)
-}
-define void @alone() {
-}
-"""
+    listing = (Path(__file__).parent / "calls.ll").read_text(encoding="utf-8")
     frames = {"step": 100, "mass": 40, "force": 500, "alone": 600, "main": 9000}
     commands: list[list[str]] = []
 
@@ -199,19 +188,24 @@ def test_a_file_is_for_its_machine_and_prints_the_same_digits(name: str, folder:
         assert done.stdout.replace("\r\n", "\n") == native(folder)
 
 
-@needs_zig
-@pytest.mark.long
 def test_the_command_reports_code_stack_and_the_work_of_a_step(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene = str(ROOT / "examples" / "shear_frame_with_pendulum" / "scene.toml")
-    words = ["generate", scene, "--out", str(tmp_path / "c"), "--for", "cortex-m4", "--for", "wasm32"]
+    monkeypatch.setattr(cross, "zig", lambda: None)
+    monkeypatch.setattr(cross, "cross_build", lambda folder, name: CrossBuild(name, folder / name, 9, 8, 7, "zig cc"))
+    scene = scene_file(tmp_path, "oscillator", simulation__method="rosenbrock")
+    words = ["generate", str(scene), "--out", str(tmp_path / "c"), "--for", "cortex-m4", "--for", "wasm32"]
     assert main([*words, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    assert [item["target"] for item in data["machines"]] == ["cortex-m4", "wasm32"]
-    assert all(Path(item["file"]).stat().st_size == item["size"] for item in data["machines"])
-    assert data["step"]["method"] == "rosenbrock" and data["step"]["total"]["multiplications"] > 0
+    assert [list(item.values())[:4] for item in data["machines"]] == [
+        [name, str(tmp_path / "c" / name), 9, 8] for name in ("cortex-m4", "wasm32")
+    ]
+    assert main(words) == 0
+    total = data["step"]["total"]
+    each = ", ".join(f"{total[key]} {key}" for key in ("additions", "multiplications", "divisions"))
+    assert f"a step of rosenbrock: {each}" in capsys.readouterr().err and total["multiplications"] > 5
     assert main([*words, "--method", "rk4"]) == 0
     told = capsys.readouterr()
-    assert "cortex-m4" in told.out and "deepest stack" in told.out
-    assert "operations of each function that steps of rk4 call: " in told.err
+    assert re.search(r"\nwasm32 +wasm32 +9 +8 +7 ", told.out) and "deepest stack" in told.out
+    assert "operations of each function that steps of rk4 call: forward_dynamics 1\n" in told.err
+    assert main([*words, "--target", "python"]) == 2 and "programs are made of C" in capsys.readouterr().err

@@ -8,15 +8,15 @@ import re
 import shutil
 import subprocess
 import sys
-import types
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from eomgen.toolchain import doctor
 from eomgen.toolchain.compiler import find_compiler
 from eomgen.toolchain.doctor import ToolchainCheck, examine
-from tests.toolchain.fire import environment, mounted, script
+from tests.toolchain.fire import environment, script
 
 PYTHON = sys.executable
 
@@ -40,14 +40,8 @@ def assert_mended(name: str, where: dict[str, str], what: str, remedy: str) -> N
 def test_this_machine_is_sound() -> None:
     checks = examine()
     assert [check.name for check in checks][:7] == [
-        "python",
-        "temporary files",
-        "compiler",
-        "compiles",
-        "Python.h",
-        "cache",
-        "room",
-    ]
+        "python", "temporary files", "compiler", "compiles", "Python.h", "cache", "room",
+    ]  # fmt: skip  # names
     assert [check for check in checks if not check.ok] == []
     assert find_compiler().version in {check.name: check for check in checks}["compiler"].found
 
@@ -181,16 +175,6 @@ def test_a_cache_that_its_owner_has_locked(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with mounted(tmp_path / "disk", "size=1m") as small:
-        if small:
-            assert_mended("room", environment(tmp_path / "disk"), "^1 MB free for the cache in ", "unset EOMGEN_CACHE")
-    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "not" / "yet"))
-    monkeypatch.setattr(doctor, "ROOM", 10**18)
-    assert doctor._room().found.endswith(f"MB free for the cache in {tmp_path}")
-
-
-@pytest.mark.slow
 def test_no_place_for_temporary_files(tmp_path: Path) -> None:
     blocked = (
         "import tempfile; tempfile._candidate_tempdir_list = lambda: ['/proc/nowhere'] if 'TMPDIR' in os.environ else"
@@ -200,20 +184,6 @@ def test_no_place_for_temporary_files(tmp_path: Path) -> None:
     where = environment(tmp_path / "cache", TMPDIR="/proc/nowhere")
     where["PYTHONPATH"] = f"{tmp_path}{os.pathsep}{where['PYTHONPATH']}"
     assert_mended("temporary files", where, "No usable temporary directory", "unset TMPDIR")
-
-
-@pytest.mark.slow
-def test_a_package_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its command is run as it stands: pip finds that nothing is missing on this machine."""
-
-    def unknown(name: str) -> str:
-        raise doctor.PackageNotFoundError(name)
-
-    monkeypatch.setattr(doctor, "version", unknown)
-    ill = doctor._package("cffi")
-    assert (ill.ok, ill.found, ill.remedy) == (False, "not installed", f"{PYTHON} -m pip install cffi")
-    done = subprocess.run(["/bin/sh", "-c", ill.remedy], capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 0 and "already satisfied: cffi" in done.stdout, done.stderr
 
 
 def test_a_package_whose_files_are_gone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,14 +206,13 @@ def test_headers_that_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert fine.ok and not fine.needed and fine.found == "not used on Windows, whose models are loaded in ABI mode"
 
 
-def test_zig_takes_its_first_build_for_its_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    times = iter((7.0, 0.5))
-    monkeypatch.setattr(doctor, "_seconds_of_build", lambda: next(times))
-    monkeypatch.setattr(doctor, "find_compiler", lambda: types.SimpleNamespace(is_zig=True))
-    found = doctor._compiles().found
-    assert (
-        found == "a small library builds and links in 0.5 s; zig took 7 s to make its C library for this machine, once"
-    )
+def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "not" / "yet"))
+    monkeypatch.setattr(doctor.shutil, "disk_usage", lambda folder: SimpleNamespace(free=2_500_000))
+    told = doctor._room()
+    assert (told.found, told.remedy) == (f"2 MB free for the cache in {tmp_path}", "unset EOMGEN_CACHE") and not told.ok
+    monkeypatch.setattr(doctor, "ROOM", 2_500_000)
+    assert doctor._room().ok
 
 
 def test_packages_that_are_not_installed_are_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,10 +66,7 @@ def test_every_line_of_every_row_is_fetched_once_and_between_statements() -> Non
 def test_short_rows_and_rows_that_are_longer_than_the_function_are_left_to_the_processor(
     sizes: tuple[int, int, int], statements: int
 ) -> None:
-    function = FUNCTION | {
-        "input_sizes": [sizes[0], 1, sizes[1]],
-        "outputs": [{"argument": "tau", "size": sizes[2]}],
-    }
+    function = FUNCTION | {"input_sizes": [sizes[0], 1, sizes[1]], "outputs": [{"argument": "tau", "size": sizes[2]}]}
     texts = [part(1, "const real *q, real *restrict tau", statements)]
     assert with_fetches(texts, CALL, function, "m") == texts
 
@@ -107,9 +104,10 @@ def test_fetches_stay_within_the_rows(vehicle: Model, tmp_path: Path) -> None:
     assert reads != files[SOURCE]
     for name, text in files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    driver = DRIVER.format(inputs=", ".join(map(str, sizes)), outputs=", ".join(map(str, results)), number=number)
-    (tmp_path / SOURCE).write_text("static int touched;\n" + reads + driver, encoding="utf-8")
+    (tmp_path / SOURCE).write_text("static int touched;\n" + reads + DRIVER, encoding="utf-8")
     flags = ["-std=c99", "-O1", "-Wno-psabi", "-fsanitize=address", "-fno-sanitize-recover", "-DEOMGEN_REAL_LANES"]
+    flags += [f"-D{name}={','.join(map(str, of))}" for name, of in (("INPUT_SIZES", sizes), ("RESULT_SIZES", results))]
+    flags.append(f"-DFUNCTION={number}")
     users = sorted(name for name in files if name.endswith(".c"))
     command = [str(shutil.which("gcc") or shutil.which("cc")), *flags, *users, "-lm", "-o", "run"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
@@ -118,33 +116,7 @@ def test_fetches_stay_within_the_rows(vehicle: Model, tmp_path: Path) -> None:
 
 
 #: Batches whose length is no multiple of the lanes, in arrays of exactly their size.
-DRIVER = """
-int main(void)
-{{
-    static const long sizes[] = {{ {inputs} }}, results[] = {{ {outputs} }}, counts[] = {{ 8, 11, 12, 16, 17, 31 }};
-    enum {{ INPUTS = sizeof sizes / sizeof sizes[0], OUTPUTS = sizeof results / sizeof results[0] }};
-    long c, k, j;
-    for (c = 0; c < 6; ++c) {{
-        const double *inputs[INPUTS];
-        double *outputs[OUTPUTS];
-        for (k = 0; k < INPUTS; ++k) {{
-            double *rows = malloc((size_t)(counts[c] * sizes[k]) * sizeof *rows);
-            for (j = 0; j < counts[c] * sizes[k]; ++j)
-                rows[j] = 0.5;
-            inputs[k] = rows;
-        }}
-        for (k = 0; k < OUTPUTS; ++k)
-            outputs[k] = malloc((size_t)(counts[c] * results[k]) * sizeof(double));
-        if (eomgen_call({number}, counts[c], inputs, sizes, outputs) != 0)
-            return 1;
-        for (k = 0; k < INPUTS; ++k)
-            free((void *)inputs[k]);
-        for (k = 0; k < OUTPUTS; ++k)
-            free(outputs[k]);
-    }}
-    return 0;
-}}
-"""
+DRIVER = (Path(__file__).parent / "rows_ahead.c").read_text(encoding="utf-8")
 
 
 @pytest.mark.long

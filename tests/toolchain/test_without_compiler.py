@@ -93,11 +93,3 @@ def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: P
         f" ziglang, and the cache {folder / 'cache'} has no library of this model with these terms, this method and"
         " profile reproducible for this machine; try: "
     )
-
-
-@pytest.mark.slow
-def test_a_compiler_that_cc_names_wrongly_is_no_missing_one(shipped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("EOMGEN_CACHE", str(shipped / "cache"))
-    monkeypatch.setenv("CC", "no-such-cc")
-    with pytest.raises(eomgen.ToolchainError, match="no C compiler 'no-such-cc' on the path"):
-        eomgen.build(shipped / "scene.toml", profile="reproducible")
