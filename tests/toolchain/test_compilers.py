@@ -11,6 +11,7 @@ import pytest
 from eomgen.errors import ToolchainError
 from eomgen.toolchain import compiler, doctor
 from eomgen.toolchain.compiler import _variables, _zig_folder, find_compiler, zig_program
+from tests.examples.covering import covering
 from tests.toolchain.compilers import END, START, compilers, difference, examples, motions, rows_of, table
 from tests.toolchain.fire import environment, script
 
@@ -95,6 +96,16 @@ def test_zig_has_a_folder_without_one_of_the_user(tmp_path: Path, monkeypatch: p
 @pytest.mark.parametrize("name", OTHERS)
 def test_compilers_agree_on_a_loop_and_a_beam(name: str, tmp_path: Path) -> None:
     names, there = ["four_bar/scene.toml", "spin_up_beam/scene.toml"], compilers()
+    first, other = (motions(names, there[kind], tmp_path) for kind in ("gcc", name))
+    assert {example: difference(first[example], other[example]) for example in names} == dict.fromkeys(names, "")
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not OTHERS, reason="there is one compiler here")
+@pytest.mark.parametrize("name", OTHERS)
+def test_compilers_agree_on_a_third_of_the_examples_that_have_every_feature(name: str, tmp_path: Path) -> None:
+    """The page has all examples, which take five minutes."""
+    there, names = compilers(), covering(examples())[::3]
     first, other = (motions(names, there[kind], tmp_path) for kind in ("gcc", name))
     assert {example: difference(first[example], other[example]) for example in names} == dict.fromkeys(names, "")
 
