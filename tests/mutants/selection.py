@@ -12,7 +12,7 @@ import hashlib
 import json
 import mmap
 import re
-import shutil
+import tempfile
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -97,9 +97,9 @@ class Recording:
     def __init__(self, tier: str) -> None:
         runs = MEASURED / tier
         self.runs = [Run.of(one.parent) for one in sorted(runs.glob("*/tests.jsonl"))]
-        self.folder = runs / f"{len(self.runs):04d}"
-        shutil.rmtree(self.folder, ignore_errors=True)
-        self.folder.mkdir(parents=True)
+        runs.mkdir(parents=True, exist_ok=True)
+        # Two runs at a time have folders of their own, in the order of their starts.
+        self.folder = Path(tempfile.mkdtemp(prefix=f"{len(self.runs):04d}_", dir=runs))
         plan: dict[str, int] = {}
         names: list[str] = []
         for path in sorted((ROOT / "eomgen").rglob("*.py")):
