@@ -197,12 +197,7 @@ def test_regulator_and_observer_keep_their_eigenvalues(sample: float | None) -> 
     assert whole.closed_loop.disturbances == ("w1", "w2", "noise.y1", "noise.y2")
     # the loop by hand, from the equations of plant and controller
     c = whole.controller
-    joined = np.block(
-        [
-            [law.space.A + law.space.B @ c.D @ seen.C, law.space.B @ c.C],
-            [c.B @ seen.C, c.A],
-        ]
-    )
+    joined = np.block([[law.space.A + law.space.B @ c.D @ seen.C, law.space.B @ c.C], [c.B @ seen.C, c.A]])
     np.testing.assert_allclose(whole.closed_loop.A, joined, atol=1e-12)
 
 

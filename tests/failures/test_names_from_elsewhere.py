@@ -46,10 +46,7 @@ def entry(section: str, text: str) -> Callable[[], Any]:
         (formula("integral(t)"), 'try: a state of its own: [states] and NAME = { rate = "..." }'),
         (formula("delay(t, 1)"), "try: a sampled state: [states.NAME] with sample, formula and delay"),
         (formula("t > 1 ? 2 : 0"), "the character '?' is not part of formulas (column 7); try: 2 if t > 1 else 0"),
-        (
-            changed('name = "arm"', 'name = "arm"\ngravity = 9.81'),
-            "not 9.81; try: gravity = [0, 0, -9.81]",
-        ),
+        (changed('name = "arm"', 'name = "arm"\ngravity = 9.81'), "not 9.81; try: gravity = [0, 0, -9.81]"),
         (changed("value = 0.5,", "value = 0,5,"), "try: 0.5 with a decimal point"),
         (entry("bodies.upper", "mass = 1"), "try: one table, or one key, of each name"),
         (
@@ -63,14 +60,8 @@ def entry(section: str, text: str) -> Callable[[], Any]:
         (entry("base", 'z = "0.1 * sin(t)"'), 'try: position = [0, 0, "0.1 * sin(t)"]'),
         (lambda: arm().step(0.1), "a Model has no 'step'; try: start(step=...), whose step(u) takes one step"),
         (lambda: arm().q, "try: simulate(...).q, of a motion; a model has initial_q"),
-        (
-            lambda: arm().parameters.__setitem__("load", 2.0),
-            "the defaults, which do not change; try: simulate(",
-        ),
-        (
-            lambda: arm().simulate(0.01, 1e-3).outputs.tip,
-            "none of the attributes; try: ['tip'] in place of .tip",
-        ),
+        (lambda: arm().parameters.__setitem__("load", 2.0), "the defaults, which do not change; try: simulate("),
+        (lambda: arm().simulate(0.01, 1e-3).outputs.tip, "none of the attributes; try: ['tip'] in place of .tip"),
         (lambda: arm().simulate(0.1, 1e-3, initial={"q": [1, 2]}), "try: 1 number; q_names, v_names and states of"),
     ],
 )

@@ -163,10 +163,7 @@ def test_shapes_that_leave_their_points_are_told(body: str, first: str, told: st
             {"maps": {"motor": MOTOR}, "efforts": {"e": {"joint": "hinge", "effort": "map.motor(12, v.hinge)"}}},
             "map.motor takes x in rad/s, and y is given in rad/s; try: map.motor(x, y), with both arguments exchanged",
         ),
-        (
-            {"states": {"angle": {"sample": "1 ms", "next": "q.hinge"}}},
-            "the key 'next' is unknown here; try: formula",
-        ),
+        ({"states": {"angle": {"sample": "1 ms", "next": "q.hinge"}}}, "the key 'next' is unknown here; try: formula"),
         (
             {"constraints": {"c": {"type": "rolling", "friction": 0.8, **TIP}}},
             "the key 'friction' is unknown here; try: no friction: a rolling contact does not slip",

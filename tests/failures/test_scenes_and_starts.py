@@ -82,13 +82,7 @@ damping = 500
 
 REFUSED = [
     (SLIDER, 'effort = "motor"', 'effort = "= motor"', "a formula does not begin with '='", "the formula without it"),
-    (
-        SLIDER,
-        "[base]",
-        "velocity = [1, 0, 0]",
-        "unknown here",
-        "position alone, from which rates follow",
-    ),
+    (SLIDER, "[base]", "velocity = [1, 0, 0]", "unknown here", "position alone, from which rates follow"),
     (SLIDER, "[events.e]", 'when = "q.x == 0"', "'==' is not part", '"q.x": an event is at the roots'),
     (SLIDER, "[events.e]", 'when = "q.x = 0.5"', "'=' is not part", '"q.x - (0.5)": an event is at the roots'),
     (SLIDER, "[outputs.f]", 'formula = "effort.e"', "unknown quantity 'effort'", "drive_effort.e of a driven joint"),
@@ -126,18 +120,8 @@ def test_points_around_a_bend_are_taken(angle: int) -> None:
 
 
 NOTED = [
-    (
-        BEAM,
-        "7800",
-        "7.85",
-        "beams.b.section.density: the density 7.85 kg/m^3 is below the density of any foam; 7850",
-    ),
-    (
-        BEAM,
-        "2e11",
-        "210",
-        "beams.b.section.elastic_modulus: the modulus 210 Pa is below the modulus of any solid;",
-    ),
+    (BEAM, "7800", "7.85", "beams.b.section.density: the density 7.85 kg/m^3 is below the density of any foam; 7850"),
+    (BEAM, "2e11", "210", "beams.b.section.elastic_modulus: the modulus 210 Pa is below the modulus of any solid;"),
     (
         CAR,
         "position = 0.29",

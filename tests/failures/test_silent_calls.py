@@ -52,10 +52,7 @@ def driven(function: Callable[..., Any]) -> Callable[[], Any]:
 CALLS: list[tuple[Callable[[], Any], str]] = [
     (setting(slider, "step"), "a Model has no 'step' to set; try: simulate(step=...)"),
     (setting(slider, "load"), "a Model has no 'load' to set; try: simulate(parameters={\"load\": ...})"),
-    (
-        setting(lambda: slider().scene, "gravity"),
-        "a Scene does not change, so 'gravity' is not assigned to; try: gra",
-    ),
+    (setting(lambda: slider().scene, "gravity"), "a Scene does not change, so 'gravity' is not assigned to; try: gra"),
     (lambda: slider().pose([0.0], "m"), "the name of a body or frame comes first, not list; try: the name, and then q"),
     (
         lambda: slider().jacobian("m", [0.0], "LOCAL"),  # type: ignore[arg-type]

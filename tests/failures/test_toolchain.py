@@ -111,8 +111,7 @@ def _interrupted(process: subprocess.Popen[str]) -> str:
 def test_an_interrupt_does_not_wait_for_the_compiler(tmp_path: Path) -> None:
     started = tmp_path / "started"
     slow = script(
-        tmp_path / "slow",
-        f'case "$*" in *--version*|*wrapper*) exec cc "$@";; esac\ntouch {started}\nexec sleep 60',
+        tmp_path / "slow", f'case "$*" in *--version*|*wrapper*) exec cc "$@";; esac\ntouch {started}\nexec sleep 60'
     )
     scene = tmp_path / "shaken.toml"
     scene.write_text(PENDULUM_TOML)

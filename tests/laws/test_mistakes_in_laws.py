@@ -82,10 +82,7 @@ def test_mistakes_in_entries(folder: Path, change: dict[str, Any], message: str)
         ("laws.tyre(0, 0, 1)", "not 'laws.tyre' (column 1); try: law.tyre.fx(kappa, alpha, load)"),
         ("law.tyre", "law.tyre is a function of kappa, alpha, load, and needs arguments"),
         ("law.tyre.fx(0, 0, 1)[1]", "law.tyre has no component 1"),
-        (
-            "law.tyre.fx(0, v.axle, 1)",
-            "the argument alpha of law.tyre is in rad by its own entry, and is given",
-        ),
+        ("law.tyre.fx(0, v.axle, 1)", "the argument alpha of law.tyre is in rad by its own entry, and is given"),
     ],
 )
 def test_mistakes_in_formulas(folder: Path, formula: str, message: str) -> None:
@@ -120,16 +117,8 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
             "    static int calls = 0; ++calls; results[0] = calls +",
             "tyre gives other values in a second call with the same arguments; try: no static variables",
         ),
-        (
-            "partials[2] = mu * x",
-            "partials[2] = -mu * x",
-            "tyre_partials: the derivative of fx by load is",
-        ),
-        (
-            "partials[2] = mu * x",
-            "partials[2] = 1.004 * mu * x",
-            "tyre_partials: the derivative of fx by load is",
-        ),
+        ("partials[2] = mu * x", "partials[2] = -mu * x", "tyre_partials: the derivative of fx by load is"),
+        ("partials[2] = mu * x", "partials[2] = 1.004 * mu * x", "tyre_partials: the derivative of fx by load is"),
         ("    results[0] =", "    ((double *)arguments)[0] = 0.0; results[0] =", "tyre writes to the arguments"),
         ("    results[0] =", "    ((double *)parameters)[1] = 0.0; results[0] =", "tyre writes to the parameters"),
         (

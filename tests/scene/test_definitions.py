@@ -112,10 +112,7 @@ def test_local_quantities_are_those_of_the_load_that_mentions_the_definition(tmp
         for side, y, factor in (("left", 0.5, 1), ("right", -0.5, 2))
     )
     drag = "-4 * velocity.here[0] * (1 + position.here[1])"
-    texts = (
-        f'{HEAD}[definitions]\ndrag = "{drag}"\n{loads.format(law="drag")}',
-        f"{HEAD}{loads.format(law=drag)}",
-    )
+    texts = (f'{HEAD}[definitions]\ndrag = "{drag}"\n{loads.format(law="drag")}', f"{HEAD}{loads.format(law=drag)}")
     ends = [eomgen.build(written(tmp_path, text), method="rk4").simulate(0.2, 1e-3).q[-1] for text in texts]
     np.testing.assert_array_equal(*ends)
 

@@ -426,13 +426,7 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, place: 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
-    [
-        (
-            "parent",
-            'prefix = "9 x"\nparent',
-            "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; try",
-        ),
-    ],
+    [("parent", 'prefix = "9 x"\nparent', "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; try")],
 )
 def test_places_and_prefixes_that_cannot_be(folder: Path, old: str, new: str, message: str) -> None:
     [found] = problems(folder, CAR + LEFT.replace(old, new, 1))
@@ -441,9 +435,7 @@ def test_places_and_prefixes_that_cannot_be(folder: Path, old: str, new: str, me
 
 @pytest.mark.parametrize(
     ("old", "new", "place", "message"),
-    [
-        ("[points.top]", "[points.'a b']", "21 points.'a b'", "the name 'a b' is not legal; try: up to 64"),
-    ],
+    [("[points.top]", "[points.'a b']", "21 points.'a b'", "the name 'a b' is not legal; try: up to 64")],
 )
 def test_what_is_wrong_in_an_included_file(folder: Path, old: str, new: str, place: str, message: str) -> None:
     (folder / "wheel.toml").write_text(WHEEL.replace(old, new, 1), encoding="utf-8")

@@ -79,10 +79,7 @@ def test_free_joint_state() -> None:
 
 
 @pytest.mark.parametrize(
-    ("quaternion", "message"),
-    [
-        ("[0, 2, 0, 0]", "the quaternion has norm 2, not 1; try: [0, 1, 0, 0]"),
-    ],
+    ("quaternion", "message"), [("[0, 2, 0, 0]", "the quaternion has norm 2, not 1; try: [0, 1, 0, 0]")]
 )
 def test_quaternions_of_other_norms_are_refused(quaternion: str, message: str) -> None:
     assert problems(f"initial = {{ orientation = {quaternion} }}", FREE) == [

@@ -145,10 +145,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"inertia_matrix": with_entry(2, 2, 0.01)},
         "the rotary inertia about the centre of mass is not positive definite: its smallest eigenvalue is -0.0105",
     ),
-    "triangle": (
-        {"inertia_matrix": with_entry(0, 0, 0.2)},
-        "about the centre of mass, the principal moments 0.0194",
-    ),
+    "triangle": ({"inertia_matrix": with_entry(0, 0, 0.2)}, "about the centre of mass, the principal moments 0.0194"),
     "along the axis": (
         {"inertia_matrix": matrix(2.0, 0.0, 0.0, ABOUT).tolist(), "section": None, "center_of_mass": [0.1, 0.0]},
         "center_of_mass is given, and inertia_matrix too, which has it; try: one of them",

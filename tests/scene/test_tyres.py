@@ -70,9 +70,7 @@ def test_messages(keys: str, message: str) -> None:
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
-    [
-        ('"hub"', '"stone"', ".center): the point stone is on the base, on which a wheel's force has no effect"),
-    ],
+    [('"hub"', '"stone"', ".center): the point stone is on the base, on which a wheel's force has no effect")],
 )
 def test_messages_on_what_is_needed(old: str, new: str, message: str) -> None:
     assert problem("", TYRE.replace(old, new)).startswith(f"tyres.front{message}")

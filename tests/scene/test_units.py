@@ -221,9 +221,7 @@ def test_a_label_beside_a_unit_string_is_that_of_si(label: str) -> None:
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
-    [
-        ("length = 0.8", 'length = "250 nn"', "scene.toml:4 (parameters.length.value): there is no unit 'nn'"),
-    ],
+    [("length = 0.8", 'length = "250 nn"', "scene.toml:4 (parameters.length.value): there is no unit 'nn'")],
 )
 def test_one_fault_is_one_problem(old: str, new: str, message: str) -> None:
     [found] = problems(text=replaced(old, new))
