@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, cast
@@ -537,9 +538,8 @@ WRONG = {ModelError: NOT_DESIGNED, UsageError: REFUSED, NumericalError: BEYOND_N
 
 @pytest.mark.parametrize(("error", "message"), [(kind, message) for kind, calls in WRONG.items() for message in calls])
 def test_what_cannot_be_designed(error: type[EomgenError], message: str) -> None:
-    with pytest.raises(error) as caught:
+    with pytest.raises(error, match=re.escape(message)):
         WRONG[error][message]()
-    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("sample", [None, 0.01])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import pickle
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -56,9 +57,8 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
 
 @pytest.mark.parametrize(("call", "piece"), CALLS, ids=[piece[:40] for _, piece in CALLS])
 def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) -> None:
-    with pytest.raises(eomgen.EomgenError) as error:
+    with pytest.raises(eomgen.EomgenError, match=re.escape(piece)):
         call()
-    assert piece in str(error.value)
 
 
 def test_a_part_of_another_motion_does_not_go_on(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -135,9 +137,8 @@ def test_a_winch_pulls_by_the_length_of_its_rope() -> None:
     ],
 )
 def test_what_is_said_of_lengths(text: str, said: str) -> None:
-    with pytest.raises(DescriptionError) as caught:
+    with pytest.raises(DescriptionError, match=re.escape(said)):
         load_toml(text)
-    assert said in str(caught.value)
 
 
 ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis = [0, 1, 0], '
@@ -168,9 +169,8 @@ ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis 
 )
 def test_what_is_said_of_drives(joint: str, said: str) -> None:
     text = ARM.format(top="", joint=joint).replace("[outputs]\noutputs.", "[outputs]\n")
-    with pytest.raises(DescriptionError) as caught:
+    with pytest.raises(DescriptionError, match=re.escape(said)):
         load_toml(text)
-    assert said in str(caught.value)
 
 
 def test_an_angle_that_jumps_by_whole_turns_is_the_same_angle() -> None:
