@@ -42,10 +42,6 @@ def setting(owner: Callable[[], Any], name: str) -> Callable[[], Any]:
     return lambda: setattr(owner(), name, 1.0)
 
 
-def started(**options: Any) -> Any:
-    return slider().start(step=1e-3, **options)
-
-
 def driven(function: Callable[..., Any]) -> Callable[[], Any]:
     return lambda: slider().simulate(0.01, 1e-3, inputs={"f": function})
 

@@ -86,10 +86,6 @@ def test_what_was_meant_is_told(call: Callable[[], Any], piece: str) -> None:
     assert piece in text, text
 
 
-def test_attributes_are_listed_once() -> None:
-    assert len(set(dir(solution()))) == len(dir(solution()))
-
-
 def test_the_home_folder_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "arm.toml").write_text(SCENE, encoding="utf-8")
     monkeypatch.setenv("HOME", str(tmp_path))
@@ -153,19 +149,6 @@ def test_words_of_command_lines(
     complaint = capsys.readouterr().err
     assert code == 2, complaint
     assert answer.replace("{folder}", str(tmp_path) if folder else ".").replace("./", "") in complaint, complaint
-
-
-def test_where_joints_start_is_said_by_their_coordinates_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "s.toml").write_text(SCENE, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    starts = ["--initial", "shoulder=0.25", "--initial", "v.shoulder=90deg/s"]
-    assert main(["simulate", "s.toml", *RUN.split(), "--t-end", "0.001", *starts]) == 0, capsys.readouterr().err
-    first = eomgen.Solution.load(tmp_path / "o" / "solution.npz")
-    assert first.q[0] == 0.25 and np.isclose(first.v[0, 0], np.pi / 2, rtol=1e-15)
-    assert main(["simulate", "s.toml", *RUN.split(), "--t-end", "0.001", "--initial", "q.shoulder=0.25"]) == 0
-    assert eomgen.Solution.load(tmp_path / "o" / "solution.npz").q[0] == 0.25
 
 
 def test_starts_in_python_are_given_by_coordinates_too() -> None:
@@ -396,12 +379,6 @@ def test_what_a_name_was_meant_to_be_is_told(call: Callable[[], Any], pieces: tu
     text = refused(call)
     missing = [piece for piece in pieces if piece not in text]
     assert not missing, f"{missing} in: {text}"
-
-
-def test_options_of_robots_have_their_counterparts_in_scenes(tmp_path: Path) -> None:
-    (tmp_path / "arm.toml").write_text(SCENE)
-    text = refused(lambda: eomgen.load(tmp_path / "arm.toml", actuated=True))
-    assert "for URDF only; try: [inputs] and [efforts] in the scene file" in text
 
 
 def test_transmissions_that_are_missing_are_noted() -> None:

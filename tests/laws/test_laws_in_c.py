@@ -70,13 +70,6 @@ def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> Non
 
 
 @pytest.mark.slow
-def test_profiles_give_the_same_numbers(folder: Path) -> None:
-    models = [eomgen.build(wheel_scene(TYRE_LAW, folder), profile=name) for name in ("instant", "reproducible")]
-    runs = [model.simulate(t_end=0.1) for model in models]
-    assert difference(runs[0].q, runs[1].q) < 1e-13
-
-
-@pytest.mark.slow
 def test_linear_models_and_derivatives_of_runs(folder: Path) -> None:
     model, formula = (eomgen.build(scene) for scene in (wheel_scene(TYRE_LAW, folder), wheel_scene(None)))
     linear, expected = (item.linearize(*(row[0] for row in states(model))) for item in (model, formula))

@@ -260,15 +260,6 @@ def test_mass_is_constant_and_block_diagonal(rng) -> None:
         assert np.linalg.eigvalsh(M).min() > 0.0
 
 
-def test_a_moving_body_in_its_group() -> None:
-    scene = replace(in_absolute(pendulum(), "mixed"), groups={"rod": "R3xSO3"})
-    assert [(f.group, f.name, f.q_start, f.v_start) for f in derive(scene, ["residual"]).factors] == [
-        ("R", "rod.position", 4, 3),
-        ("SO3", "rod.orientation", 0, 0),
-    ]
-    assert [(f.group, f.name) for f in derive(in_absolute(pendulum(), "SE3"), ["residual"]).factors] == [("SE3", "rod")]
-
-
 def pendulum(**joint: object) -> Scene:
     hinge = Joint("hinge", "revolute", BASE, "rod", (0.0, 1.0, 0.0), initial_position=(0.3,), initial_velocity=(0.0,))
     return Scene(

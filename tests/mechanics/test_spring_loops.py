@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -93,12 +92,6 @@ def test_a_taut_net_has_the_frequencies_of_the_lattice() -> None:
     sines = [np.sin(np.arange(1, n + 1) * math.pi / (2 * (n + 1))) ** 2 for n in (rows, columns)]
     expected = np.sort(np.add.outer(*sines).ravel()) * 4.0 * tension / (MASS * LENGTH)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
-
-
-def test_the_text_names_the_springs() -> None:
-    system = derive(net(4, 3, group="R3xSO3"), ("force",))
-    labels = [loop.label for loop in system.tape.maps]  # type: ignore[attr-defined]
-    assert any(re.fullmatch(r"forces of 17 springs, x_0_0 to y_3_1", label) for label in labels), labels
 
 
 def test_forward_dynamics_of_many_bodies_is_by_blocks_of_the_mass_matrix() -> None:

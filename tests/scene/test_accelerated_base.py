@@ -4,12 +4,11 @@ SciPy, drift and its removal, and mistakes with one message each."""
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 
 import eomgen
 from eomgen.errors import DescriptionError
@@ -288,56 +287,6 @@ def test_a_run_beyond_the_end_of_an_integral_is_refused(formula: str, integrated
         model.simulate(8.0, 0.01)
     text = f"the points of the integral of {integrated} end at t = 4 s, the run ends at t = 8 s; try: t_end = 4, or"
     assert text in str(raised.value)
-
-
-SHEAR_FRAME = """\
-format = 1
-name = "shear_frame"
-gravity = [0, 0, 0]
-curves.quake.table = { file = "quake.csv", argument_unit = "ms", value_unit = "g0" }
-curves.quake.interpolation = "linear"
-curves.quake.outside = "hold"
-base.acceleration = ["quake(t)", 0, 0]
-bodies = { first = { mass = 1000 }, second = { mass = 800 } }
-points.roof = { body = "second" }
-outputs.roof = { acceleration = "roof" }
-simulation = { method = "rk4", step = 0.0025, duration = 6 }
-[joints]
-floor_1 = { type = "prismatic", parent = "base", child = "first", axis = [1, 0, 0], stiffness = 2e5, damping = 500 }
-floor_2 = { type = "prismatic", parent = "first", child = "second", axis = [1, 0, 0], stiffness = 1.5e5, damping = 400 }
-"""
-
-
-@pytest.mark.slow
-def test_a_shear_frame_in_an_earthquake_against_scipy(tmp_path: Path) -> None:
-    """M x'' + C x' + K x = -M a in displacements against the ground; the table is in g and ms."""
-    times = np.arange(0.0, 5.0001, 0.02)
-    rng = np.random.default_rng(3)
-    waves = sum(rng.normal() * np.sin(2 * np.pi * f * times + rng.uniform(0, 6)) for f in np.linspace(0.5, 6, 20))
-    record = np.round(0.05 * np.sin(np.pi * times / 5.0) * waves, 6)
-    rows = "".join(f"{1000 * t:.0f},{a:.6f}\n" for t, a in zip(times, record, strict=True))
-    (tmp_path / "quake.csv").write_text(f"time,acceleration\n{rows}")
-    scene = tmp_path / "frame.toml"
-    scene.write_text(SHEAR_FRAME)
-
-    mass, damping = np.diag([1000.0, 800.0]), np.array([[900.0, -400.0], [-400.0, 400.0]])
-    stiffness = np.array([[3.5e5, -1.5e5], [-1.5e5, 1.5e5]])
-
-    def rate(t: float, y: np.ndarray) -> np.ndarray:
-        ground = 9.80665 * np.interp(t, times, record)
-        return np.concatenate([y[2:], -np.linalg.solve(mass, damping @ y[2:] + stiffness @ y[:2]) - ground])
-
-    exact, state = [np.zeros(4)], np.zeros(4)
-    for begin in np.arange(0.0, 5.9999, 0.02):  # the record bends at its points
-        state = solve_ivp(rate, (begin, begin + 0.02), state, rtol=1e-11, atol=1e-13).y[:, -1]
-        exact.append(state)
-    solution = eomgen.build(scene, profile="quick").simulate(record_every=8, error_estimate=False)
-    expected = np.array(exact)
-    floors = np.cumsum(solution.q, axis=1)
-    assert np.max(np.abs(floors - expected[:, :2])) <= 1e-6 * np.max(np.abs(expected[:, :2]))
-    ground = 9.80665 * np.interp(solution.t, times, record)
-    roof = np.array([rate(t, y)[3] for t, y in zip(solution.t, expected, strict=True)]) + ground
-    assert np.max(np.abs(solution.outputs["roof"][:, 0] - roof)) <= 1e-5 * np.max(np.abs(roof))
 
 
 @pytest.mark.parametrize(

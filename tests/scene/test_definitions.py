@@ -105,18 +105,6 @@ def test_a_definition_is_computed_once_under_its_name(tmp_path: Path) -> None:
     assert outputs.count("EG_ABS") == 1  # the force and the power take the same drag
 
 
-@pytest.mark.slow
-def test_local_quantities_are_those_of_the_load_that_mentions_the_definition(tmp_path: Path) -> None:
-    loads = "".join(
-        f'[forces.{side}]\nbody = "cart"\npoint = [0, {y}, 0]\nforce = ["{factor} * ({{law}})", 0, 0]\n'
-        for side, y, factor in (("left", 0.5, 1), ("right", -0.5, 2))
-    )
-    drag = "-4 * velocity.here[0] * (1 + position.here[1])"
-    texts = (f'{HEAD}[definitions]\ndrag = "{drag}"\n{loads.format(law="drag")}', f"{HEAD}{loads.format(law=drag)}")
-    ends = [eomgen.build(written(tmp_path, text), method="rk4").simulate(0.2, 1e-3).q[-1] for text in texts]
-    np.testing.assert_array_equal(*ends)
-
-
 AXLES = """
 format = 1
 name = "car"
@@ -211,27 +199,6 @@ outputs.w = { formula = "3 if far else 2" }
 """
     outputs = {output.name: output.values for output in eomgen.load(written(tmp_path, whole, "two.toml")).outputs}
     assert outputs["a_y"] == outputs["z"]
-
-
-@pytest.mark.slow
-def test_values_along_a_beam_take_definitions_of_their_place(tmp_path: Path) -> None:
-    beam = """
-format = 1
-name = "blade"
-gravity = [0, 0, -9.81]
-joints.root = {{ type = "fixed", parent = "base", child = "blade" }}
-{definitions}
-[beams.blade]
-length = 1.0
-model = "cosserat"
-elements = 3
-section = {{ shape = "rectangle", width = "{width}", height = 0.02, density = 2700, elastic_modulus = 70e9, \
-poisson_ratio = 0.3 }}
-"""
-    whole = beam.format(definitions="", width="0.05 * (1 - 0.5 * s)")
-    parts = beam.format(definitions='[definitions]\ntaper = "1 - 0.5 * s"\nwidth = "0.05 * taper"', width="width")
-    ends = [eomgen.build(written(tmp_path, text)).equilibrium().q for text in (whole, parts)]
-    np.testing.assert_array_equal(*ends)
 
 
 @pytest.mark.slow

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -24,7 +23,6 @@ from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import SceneNames
-from eomgen.scene.joints.model import Mimic
 from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.scene import Scene
@@ -315,61 +313,6 @@ parent = "platform"
 position = ["100 mm", 0.2, 0.3]
 rotation = [{ axis = [0, 0, 1], angle = 0.4 }, { axis = [0, 1, 0], angle = 0.3 }, { axis = [1, 0, 0], angle = -0.2 }]
 """
-#: The same for Pinocchio, whose angles are those of rotations about x, y, z of fixed axes: intrinsic z, y, x.
-_PLATFORM_URDF = """\
-<link name="ground"/>
-<link name="platform"><inertial><mass value="120"/>
-<inertia ixx="10" iyy="20" izz="30" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="drive" type="prismatic"><parent link="ground"/><child link="platform"/><axis xyz="1 0 0"/>
-<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-<joint name="mount" type="fixed"><parent link="platform"/><child link="{root}"/>
-<origin xyz="0.1 0.2 0.3" rpy="-0.2 0.3 0.4"/></joint>
-</robot>
-"""
-
-
-@pytest.mark.slow_cases("ur5-world")
-@pytest.mark.parametrize(("robot", "root"), [("ur5", "world"), ("panda", "panda_link0")])
-def test_a_robot_on_a_moving_platform_agrees_with_pinocchio(folder: Path, robot: str, root: str) -> None:
-    urdf = (ROBOTS / FILES[robot]).read_text(encoding="utf-8")
-    (folder / "robot.urdf").write_text(urdf, encoding="utf-8")
-    scene = made(folder, PLATFORM)
-    system = eomgen.derive(scene, terms=["mass", "inverse_dynamics"])
-    model = pin.buildModelFromXML(urdf.replace("</robot>", _PLATFORM_URDF.format(root=root)))
-    data = model.createData()
-    G = _follows(scene, system, model)
-    rng, found = np.random.default_rng(3), tape_evaluator(system)
-    for _ in range(3):
-        q, v, a = rng.normal(size=(3, system.nv))
-        state = {"q": q[np.newaxis], "v": v[np.newaxis], "a": a[np.newaxis], "t": np.zeros((1, 1))}
-        M = next(iter(found("mass", state).values()))[0]
-        expected = pin.crba(model, data, G @ q)
-        expected = np.triu(expected) + np.triu(expected, 1).T
-        np.testing.assert_allclose(M, G.T @ expected @ G, atol=1e-9)
-        tau = next(iter(found("inverse_dynamics", state).values()))[0]
-        damping = np.array([_damping(scene, name) for name in model.names[1:]])
-        np.testing.assert_allclose(
-            tau, G.T @ (pin.rnea(model, data, G @ q, G @ v, G @ a) + damping * (G @ v)), atol=1e-8
-        )
-
-
-def _follows(scene: Scene, system: eomgen.System, model: Any) -> np.ndarray:
-    """Return Pinocchio's velocities per one of ours: Panda's second finger follows the first, one to one."""
-    names = [factor.name for factor in system.factors]
-    moving = {joint.name.removeprefix("arm_"): joint for joint in scene.joints if joint.type != "fixed"}
-    assert sorted(moving) == sorted(model.names[1:]) and model.nq == model.nv
-    G = np.zeros((model.nv, system.nv))
-    for name, joint in moving.items():
-        leader = joint.name if joint.mimic is None else joint.mimic.joint
-        G[model.joints[model.getJointId(name)].idx_v, names.index(leader)] = 1.0
-    if "panda_finger_joint2" in moving:
-        assert moving["panda_finger_joint2"].mimic == Mimic("arm_panda_finger_joint1")
-    return G
-
-
-def _damping(scene: Scene, name: str) -> float:
-    (joint,) = [joint for joint in scene.joints if joint.name.removeprefix("arm_") == name]
-    return getattr(joint.damping, "value", 0.0)
 
 
 def test_options_of_a_robot(folder: Path) -> None:

@@ -120,7 +120,3 @@ def test_springs_between_angles(spring: str, message: str) -> None:
         'type = "planar"\naxis = [0, 0, 1]', SECOND + f"[torsion_springs.twist]\nstiffness = 1\n{spring}\n"
     )
     assert message in found
-
-
-AXIS = "axis = [1, 0, 0]\n"
-AXES = AXIS + "second_axis = [0, 1, 0]\n"

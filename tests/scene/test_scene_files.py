@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -447,10 +445,3 @@ def test_terms_are_chosen_by_name() -> None:
     assert read(text=replaced("format = 1", 'format = 1\nterms = ["mass", "poses", "mass"]')).terms == ("mass", "poses")
     (found,) = problems(text=replaced("format = 1", 'format = 1\nterms = ["mas"]'))
     assert found == "scene.toml:2 (terms[0]): 'mas' is not known here; try: mass"
-
-
-@pytest.mark.slow
-def test_the_scene_needs_no_pydantic() -> None:
-    program = "import sys, eomgen.scene.scene, eomgen.scene.load; print('pydantic' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\n"
