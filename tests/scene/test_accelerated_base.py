@@ -306,32 +306,33 @@ def test_records_that_move_nothing_or_last_much_longer_than_the_run_are_noted(ke
     assert len(notes) == bool(note) and all(text.startswith(note) for text in notes)
 
 
-@pytest.mark.parametrize(("acceleration", "falls"), [(-9.81, True), (9.81, False), (-9.0, False)])
-def test_a_base_that_accelerates_by_gravity_is_noted(acceleration: float, falls: bool) -> None:
-    data = frame([0, 0, acceleration]) | {"gravity": [0, 0, -9.81]}
-    note = (
-        "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight; try:"
-        " no acceleration, if gravity alone is meant"
-    )
-    assert (note in from_data(data).notes) == falls
+FALLS = (
+    "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight; try: no"
+    " acceleration, if gravity alone is meant"
+)
+READS = (
+    "base.acceleration[2] has a mean of {} m/s^2, opposite to gravity: an accelerometer at rest reads this, and the"
+    " base moves away; try: the readings with -9.81 added"
+)
+TWICE = (
+    "base.position[0] and base.acceleration[0] both move the base over time, and their motions add; try: one of the"
+    " two, if they describe the same motion"
+)
+SHAKEN = ["-2 * sin(10 * t)", 0, 0]
 
 
-@pytest.mark.parametrize(("mean", "noted"), [("9.81", True), ("9.7", True), ("9.5", False), ("-9.81", False)])
-def test_an_acceleration_opposite_to_gravity_is_noted(mean: str, noted: bool) -> None:
-    data = frame([0, 0, f"{mean} + 0 * t"]) | {"gravity": [0, 0, -9.81]}
-    note = (
-        f"base.acceleration[2] has a mean of {mean} m/s^2, opposite to gravity: an accelerometer at rest reads this,"
-        " and the base moves away; try: the readings with -9.81 added"
-    )
-    assert (note in from_data(data).notes) == noted
-
-
-@pytest.mark.parametrize(("position", "noted"), [("0.02 * sin(10 * t)", True), (0.02, False)])
-def test_a_base_moved_twice_is_noted(position: str | float, noted: bool) -> None:
-    data = frame(["-2 * sin(10 * t)", 0, 0])
-    data["base"]["position"] = [position, 0, 0]
-    note = (
-        "base.position[0] and base.acceleration[0] both move the base over time, and their motions add; try: one of"
-        " the two, if they describe the same motion"
-    )
+@pytest.mark.parametrize(
+    ("acceleration", "place", "note", "noted"),
+    [
+        *[([0, 0, up], 0, FALLS, noted) for up, noted in [(-9.81, True), (9.81, False), (-9.0, False)]],
+        *[
+            ([0, 0, f"{mean} + 0 * t"], 0, READS.format(mean), noted)
+            for mean, noted in [("9.81", True), ("9.7", True), ("9.5", False), ("-9.81", False)]
+        ],
+        *[(SHAKEN, place, TWICE, noted) for place, noted in [("0.02 * sin(10 * t)", True), (0.02, False)]],
+    ],
+)
+def test_bases_that_move_as_hardly_meant_are_noted(acceleration: Any, place: Any, note: str, noted: bool) -> None:
+    data = frame(acceleration) | {"gravity": [0, 0, -9.81]}
+    data["base"]["position"] = [place, 0, 0]
     assert (note in from_data(data).notes) == noted
