@@ -73,15 +73,9 @@ def test_what_it_is_called_here_is_told(call: Callable[[], Any], piece: str) -> 
 @pytest.mark.parametrize(
     ("call", "piece"),
     [
-        (
-            changed('unit = "N m" }', 'unit = "N" }'),
-            "efforts.motor.effort: 'motor' is a force, a torque in N m is expected, and a label does not convert",
-        ),
+        (changed('unit = "N m" }', 'unit = "N" }'), "efforts.motor.effort: 'motor' is a force, a torque in N m is"),
         (changed('unit = "kg"', 'unit = "kilo"'), "parameters.load.unit: 'kilo' is not a known unit"),
-        (
-            changed('[0, 0, "-length / 2"]', '["10 mm", 0, -250]'),
-            "bodies.upper.center_of_mass[2]: -250 has no unit, unlike neighbouring entries, so it is -250 m",
-        ),
+        (changed('[0, 0, "-length / 2"]', '["10 mm", 0, -250]'), "bodies.upper.center_of_mass[2]: -250 has no unit,"),
     ],
 )
 def test_what_is_hardly_meant_is_noted(call: Callable[[], Any], piece: str) -> None:
@@ -137,10 +131,7 @@ def test_a_controller_that_keeps_something_itself_is_not_judged_by_repeating_it(
     [
         (["run", "scene.toml"], "there is no verb 'run'; try: simulate"),
         (["scene.toml"], "try: eomgen info scene.toml, or another verb before the scene: info, compare, generate,"),
-        (
-            ["simulate", "--out", "o"],
-            "missing argument 'SCENE'; try: the path of a .toml scene, a .urdf file, an .xml file of",
-        ),
+        (["simulate", "--out", "o"], "missing argument 'SCENE'; try: the path of a .toml scene, a .urdf file, an"),
         (["simulate", "s.toml", "--out", "o", "--dt", "1"], "try: --step; eomgen simulate --help lists all"),
         (["simulate", "s.toml", "--out", "o", "--t-end", "2 kg"], "--t-end: '2 kg' is a mass, a time in s is expected"),
         (["simulate", "s.toml", "--out", "o", "--step", "small"], "--step: 'small' is not a time; try: 2, or \"2 s\""),

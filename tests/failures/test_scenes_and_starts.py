@@ -122,12 +122,7 @@ def test_points_around_a_bend_are_taken(angle: int) -> None:
 NOTED = [
     (BEAM, "7800", "7.85", "beams.b.section.density: the density 7.85 kg/m^3 is below the density of any foam; 7850"),
     (BEAM, "2e11", "210", "beams.b.section.elastic_modulus: the modulus 210 Pa is below the modulus of any solid;"),
-    (
-        CAR,
-        "position = 0.29",
-        "position = 0",
-        "tyres.w: the tyre w starts 0.3 m deep in its road, with a radius of 0.3 m",
-    ),
+    (CAR, "position = 0.29", "position = 0", "tyres.w: the tyre w starts 0.3 m deep in its road, with a radius of"),
     (CAR, "radius = 0.3", "radius = 1.2", "tyres.w: the tyre w starts 0.91 m deep in its road, with a radius"),
 ]
 

@@ -51,17 +51,11 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (setting(slider, "load"), "a Model has no 'load' to set; try: simulate(parameters={\"load\": ...})"),
     (setting(lambda: slider().scene, "gravity"), "a Scene does not change, so 'gravity' is not assigned to; try: gra"),
     (lambda: slider().pose([0.0], "m"), "the name of a body or frame comes first, not list; try: the name, and then q"),
-    (
-        lambda: slider().jacobian("m", [0.0], "LOCAL"),  # type: ignore[arg-type]
-        "t: 'LOCAL' is not a time: a reference goes by its name; try: reference=\"body\"",
-    ),
+    (lambda: slider().jacobian("m", [0.0], "LOCAL"), "t: 'LOCAL' is not a time: a reference goes by its name; try:"),
     (driven(lambda _: [1.0, 2.0]), "input f: the function gives 2 numbers at t = 0 s, and one real number is needed"),
     (lambda: linear().modes().frequencies, "a Modes has no 'frequencies'; try: frequency, Hz, or angular_frequency"),
     (lambda: linear().state_space().poles, "a StateSpace has no 'poles'; try: eigenvalues"),
-    (
-        lambda: eomgen.control.place(linear(), [-1.0, -2.0]).K,  # type: ignore[attr-defined]
-        "a Regulator has no 'K'; try: gains",
-    ),
+    (lambda: eomgen.control.place(linear(), [-1.0, -2.0]).K, "a Regulator has no 'K'; try: gains"),
     (
         lambda: linear().frequency_response("f", "place", [1.0]),
         "the first argument omega is an array in rad/s, and 'f' is not; try: frequency_response(omega, input, output)",

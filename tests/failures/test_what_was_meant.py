@@ -73,10 +73,7 @@ def solution() -> eomgen.Solution:
         ),
         (lambda: eomgen.load(ROBOT), "is a text of several lines; try: the path of a file that holds the text"),
         (lambda: eomgen.load("run.npz"), "try: eomgen.Solution.load('run.npz'), if it is a solution"),
-        (
-            lambda: eomgen.load("package://two/robot.urdf"),
-            "try: a path of the file system: no ROS is asked where package://two is",
-        ),
+        (lambda: eomgen.load("package://two/robot.urdf"), "try: a path of the file system: no ROS is asked where"),
         (lambda: solution().parameters, "a Solution has no 'parameters'; try: metadata[\"parameters\"]"),
         (lambda: solution().tip, "a Solution has no 'tip'; try: [\"tip\"] in place of .tip"),
     ],
@@ -294,11 +291,7 @@ def test_an_end_and_a_step_that_are_exchanged_are_noted() -> None:
 @pytest.mark.parametrize(
     ("law", "start", "said"),
     [
-        (
-            "1 / q.x",
-            {"position": 0.0},
-            "where in a formula 1 / 0 has no value at q.x = 0; try: another start, or a formula",
-        ),
+        ("1 / q.x", {"position": 0.0}, "where in a formula 1 / 0 has no value at q.x = 0; try: another start, or a"),
         ("sqrt(q.x)", {"position": 0.1, "velocity": -1.0}, "where in a formula sqrt(-"),
         ("log(2 * v.x) if t < 1 else 0", {"velocity": 0.0}, "where in a formula log(0) has no value at v.x = 0"),
         ("(q.x - 1) ** 0.5", {"position": 0.0}, "where in a formula (-1) ** (0.5) has no value at q.x = 0"),

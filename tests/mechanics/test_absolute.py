@@ -270,14 +270,8 @@ def pendulum(**joint: object) -> Scene:
 @pytest.mark.parametrize(
     ("scene", "message"),
     [
-        (
-            replace(pendulum(), bodies=(rigid_body("rod", 0.0),)),
-            r"bodies\.rod: has no mass, which absolute coordinates cannot carry; try: a mass, or joint",
-        ),
-        (
-            pendulum(rotor_inertia=number(0.1)),
-            r"joints\.hinge\.rotor_inertia: has no place in absolute coordinates; try: joint",
-        ),
+        (replace(pendulum(), bodies=(rigid_body("rod", 0.0),)), "bodies\\.rod: has no mass, which absolute"),
+        (pendulum(rotor_inertia=number(0.1)), "joints\\.hinge\\.rotor_inertia: has no place in absolute coordinates;"),
         (
             replace(
                 pendulum(type="spherical", initial_position=(1.0, 0.0, 0.0, 0.0), initial_velocity=(0.0,) * 3),

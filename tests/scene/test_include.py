@@ -338,19 +338,11 @@ RATE = '"spring_rate"'
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            FILE,
-            '"whel.toml"',
-            "14 (include.left.file): 'whel.toml' cannot be read: No such file or directory; try: a p",
-        ),
+        (FILE, '"whel.toml"', "14 (include.left.file): 'whel.toml' cannot be read: No such file or directory; try: a"),
         (FILE, '"."', "14 (include.left.file): '.' is not a kind of file that can be included; try: a .toml scene, a"),
         (FILE, '"a\\u0000.toml"', "14 (include.left.file): 'a\\x00.toml' is not a path"),
         ('"chassis"', '"chasis"', "15 (include.left.parent): there is no body 'chasis'; try: chassis"),
-        (
-            RATE,
-            '"25 kN"',
-            "18 (include.left.parameters.stiffness): '25 kN' is a force, a stiffness in N/m is expected;",
-        ),
+        (RATE, '"25 kN"', "18 (include.left.parameters.stiffness): '25 kN' is a force, a stiffness in N/m is"),
         (RATE, '"spring_rat"', "18 (include.left.parameters.stiffness): unknown name 'spring_rat' (column 1); try: sp"),
         ("parent", 'prefix = "9 x"\nparent', "13 (include.left): '9 x' cannot be the beginning of a name; try"),
     ],

@@ -73,11 +73,7 @@ def test_what_each_type_carries() -> None:
     ("kind", "keys", "message"),
     [
         ("helical", Z + 'pitch = "still"', ".pitch): a screw with a pitch of 0 does not travel"),
-        (
-            "universal",
-            Z + "second_axis = [0, 1, 1]",
-            ".second_axis): the axes of a universal joint are perpendicular, and these include 45 degrees",
-        ),
+        ("universal", Z + "second_axis = [0, 1, 1]", ".second_axis): the axes of a universal joint are perpendicular,"),
         ("planar", Z + "x_axis = [0, 0, 3]", ".x_axis): x_axis is parallel to axis; try: a direction across it"),
         ("planar", Z + MIMIC, ".mimic): a planar joint cannot follow another: it has 3 coordinates"),
         ("revolute", Z + 'mimic = { joint = "first" }', ".mimic.joint): the joint first follows itself"),

@@ -53,10 +53,7 @@ P = {"points": {"tip": {"body": "rod", "position": [0, 0, -1]}}}
             beam(bending_y={**BENDING, "masses": [{"at": 1.5, "mass": 1.0}]}),
             "beams.rod.bending_y.masses[0].at) x = 1.5 m is beyond the beam, which goes from 0 m to 1 m",
         ),
-        (
-            scene("pendulum", joints__hinge__initial={"hold": True}),
-            "joints.hinge.initial.hold) no position or velocity is given that could be held",
-        ),
+        (scene("pendulum", joints__hinge__initial={"hold": True}), "joints.hinge.initial.hold) no position or"),
         (
             scene("pendulum", **P, outputs={"place": {"position": "tip", "at": 0.5}}),
             "outputs.place.at) at is a place on a beam, of outputs of its sections",

@@ -129,10 +129,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"inertia_matrix": with_entry(0, 5, 0.3, both=False)},
         "the matrix is not symmetric: entry [0][5] differs from [5][0]; try: the mean of both",
     ),
-    "no mass": (
-        {"inertia_matrix": with_entry(3, 3, 0.0)},
-        "the mass per length, entry [3][3], is 0; try: a number above 0",
-    ),
+    "no mass": ({"inertia_matrix": with_entry(3, 3, 0.0)}, "the mass per length, entry [3][3], is 0; try: a number"),
     "two masses": (
         {"inertia_matrix": with_entry(4, 4, 3.0)},
         "no rigid section has this inertia: entry [4][4], a mass, is 3 where 2 belongs; try: [[J, S], [-S, m]]",

@@ -155,10 +155,7 @@ ONE = 'type = "state_feedback"\ncoordinates = ["body"]\n' + GAINS
         (FEEDBACK + GAINS + 'coordinates = ["body", "body"]', "the joint body is named twice; try: each joint once"),
         (HELD + "position_gains = { bodi = 1 }", "there is no coordinate of ride 'bodi'; try: body"),
         (HELD + "position_gains = { body = [1, 2] }", "2 gains given for 1 output; try: one gain for each output"),
-        (
-            LQR + "effort_weights = 1 }\n" + GAINS,
-            "gains are given, and a calibration that would find them, too; try: one",
-        ),
+        (LQR + "effort_weights = 1 }\n" + GAINS, "gains are given, and a calibration that would find them, too; try:"),
         (LQR + "velocity_weights = { body = -2 } }", "the weight -2 is negative; try: 0 or more"),
         (LQR.replace("lqr", "imsc") + "effort_weights = 0 }", "effort_weights of 0 is not allowed"),
         (POLES.rstrip(", ") + " }", "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios"),
