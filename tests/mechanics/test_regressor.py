@@ -163,9 +163,7 @@ def test_where_there_is_none() -> None:
     )
     builder.joint("hub", "revolute", "base", "blade", axis=[0, 0, 1])
     beam = eomgen.build(builder.build(), ["inverse_dynamics"])
-    with pytest.raises(
-        UsageError, match="regressor: the bodies blade deform, and ten numbers do not give their inertia"
-    ):
+    with pytest.raises(UsageError, match="regressor: the bodies blade deform, and ten numbers do not give their"):
         beam.regressor(beam.initial_q, beam.initial_v, beam.initial_v)
     builder = eomgen.SceneBuilder("rod", coordinates="absolute").body("rod", 1.0, inertia=[0.1, 0.1, 0.1])
     builder.joint("pin", "revolute", "base", "rod", axis=[0, 1, 0])

@@ -108,9 +108,7 @@ def test_the_motion_of_the_base_is_held_to_the_same() -> None:
 def test_a_run_looks_at_its_own_times_and_parameters() -> None:
     model = eomgen.build(driven("size * (1 if t > late else 0) + 0.3 * t", duration=1.0), profile="quick")
     assert model.simulate(0.1, 1e-2).success
-    with pytest.raises(
-        eomgen.UsageError, match=r"\(constraints\.motor\.drive\): the driven angle jumps from 0\.12 to 0\.92 rad"
-    ):
+    with pytest.raises(eomgen.UsageError, match=r"\(constraints\.motor\.drive\): the driven angle jumps from 0\.12"):
         model.simulate(0.5, 1e-2, parameters={"size": 0.8, "late": 0.4})
     assert model.simulate(0.3, 1e-2, parameters={"size": 0.8, "late": 0.4}).success
     later = eomgen.build(driven("0.1 * t if t < 2 else 0.2", duration=1.0), profile="quick")

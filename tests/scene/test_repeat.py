@@ -57,9 +57,7 @@ where = "i < j and j < i + 3"
     pairs = [(i, j) for i in range(5) for j in range(5) if i < j < i + 3]
     assert [point.name for point in scene.points] == [f"end_{i}_{j}" for i, j in pairs]
     assert scene.metadata["repeat"] == {"links": 4, "between": len(pairs)}
-    with pytest.raises(
-        eomgen.DescriptionError, match=r"scene.toml:\d+ \(repeat.between.where\): a formula is needed here"
-    ):
+    with pytest.raises(eomgen.DescriptionError, match=r"scene.toml:\d+ \(repeat.between.where\): a formula is needed"):
         load_toml(HEAD + CHAIN + springs.replace('"i < j and j < i + 3"', "3"))
     with pytest.raises(eomgen.DescriptionError, match=r"\(repeat.between.where\): .*'k'"):
         load_toml(HEAD + CHAIN + springs.replace("i < j and", "i < k and"))
