@@ -16,8 +16,6 @@ from eomgen.system.system import System
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, tape_evaluator
 
-pytestmark = pytest.mark.slow
-
 __all__ = ["shared_cache"]
 
 LIMITS = {"lower": -0.4, "upper": 0.7, "stiffness": 300.0, "damping": 4.0, "onset": 0.05}
@@ -134,6 +132,7 @@ def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.ran
 # -- motions -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_slider_with_friction_slows_down_as_the_closed_form_says() -> None:
     """m v' = -F tanh(v / s) has the solution sinh(v / s) = sinh(v0 / s) exp(-F t / (m s))."""
     friction = {"coulomb": 3.0, "velocity": 0.5}
@@ -147,6 +146,7 @@ def test_a_slider_with_friction_slows_down_as_the_closed_form_says() -> None:
     assert errors[0] < 3e-5 and 1.9 < math.log2(errors[0] / errors[1]) < 2.1
 
 
+@pytest.mark.slow
 def test_an_explicit_method_says_when_its_step_cannot_resolve_friction() -> None:
     scene = slider(2.0, friction={"coulomb": 3.0, "velocity": 1e-3}, initial={"velocity": 0.5}).build()
     model = eomgen.build(scene, profile="quick")

@@ -15,8 +15,6 @@ from tests.models.cosserat import beam_scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian, on_base
 
-pytestmark = pytest.mark.slow
-
 TERMS = ("residual", "partials", "poses", "energy", "force")
 #: A load that takes every quantity of its place, beside time, a parameter and the place along the beam.
 LOAD = {
@@ -69,6 +67,7 @@ def system_of(data: dict[str, Any], *more: str) -> System:
     return derive(from_data(data), (*TERMS, *more))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axes", "joint", "base"), [("world", "fixed", MOVING), ("beam", "free", MOVING), ("beam", "fixed", {})]
 )
@@ -84,6 +83,7 @@ def test_distributed_loads_are_those_of_forces_on_nodes(
     np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["world", "beam"])
 def test_definitions_of_the_place_are_their_text_at_each_node(axes: str, rng: np.random.Generator) -> None:
     scene = loaded(axes, "free")
@@ -102,6 +102,7 @@ def test_definitions_of_the_place_are_their_text_at_each_node(axes: str, rng: np
             np.testing.assert_array_equal(found[output], values)
 
 
+@pytest.mark.slow
 def test_here_is_the_point_of_the_force(rng: np.random.Generator) -> None:
     formulas = ["-3 * velocity.{0}[0] + t", "position.{0}[2] * velocity.{0}[1]", "sin(position.{0}[0])"]
     systems = []

@@ -48,7 +48,11 @@ SCENES: dict[str, Callable[[], Scene]] = {
 TOLERANCES = {"bushings": 1e-10, "tyre,": 1e-11, "stops": 1e-11, "motion": 1e-11}
 
 
-@pytest.mark.slow_except("tree 11", "bushings 4", "beams 1", "tyre, flat 0")
+FAST = ["tree 7", "tree 11", "bushings 4", "beams, floating 2", "spring to the world turning", "stops", "states"]
+FAST += ["tyre, flat 0", "tyre, waves 3", "tyre, lifted 4", "motion of bodies"]
+
+
+@pytest.mark.slow_except(*FAST)
 @pytest.mark.parametrize("name", SCENES)
 def test_partials_are_complex_steps_and_the_energy_changes_by_the_powers(name: str, rng: np.random.Generator) -> None:
     scene, kind = SCENES[name](), name.split(maxsplit=1)[0]

@@ -23,12 +23,11 @@ TERMS = ("force", "inverse_dynamics", "residual", "iteration", "energy", "moment
     "kind",
     [
         {"group": "R3xSO3"},
-        {"group": "SE3", "place": (0.02, -0.01, 0.03)},
+        {"group": "SE3", "place": (0.02, -0.01, 0.03), "anchors": "world"},
         pytest.param({"group": "R3xSO3", "place": (0.02, -0.01, 0.03)}, marks=pytest.mark.slow),
         pytest.param({"group": "SE3", "damping": 0.0}, marks=pytest.mark.slow),
         {"group": "SE3", "damping": 0.0, "coordinates": "joint", "tunable": True},
         {"joint": "prismatic", "coordinates": "joint"},
-        pytest.param({"group": "SE3", "anchors": "world"}, marks=pytest.mark.slow),
     ],
 )
 def test_the_same_equations_as_one_by_one(kind: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
