@@ -266,12 +266,8 @@ def test_a_builder_includes_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
 
 
-@pytest.mark.slow_except("heavy_top/r3xso3")
-@pytest.mark.long_cases("cable_net/scene")
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: f"{path.parent.name}/{path.stem}")
-def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
-    """Whatever sections and kinds of formulas there are: the prefix taken away again, the scene is the one of the
-    file."""
+def check_included(path: Path) -> None:
+    """Check that the scene of a file is the same when it is included: the prefix is taken away again."""
     expected, data = load(path), tomllib.loads(path.read_text(encoding="utf-8"))
     own = {key: value for key, value in data.items() if key not in SECTIONS and key != "repeat"}
     own |= {"include": {"part": {"file": path.name, "prefix": "zz_"}}, "parameters": {}}
@@ -287,6 +283,22 @@ def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
             assert repr(getattr(found, field.name)).replace("zz_", "") == repr(getattr(expected, field.name)), (
                 field.name
             )
+
+
+@pytest.mark.slow_except("heavy_top/r3xso3")
+@pytest.mark.long_cases("cable_net/scene")
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
+    """Whatever sections and kinds of formulas there are."""
+    check_included(path)
+
+
+def test_resets_and_repeated_entries_of_a_part(tmp_path: Path) -> None:
+    resets = {"v.ball": "-restitution * v.ball", "hits": "hits + 1"}
+    bounce = {"when": "q.ball", "direction": "falling", "action": "reset", "reset": resets}
+    rows = {"row": {"indices": {"i": 2}, "points": {"top_{i}": {"body": "ball", "position": [0, 0, "0.1 * {i}"]}}}}
+    states = {"hits": {"rate": 0}}
+    check_included(library.scene_file(tmp_path, "bouncing_ball", events__bounce=bounce, repeat=rows, states=states))
 
 
 # -- robots ------------------------------------------------------------------------------------------------------------
@@ -344,6 +356,7 @@ RATE = '"spring_rate"'
         ('"chassis"', '"chasis"', "15 (include.left.parent): there is no body 'chasis'; try: chassis"),
         (RATE, '"25 kN"', "18 (include.left.parameters.stiffness): '25 kN' is a force, a stiffness in N/m is"),
         (RATE, '"spring_rat"', "18 (include.left.parameters.stiffness): unknown name 'spring_rat' (column 1); try: sp"),
+        ("parent", "initial.slide.position = 1\nparent", "15 (include.left.initial.slide): 'wheel.toml' has no joint"),
         ("parent", 'prefix = "9 x"\nparent', "13 (include.left): '9 x' cannot be the beginning of a name; try"),
     ],
 )
