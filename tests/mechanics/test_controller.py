@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+import re
 
+import numpy as np
+import pytest
+
+from eomgen.errors import ModelError
 from eomgen.mechanics.controller import derive_controller
 from eomgen.scene.load import from_data
 from eomgen.system.system import System
@@ -66,3 +70,12 @@ def test_digital_controllers_measure_states_of_the_plant() -> None:
     np.testing.assert_allclose(tape_evaluator(found)("commands", blocks)["y"], [-2.0 * 0.3, 0.3], rtol=1e-14)
     (samples,) = tape_evaluator(found)("samples", blocks).values()
     np.testing.assert_allclose(samples, [-5.0 * 0.2 + 0.5 * 0.8 + 3.0 * 1.0 + 0.3], rtol=1e-14)
+
+
+def test_sampled_states_that_ask_for_each_other_are_refused() -> None:
+    states = {"a": {"sample": 0.1, "formula": "b + q.hinge"}, "b": {"sample": 0.1, "formula": "a"}}
+    fault = (
+        "scene (states.a.formula): the sampled states a, b ask for each other's value at the same time; try: a delay"
+    )
+    with pytest.raises(ModelError, match=re.escape(fault)):
+        derive_controller(from_data(scene("pendulum", states=states)))

@@ -10,7 +10,9 @@ import pytest
 from scipy.integrate import quad
 
 import eomgen
+from eomgen.formula.nodes import Number
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.describe import describe
 from eomgen.scene.builder import SceneBuilder
 from eomgen.system.system import System
 from tests.models.cache import shared_cache
@@ -97,6 +99,11 @@ def test_friction_follows_its_law() -> None:
     np.testing.assert_allclose(
         evaluated(system, "energy", 0.0, v)["energy"][:, 2], -level * np.tanh(v / 0.02) * v, rtol=1e-13
     )
+
+
+def test_limits_of_angles_are_those_of_counted_angles_in_absolute_coordinates() -> None:
+    (limit,) = describe(arm("absolute").build()).limits
+    assert (limit.coordinate, limit.lower, limit.upper) == ("q.hinge.angle", Number(-0.4), Number(0.7))
 
 
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "planar"])
