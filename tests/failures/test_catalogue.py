@@ -1,5 +1,4 @@
-"""Every entry of the failure catalogue gets its answer, to the letter, and loses nothing; the page is that of the
-catalogue."""
+"""Every entry of the failure catalogue gets its answer, to the letter, and loses nothing."""
 
 from __future__ import annotations
 
