@@ -170,6 +170,17 @@ def scene(section: dict[str, Any], **parameters: Any) -> dict[str, Any]:
     }
 
 
+def test_a_shear_modulus_stands_for_poissons_ratio() -> None:
+    rows = []
+    for given in ({"poisson_ratio": 0.25}, {"shear_modulus": 8e10}):
+        data = scene({"shape": "rectangle", "width": 0.1, "height": 0.2})
+        del data["beams"]["rod"]["section"]["poisson_ratio"]
+        data["beams"]["rod"]["section"] |= given
+        (element,) = from_data(data).elements
+        rows.append([[value(entry) for entry in row] for row in element.beam.parts[0].section.stiffness])
+    np.testing.assert_allclose(rows[0], rows[1], rtol=1e-14)
+
+
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"shape": "circle"}, "(beams.rod.section): a circle needs its diameter; try: diameter = 0.02"),
     ({"shape": "circle", "width": 0.1, "diameter": 0.1}, "(beams.rod.section.width): a circle has no width; try: diameter"),
