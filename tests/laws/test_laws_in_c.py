@@ -14,10 +14,7 @@ import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data
 from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
-
-__all__ = ["shared_cache"]
 
 
 @pytest.fixture

@@ -17,10 +17,7 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError, EomgenError, ModelError, UsageError
 from tests.laws.test_laws_in_c import difference, states
 from tests.models.c_laws import TYRE_LAW, wheel_scene
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 TYRE = """\
 import numpy as np

@@ -11,9 +11,6 @@ import eomgen
 from eomgen.errors import DescriptionError, ModelError, ToolchainError
 from eomgen.products.laws import checks
 from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 @pytest.fixture

@@ -15,15 +15,12 @@ from eomgen.scene.forces.bushings import Bushing
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
-from tests.models.cache import shared_cache
 from tests.models.elements import elements_with
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.formulas import number, vector
 from tests.oracles.random_scenes import random_scene, with_base
 from tests.oracles.states import random_states, rotation_of
-
-__all__ = ["shared_cache"]
 
 STATES = 12
 

@@ -15,10 +15,7 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.scene.builder import SceneBuilder
 from eomgen.system.system import System
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, tape_evaluator
-
-__all__ = ["shared_cache"]
 
 LIMITS = {"lower": -0.4, "upper": 0.7, "stiffness": 300.0, "damping": 4.0, "onset": 0.05}
 FRICTION = {"coulomb": 1.5, "velocity": 0.02, "static": 2.5, "stribeck": 0.3}
