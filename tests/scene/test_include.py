@@ -29,14 +29,11 @@ from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.scene import Scene
 from tests.models import library
-from tests.models.cache import shared_cache
 from tests.models.urdf import FILES, ROBOTS
 from tests.oracles.evaluation import tape_evaluator
 
 DOCUMENT = every_document()
 SECTIONS = section_keys()
-
-__all__ = ["shared_cache"]
 
 WHEEL = Path(library.__file__).with_name("wheel.toml").read_text(encoding="utf-8")
 CAR = """\

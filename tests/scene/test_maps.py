@@ -18,9 +18,6 @@ import eomgen
 from eomgen.errors import DescriptionError, ModelError
 from eomgen.products.maps.section import MapEntry, _Grid, _GridError
 from eomgen.products.maps.surface import MapSurface
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 X, Y = np.array([-10.0, -6.0, -1.0, 0.0, 2.0, 5.0, 10.0]), np.linspace(-2.0, 2.0, 5)
 

@@ -8,13 +8,10 @@ import pytest
 
 import eomgen
 from eomgen.scene.load import load_toml
-from tests.models.cache import shared_cache
 from tests.models.urdf import load_urdf
 from tests.models.urdf import replaced as urdf_replaced
 from tests.oracles.evaluation import tape_evaluator
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
-
-__all__ = ["shared_cache"]
 
 RADIANS = 'try: angles are in radians: 45 * pi / 180, or "45 deg" alone'
 
