@@ -18,18 +18,10 @@ from eomgen.scene.load import load_toml
 SLIDER = """\
 format = 1
 name = "slider"
-[inputs]
-motor = { unit = "N" }
-[bodies.m]
-mass = 1
-[joints.x]
-type = "prismatic"
-parent = "base"
-child = "m"
-axis = [1, 0, 0]
-[efforts.e]
-joint = "x"
-effort = "motor"
+inputs.motor = { unit = "N" }
+bodies.m = { mass = 1 }
+joints.x = { type = "prismatic", parent = "base", child = "m", axis = [1, 0, 0] }
+efforts.e = { joint = "x", effort = "motor" }
 """
 ARM = """\
 format = 1
@@ -50,34 +42,20 @@ position = [0, 0, -0.5]
 BEAM = """\
 format = 1
 name = "beam"
+joints.c = { type = "fixed", parent = "base", child = "b" }
 [beams.b]
 model = "cosserat"
 length = 1.0
 elements = 4
 section = { shape = "circle", diameter = 0.01, density = 7800, elastic_modulus = 2e11, poisson_ratio = 0.3 }
-[joints.c]
-type = "fixed"
-parent = "base"
-child = "b"
 """
 CAR = """\
 format = 1
 name = "car"
-[bodies.m]
-mass = 300
-[joints.h]
-type = "prismatic"
-parent = "base"
-child = "m"
-axis = [0, 0, 1]
-initial = { position = 0.29 }
-[points.hub]
-body = "m"
-[tyres.w]
-center = "hub"
-radius = 0.3
-stiffness = 2e5
-damping = 500
+bodies.m = { mass = 300 }
+joints.h = { type = "prismatic", parent = "base", child = "m", axis = [0, 0, 1], initial = { position = 0.29 } }
+points.hub = { body = "m" }
+tyres.w = { center = "hub", radius = 0.3, stiffness = 2e5, damping = 500 }
 """
 
 REFUSED = [

@@ -25,16 +25,14 @@ name = "cart"
 gravity = [0, 0, -9.81]
 bodies.cart = { mass = 2.0 }
 points.hook = { body = "cart", position = [0.1, 0, 0] }
-[parameters]
-k = { value = 100.0, tunable = true, unit = "N/m" }
+parameters.k = { value = 100.0, tunable = true, unit = "N/m" }
+inputs.push = { formula = "sin(3 * t)" }
 [joints.rail]
 type = "prismatic"
 parent = "base"
 child = "cart"
 axis = [1, 0, 0]
 initial = { position = 0.3, velocity = -0.2 }
-[inputs]
-push = { formula = "sin(3 * t)" }
 """
 DEFINED = (
     HEAD

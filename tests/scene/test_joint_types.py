@@ -14,15 +14,10 @@ from eomgen.scene.scene import Scene
 
 HEAD = """format = 1
 name = "one"
-[parameters]
-lead = { value = 0.02, tunable = true }
-still = 0.0
-[bodies.a]
-mass = 1.0
-inertia = [0.1, 0.2, 0.25]
-[bodies.b]
-mass = 2.0
-inertia = [0.1, 0.2, 0.25]
+parameters.lead = { value = 0.02, tunable = true }
+parameters.still = 0.0
+bodies.a = { mass = 1.0, inertia = [0.1, 0.2, 0.25] }
+bodies.b = { mass = 2.0, inertia = [0.1, 0.2, 0.25] }
 [joints.first]
 parent = "base"
 child = "a"

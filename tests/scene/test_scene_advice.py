@@ -96,8 +96,15 @@ name = "tethered"
 gravity = [0, 0, 0]
 bodies.cart = { mass = 2 }
 springs.tether = { first = "hook", second = "anchor", stiffness = 30, damping = 0.5, length = 1.2 }
-[base]
-position = ["0.3 * sin(2 * t)", 0, 0]
+base.position = ["0.3 * sin(2 * t)", 0, 0]
+points.hook = { body = "cart" }
+points.anchor = { body = "world", position = [2, 0, 0] }
+outputs.anchor = { position = "anchor" }
+outputs.speed = { velocity = "hook" }
+outputs.acceleration = { acceleration = "hook" }
+outputs.kinetic = { energy = "kinetic" }
+outputs.supply = { energy = "base_power" }
+outputs.own = { position = "hook", unit = "mm" }
 [joints.rail]
 type = "prismatic"
 parent = "base"
@@ -105,16 +112,6 @@ child = "cart"
 axis = [1, 0, 0]
 damping = 0.8
 initial = { velocity = 0.4 }
-[points]
-hook = { body = "cart" }
-anchor = { body = "world", position = [2, 0, 0] }
-[outputs]
-anchor = { position = "anchor" }
-speed = { velocity = "hook" }
-acceleration = { acceleration = "hook" }
-kinetic = { energy = "kinetic" }
-supply = { energy = "base_power" }
-own = { position = "hook", unit = "mm" }
 """
 
 

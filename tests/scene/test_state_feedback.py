@@ -18,19 +18,15 @@ QUARTER = """\
 format = 1
 name = "quarter"
 gravity = [0, 0, 0]
-[parameters]
-soft = { value = 300, tunable = true }
-[inputs]
-road = { unit = "m" }
-[bodies]
-wheel = { mass = 36 }
-body = { mass = 240 }
-[joints]
-wheel = { type = "prismatic", parent = "base", child = "wheel", axis = [0, 0, 1], stiffness = 160000 }
-body = { type = "prismatic", parent = "base", child = "body", axis = [0, 0, 1], position = [0, 0, 0.4] }
-[points]
-hub = { body = "wheel" }
-mount = { body = "body" }
+parameters.soft = { value = 300, tunable = true }
+inputs.road = { unit = "m" }
+bodies.wheel = { mass = 36 }
+bodies.body = { mass = 240 }
+joints.wheel = { type = "prismatic", parent = "base", child = "wheel", axis = [0, 0, 1], stiffness = 160000 }
+joints.body = { type = "prismatic", parent = "base", child = "body", axis = [0, 0, 1], position = [0, 0, 0.4] }
+points.hub = { body = "wheel" }
+points.mount = { body = "body" }
+outputs.acceleration = { formula = "a.body" }
 [springs.suspension]
 first = "hub"
 second = "mount"
@@ -38,8 +34,6 @@ stiffness = 16000
 damping = 980
 length = 0.4
 force = "TENSION"
-[outputs]
-acceleration = { formula = "a.body" }
 """
 GIVEN = """\
 [controllers.ride]

@@ -14,14 +14,11 @@ format = 1
 name = "wheel"
 bodies.wheel = { mass = 1, inertia = [0.1, 0.1, 0.1] }
 joints.wheel = { type = "free", parent = "base", child = "wheel" }
-[parameters]
-soft = { value = 1e4, tunable = true }
-[inputs]
-lift = {}
-[points]
-hub = { body = "wheel" }
-rim = { body = "wheel", position = [0.3, 0, 0] }
-stone = { body = "base" }
+parameters.soft = { value = 1e4, tunable = true }
+inputs.lift = {}
+points.hub = { body = "wheel" }
+points.rim = { body = "wheel", position = [0.3, 0, 0] }
+points.stone = { body = "base" }
 """
 TYRE = """[tyres.front]
 center = "hub"
