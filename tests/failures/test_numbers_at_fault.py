@@ -152,17 +152,13 @@ def test_shapes_that_leave_their_points_are_told(body: str, first: str, told: st
 @pytest.mark.parametrize(
     ("sections", "message"),
     [
-        (
-            {"maps": {"motor": MOTOR}, "efforts": {"e": {"joint": "hinge", "effort": "map.motor(12, v.hinge)"}}},
-            "map.motor takes x in rad/s, and y is given in rad/s; try: map.motor(x, y), with both arguments exchanged",
-        ),
+        ({"maps": {"motor": MOTOR}, "efforts": {"e": {"joint": "hinge", "effort": "map.motor(12, v.hinge)"}}},
+            "map.motor takes x in rad/s, and y is given in rad/s; try: map.motor(x, y), with both arguments exchanged"),
         ({"states": {"angle": {"sample": "1 ms", "next": "q.hinge"}}}, "the key 'next' is unknown here; try: formula"),
-        (
-            {"constraints": {"c": {"type": "rolling", "friction": 0.8, **TIP}}},
-            "the key 'friction' is unknown here; try: no friction: a rolling contact does not slip",
-        ),
+        ({"constraints": {"c": {"type": "rolling", "friction": 0.8, **TIP}}},
+            "the key 'friction' is unknown here; try: no friction: a rolling contact does not slip"),
     ],
-)
+)  # fmt: skip  # a table
 def test_descriptions_name_cause_and_remedy(sections: Mapping[str, Any], message: str) -> None:
     with pytest.raises(DescriptionError) as refused:
         from_data(ARM | dict(sections))
@@ -181,35 +177,22 @@ BY_PLANE = {"first": {"body": "base", "axis": [0, 0, -1]}, "radius": 0.1}
 @pytest.mark.parametrize(
     ("base", "sections", "note"),
     [
-        (
-            ARM,
-            on_rail("-min(position.tip[2] + 400, 0)"),
-            "efforts.e.effort: position.tip[2] stands against 400 m, and the size of the scene is 0.5 m: lengths in",
-        ),
-        (
-            ARM,
-            {"base": {"rotation": [{"axis": [0, 0, 1], "angle": "30*sin(t)"}]}},
-            "base.rotation[0].angle goes to and fro over 60 rad, 9.55 turns: angles in formulas are radians; try: a",
-        ),
-        (
-            ARM,
-            {"curves": ROAD, "base": {"position": [0, 0, "road(t)"]}, "simulation": {"duration": 0.3, "step": 1e-3}},
-            "base.position[2] shakes the base over 22.59 m, and the size of the scene is 0.5 m: numbers without a",
-        ),
-        (
-            BALL,
-            {"constraints": {"c": {"type": "formula", "equation": "q.ball[3] - 0.1", "unit": "rad"}}},
-            "constraints.c.equation: q.ball[3] is a component of a quaternion, of the half angle, and no angle; try: a",
-        ),
+        (ARM, on_rail("-min(position.tip[2] + 400, 0)"),
+            "efforts.e.effort: position.tip[2] stands against 400 m, and the size of the scene is 0.5 m: lengths in"),
+        (ARM, {"base": {"rotation": [{"axis": [0, 0, 1], "angle": "30*sin(t)"}]}},
+            "base.rotation[0].angle goes to and fro over 60 rad, 9.55 turns: angles in formulas are radians; try: a"),
+        (ARM, {"curves": ROAD, "base": {"position": [0, 0, "road(t)"]}, "simulation": {"duration": 0.3, "step": 1e-3}},
+            "base.position[2] shakes the base over 22.59 m, and the size of the scene is 0.5 m: numbers without a"),
+        (BALL, {"constraints": {"c": {"type": "formula", "equation": "q.ball[3] - 0.1", "unit": "rad"}}},
+            "constraints.c.equation: q.ball[3] is a component of a quaternion, of the half angle, and no angle; "
+            "try: a"),
         (BALL, {"constraints": {"c": {"type": "formula", "equation": "q.ball[6] - 0.1", "unit": "m"}}}, ""),
-        (
-            BALL,
-            {"constraints": {"c": {**GROUND, **BY_PLANE}}},
-            "constraints.c: ball starts 0.1 m below the plane, and is moved to the side of its z axis; try: first.axis",
-        ),
+        (BALL, {"constraints": {"c": {**GROUND, **BY_PLANE}}},
+            "constraints.c: ball starts 0.1 m below the plane, and is moved to the side of its z axis; try: "
+            "first.axis"),
         (BALL, {"constraints": {"c": {**GROUND, "radius": 0.1}}}, ""),
     ],
-)
+)  # fmt: skip  # a table
 def test_values_out_of_place_are_told(base: Mapping[str, Any], sections: Mapping[str, Any], note: str) -> None:
     notes = [text for text in from_data({**base, **sections}).notes if not text.startswith("road:")]
     assert len(notes) == bool(note) and all(text.startswith(note) for text in notes)

@@ -106,30 +106,22 @@ BEHIND = "model error: the curve c has no value at 5; try: an argument within it
     ("call", "text"),
     [
         (strange, "usage error: attach: the solution does not say of which run it is (fingerprint is missing): by"),
-        (
-            lambda: eomgen.build(slider(), terms=["mass"], profile="quick").simulate(0.1, 0.01, method="rk4"),
-            "usage error: simulate: rk4 needs the terms forward_dynamics, which this model was built without; try:"
-            " eomgen.build(scene, terms=[..., 'forward_dynamics'])",
-        ),
-        (
-            state_of_another_scene,
-            "model error: state: this is a state of the scene 'other', the simulator runs 'slider'; try: the model,"
-            " method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})",
-        ),
-        (
-            lambda: free().simulate(0.1, 0.01, method="hht", alpha=-0.1),
-            "usage error: method.alpha: alpha of hht must lie in 0..1/3, not -0.1: the papers and Abaqus",
-        ),
-        (
-            lambda: at_rest(states={"angle": {"rate": "1", "unit": "rad"}}),
-            "numerical error: equilibrium: the forces balance, but the state angle does not rest: it changes at 1 rad",
-        ),
+        (lambda: eomgen.build(slider(), terms=["mass"], profile="quick").simulate(0.1, 0.01, method="rk4"),
+            "usage error: simulate: rk4 needs the terms forward_dynamics, which this model was built without; try: "
+            "eomgen.build(scene, terms=[..., 'forward_dynamics'])"),
+        (state_of_another_scene,
+            "model error: state: this is a state of the scene 'other', the simulator runs 'slider'; try: the "
+            "model, method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})"),
+        (lambda: free().simulate(0.1, 0.01, method="hht", alpha=-0.1),
+            "usage error: method.alpha: alpha of hht must lie in 0..1/3, not -0.1: the papers and Abaqus"),
+        (lambda: at_rest(states={"angle": {"rate": "1", "unit": "rad"}}),
+            "numerical error: equilibrium: the forces balance, but the state angle does not rest: it changes at 1 rad"),
         (lambda: pickle.dumps(by_hand(free())), "usage error: pickle: this model was made by hand and cannot be sent"),
         (between_rows, "numerical error: no state at t = 0.005 s: a value became infinite or not a number; try:"),
         (more_rows_than_velocities, "model error: method: there are 2 constraint rows for 1 velocity components:"),
         (lambda: curve_asked_at("5.0"), BEHIND),
     ],
-)
+)  # fmt: skip  # a table
 def test_what_is_refused(call: Callable[[], object], text: str) -> None:
     with pytest.raises(eomgen.EomgenError) as caught:
         call()

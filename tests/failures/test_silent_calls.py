@@ -56,21 +56,17 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: linear().modes().frequencies, "a Modes has no 'frequencies'; try: frequency, Hz, or angular_frequency"),
     (lambda: linear().state_space().poles, "a StateSpace has no 'poles'; try: eigenvalues"),
     (lambda: eomgen.control.place(linear(), [-1.0, -2.0]).K, "a Regulator has no 'K'; try: gains"),
-    (
-        lambda: linear().frequency_response("f", "place", [1.0]),
-        "the first argument omega is an array in rad/s, and 'f' is not; try: frequency_response(omega, input, output)",
-    ),
+    (lambda: linear().frequency_response("f", "place", [1.0]),
+        "the first argument omega is an array in rad/s, and 'f' is not; try: frequency_response(omega, input, output)"),
     (lambda: slider().steady_motion({"q.x": 1.0}), "'q.x' is a position, and a velocity is given here; try: coord"),
     (lambda: slider().energy([0.0], [0.0])["kin"], "there is no energy 'kin'; try: kinetic"),
     (lambda: slider().simulate(0.01, 1e-3).stats["step"], "there is no statistic 'step'; try: steps"),
     (lambda: slider().simulate(0.01, 1e-3).metadata["metod"], "there is no entry 'metod'; try: method"),
     (lambda: slider().simulate(0.01, 1e-3).error.outputs_at["plac"], "there is no output 'plac'; try: place"),
     (lambda: load_urdf(ROBOT, actuated=["lift"]), "actuated: True or False is needed, not list; try: actuated=True"),
-    (
-        lambda: load_urdf(ROBOT.replace('lower="-1"', 'lower="2"'), limits=True),
-        "robot.urdf:5 (joints.lift.limit): the lower limit, 2, is above the upper one, 1 rad; try: the smaller",
-    ),
-]
+    (lambda: load_urdf(ROBOT.replace('lower="-1"', 'lower="2"'), limits=True),
+        "robot.urdf:5 (joints.lift.limit): the lower limit, 2, is above the upper one, 1 rad; try: the smaller"),
+]  # fmt: skip  # a table
 
 
 @pytest.mark.slow_cases("a Model has no 'step' to set; try: simul", "a Modes has no 'frequencies'; try: frequ")

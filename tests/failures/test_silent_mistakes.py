@@ -50,21 +50,17 @@ def joint(keys: str) -> str:
 @pytest.mark.parametrize(
     ("text", "piece"),
     [
-        (
-            changed(('unit = "m" }', 'unit = "m" }\nweight = "5 N"'), ('"1 + load"', '"weight"')),
-            "bodies.upper.mass): the parameter weight is a force (N), a mass in kg is expected",
-        ),
+        (changed(('unit = "m" }', 'unit = "m" }\nweight = "5 N"'), ('"1 + load"', '"weight"')),
+            "bodies.upper.mass): the parameter weight is a force (N), a mass in kg is expected"),
         (joint("rotation = [0, 1.57, 0]"), "a table is needed for each; try: rotation = [{ axis = [0, 1, 0], angle ="),
         (changed((SHOULDER, "axis = 0, 1, 0\n")), "try: a list stands in [ ]: axis = [0, 1, 0]"),
         (changed(('effort = "motor"', 'effort = "tip[2]"')), "try: position.tip[2]"),
-        (
-            SCENE + CORD + "stiffness = 80\nlength = -0.3\n",
-            "springs.cord.length): the length of a spring is -0.3; try: 0",
-        ),
+        (SCENE + CORD + "stiffness = 80\nlength = -0.3\n",
+            "springs.cord.length): the length of a spring is -0.3; try: 0"),
         (changed(HELICAL, (SHOULDER, SHOULDER + 'pitch = "5 mm"\n')), "a length, a quantity in m/rad is expected;"),
         (changed(("[0.03, 0.03, 0.002]", '["300 g/cm^2", 0.1, 0.1]')), "a moment of inertia in kg m^2 is expected;"),
     ],
-)
+)  # fmt: skip  # a table
 def test_what_is_meant_is_told(text: str, piece: str) -> None:
     assert piece in refused(text)
 

@@ -180,10 +180,8 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: arm().point("upper", [0.1]), "try: point(body, r, q): r is a place in the body's axes"),
     (lambda: arm().start(step=1e-3).u, "a Simulator has no 'u'; try: inputs"),
     (lambda: arm().start(step=1e-3).step(dt=1e-3), "there is no argument 'dt'; try: model.start(step=...)"),
-    (
-        lambda: arm().start(step=1e-3).set_parameter({"load": 1.0}),
-        "the argument value is missing; try: set_parameter(\"load\", 0.5), or set_parameters({",
-    ),
+    (lambda: arm().start(step=1e-3).set_parameter({"load": 1.0}),
+        "the argument value is missing; try: set_parameter(\"load\", 0.5), or set_parameters({"),
     (lambda: eomgen.build("r.urdf", root="free"), "try: eomgen.build(eomgen.load(path, root=...))"),
     (lambda: eomgen.build("s.toml", parameters={"length": 1.0}), "eomgen.build(scene).simulate(parameters=...)"),
     (
@@ -259,10 +257,8 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (changed('name = "arm"', 'name = "arm"\ngravity = 9.81'), "not 9.81; try: gravity = [0, 0, -9.81]"),
     (changed("value = 0.5,", "value = 0,5,"), "try: 0.5 with a decimal point"),
     (entry("bodies.upper", "mass = 1"), "try: one table, or one key, of each name"),
-    (
-        changed('{ formula = "2 * sin(t)", unit = "N m" }', '{ table = "road.csv" }'),
-        "a table is needed here, not 'road.csv'; try: table = { file = \"road.csv\" }",
-    ),
+    (changed('{ formula = "2 * sin(t)", unit = "N m" }', '{ table = "road.csv" }'),
+        "a table is needed here, not 'road.csv'; try: table = { file = \"road.csv\" }"),
     (changed('{ formula = "2 * sin(t)", unit = "N m" }', '"sin(t)"'), 'try: motor = { formula = "sin(t)" }'),
     (changed('{ position = "tip" }', '"tip"'), 'try: tip = { formula = "..." }, or { position = "POINT" }'),
     (entry("curves.road", 'file = "road.csv"'), "the key 'file' is unknown here; try: table = {"),

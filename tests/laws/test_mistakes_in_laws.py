@@ -43,23 +43,19 @@ def told(error: type[Exception], scene: dict[str, Any], **options: Any) -> str:
         ({"scales": {"slip": 1.0}}, "'slip' is neither an argument nor a parameter of the law; try: one of kappa"),
         ({"scales": {"load": 0.0}}, "laws.tyre.scales"),
         ({"unit": "N"}, "the key 'unit' is unknown"),
-        (
-            {"module": "laws.py"},
-            "(laws.tyre.module): the key 'module' is unknown here; try: source, a C file; python, a file in Python; or"
-            " [definitions], if the law has a formula",
-        ),
-        (
-            {"arguments": {"kappa": "", "alpha": "deg", "load": "N"}},
-            "(laws.tyre.arguments.alpha): a law has numbers in SI that are not converted, and 'deg' is not of SI;"
-            ' try: "rad", and the factor in the file',
-        ),
+        ({"module": "laws.py"},
+            "(laws.tyre.module): the key 'module' is unknown here; try: source, a C file; python, a file in "
+            "Python; or [definitions], if the law has a formula"),
+        ({"arguments": {"kappa": "", "alpha": "deg", "load": "N"}},
+            "(laws.tyre.arguments.alpha): a law has numbers in SI that are not converted, and 'deg' is not of SI; "
+            'try: "rad", and the factor in the file'),
         ({"results": {"fx": "kN", "fy": "N"}}, "(laws.tyre.results.fx): a law has numbers in SI that are not"),
         ({"results": {"fx": "newtn", "fy": "N"}}, "(laws.tyre.results.fx): there is no unit 'newtn'"),
         ({"function": "exp"}, "'exp' cannot be the name of a C function here; try: letters, digits and underscores"),
         ({"scales": {"load": "1 kN"}}, "(laws.tyre.scales.load): a number is needed here, not '1 kN'"),
         ({"arguments": ["kappa"]}, "(laws.tyre.arguments): a table is needed here, not a list"),
     ],
-)
+)  # fmt: skip  # a table
 def test_mistakes_in_entries(folder: Path, change: dict[str, Any], message: str) -> None:
     (folder / "tyre.py").write_text(TYRE_C, encoding="utf-8")
     assert message in told(DescriptionError, wheel_scene(TYRE_LAW | change, folder))
@@ -106,11 +102,8 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
         ("arguments[2], mu = p", "arguments[3], mu = p", "tyre reads beyond 3 arguments and 2 parameters"),
         ("results[1] = -mu * load * y * weight;", "", "or leaves entry 1 of 2 unset"),
         ("results[1] =", "results[2] = 1.0; results[1] =", "tyre writes beyond 2 entries"),
-        (
-            "    results[0] =",
-            "    static int calls = 0; ++calls; results[0] = calls +",
-            "tyre gives other values in a second call with the same arguments; try: no static variables",
-        ),
+        ("    results[0] =", "    static int calls = 0; ++calls; results[0] = calls +",
+            "tyre gives other values in a second call with the same arguments; try: no static variables"),
         ("partials[2] = mu * x", "partials[2] = -mu * x", "tyre_partials: the derivative of fx by load is"),
         ("partials[2] = mu * x", "partials[2] = 1.004 * mu * x", "tyre_partials: the derivative of fx by load is"),
         ("    results[0] =", "    ((double *)arguments)[0] = 0.0; results[0] =", "tyre writes to the arguments"),
@@ -118,14 +111,11 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
         ("    results[0] =", "    if (load > 0.0) exit(3); results[0] =", "tyre ends the process by exit(3) at kappa"),
         ("    results[0] =", "    exit(0); results[0] =", "tyre ends the process by exit(0) at kappa = 0."),
         ("    results[0] =", "    abort(); results[0] =", "tyre ends the process by SIGABRT at kappa = 0."),
-        (
-            "    partials[0] =",
-            "    *(volatile double *)8 = 1.0; partials[0] =",
-            "tyre_partials ends the process by SIGSEGV at kappa = 0.",
-        ),
+        ("    partials[0] =", "    *(volatile double *)8 = 1.0; partials[0] =",
+            "tyre_partials ends the process by SIGSEGV at kappa = 0."),
         ("    results[0] =", "    while (load > 0.0) { } results[0] =", "tyre does not return within 0.5 s at kappa"),
     ],
-)
+)  # fmt: skip  # a table
 def test_faults_of_the_functions(
     folder: Path, old: str, new: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

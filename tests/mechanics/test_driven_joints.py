@@ -148,15 +148,11 @@ ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis 
     "joint, said",
     [
         (ONE + 'drive = ["t", "t"] }', "a revolute joint needs one value here, not 2"),
-        (
-            ONE + 'drive = "t", initial = { position = 1 } }',
+        (ONE + 'drive = "t", initial = { position = 1 } }',
             "(joints.hinge.initial.position): a driven joint has no initial state of its own; try: no initial: it "
-            "starts where its drive is at t = 0",
-        ),
-        (
-            'joints.hinge = { type = "spherical", parent = "base", child = "arm", drive = "t" }',
-            "(joints.hinge.drive): a spherical joint has no drive",
-        ),
+            "starts where its drive is at t = 0"),
+        ('joints.hinge = { type = "spherical", parent = "base", child = "arm", drive = "t" }',
+            "(joints.hinge.drive): a spherical joint has no drive"),
         (
             ONE
             + 'drive = "bend(t)" }\n[curves]\nbend = { points = [[0, 0], [1, 1], [2, 0]], interpolation = "linear" }\n'
@@ -166,7 +162,7 @@ ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis 
         (ONE + 'drive = "1 / t" }', "(joints.hinge.drive): the motion has no finite value and rate at t = 0"),
         (ONE + 'drive = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters and curves only"),
     ],
-)
+)  # fmt: skip  # a table
 def test_what_is_said_of_drives(joint: str, said: str) -> None:
     text = ARM.format(top="", joint=joint).replace("[outputs]\noutputs.", "[outputs]\n")
     with pytest.raises(DescriptionError, match=re.escape(said)):

@@ -234,11 +234,8 @@ MISTAKES: list[tuple[str, dict[str, Any], str]] = [
     ("a constant without drift", frame("0.3", drift="remove"), BASE
      + 'a constant acceleration is all drift, and would be removed; try: drift = "keep", or position'),
     ("a pole", frame("1 / t"), BASE + "the integral by polynomials is off by about "),
-    (
-"drift without an acceleration",
-{**frame(0), "base": {"position": ["t", 0, 0], "drift": "remove"}},
-"(base.drift): drift belongs to the integral of an acceleration, and the base has no acceleration",
-),
+    ("drift without an acceleration", {**frame(0), "base": {"position": ["t", 0, 0], "drift": "remove"}},
+        "(base.drift): drift belongs to the integral of an acceleration, and the base has no acceleration"),
     ("a coordinate", frame("quake(q.x)"), BASE + "q.x cannot be used here"),
     ("an input", {**frame("table"), "inputs": {"table": {"formula": "sin(t)"}}}, BASE
      + "the input 'table' cannot be used here: an acceleration is integrated when the scene is read, and values of"
@@ -255,11 +252,9 @@ MISTAKES: list[tuple[str, dict[str, Any], str]] = [
      " try: a formula that has one throughout the run"),
     ("a noise of a formula", frame("sin(100000 * t * t)"), BASE
      + "its integral needs more than 50000 polynomials up to t = 4 s; try: a curve through points"),
-    (
-"a table by itself",
-{**frame(0), "base": {"acceleration": "quake.csv"}},
-"(base.acceleration): a list of 3 entries is needed here, not 'quake.csv'; try: acceleration = [\"quake(t)\", 0,",
-),
+    ("a table by itself", {**frame(0), "base": {"acceleration": "quake.csv"}},
+        "(base.acceleration): a list of 3 entries is needed here, not 'quake.csv'; try: acceleration = "
+        '["quake(t)", 0,'),
     ("a correction of the baseline", frame("quake(t)", baseline="linear"),
      "(base.baseline): the key 'baseline' is unknown here; try: drift = \"remove\""),
 ]  # fmt: skip  # a table

@@ -196,22 +196,18 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ('rotor_inertia = "-length"', "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or"),
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
         ('[outputs]\nend = { position = "link" }', "(outputs.end.position): link is a body, not a point"),
-        (
-            '[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
-            "connects the point a to itself",
-        ),
-        (
-            "[outputs]\no = {}",
-            "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, section_force,"
-            " section_moment, section_strain, section_curvature, formula, energy, not none",
-        ),
+        ('[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
+            "connects the point a to itself"),
+        ("[outputs]\no = {}",
+            "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, "
+            "section_force, section_moment, section_strain, section_curvature, formula, energy, not none"),
         ("[outputs]\no = { formula = [] }", "the list of formulas is empty"),
         ("[simulation]\nstep = 0", "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
         ("[simulation]\nduration = -0.1", "the duration -0.1 is negative"),
         ("[simulation]\nrecord_every = 0", "(simulation.record_every): 0 is out of range here: it should be greater"),
         ("[bodies.base]\nmass = 1", "the name base is reserved for the frame that carries the tree"),
     ],
-)
+)  # fmt: skip  # a table
 def test_one_problem_added(extra: str, message: str) -> None:
     found = problems(extra)
     assert any(message in problem for problem in found), found

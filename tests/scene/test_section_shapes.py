@@ -186,14 +186,12 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"shape": "circle", "width": 0.1, "diameter": 0.1}, "(beams.rod.section.width): a circle has no width; try: diameter"),
     ({"shape": "circle", "diameter": 0.1, "area": 0.1}, "(beams.rod.section.area): area is given, and follows"),
     ({"diameter": 0.1}, "(beams.rod.section.diameter): diameter belongs to a shape, and the section has no shape"),
-    (
-        {"shape": "tube", "diameter": 0.1, "thickness": 0.06},
-        "(beams.rod.section.thickness): the wall of 0.06 m is thicker than half of the diameter 0.1 m; try: a thinner wall, or a circle",
-    ),
-    (
-        {"shape": "circle", "diameter": 0.1, "shear_modulus": 8e10},
-        "(beams.rod.section.poisson_ratio): shear_modulus and poisson_ratio are both given; try: one of them: shear modulus = E/(2 (1 + ratio))",
-    ),
+    ({"shape": "tube", "diameter": 0.1, "thickness": 0.06},
+        "(beams.rod.section.thickness): the wall of 0.06 m is thicker than half of the diameter 0.1 m; try: a "
+        "thinner wall, or a circle"),
+    ({"shape": "circle", "diameter": 0.1, "shear_modulus": 8e10},
+        "(beams.rod.section.poisson_ratio): shear_modulus and poisson_ratio are both given; try: one of them: "
+        "shear modulus = E/(2 (1 + ratio))"),
     ({"shape": "circle", "diameter": 0.1, "poisson_ratio": 0.6}, "(beams.rod.section.poisson_ratio): Poisson's ratio"),
     ({"shape": "circle", "diameter": "0.1 - 0.2 * s"}, "(beams.rod.section.diameter): at s = 0.75, the diameter"),
 ]  # fmt: skip  # a table

@@ -160,17 +160,13 @@ ONE = 'type = "state_feedback"\ncoordinates = ["body"]\n' + GAINS
         (SKY + "damping = -1", "damping is negative (-1); try: 0 or more"),
         (SKY + "damping = 1\nwidth = 1", "width has no meaning for a skyhook that is not clipped; try: clipped = true"),
         (SKY + "damping = 1\nclipped = true", "a clipped skyhook needs maximum_damping: no damper is infinitely hard"),
-        (
-            SKY + 'damping = 1\nclipped = true\nminimum_damping = "soft"\nmaximum_damping = 200',
-            "the range is empty: minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping",
-        ),
+        (SKY + 'damping = 1\nclipped = true\nminimum_damping = "soft"\nmaximum_damping = 200',
+            "the range is empty: minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping"),
         (SKY + "damping = 1\nclipped = true\nmaximum_damping = 200\nwidth = 0", "the width 0 m/s is not positive"),
-        (
-            f'[controllers.a]\noutputs = ["b_c"]\n{ONE}[controllers.a_b]\noutputs = ["c"]\n{ONE}',
-            "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name",
-        ),
+        (f'[controllers.a]\noutputs = ["b_c"]\n{ONE}[controllers.a_b]\noutputs = ["c"]\n{ONE}',
+            "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name"),
     ],
-)
+)  # fmt: skip  # a table
 def test_what_cannot_be(text: str, message: str) -> None:
     found = problems(text)
     assert any(problem.startswith(message) for problem in found), found

@@ -90,16 +90,12 @@ def test_keys_and_defaults() -> None:
         (ELBOW.replace("guide", "end") + ", radius = 1 }", "", "", "no point of the path follows a point end"),
         (ELBOW + ", radius = 0 }", "", "", "the radius of an obstacle is 0"),
         (ELBOW + ", radius = 1 }, " + ELBOW + ", radius = 1 }", "", "", "two obstacles follow the point guide"),
-        (
-            ELBOW + ", radius = 1 }",
-            '"guide", "end"]',
-            '"guide", "end", "guide", "away"]',
-            "passes the point guide twice",
-        ),
+        (ELBOW + ", radius = 1 }", '"guide", "end"]', '"guide", "end", "guide", "away"]',
+            "passes the point guide twice"),
         (ELBOW + ', radius = 1, side = "away", inside = true }', "", "", "a path through a ring has no side"),
         (ELBOW.replace(", axis = [0.1, 1, 0]", "") + ", radius = 1 }", "", "", "a cylinder needs the axes of this"),
     ],
-)
+)  # fmt: skip  # a table
 def test_mistakes_have_a_place_and_a_remedy(wraps: str, old: str, new: str, message: str) -> None:
     assert message in problem(wraps, old, new)
 
