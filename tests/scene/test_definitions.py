@@ -242,31 +242,6 @@ def test_definitions_within_one_another_stay_within_a_limit(form: str, words: st
     assert len(scene.parts["definitions"]) == 50
 
 
-@pytest.mark.slow
-def test_definitions_mention_random_processes_and_waves(tmp_path: Path) -> None:
-    rest = """
-[random]
-gust = { type = "squared_exponential", standard_deviation = 2.0, correlation_time = 0.3, duration = 1.0, share = 0.9 }
-[waves]
-sea = { spectrum = { type = "jonswap", height = 3, period = 9, peakedness = 3.3 } }
-[efforts]
-wind = { joint = "rail", effort = "FORCE" }
-[outputs]
-height = { formula = "HEIGHT" }
-"""
-    force, height = "3 * gust + 1", "elevation.sea(q.rail, 0) + 0"
-    definitions = f'[definitions]\nforce = "{force}"\nheight = "{height}"\n'
-    texts = (
-        HEAD + definitions + rest.replace("FORCE", "force").replace("HEIGHT", "height"),
-        HEAD + rest.replace("FORCE", force).replace("HEIGHT", height),
-    )
-    defined, whole = (
-        eomgen.build(written(tmp_path, text), method="rk4").simulate(0.2, 1e-2, error_estimate=False) for text in texts
-    )
-    np.testing.assert_array_equal(defined.outputs["height"], whole.outputs["height"])
-    np.testing.assert_array_equal(defined.v, whole.v)
-
-
 def test_one_mistake_is_told_once_in_any_order(tmp_path: Path) -> None:
     chain = [f'x{k} = "2 * x{k - 1}"' for k in range(1, 20)]
     for lines in (['x0 = "q.rai"', *chain], [*chain[::-1], 'x0 = "q.rai"']):

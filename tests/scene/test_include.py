@@ -263,6 +263,9 @@ def test_a_builder_includes_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
 
 
+FIRST = ["active_vehicle", "elastic_vehicle", "sea_arm", "four_bar", "gear_with_backlash", "jerk_limited_arm"]
+
+
 def check_included(path: Path) -> None:
     """Check that the scene of a file is the same when it is included: the prefix is taken away again."""
     expected, data = load(path), tomllib.loads(path.read_text(encoding="utf-8"))
@@ -282,7 +285,7 @@ def check_included(path: Path) -> None:
             )
 
 
-@pytest.mark.slow_except("heavy_top/r3xso3")
+@pytest.mark.slow_except("heavy_top/r3xso3", *(f"{name}/scene" for name in FIRST))
 @pytest.mark.long_cases("cable_net/scene")
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
