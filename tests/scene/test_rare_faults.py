@@ -69,6 +69,7 @@ TUNED = {
     "points": {"a": {"body": "rod", "position": ["s", 0, 0]}},
 }
 SHAKEN = {"base": {"acceleration": ["c(t)", 0, 0]}, "simulation": {"duration": 2}}
+LED: dict[str, Any] = {"joints__elbow__mimic": {"joint": "shoulder", "multiplier": 2.0}, "joints__elbow__initial": None}
 TURNS = {"type": "cylindrical", "parent": "base", "child": "rod", "axis": [0, 1, 0], "stiffness": "3 N/m"}
 
 
@@ -111,6 +112,10 @@ FAULTS: list[tuple[dict[str, Any], str]] = [
     (scene("pendulum", definitions={"a": {"b": "2 * q.hinge"}}), 'definitions.a.b) definitions.a is a table with the key \'b\', and names have no dots; try: a_b = "2 * q.hinge"'),
     (scene("pendulum", parameters={"k": {"value": 3, "unit": "N m"}}, joints__hinge__damping="k"), "joints.hinge.damping) the parameter k is a torque (N m), a torsional damping in N m s/rad is expected; try: a parameter in N m s/rad"),
     (asked("0", unit="cm/s^2") | SHAKEN, 'base.acceleration[0]) the curve c is labelled cm/s^2, and labels do not convert: its values are in m/s^2; try: value_unit = "cm/s^2" in its table, and unit = "m/s^2"'),
+    (scene("pendulum", definitions={"a": "2 +* 3"}, outputs={"o": {"formula": "1 if a else 0"}}), "definitions.a.formula) the formula is not well formed at '* 3' (column 4); try: operators between terms and matching brackets"),
+    (scene("pendulum", constraints={"rope": {"type": "distance", "first": {"body": "rod"}, "second": {"body": "lost"}}}), "constraints.rope.second.body) there is no body 'lost'; try: one of base, rod"),
+    (sampled(sample=0), 'controllers.c.sample) the time between two samples is 0 s, and has to be positive; try: sample = "1 ms"'),
+    (scene("arm", references={"r": {"acceleration": {"elbow": 1.0}}}, **LED), "references.r.acceleration.elbow) the joint elbow follows another; try: the joint that it follows"),
     (scene("pendulum", joints__hinge__initial={"hold": True}), "joints.hinge.initial.hold) no position or velocity is given that could be held; try: a position or a velocity with it"),
     (scene("pendulum", **P, outputs={"place": {"position": "tip", "at": 0.5}}), 'outputs.place.at) at is a place on a beam, of outputs of its sections; try: section_moment = "NAME"'),
     (scene("pendulum", constraints={"rope": {"type": "distance", "first": {"body": "rod"}, "length": 1.0}}), "constraints.rope.second) the key second is missing; try: second = ..."),
