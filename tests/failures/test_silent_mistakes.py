@@ -15,8 +15,6 @@ from eomgen.cli import main
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, pushed, scene_of
 
-pytestmark = pytest.mark.slow
-
 CORD = '[points.o]\nbody = "base"\nposition = [0.5, 0, 0]\n[springs.cord]\nfirst = "tip"\nsecond = "o"\n'
 SHOULDER = "axis = [0, 1, 0]\n"
 HELICAL = ('"revolute"', '"helical"')
@@ -96,6 +94,7 @@ def test_what_is_hardly_meant_is_noted(text: str, note: str) -> None:
     assert note in notes(text)
 
 
+@pytest.mark.slow
 def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "arm.toml").write_text(joint("stiffness = -5"))
     words = ["simulate", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "o"), "--no-plots"]
@@ -105,6 +104,7 @@ def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pyte
     assert (said.err + said.out).count("the joint shoulder starts at 30 rad, 4.77 turns") == 1
 
 
+@pytest.mark.slow
 def test_starts_on_the_command_line_have_the_units_of_their_coordinates(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -119,6 +119,7 @@ def test_starts_on_the_command_line_have_the_units_of_their_coordinates(
     assert (start["q.shoulder"][0], start["v.shoulder"][0]) == pytest.approx((np.pi / 2, np.pi))
 
 
+@pytest.mark.slow
 def test_one_elastic_coordinate_starts_where_it_is_told() -> None:
     bent = {"modes": 2, "stiffness": 10.0}
     beam = {"length": 2.0, "mass_per_length": 1.0, "bending_y": bent, "bending_z": bent}
@@ -142,6 +143,7 @@ def told(model: eomgen.Model, *span: float, **options: Any) -> list[str]:
     return list(model.simulate(*span, error_estimate=False, **options).metadata["notes"])
 
 
+@pytest.mark.slow
 def test_an_input_that_nobody_gives_is_noted() -> None:
     model = eomgen.build(pushed().build(), profile="quick")
     note = "the input u is 0: neither the scene nor the run gives it"
@@ -150,6 +152,7 @@ def test_an_input_that_nobody_gives_is_noted() -> None:
     assert not told(arm(), 0.01, 1e-3)
 
 
+@pytest.mark.slow
 def test_a_sample_longer_than_the_run_is_noted() -> None:
     servo = """[controllers.servo]
 type = "sampled"
