@@ -13,6 +13,9 @@ from tests.failures.catalogue import CHAPTERS
 from tests.failures.failure import Failure
 
 ENTRIES = [(title, entry) for title, _, entries in CHAPTERS for entry in entries]
+IDS = [f"{title}-{entry.title}" for title, entry in ENTRIES]
+#: Chapters whose entries run no scene.
+READ = ("Beams", "Events", "Formulas", "Included files", "Internal states", "Names", "Tables", "Units", "URDF")
 #: Exit codes of commands that did what they could: a run that stopped keeps what it has, a warning stops nothing.
 GOES_ON = (0, eomgen.NumericalError.exit_code)
 
@@ -37,10 +40,8 @@ def check_codes(complaint: str, entry: Failure) -> None:
         assert not GENERAL & set(found), f"{entry.title}: {complaint}"
 
 
-@pytest.mark.slow_except("Feedback-Modal control of forces that lag")
-@pytest.mark.parametrize(
-    "entry", [entry for _, entry in ENTRIES], ids=[f"{title}-{entry.title}" for title, entry in ENTRIES]
-)
+@pytest.mark.slow_except("Feedback-Modal control of forces that lag", *(name for name in IDS if name.startswith(READ)))
+@pytest.mark.parametrize("entry", [entry for _, entry in ENTRIES], ids=IDS)
 def test_the_answer(entry: Failure, tmp_path: Path) -> None:
     entry.lay_out(tmp_path)
     before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
