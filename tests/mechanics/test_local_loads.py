@@ -31,8 +31,8 @@ LOAD = {
 }
 
 
-def loaded(axes: str, joint: str, **more: Any) -> dict[str, Any]:
-    data = beam_scene(4, {}, {"curvature": [0.02, -0.1, 0.05]}, type=joint)
+def loaded(axes: str, joint: str, elements: int = 4, **more: Any) -> dict[str, Any]:
+    data = beam_scene(elements, {}, {"curvature": [0.02, -0.1, 0.05]}, type=joint)
     del data["forces"]
     return data | {"distributed_loads": {"wind": {"beam": "rope", "axes": axes, **LOAD}}} | more
 
@@ -115,9 +115,11 @@ def test_here_is_the_point_of_the_force(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("axes", ["world", "beam"])
-def test_tangents_and_power(axes: str, rng: np.random.Generator) -> None:
-    system = system_of(loaded(axes, "free"))
+@pytest.mark.parametrize(
+    ("axes", "joint", "elements"), [("world", "free", 4), ("beam", "free", 4), ("world", "fixed", 1)]
+)
+def test_tangents_and_power(axes: str, joint: str, elements: int, rng: np.random.Generator) -> None:
+    system = system_of(loaded(axes, joint, elements))
     evaluate, state = tape_evaluator(system), states_near(system, rng) | {"t": np.full((6, 1), 0.7)}
     found = evaluate("partials", state)
     for name, block in (("K", "q"), ("C", "v")):
