@@ -45,6 +45,7 @@ MEANT: list[tuple[Callable[[], Any], str]] = [
     (joint("rotation = [90, 0, 0]"), 'try: rotation = [{ axis = [1, 0, 0], angle = "90 deg" }]'),
     (joint("rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"), "this is a matrix, and a list of turns about axes is "
         "needed; try: orientation, which is a matrix"),
+    (joint("friction = { mu_s = 0.3, velocity = 0.01 }"), "the key 'mu_s' is unknown here; try: static"),
     (joint("friction = { mu = 0.3, velocity = 0.01 }"), "'mu' is unknown here; try: coulomb, a force in N or a to"),
     (joint('mimic = "elbow"'), "a table is needed here, not 'elbow'; try: mimic = { joint = \"elbow\", multiplier"),
     (entry("base", "follow = true"), 'not a boolean (true); try: follow = { waves = "NAME" }'),
