@@ -3,7 +3,6 @@
 # make test   passes the tests: one witness of each kind; make test-all runs the others
 # make test-long runs the tests of minutes, more than an hour: before a release; make test-long TENTH=3 runs a tenth of them
 # make coverage shows which lines the first tier runs, 90 % of them or more
-# make errors writes all messages of the catalogue of bad inputs as one page, out/errors.md
 # make mutants tries thirty random changes of the package against the first tier: python -m tests.mutants --help says more
 # make docs   builds the documentation site, docs/_build/html, without network; a warning is an error
 # make bench  runs eomgen beside its peers, which it installs below .bench, and writes docs/benchmarks.md: a quarter of an hour
@@ -21,7 +20,7 @@ INSTALL = $(PIP) --editable
 # Tests start Python hundreds of times, which takes 0.4 s more each if nobody keeps compiled modules.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo live acados test test-all test-long coverage browser lint types golden errors mutants docs bench clean
+.PHONY: demo live acados test test-all test-long coverage browser lint types golden mutants docs bench clean
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -105,9 +104,6 @@ live: $(VENV)/installed
 
 golden: $(VENV)/installed-test
 	$(BIN)/python -m tests.golden --update
-
-errors: $(VENV)/installed-test
-	$(BIN)/python -m tests.failures.errors_page out/errors.md
 
 mutants: $(VENV)/installed-test
 	$(BIN)/python -m tests.mutants --sample 30

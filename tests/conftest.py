@@ -19,6 +19,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.models.cache import shared_cache  # noqa: F401  # a fixture of all tests
+
 # Equations are millions of small objects without circles: to look for circles among them takes a quarter of the time.
 # None are frozen: a build then would count the frozen ones, a million, each time that it stops the collector.
 gc.set_threshold(50_000, 20, 20)

@@ -77,9 +77,6 @@ def _first_node(
     omega, velocity = kinematics.twist(mount.link)
     values = [*chain.from_iterable(R), *p, *omega, *velocity, *chain.from_iterable(mount.orientation), *mount.position]
     inputs = _defaults(derivation.scene) | {"t": np.zeros(1), "q": q, "v": v}
-    if derivation.scene.base is not None:
-        law = base_law(derivation.algebra, derivation.scene.base, derivation.tree.parameters)
-        inputs["base"] = np.array(evaluate(derivation.tape, [value.ref for value in law], inputs))
     numbers = np.array(evaluate(derivation.tape, [value.ref for value in values], inputs), dtype=float)
     link, turned, offset = numbers[:9].reshape(3, 3), numbers[18:27].reshape(3, 3), numbers[27:]
     axes, origin = link @ turned, numbers[9:12] + link @ offset

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, cast
@@ -91,7 +92,6 @@ def test_what_has_a_state_space_stands_for_it() -> None:
 
 def test_a_scalar_regulator_from_sample_to_sample_in_closed_form() -> None:
     a, b, q, r = 1.1, 0.4, 2.0, 0.3
-    space = discretized(model([[math.log(a) / 0.1]], [[1.0]]), 0.1)
     space = model([[a]], [[b]], sample=0.1)
     # P = q + a^2 P - a^2 b^2 P^2 / (r + b^2 P)
     P = max(np.roots([b**2, r - q * b**2 - a**2 * r, -q * r]))
@@ -111,16 +111,6 @@ def test_eigenvalues_are_the_stable_ones_of_the_hamiltonian_matrix() -> None:
     hamiltonian = np.block([[A, -S], [-(Q - N @ np.linalg.solve(R, N.T)), -A.T]])
     values = np.linalg.eigvals(hamiltonian)
     np.testing.assert_allclose(upper(law.eigenvalues), upper(values[values.real < 0.0]), rtol=1e-9)
-    # what a motion costs is what is left of the cost at its start: its integral mode by mode
-    start, closed = rng.normal(size=6), space.A - space.B @ law.gains
-    whole = Q - N @ law.gains - law.gains.T @ N.T + law.gains.T @ R @ law.gains
-    rates, shapes = np.linalg.eig(closed)
-    amounts = np.linalg.solve(shapes, start)
-    total = np.sum(
-        np.outer(amounts.conj(), amounts) * (shapes.conj().T @ whole @ shapes) / -(rates.conj()[:, np.newaxis] + rates)
-    )
-    assert law.cost_left is not None
-    np.testing.assert_allclose(total, start @ law.cost_left @ start, rtol=1e-9)
 
 
 def test_regulators_of_stiff_chains_are_refined_by_newtons_iteration() -> None:
@@ -197,12 +187,7 @@ def test_regulator_and_observer_keep_their_eigenvalues(sample: float | None) -> 
     assert whole.closed_loop.disturbances == ("w1", "w2", "noise.y1", "noise.y2")
     # the loop by hand, from the equations of plant and controller
     c = whole.controller
-    joined = np.block(
-        [
-            [law.space.A + law.space.B @ c.D @ seen.C, law.space.B @ c.C],
-            [c.B @ seen.C, c.A],
-        ]
-    )
+    joined = np.block([[law.space.A + law.space.B @ c.D @ seen.C, law.space.B @ c.C], [c.B @ seen.C, c.A]])
     np.testing.assert_allclose(whole.closed_loop.A, joined, atol=1e-12)
 
 
@@ -229,7 +214,7 @@ def test_the_covariance_of_an_estimate_is_that_of_its_error() -> None:
     np.testing.assert_allclose(sampled.covariance, P, rtol=1e-8)
 
 
-@pytest.mark.slow_except("1.0")
+@pytest.mark.slow_cases("0.0", "1.0")
 @pytest.mark.parametrize("delay_in_samples", [0.0, 0.3, 1.0, 2.4])
 def test_held_inputs_exactly(delay_in_samples: float) -> None:
     """States at samples against the exponential of the matrix, piece by piece."""
@@ -258,7 +243,7 @@ def test_held_inputs_exactly(delay_in_samples: float) -> None:
         np.testing.assert_allclose(state[:3], s, rtol=1e-11, atol=1e-13)
 
 
-@pytest.mark.slow_except("1.0")
+@pytest.mark.slow_except("1.6")
 @pytest.mark.parametrize("delay_in_samples", [0.0, 0.4, 1.0, 1.6])
 def test_a_sampled_regulator_minimises_the_integral(delay_in_samples: float) -> None:
     """What is left of the cost is the integral along the motion; other gains cost more."""
@@ -332,17 +317,6 @@ def test_margins_of_a_loop_with_known_ones() -> None:
     frequencies = np.linspace(0.2, 3.0, 200_001)
     s = 1j * frequencies
     np.testing.assert_allclose(margins.modulus_margin, np.abs(1 + 2 / (s * (s + 1) * (s + 2))).min(), rtol=1e-8)
-
-
-@pytest.mark.slow
-def test_margins_that_optimal_feedback_always_has() -> None:
-    for seed in range(4):
-        law = lqr(random_model(5, 2, 2, 0, seed), np.eye(5), np.diag([0.2, 1.0]))
-        for margins in law.margins.values():
-            assert margins.modulus_margin >= 1.0 - 1e-9
-            assert margins.phase_margin >= 60.0 - 1e-6
-            assert margins.gain_margin == np.inf
-            assert margins.gain_reduction <= 0.5 + 1e-9
 
 
 @pytest.mark.parametrize("sample", [None, 0.1])
@@ -542,9 +516,8 @@ WRONG = {ModelError: NOT_DESIGNED, UsageError: REFUSED, NumericalError: BEYOND_N
 
 @pytest.mark.parametrize(("error", "message"), [(kind, message) for kind, calls in WRONG.items() for message in calls])
 def test_what_cannot_be_designed(error: type[EomgenError], message: str) -> None:
-    with pytest.raises(error) as caught:
+    with pytest.raises(error, match=re.escape(message)):
         WRONG[error][message]()
-    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("sample", [None, 0.01])

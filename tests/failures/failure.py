@@ -6,6 +6,7 @@ import io
 import re
 import shlex
 import sys
+import unicodedata
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
@@ -138,6 +139,21 @@ class Failure:
             for name, value in self.environment.items()
         ]
         return "\n\n".join(part.rstrip() for part in [*parts, self.preparation, "\n".join(settings)] if part.rstrip())
+
+
+def shown_entry(entry: Failure, answer: str = "") -> str:
+    """Return the bad input of an entry, its command and its answer, or another one, as text."""
+    shown = [_visible(line) for line in entry.shown().splitlines()]
+    told = (answer or entry.answer).replace("{any}", "...").replace("{folder}", SHOWN_FOLDER)
+    lines = [*shown, *([""] if shown else []), f"$ eomgen {entry.command}", told]
+    return "\n".join(lines)
+
+
+def _visible(line: str) -> str:
+    """Return a line with characters that cannot be seen, or that would turn the page around, written out, and not too
+    long."""
+    text = "".join(c if unicodedata.category(c)[0] != "C" else c.encode("unicode_escape").decode() for c in line)
+    return text if len(text) <= 160 else f"{text[:160]} ..."
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import threading
 import time
 import tracemalloc
 import warnings
@@ -15,7 +14,7 @@ import numpy as np
 import pytest
 
 from eomgen.base.csv_tables import read_cells
-from eomgen.base.files import read_arrays, write_arrays, write_text
+from eomgen.base.files import read_arrays, write_text
 from eomgen.errors import DescriptionError, EomgenError, FileError
 from eomgen.results.solution import Solution
 from eomgen.scene.document import units
@@ -82,14 +81,6 @@ def test_headers_that_promise_more_than_there_is_ask_for_no_memory(
         tracemalloc.stop()
     assert f"this is not a solution written by eomgen: the array 'q' should have {8 * count} bytes" in str(error.value)
     assert error.value.exit_code == 7
-
-
-def test_archives_of_ours_are_read(tmp_path: Path) -> None:
-    arrays = {"q": np.arange(12.0).reshape(3, 4), "empty": np.zeros((0, 5)), "flag": np.array(True)}
-    write_arrays(tmp_path / "run.npz", arrays, {"a": 1})
-    found, metadata = read_arrays(tmp_path / "run.npz")
-    assert metadata == {"a": 1}
-    assert all(np.array_equal(found[name], array) for name, array in arrays.items())
 
 
 # -- no regular files --------------------------------------------------------------------------------------------------
@@ -172,28 +163,3 @@ def test_files_have_the_permissions_of_new_files_and_nobody_sets_the_mask(
         monkeypatch.undo()
         os.umask(before)
     assert (tmp_path / "a.txt").stat().st_mode & 0o777 == 0o666 & ~mask
-
-
-def test_files_of_other_threads_are_never_open_to_all(tmp_path: Path) -> None:
-    stop, open_to_all = threading.Event(), []
-
-    def others() -> None:
-        for number in range(10_000):
-            path = tmp_path / f"other{number % 50}"
-            path.unlink(missing_ok=True)
-            path.touch()
-            open_to_all.extend([path] if path.stat().st_mode & 0o002 else [])
-            if stop.is_set():
-                return
-
-    before = os.umask(0o022)
-    thread = threading.Thread(target=others)
-    try:
-        thread.start()
-        for _ in range(200):
-            write_text(tmp_path / "a.txt", "a")
-    finally:
-        stop.set()
-        thread.join()
-        os.umask(before)
-    assert open_to_all == []

@@ -13,23 +13,9 @@ format = 1
 name = "hoist"
 bodies.load = { mass = 50 }
 bodies.sled = { mass = 0 }
-[joints.x]
-type = "prismatic"
-parent = "base"
-child = "sled"
-axis = [1, 0, 0]
-initial = { position = 0.1 }
-[joints.z]
-type = "prismatic"
-parent = "sled"
-child = "load"
-axis = [0, 0, 1]
-initial = { position = -2 }
-[constraints.rope]
-type = "distance"
-first = { body = "base" }
-second = { body = "load" }
-length = "2 - t"
+joints.x = { type = "prismatic", parent = "base", child = "sled", axis = [1, 0, 0], initial = { position = 0.1 } }
+joints.z = { type = "prismatic", parent = "sled", child = "load", axis = [0, 0, 1], initial = { position = -2 } }
+constraints.rope = { type = "distance", first = { body = "base" }, second = { body = "load" }, length = "2 - t" }
 """
 
 

@@ -40,10 +40,7 @@ NAMED = f"{AXIS}\ninitial = {{ angle = 0.3 }}"
         (changed(AXIS, NAMED), ("'angle' is unknown here", "position")),
         (lambda: arm().simulate(0.01, 1e-3)["q.elbow"], ("no column 'q.elbow'", "q.shoulder")),
         (runs(t_end=0.5, step=1.0), ("reached t = 0.5 s in 1 steps", "do not resolve", "try: a step of")),
-        (
-            runs(inputs={"motor": lambda: 1.0}),
-            ("input motor: the function failed at t = 0 s", "positional arguments"),
-        ),
+        (runs(inputs={"motor": lambda: 1.0}), ("input motor: the function failed at t = 0 s", "positional arguments")),
         (lambda: arm().simulate(0.01, 1e-3).at(5.0), ("outside the solution", "a longer run")),
     ],
 )

@@ -18,18 +18,10 @@ from eomgen.scene.load import load_toml
 SLIDER = """\
 format = 1
 name = "slider"
-[inputs]
-motor = { unit = "N" }
-[bodies.m]
-mass = 1
-[joints.x]
-type = "prismatic"
-parent = "base"
-child = "m"
-axis = [1, 0, 0]
-[efforts.e]
-joint = "x"
-effort = "motor"
+inputs.motor = { unit = "N" }
+bodies.m = { mass = 1 }
+joints.x = { type = "prismatic", parent = "base", child = "m", axis = [1, 0, 0] }
+efforts.e = { joint = "x", effort = "motor" }
 """
 ARM = """\
 format = 1
@@ -50,45 +42,25 @@ position = [0, 0, -0.5]
 BEAM = """\
 format = 1
 name = "beam"
+joints.c = { type = "fixed", parent = "base", child = "b" }
 [beams.b]
 model = "cosserat"
 length = 1.0
 elements = 4
 section = { shape = "circle", diameter = 0.01, density = 7800, elastic_modulus = 2e11, poisson_ratio = 0.3 }
-[joints.c]
-type = "fixed"
-parent = "base"
-child = "b"
 """
 CAR = """\
 format = 1
 name = "car"
-[bodies.m]
-mass = 300
-[joints.h]
-type = "prismatic"
-parent = "base"
-child = "m"
-axis = [0, 0, 1]
-initial = { position = 0.29 }
-[points.hub]
-body = "m"
-[tyres.w]
-center = "hub"
-radius = 0.3
-stiffness = 2e5
-damping = 500
+bodies.m = { mass = 300 }
+joints.h = { type = "prismatic", parent = "base", child = "m", axis = [0, 0, 1], initial = { position = 0.29 } }
+points.hub = { body = "m" }
+tyres.w = { center = "hub", radius = 0.3, stiffness = 2e5, damping = 500 }
 """
 
 REFUSED = [
     (SLIDER, 'effort = "motor"', 'effort = "= motor"', "a formula does not begin with '='", "the formula without it"),
-    (
-        SLIDER,
-        "[base]",
-        "velocity = [1, 0, 0]",
-        "unknown here",
-        "position alone, from which rates follow",
-    ),
+    (SLIDER, "[base]", "velocity = [1, 0, 0]", "unknown here", "position alone, from which rates follow"),
     (SLIDER, "[events.e]", 'when = "q.x == 0"', "'==' is not part", '"q.x": an event is at the roots'),
     (SLIDER, "[events.e]", 'when = "q.x = 0.5"', "'=' is not part", '"q.x - (0.5)": an event is at the roots'),
     (SLIDER, "[outputs.f]", 'formula = "effort.e"', "unknown quantity 'effort'", "drive_effort.e of a driven joint"),
@@ -126,24 +98,9 @@ def test_points_around_a_bend_are_taken(angle: int) -> None:
 
 
 NOTED = [
-    (
-        BEAM,
-        "7800",
-        "7.85",
-        "beams.b.section.density: the density 7.85 kg/m^3 is below the density of any foam; 7850",
-    ),
-    (
-        BEAM,
-        "2e11",
-        "210",
-        "beams.b.section.elastic_modulus: the modulus 210 Pa is below the modulus of any solid;",
-    ),
-    (
-        CAR,
-        "position = 0.29",
-        "position = 0",
-        "tyres.w: the tyre w starts 0.3 m deep in its road, with a radius of 0.3 m",
-    ),
+    (BEAM, "7800", "7.85", "beams.b.section.density: the density 7.85 kg/m^3 is below the density of any foam; 7850"),
+    (BEAM, "2e11", "210", "beams.b.section.elastic_modulus: the modulus 210 Pa is below the modulus of any solid;"),
+    (CAR, "position = 0.29", "position = 0", "tyres.w: the tyre w starts 0.3 m deep in its road, with a radius of"),
     (CAR, "radius = 0.3", "radius = 1.2", "tyres.w: the tyre w starts 0.91 m deep in its road, with a radius"),
 ]
 

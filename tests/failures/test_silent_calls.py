@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import math
 import pickle
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -41,10 +42,6 @@ def setting(owner: Callable[[], Any], name: str) -> Callable[[], Any]:
     return lambda: setattr(owner(), name, 1.0)
 
 
-def started(**options: Any) -> Any:
-    return slider().start(step=1e-3, **options)
-
-
 def driven(function: Callable[..., Any]) -> Callable[[], Any]:
     return lambda: slider().simulate(0.01, 1e-3, inputs={"f": function})
 
@@ -52,45 +49,31 @@ def driven(function: Callable[..., Any]) -> Callable[[], Any]:
 CALLS: list[tuple[Callable[[], Any], str]] = [
     (setting(slider, "step"), "a Model has no 'step' to set; try: simulate(step=...)"),
     (setting(slider, "load"), "a Model has no 'load' to set; try: simulate(parameters={\"load\": ...})"),
-    (
-        setting(lambda: slider().scene, "gravity"),
-        "a Scene does not change, so 'gravity' is not assigned to; try: gra",
-    ),
+    (setting(lambda: slider().scene, "gravity"), "a Scene does not change, so 'gravity' is not assigned to; try: gra"),
     (lambda: slider().pose([0.0], "m"), "the name of a body or frame comes first, not list; try: the name, and then q"),
-    (
-        lambda: slider().jacobian("m", [0.0], "LOCAL"),  # type: ignore[arg-type]
-        "t: 'LOCAL' is not a time: a reference goes by its name; try: reference=\"body\"",
-    ),
+    (lambda: slider().jacobian("m", [0.0], "LOCAL"), "t: 'LOCAL' is not a time: a reference goes by its name; try:"),
     (driven(lambda _: [1.0, 2.0]), "input f: the function gives 2 numbers at t = 0 s, and one real number is needed"),
     (lambda: linear().modes().frequencies, "a Modes has no 'frequencies'; try: frequency, Hz, or angular_frequency"),
     (lambda: linear().state_space().poles, "a StateSpace has no 'poles'; try: eigenvalues"),
-    (
-        lambda: eomgen.control.place(linear(), [-1.0, -2.0]).K,  # type: ignore[attr-defined]
-        "a Regulator has no 'K'; try: gains",
-    ),
-    (
-        lambda: linear().frequency_response("f", "place", [1.0]),
-        "the first argument omega is an array in rad/s, and 'f' is not; try: frequency_response(omega, input, output)",
-    ),
+    (lambda: eomgen.control.place(linear(), [-1.0, -2.0]).K, "a Regulator has no 'K'; try: gains"),
+    (lambda: linear().frequency_response("f", "place", [1.0]),
+        "the first argument omega is an array in rad/s, and 'f' is not; try: frequency_response(omega, input, output)"),
     (lambda: slider().steady_motion({"q.x": 1.0}), "'q.x' is a position, and a velocity is given here; try: coord"),
     (lambda: slider().energy([0.0], [0.0])["kin"], "there is no energy 'kin'; try: kinetic"),
     (lambda: slider().simulate(0.01, 1e-3).stats["step"], "there is no statistic 'step'; try: steps"),
     (lambda: slider().simulate(0.01, 1e-3).metadata["metod"], "there is no entry 'metod'; try: method"),
     (lambda: slider().simulate(0.01, 1e-3).error.outputs_at["plac"], "there is no output 'plac'; try: place"),
     (lambda: load_urdf(ROBOT, actuated=["lift"]), "actuated: True or False is needed, not list; try: actuated=True"),
-    (
-        lambda: load_urdf(ROBOT.replace('lower="-1"', 'lower="2"'), limits=True),
-        "robot.urdf:5 (joints.lift.limit): the lower limit, 2, is above the upper one, 1 rad; try: the smaller",
-    ),
-]
+    (lambda: load_urdf(ROBOT.replace('lower="-1"', 'lower="2"'), limits=True),
+        "robot.urdf:5 (joints.lift.limit): the lower limit, 2, is above the upper one, 1 rad; try: the smaller"),
+]  # fmt: skip  # a table
 
 
 @pytest.mark.slow_cases("a Model has no 'step' to set; try: simul", "a Modes has no 'frequencies'; try: frequ")
 @pytest.mark.parametrize(("call", "piece"), CALLS, ids=[piece[:40] for _, piece in CALLS])
 def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) -> None:
-    with pytest.raises(eomgen.EomgenError) as error:
+    with pytest.raises(eomgen.EomgenError, match=re.escape(piece)):
         call()
-    assert piece in str(error.value)
 
 
 def test_a_function_of_other_packages_is_told_from_here() -> None:

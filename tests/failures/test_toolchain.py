@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -32,9 +31,7 @@ def test_a_compiler_that_only_says_it_worked_is_caught(tmp_path: Path) -> None:
     source = tmp_path / "probe.c"
     source.write_text("int probe;\n")
     idle = script(tmp_path / "idle", "echo nothing to do")
-    with pytest.raises(
-        eomgen.ToolchainError, match=r"reported success but wrote no probe\.o, and said:\nnothing to do"
-    ):
+    with pytest.raises(eomgen.ToolchainError, match=r"reported success but wrote no probe\.o, and said:\nnothing to"):
         compile_object(Compiler((str(idle),), idle), source, ())
 
 
@@ -62,23 +59,9 @@ def test_full_disks_under_cache_and_temporary_folder_are_named(tmp_path: Path) -
 
 
 def test_a_folder_that_was_cut_short_can_be_written_again(tmp_path: Path) -> None:
-    class Half(Mapping[str, str]):
-        """Files of which the last cannot be written."""
-
-        names = ("a.c", "manifest.json", "z.c")
-
-        def __getitem__(self, name: str) -> str:
-            texts = {"a.c": "int a;\n", "manifest.json": '{"generator": "eomgen", "files": []}', "z.c": "\ud800"}
-            return texts[name]
-
-        def __iter__(self):  # type: ignore[no-untyped-def]
-            return iter(self.names)
-
-        def __len__(self) -> int:
-            return len(self.names)
-
+    half = {"a.c": "int a;\n", "manifest.json": '{"generator": "eomgen", "files": []}', "z.c": "\ud800"}
     with pytest.raises(UnicodeEncodeError):
-        write_folder(Half(), tmp_path / "out")
+        write_folder(half, tmp_path / "out")
     write_folder({"a.c": "int b;\n"}, tmp_path / "out")
     assert (tmp_path / "out" / "a.c").read_text() == "int b;\n"
 
@@ -111,8 +94,7 @@ def _interrupted(process: subprocess.Popen[str]) -> str:
 def test_an_interrupt_does_not_wait_for_the_compiler(tmp_path: Path) -> None:
     started = tmp_path / "started"
     slow = script(
-        tmp_path / "slow",
-        f'case "$*" in *--version*|*wrapper*) exec cc "$@";; esac\ntouch {started}\nexec sleep 60',
+        tmp_path / "slow", f'case "$*" in *--version*|*wrapper*) exec cc "$@";; esac\ntouch {started}\nexec sleep 60'
     )
     scene = tmp_path / "shaken.toml"
     scene.write_text(PENDULUM_TOML)

@@ -9,8 +9,6 @@ import pytest
 
 import eomgen
 
-pytestmark = pytest.mark.slow
-
 
 def slider(**keys: Any) -> eomgen.SceneBuilder:
     builder = eomgen.SceneBuilder("slider").body("m", 1.0)
@@ -47,6 +45,7 @@ def refused(builder: eomgen.SceneBuilder) -> str:
 # -- motions -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_sampled_loop_that_is_unstable_is_reported() -> None:
     loop = slider(initial={"position": 0.1}).state("f", sample="0.5 s", formula="-100*q.x-2*v.x")
     run = built(loop.effort("e", "x", "f")).simulate(10.0, 0.01)
@@ -55,6 +54,7 @@ def test_a_sampled_loop_that_is_unstable_is_reported() -> None:
     assert "gains, damping and stiffnesses, or a shorter time between samples" in run.message
 
 
+@pytest.mark.slow
 def test_negative_damping_is_noted_and_its_growth_reported() -> None:
     scene = slider(stiffness=100, damping=-5, initial={"position": 0.1}).build()
     note = "joints.x.damping: the damping -5 is negative, and adds energy to every motion; 5 takes it away"
@@ -65,27 +65,32 @@ def test_negative_damping_is_noted_and_its_growth_reported() -> None:
     assert "time between samples" not in message
 
 
+@pytest.mark.slow
 def test_what_goes_far_without_growing_exponentially_is_left_alone() -> None:
     message = built(slider().effort("e", "x", "1e4 * t**3")).simulate(10.0, 0.01).message
     assert "grows without end" not in message
 
 
+@pytest.mark.slow
 def test_multipliers_of_nothing_have_no_rounding() -> None:
     assert driven().simulate(0.2, 1e-3).message == "reached t = 0.2 s in 200 steps"
 
 
+@pytest.mark.slow
 def test_an_initial_value_of_a_driven_joint_is_told_not_to_be_taken() -> None:
     message = driven().simulate(0.01, 1e-3, initial={"x": 0.5}).message
     assert "x: driven travel was off by 0.5: its drive prescribes it, and the initial value is not taken" in message
     assert "not taken" not in driven().simulate(0.01, 1e-3).message
 
 
+@pytest.mark.slow
 def test_a_law_without_a_value_is_refused_with_its_time() -> None:
     model = built(slider(drive="sqrt(0.25-t)"))
     with pytest.raises(eomgen.UsageError, match=r"the driven travel has no value after t = 0\.25 s: a root, a log"):
         model.simulate(1.0, 1e-3)
 
 
+@pytest.mark.slow
 def test_an_event_sooner_than_its_least_interval_names_the_key() -> None:
     message = ball().simulate(5.0, 1e-3).message
     assert "sooner than its least_interval of 2 s" in message and "try: a shorter least_interval, or an" in message
@@ -100,6 +105,7 @@ def test_a_restitution_above_one_is_refused(value: float) -> None:
     assert f"the restitution is {value}, and every impact would add energy; try: a number from 0 to 1" in refused(event)
 
 
+@pytest.mark.slow
 def test_a_restitution_of_parameters_is_asked_for_at_every_call() -> None:
     with pytest.raises(eomgen.UsageError, match="the restitution is 2, and every impact would add energy at e = 2"):
         ball().simulate(0.01, 1e-3, parameters={"e": 2.0})

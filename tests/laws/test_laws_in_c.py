@@ -14,10 +14,7 @@ import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data
 from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
-
-__all__ = ["shared_cache"]
 
 
 @pytest.fixture
@@ -67,13 +64,6 @@ def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> Non
     assert difference(run.q, expected.q) < 1e-11
     assert difference(run.v, expected.v) < 1e-11
     assert difference(run.outputs["forces"], expected.outputs["forces"]) < 1e-10
-
-
-@pytest.mark.slow
-def test_profiles_give_the_same_numbers(folder: Path) -> None:
-    models = [eomgen.build(wheel_scene(TYRE_LAW, folder), profile=name) for name in ("instant", "reproducible")]
-    runs = [model.simulate(t_end=0.1) for model in models]
-    assert difference(runs[0].q, runs[1].q) < 1e-13
 
 
 @pytest.mark.slow

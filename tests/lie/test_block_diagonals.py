@@ -10,7 +10,7 @@ import pytest
 
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
-from eomgen.lie.product import Factor, bracket_matrix, moved_frames, tangent, transport
+from eomgen.lie.product import Factor, bracket_matrix, moved_frames, tangent, transport, turned, update
 
 #: Two factors of a group side by side, one apart from them.
 KINDS = ("SE3", "R", "SO3", "R", "SE3", "SE3", "R")
@@ -47,3 +47,18 @@ def test_they_are_the_matrices_of_their_factors(
         group = group_named(factor.group, factor.v_size)
         expected[..., factor.v, factor.v] = of_numbers if factor.group == "R" else part(group, values)
     assert np.array_equal(whole(own, x), expected)
+
+
+def test_turned_velocities_are_the_same_vectors_in_the_axes_of_the_parents(rng: Any) -> None:
+    made = factors()
+    v, identity = rng.normal(size=made[-1].v.stop), np.zeros(made[-1].q.stop)
+    identity[[factor.q.start for factor in made if factor.group != "R"]] = 1.0
+    before, after = (update(made, identity, rng.normal(size=len(v))) for _ in range(2))
+    found = turned(made, v, before, after)
+    for factor in made:
+        for first in range(factor.v.start, factor.v.stop, 3):
+            part = slice(first, min(first + 3, factor.v.stop))
+            axes = [
+                numeric.rotation_matrix(q[factor.q][:4]) if factor.group != "R" else np.eye(1) for q in (before, after)
+            ]
+            np.testing.assert_allclose(axes[1] @ found[part], axes[0] @ v[part], rtol=1e-12)

@@ -12,12 +12,9 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.mujoco_oracle import Engine
 from tests.oracles.states import random_states
-
-__all__ = ["shared_cache"]
 
 STATES = 30
 SKEW = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]]

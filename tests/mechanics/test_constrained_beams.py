@@ -21,14 +21,14 @@ from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian
 
-pytestmark = pytest.mark.slow
-
 TERMS = (
     "residual", "partials", "poses", "energy", "constraint", "constraint_velocity", "constraint_jacobian",
     "constraint_bias", "velocity_partials",
 )  # fmt: skip  # a table
 WITHOUT = {"kirchhoff": ("shear_y", "shear_z"), "inextensible": ("stretch", "shear_y", "shear_z")}
 CASES = [("kirchhoff", 1, "free"), ("kirchhoff", 3, "revolute"), ("inextensible", 3, "fixed")]
+#: A stiffness that varies along curved elements: absent strains follow others.
+VARYING = {name: f"{value} * (1 + s)" for name, value in ROLL_UP.items() if name not in WITHOUT["kirchhoff"]}
 PLACES = {"kirchhoff": [4, 5], "inextensible": [3, 4, 5]}
 
 
@@ -56,6 +56,7 @@ def states(system: System, rng: np.random.Generator) -> dict[str, Array]:
     return states_near(system, rng) | {"lam": 100.0 * rng.normal(size=(6, len(system.multipliers)))}
 
 
+@pytest.mark.slow_cases("inextensible-3-fixed")
 @pytest.mark.parametrize(("model", "elements", "joint"), CASES)
 def test_rows_are_the_logarithms_of_relative_poses(
     model: str, elements: int, joint: str, rng: np.random.Generator
@@ -71,9 +72,16 @@ def test_rows_are_the_logarithms_of_relative_poses(
     np.testing.assert_allclose(still, 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize(("model", "joint"), [("kirchhoff", "revolute"), ("inextensible", "free")])
-def test_what_follows_from_the_rows_are_their_derivatives(model: str, joint: str, rng: np.random.Generator) -> None:
-    system = constrained_beam(model, 3, joint)
+@pytest.mark.slow_except("varying")
+@pytest.mark.parametrize(
+    ("model", "joint", "keys"),
+    [("kirchhoff", "revolute", {}), ("inextensible", "free", {}), ("kirchhoff", "fixed", {"stiffness": VARYING})],
+    ids=["kirchhoff", "inextensible", "varying"],
+)
+def test_what_follows_from_the_rows_are_their_derivatives(
+    model: str, joint: str, keys: dict[str, Any], rng: np.random.Generator
+) -> None:
+    system = constrained_beam(model, 3, joint, **keys)
     evaluate, state = tape_evaluator(system), states(system, rng)
     B = evaluate("constraint_jacobian", state)["B"]
     assert relative_error(B, jacobian(evaluate, system.factors, "constraint", "Phi", state, "q"), axes=2) < 1e-13
@@ -93,6 +101,7 @@ def test_tangents_with_multipliers_are_exact(model: str, elements: int, joint: s
     check_partials(system, states(system, rng))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", list(WITHOUT))
 def test_long_beams_have_the_nonzeros_of_the_same_partials(model: str, rng: np.random.Generator) -> None:
     data = beam_scene(12, {"force": [1.0, 0.0, 0.0]}, section_of(model), type="free")
@@ -113,6 +122,7 @@ def test_long_beams_have_the_nonzeros_of_the_same_partials(model: str, rng: np.r
     assert np.max(nodes) == 1
 
 
+@pytest.mark.slow
 def test_loops_over_elements_need_no_workspace() -> None:
     """Kernels of the accelerations' partials repeat themselves so often that they would become loops in loops."""
     data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, section_of("inextensible"))

@@ -290,17 +290,13 @@ TOGETHER = "the positions of the constraints cannot be met together: after 50 co
         ('equation = "q.z**2"\nunit = "m"', f"{FLAT} that change their sign there: x in place of x**2"),
         ('equation = "(q.z + 0.1 * q.x)**2"\nunit = "m"', FLAT),
         ('equation = "q.z**2 + 1"\nunit = "m"', f"{TOGETHER}wire: formula by 1"),
-        (
-            'equation = "q.z - q.x"\n[constraints.other]\ntype = "formula"\nequation = "q.z - q.x - 0.1"',
-            "other: formula by -0.05",
-        ),
-        (
-            'equation = "q.z - sqrt(q.x - 2)"',
-            "these rows have no finite derivative where constraints are to be met: wire: formula; try: a state in which"
-            " the formula and its derivatives have values",
-        ),
+        ('equation = "q.z - q.x"\n[constraints.other]\ntype = "formula"\nequation = "q.z - q.x - 0.1"',
+            "other: formula by -0.05"),
+        ('equation = "q.z - sqrt(q.x - 2)"',
+            "these rows have no finite derivative where constraints are to be met: wire: formula; try: a state in "
+            "which the formula and its derivatives have values"),
     ],
-)
+)  # fmt: skip  # a table
 def test_equations_that_hold_nothing_or_cannot_be_met(wire: str, message: str) -> None:
     with pytest.raises(ModelError) as caught:
         eomgen.build(load_toml(BEAD.format(coordinates="joint", x=0, z=0, wire=wire)))

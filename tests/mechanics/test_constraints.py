@@ -8,13 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.joint_types import CONSTRAINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
-from eomgen.system.signals import Output
 from eomgen.system.system import System
 from tests.mechanics.checks import check_partials, check_powers, states_of
 from tests.models.elements import elements_with
@@ -246,20 +244,3 @@ def test_energy_changes_by_the_powers_only(seed: int, base: str, coordinates: st
     state = kkt(evaluate, on_constraints(evaluate, states_of(system, rng)))
     base_power = check_powers(system, state, 1e-10)[:, 3]
     assert (np.abs(base_power).max() > 0.0) == (scene.base is not None or loop.drive is not None)
-
-
-def test_multipliers_enter_where_a_driver_works_only(rng) -> None:
-    """Energies and outputs take the multipliers of a driven scene, and leave those of any other alone."""
-    outputs = (Output("drive", (Symbol("energy", "base_power"),)), Output("total", (Symbol("energy", "total"),)))
-    for driven in (True, False):
-        item = constraint(rng, "revolute", BASE, "two", driven=driven)
-        scene = replace(two_bodies(0, base=False), constraints=(item,), outputs=outputs)
-        system = derive(scene, ["energy", "outputs", "residual"])
-        assert all(("lam" in system.functions[name].inputs) == driven for name in ("energy", "outputs"))
-        state = states_of(system, rng)
-        evaluate = tape_evaluator(system)
-        kinetic, potential, _, base_power = evaluate("energy", state)["energy"].T
-        np.testing.assert_array_equal(
-            evaluate("outputs", state)["y"], np.stack([base_power, kinetic + potential], axis=1)
-        )
-        assert np.any(base_power != 0.0) == driven

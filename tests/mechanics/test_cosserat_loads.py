@@ -12,12 +12,9 @@ from scipy.optimize import root
 from eomgen.mechanics.derive import derive
 from eomgen.scene.forces.distributed_loads import DistributedLoad
 from eomgen.scene.load import from_data
-from eomgen.system.system import System
-from tests.mechanics.test_cosserat_beams import states_near
 from tests.mechanics.test_cosserat_parts import TERMS
 from tests.models.cosserat import beam_scene, pose_of_last, rest
-from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.states import derivative, jacobian
+from tests.oracles.evaluation import Array
 
 EI, EA, GA = 500.0, 1e4, 1e4
 
@@ -84,22 +81,3 @@ def test_nodes_bear_the_profile_exactly() -> None:
     assert weights.sum() == pytest.approx(30.0, rel=1e-14)
     assert weights @ places == pytest.approx(175.0, rel=1e-14)
     assert weights[0] == pytest.approx(2.0 * 0.5 + 0.03 * (1 / 3 - 1 / 4), rel=1e-14)
-
-
-def free(axes: str) -> System:
-    load = {"force": ["load", "2 * load * s", "0.5 * t"], "moment": ["0.1 * s", 0, "load"], "axes": axes}
-    data = loaded(3, load)
-    data["joints"]["clamp"]["type"] = "free"
-    return derive(from_data(data), (*TERMS, "forward_dynamics"))
-
-
-@pytest.mark.parametrize("axes", ["world", "beam"])
-def test_power_and_tangents_are_those_of_the_load(axes: str, rng: np.random.Generator) -> None:
-    system = free(axes)
-    evaluate, state = tape_evaluator(system), states_near(system, rng) | {"t": np.full((6, 1), 0.7)}
-    found = evaluate("partials", state)
-    expected = jacobian(evaluate, system.factors, "residual", "r", state, "q")
-    assert relative_error(found["K"], expected, axes=2) < 1e-11
-    stored = derivative(evaluate, system.factors, "energy", state, {"q": state["v"]})["energy"][:, 1]
-    work = np.sum(evaluate("force", state)["Q"] * state["v"], axis=-1)
-    np.testing.assert_allclose(work, evaluate("energy", state)["energy"][:, 2] - stored, rtol=1e-10)

@@ -95,16 +95,6 @@ def test_forces_and_tangents_are_those_of_the_potential(rng: np.random.Generator
     np.testing.assert_allclose(np.sum(evaluate("force", still)["Q"] * state["v"], axis=-1), work - power, rtol=1e-10)
 
 
-@pytest.mark.slow
-def test_masses_of_nodes_are_those_of_the_halves_beside_them() -> None:
-    masses = np.diag(
-        tape_evaluator(beam_of_parts())("partials", states_near(beam_of_parts(), np.random.default_rng(1), 1))["M"][0]
-    )
-    s = np.array([4.375, 5.125, 5.875, 6.625]) / 7  # middles of halves
-    expected = [2 / 3, 4 / 3, 4 / 3, 2 / 3 + 0.75 * (2 - s[0]), 0.75 * (4 - s[1] - s[2]), 0.75 * (2 - s[3])]
-    np.testing.assert_allclose(sorted(masses.reshape(-1, 6)[:, 3]), sorted(expected), rtol=1e-14)
-
-
 def test_a_moment_between_equal_nodes_bends_what_is_before_it_to_a_circle() -> None:
     scene = beam_scene(4, {"torque": [0.0, 0.0, "150 * load"], "point": [3.7, 0.0, 0.0]})
     system = derive(from_data(scene), TERMS)
@@ -150,46 +140,3 @@ def test_pretwist_turns_the_sections_about_the_axis_and_leaves_that_where_it_is(
     np.testing.assert_allclose(turned[4:], plain[4:], atol=1e-13)
     expected = rotation_of(plain[:4]) @ Rotation.from_euler("x", 0.7).as_matrix()
     np.testing.assert_allclose(rotation_of(turned[:4]), expected, atol=1e-13)
-
-
-def test_helices_join_frames() -> None:
-    axes, place = frame_at_end(lambda _: (0.1, 0.0, 0.3), 5.0)
-    turned = Rotation.from_matrix(axes).as_rotvec()
-    frame = {
-        "position": place.tolist(),
-        "rotation": [{"axis": turned.tolist(), "angle": float(np.linalg.norm(turned))}],
-    }
-    last = last_at_start({"length": None, "shape": {"frames": [{"position": [0, 0, 0]}, frame]}})
-    np.testing.assert_allclose(last[4:], place, atol=1e-12)
-    scene = beam_scene(6, {}, {"length": None, "shape": {"frames": [{"position": [0, 0, 0]}, frame]}})
-    del scene["forces"], scene["beams"]["rope"]["length"]
-    system = derive(from_data(scene), ("poses",))
-    poses = tape_evaluator(system)("poses", {"q": np.array(system.initial_q)})["pose"]
-    first = poses[[list(system.bodies).index(name) for name in ("rope", "rope.1")]]
-    np.testing.assert_allclose(logarithm(*first), 5.0 / 6.0 * np.array([0.1, 0.0, 0.3, 1.0, 0.0, 0.0]), atol=1e-12)
-
-
-@pytest.mark.slow
-def test_a_beam_goes_through_points_with_frames_that_turn_as_little_as_can_be() -> None:
-    """Points on a helix: the error of the spline falls with the fourth power of their distance; frames that do not turn
-    about the axis turn against those of the helix by its torsion."""
-    radius, pitch = 2.0, 0.5
-    speed = np.hypot(radius, pitch)
-
-    def helix(u: Array) -> Array:
-        return np.stack([radius * np.cos(u), radius * np.sin(u), pitch * u], axis=-1)
-
-    tangent = np.array([0.0, radius, pitch]) / speed
-    first = np.column_stack([tangent, [-1.0, 0.0, 0.0], np.cross(tangent, [-1.0, 0.0, 0.0])])
-    errors = []
-    for count in (9, 17, 33):
-        points = (helix(np.linspace(0.0, 3.0, count)) - helix(np.array(0.0))) @ first
-        points[0] = 0.0
-        last = last_at_start({"length": None, "shape": {"points": points.tolist()}})
-        np.testing.assert_allclose(last[4:], points[-1], atol=1e-12)
-        end = np.array([-radius * np.sin(3.0), radius * np.cos(3.0), pitch]) / speed
-        normal = np.array([-np.cos(3.0), -np.sin(3.0), 0.0])
-        frenet = first.T @ np.column_stack([end, normal, np.cross(end, normal)])
-        bishop = frenet @ Rotation.from_euler("x", -3.0 * pitch / speed).as_matrix()
-        errors.append(np.abs(rotation_of(last[:4]) - bishop).max())
-    assert errors[0] < 0.05 and errors[2] < 0.1 * errors[0]

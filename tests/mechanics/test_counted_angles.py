@@ -34,6 +34,7 @@ def _scene(formula: str, coordinates: str = "absolute", **joint: Any) -> Scene:
             "bodies": {"arm": {"mass": 1.0, "center_of_mass": [0, 0, -1], "inertia": [0.1, 0.1, 0.1]}},
             "joints": {"hinge": hinge},
             "outputs": {"angle": {"formula": formula}},
+            "curves": {"c": {"points": [[-1, 2], [0, 3], [9, 1]], "interpolation": "linear", "outside": "hold"}},
         }
     )
 
@@ -72,3 +73,5 @@ def test_an_angle_is_counted_if_a_turn_changes_the_formula(formula: str) -> None
 )
 def test_springs_and_stops_count_revolutions_and_dampers_do_not(joint: dict[str, Any], counted: bool) -> None:
     assert bool(counted_angles(_scene("sin(q.hinge)", **joint))) == counted
+    assert counted_angles(_scene("c(q.hinge)")) == (("hinge", 0),)
+    assert counted_angles(_scene("c(sin(q.hinge))")) == ()

@@ -10,11 +10,8 @@ import pytest
 import eomgen
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import on_base, random_states
-
-__all__ = ["shared_cache"]
 
 LENGTH, BENDING, LOAD = 2.0, 70.0, 3.0
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -135,9 +137,8 @@ def test_a_winch_pulls_by_the_length_of_its_rope() -> None:
     ],
 )
 def test_what_is_said_of_lengths(text: str, said: str) -> None:
-    with pytest.raises(DescriptionError) as caught:
+    with pytest.raises(DescriptionError, match=re.escape(said)):
         load_toml(text)
-    assert said in str(caught.value)
 
 
 ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis = [0, 1, 0], '
@@ -147,15 +148,11 @@ ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis 
     "joint, said",
     [
         (ONE + 'drive = ["t", "t"] }', "a revolute joint needs one value here, not 2"),
-        (
-            ONE + 'drive = "t", initial = { position = 1 } }',
+        (ONE + 'drive = "t", initial = { position = 1 } }',
             "(joints.hinge.initial.position): a driven joint has no initial state of its own; try: no initial: it "
-            "starts where its drive is at t = 0",
-        ),
-        (
-            'joints.hinge = { type = "spherical", parent = "base", child = "arm", drive = "t" }',
-            "(joints.hinge.drive): a spherical joint has no drive",
-        ),
+            "starts where its drive is at t = 0"),
+        ('joints.hinge = { type = "spherical", parent = "base", child = "arm", drive = "t" }',
+            "(joints.hinge.drive): a spherical joint has no drive"),
         (
             ONE
             + 'drive = "bend(t)" }\n[curves]\nbend = { points = [[0, 0], [1, 1], [2, 0]], interpolation = "linear" }\n'
@@ -165,12 +162,11 @@ ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis 
         (ONE + 'drive = "1 / t" }', "(joints.hinge.drive): the motion has no finite value and rate at t = 0"),
         (ONE + 'drive = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters and curves only"),
     ],
-)
+)  # fmt: skip  # a table
 def test_what_is_said_of_drives(joint: str, said: str) -> None:
     text = ARM.format(top="", joint=joint).replace("[outputs]\noutputs.", "[outputs]\n")
-    with pytest.raises(DescriptionError) as caught:
+    with pytest.raises(DescriptionError, match=re.escape(said)):
         load_toml(text)
-    assert said in str(caught.value)
 
 
 def test_an_angle_that_jumps_by_whole_turns_is_the_same_angle() -> None:

@@ -11,6 +11,7 @@ import pytest
 from eomgen.errors import DescriptionError, ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import data_of, from_data
+from tests.models import library
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import oracle_from_urdf, robot_file
 from tests.oracles.states import random_states
@@ -106,7 +107,9 @@ def test_where_inverse_dynamics_has_no_place() -> None:
     assert "(references.servo.velocity.elbw): there is no joint 'elbw'; try:" in str(caught.value)
     efforts = {"motor": {"joint": "elbow_joint", "effort": "gravity.elbow_joint"}}
     scene = from_data(ur5(efforts=efforts), inertias_checked=True, coordinates="absolute")
-    with pytest.raises(
-        ModelError, match=r"gravity\.elbow_joint exists in joint coordinates, and this scene has absolute"
-    ):
+    with pytest.raises(ModelError, match=r"gravity\.elbow_joint exists in joint coordinates, and this scene has"):
         derive(scene)
+    led = {"joints__elbow__mimic": {"joint": "shoulder"}, "joints__elbow__initial": None}
+    scene = from_data(library.scene("arm", outputs={"load": {"formula": "gravity.elbow"}}, efforts={}, **led))
+    with pytest.raises(ModelError, match=r"gravity\.elbow: the joint elbow follows another and has no equation of its"):
+        derive(scene, ["outputs"])

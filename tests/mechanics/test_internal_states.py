@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -85,12 +83,3 @@ def test_rates_are_those_of_the_formulas(rng: np.random.Generator) -> None:
     assert np.allclose(rates[:, 1], position[:, 2] - height + 0.1 * thrust * velocity[:, 0], rtol=1e-13)
     u, hinge = state["u"][:, 0], state["v"][:, 6]
     assert np.allclose(rates[:, 0], (u * (1 + 0.1 * height) - thrust) / 0.05 - hinge, rtol=1e-13)
-
-
-def test_a_scene_without_states_has_none_of_it() -> None:
-    plain = replace(scene(), states=(), elements=(), outputs=())
-    system = derive(plain)
-    assert system.nz == 0 and not system.facts.internal_states
-    assert not {"internal_rate", "internal_partials", "equations", "iteration"} & set(system.functions)
-    assert all("z" not in function.inputs for function in system.functions.values())
-    assert any(line.startswith("internal states: ") for line in system.dropped)

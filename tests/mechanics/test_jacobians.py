@@ -62,9 +62,3 @@ def test_accelerations_are_rates_of_twists(seed: int, absolute: bool, rng: np.ra
     expected = rates.copy()
     expected[..., 3:] += np.cross(twist[..., :3], twist[..., 3:])
     assert relative_error(found, expected, floor=1e-3) <= 1e-12
-
-
-def test_they_are_made_only_when_asked_for() -> None:
-    system = derive(random_scene(0, 3))
-    assert {"poses", "twists"} <= set(system.functions)
-    assert not {"jacobians", "accelerations"} & set(system.functions)

@@ -10,15 +10,12 @@ import pytest
 from scipy.integrate import quad
 
 import eomgen
+from eomgen.formula.nodes import Number
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.describe import describe
 from eomgen.scene.builder import SceneBuilder
 from eomgen.system.system import System
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, tape_evaluator
-
-pytestmark = pytest.mark.slow
-
-__all__ = ["shared_cache"]
 
 LIMITS = {"lower": -0.4, "upper": 0.7, "stiffness": 300.0, "damping": 4.0, "onset": 0.05}
 FRICTION = {"coulomb": 1.5, "velocity": 0.02, "static": 2.5, "stribeck": 0.3}
@@ -101,6 +98,11 @@ def test_friction_follows_its_law() -> None:
     )
 
 
+def test_limits_of_angles_are_those_of_counted_angles_in_absolute_coordinates() -> None:
+    (limit,) = describe(arm("absolute").build()).limits
+    assert (limit.coordinate, limit.lower, limit.upper) == ("q.hinge.angle", Number(-0.4), Number(0.7))
+
+
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "planar"])
 def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.random.Generator) -> None:
     """A joint of several coordinates has the forces of as many joints with one each: they act on their own coordinates
@@ -134,6 +136,7 @@ def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.ran
 # -- motions -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_slider_with_friction_slows_down_as_the_closed_form_says() -> None:
     """m v' = -F tanh(v / s) has the solution sinh(v / s) = sinh(v0 / s) exp(-F t / (m s))."""
     friction = {"coulomb": 3.0, "velocity": 0.5}
@@ -147,6 +150,7 @@ def test_a_slider_with_friction_slows_down_as_the_closed_form_says() -> None:
     assert errors[0] < 3e-5 and 1.9 < math.log2(errors[0] / errors[1]) < 2.1
 
 
+@pytest.mark.slow
 def test_an_explicit_method_says_when_its_step_cannot_resolve_friction() -> None:
     scene = slider(2.0, friction={"coulomb": 3.0, "velocity": 1e-3}, initial={"velocity": 0.5}).build()
     model = eomgen.build(scene, profile="quick")

@@ -21,7 +21,14 @@ LENGTH = 0.5
 
 
 def chain(
-    joint: str, count: int, *, group: str = "SE3", shaken: bool = False, coordinates: str = "absolute", **keys: object
+    joint: str,
+    count: int,
+    *,
+    group: str = "SE3",
+    shaken: bool = False,
+    ropes: bool = False,
+    coordinates: str = "absolute",
+    **keys: object,
 ) -> eomgen.Scene:
     """Return a chain of rods that hangs on the base and starts along x."""
     data: dict[str, object] = {"format": 1, "name": "chain", "coordinates": coordinates}
@@ -38,6 +45,9 @@ def chain(
             "type": joint, "parent": f"rod{k - 1}" if k else "base", "child": f"rod{k}", "position": place, **keys,
         }  # fmt: skip  # a joint
     data |= {"bodies": bodies, "joints": joints}
+    if ropes:
+        rope = {"type": "distance", "second": {"body": "base", "position": [0.1, 2, 0.3]}, "length": 2.0}
+        data["constraints"] = {f"rope{k}": {**rope, "first": {"body": f"rod{k}"}} for k in range(count)}
     if shaken:
         data["base"] = {"position": ["0.1*sin(3*t)", 0, 0], "rotation": [{"axis": [0, 1, 0], "angle": "0.2*sin(2*t)"}]}
     return eomgen.load(data)
@@ -46,6 +56,7 @@ def chain(
 HINGES: dict[str, object] = {"joint": "revolute", "axis": [0, 1, 0]}
 KINDS: dict[str, dict[str, object]] = {
     "hinges": HINGES,
+    "hinges and ropes": {**HINGES, "ropes": True},
     "rows left out": HINGES,
     "balls": {"joint": "spherical", "group": "R3xSO3"},
     "crosses": {"joint": "universal", "axis": [0, 1, 0], "second_axis": [0, 0, 1], "shaken": True},
@@ -56,7 +67,7 @@ KINDS: dict[str, dict[str, object]] = {
 }
 
 
-@pytest.mark.slow_except("hinges")
+@pytest.mark.slow_except("hinges", "hinges and ropes")
 @pytest.mark.parametrize("name", KINDS)
 def test_the_same_equations_as_one_by_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loops, "FEWEST", 8)

@@ -146,14 +146,3 @@ def test_terms_are_made_only_when_asked_for_and_where_they_mean_something() -> N
     system = derive(random_scene(1, 3), asked)
     assert set(asked) & set(system.functions) == {"linearization"}
     assert [block.name for block in system.functions["linearization"].outputs] == ["M0", "C0", "K0"]
-
-
-def test_names_of_columns_stand_in_the_generated_code() -> None:
-    outputs = {
-        block.name: block.description for block in derive(drone(), ["linearization"]).functions["linearization"].outputs
-    }
-    assert outputs["B0"] == "d(Q - b)/du, u: thrust_command, trim"
-    angular, linear = (
-        ", ".join(f"base.{kind}[{k}]" for k in range(3)) for kind in ("angular_acceleration", "acceleration")
-    )
-    assert outputs["E0"] == f"d(Q - b)/dw, w: gust, {angular}, {linear}"

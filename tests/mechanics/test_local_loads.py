@@ -15,8 +15,6 @@ from tests.models.cosserat import beam_scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian, on_base
 
-pytestmark = pytest.mark.slow
-
 TERMS = ("residual", "partials", "poses", "energy", "force")
 #: A load that takes every quantity of its place, beside time, a parameter and the place along the beam.
 LOAD = {
@@ -33,8 +31,8 @@ LOAD = {
 }
 
 
-def loaded(axes: str, joint: str, **more: Any) -> dict[str, Any]:
-    data = beam_scene(4, {}, {"curvature": [0.02, -0.1, 0.05]}, type=joint)
+def loaded(axes: str, joint: str, elements: int = 4, **more: Any) -> dict[str, Any]:
+    data = beam_scene(elements, {}, {"curvature": [0.02, -0.1, 0.05]}, type=joint)
     del data["forces"]
     return data | {"distributed_loads": {"wind": {"beam": "rope", "axes": axes, **LOAD}}} | more
 
@@ -69,6 +67,7 @@ def system_of(data: dict[str, Any], *more: str) -> System:
     return derive(from_data(data), (*TERMS, *more))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axes", "joint", "base"), [("world", "fixed", MOVING), ("beam", "free", MOVING), ("beam", "fixed", {})]
 )
@@ -84,6 +83,7 @@ def test_distributed_loads_are_those_of_forces_on_nodes(
     np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["world", "beam"])
 def test_definitions_of_the_place_are_their_text_at_each_node(axes: str, rng: np.random.Generator) -> None:
     scene = loaded(axes, "free")
@@ -102,6 +102,7 @@ def test_definitions_of_the_place_are_their_text_at_each_node(axes: str, rng: np
             np.testing.assert_array_equal(found[output], values)
 
 
+@pytest.mark.slow
 def test_here_is_the_point_of_the_force(rng: np.random.Generator) -> None:
     formulas = ["-3 * velocity.{0}[0] + t", "position.{0}[2] * velocity.{0}[1]", "sin(position.{0}[0])"]
     systems = []
@@ -114,9 +115,11 @@ def test_here_is_the_point_of_the_force(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("axes", ["world", "beam"])
-def test_tangents_and_power(axes: str, rng: np.random.Generator) -> None:
-    system = system_of(loaded(axes, "free"))
+@pytest.mark.parametrize(
+    ("axes", "joint", "elements"), [("world", "free", 4), ("beam", "free", 4), ("world", "fixed", 1)]
+)
+def test_tangents_and_power(axes: str, joint: str, elements: int, rng: np.random.Generator) -> None:
+    system = system_of(loaded(axes, joint, elements))
     evaluate, state = tape_evaluator(system), states_near(system, rng) | {"t": np.full((6, 1), 0.7)}
     found = evaluate("partials", state)
     for name, block in (("K", "q"), ("C", "v")):

@@ -15,7 +15,7 @@ from tests.mechanics import test_internal_states, test_joint_forces, test_tyres,
 from tests.mechanics.checks import check_partials, check_powers, states_of
 from tests.mechanics.test_beam_energy import floating, loaded_chain, nearly_straight
 from tests.mechanics.test_bushings import scene_of as with_bushings
-from tests.mechanics.test_world_points import anchored
+from tests.mechanics.test_world_points import anchored, tethered
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
 
 TERMS = ["residual", "partials", "energy", "forward_dynamics", "internal_rate"]
@@ -40,6 +40,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     **{f"tyre, {road} {number}": partial(wheel, number, road) for number, road in enumerate(test_tyres.ROADS)},
     "tyre, flat 7": partial(wheel, 7, "flat"),
     **{f"spring to the world {base}": partial(anchored, 2, base) for base in ("resting", "translating", "turning")},
+    "path and bushing to the world": tethered,
     "stops": lambda: test_joint_forces.arm().build(),
     "states": test_internal_states.scene,
     "motion of bodies": test_words_of_bodies.gyroscope,
@@ -48,7 +49,11 @@ SCENES: dict[str, Callable[[], Scene]] = {
 TOLERANCES = {"bushings": 1e-10, "tyre,": 1e-11, "stops": 1e-11, "motion": 1e-11}
 
 
-@pytest.mark.slow_except("tree 11", "bushings 4", "beams 1", "tyre, flat 0")
+FAST = ["tree 7", "tree 11", "bushings 4", "beams, floating 2", "spring to the world turning", "stops", "states"]
+FAST += ["path and bushing to the world", "tyre, flat 0", "tyre, waves 3", "tyre, lifted 4", "motion of bodies"]
+
+
+@pytest.mark.slow_except(*FAST)
 @pytest.mark.parametrize("name", SCENES)
 def test_partials_are_complex_steps_and_the_energy_changes_by_the_powers(name: str, rng: np.random.Generator) -> None:
     scene, kind = SCENES[name](), name.split(maxsplit=1)[0]

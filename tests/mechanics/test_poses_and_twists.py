@@ -23,11 +23,7 @@ from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of, vector
 from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
-from tests.oracles.states import (
-    derivative,
-    random_unit_quaternions,
-    rotation_of,
-)
+from tests.oracles.states import derivative, random_unit_quaternions, rotation_of
 
 STATES = 6
 

@@ -16,8 +16,6 @@ from tests.oracles.beam_elements import element_to_second_order
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import rotation_of
 
-pytestmark = pytest.mark.slow
-
 AT_REST = np.array([0.02, -0.1, 0.05, 1.0, 0.0, 0.0])
 #: By rotations first; bending along y turns about z.
 STIFFNESS = {

@@ -14,8 +14,6 @@ from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.scene.bodies.model import DeformationKind, Ends
 from tests.mechanics.test_shape_integrals import deformation, integrals
 
-pytestmark = pytest.mark.slow
-
 
 def frequencies(found: ShapeIntegrals, inertia: Any = None) -> Any:
     """Return squared frequencies of k and m, or of k and another inertia."""
@@ -43,7 +41,7 @@ KINDS: list[tuple[DeformationKind, Ends]] = [
 
 
 @pytest.mark.parametrize(("kind", "ends"), KINDS)
-@pytest.mark.parametrize("shapes", ["polynomial", "finite_elements"])
+@pytest.mark.parametrize("shapes", ["polynomial", pytest.param("finite_elements", marks=pytest.mark.slow)])
 def test_frequencies_of_uniform_beams(kind: DeformationKind, ends: Ends, shapes: Any) -> None:
     more = {"elements": 40} if shapes == "finite_elements" else {}
     found = integrals(deformation(kind, 9, shapes, ends=ends, **more), start=-1.0, length=2.0, polar_inertia=1.0)
@@ -118,6 +116,7 @@ def test_free_shapes_have_mean_axes(shapes: Any) -> None:
         assert not found.d.any() and not found.e[:4].any()
 
 
+@pytest.mark.slow_except("polynomial-free_free")
 @pytest.mark.parametrize(
     ("shapes", "ends"),
     [(shapes, ends) for shapes in ("clamped_free", "free_free", "pinned_pinned") for ends in ("clamped_free",)]

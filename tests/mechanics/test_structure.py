@@ -25,8 +25,6 @@ from tests.oracles.almost import ROUNDING, SHIFTS, TERMS, change, computed
 from tests.oracles.states import random_states
 from tests.oracles.written_scenes import Data
 
-pytestmark = pytest.mark.slow
-
 
 def pendulum(**joint: Any) -> Data:
     body = {"mass": 1.0, "center_of_mass": [0.3, 0.1, 0.2], "inertia": [0.02, 0.03, 0.04]}
@@ -91,6 +89,7 @@ ROBOT = """<robot name="r"><link name="base_link"/>
 </robot>"""
 
 
+@pytest.mark.slow_except("1e-11")
 @pytest.mark.parametrize("shift", SHIFTS)
 def test_a_urdf_beside_right_angles_and_coordinate_axes(shift: float) -> None:
     system, moved = (
@@ -124,6 +123,7 @@ def blade(start: float, place: float) -> Data:
     return {"format": 1, "name": "rotor", "bodies": {"tip": body}, "beams": {"blade": beam}, "joints": joints}
 
 
+@pytest.mark.slow_except("3e-10")
 @pytest.mark.parametrize("shift", [-5e-8, -1e-9, 1e-15, 3e-10, 5e-8])
 def test_what_is_a_little_beyond_the_end_of_a_beam_is_at_its_end(shift: float) -> None:
     """The beam's frame a little before or behind its first end; a body, and the mass that modes are found with, at the

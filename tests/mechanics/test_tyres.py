@@ -9,11 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.states import derivative, random_states, rotation_of
-
-__all__ = ["shared_cache"]
 
 HILLY = "0.3 * sin(0.7 * position.hub[0]) * cos(0.9 * position.hub[1]) + 0.2 * position.hub[0]"
 ROADS: dict[str, dict[str, Any]] = {

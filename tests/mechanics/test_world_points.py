@@ -10,10 +10,12 @@ import pytest
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.forces.springs import Spring
+from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Point
 from eomgen.system.signals import Output
 from tests.mechanics.checks import states_of
+from tests.models import library
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
@@ -35,6 +37,16 @@ def anchored(seed: int, base: str) -> Scene:
     tether = Output("tether", (Symbol("length", "tether"), Symbol("rate", "tether"), Symbol("tension", "tether")))
     points = (*scene.points, Point("anchor", "world", vector(ANCHOR)))
     return replace(scene, points=points, elements=(*scene.elements, spring), outputs=(*outputs, tether))
+
+
+def tethered() -> Scene:
+    """Return a pendulum on a turning base with a path and a bushing to a point of the world."""
+    base = {"position": ["0.3 * sin(2 * t)", "0.2 * t", 0], "rotation": [{"axis": [0, 1, 2], "angle": "0.7 * t"}]}
+    points = {"tip": {"body": "rod", "position": [0.1, 0, -1]}, "wall": {"body": "world", "position": [1, 2, 3]}}
+    rope = {"points": ["tip", "wall"], "stiffness": 10.0, "length": 1.0, "damping": 2.0}
+    rubber = {"first": {"body": "rod"}, "second": "wall", "stiffness": [3.0, 4.0, 5.0], "damping": [1.0, 2.0, 3.0]}
+    parts = {"tendons": {"rope": rope}, "bushings": {"rubber": rubber}}
+    return from_data(library.scene("pendulum", base=base, points=points, **parts))
 
 
 @pytest.mark.parametrize("base", ["resting", "translating", "turning"])

@@ -16,8 +16,7 @@ from pathlib import Path
 
 from eomgen.base.message_codes import EXAMPLES, PACKAGE, rows, sources
 from tests.failures.catalogue import CHAPTERS
-from tests.failures.errors_page import shown_entry
-from tests.failures.failure import Failure
+from tests.failures.failure import Failure, shown_entry
 
 COMMAND = "python -m tests.messages"
 LAST = Path(__file__).with_name("last_codes.json")

@@ -83,10 +83,7 @@ def wheel_scene(law: dict[str, Any] | None, folder: Path | None = None, **sectio
         "format": 1,
         "name": "car",
         "gravity": [0, 0, 0],
-        "parameters": {
-            "mu": {"value": 0.9, "tunable": True},
-            "stiffness": 12.0,
-        },
+        "parameters": {"mu": {"value": 0.9, "tunable": True}, "stiffness": 12.0},
         **({} if law is None else {"laws": {"tyre": law}}),
         "definitions": definitions,
         "bodies": {

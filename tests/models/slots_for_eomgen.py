@@ -5,7 +5,5 @@ from __future__ import annotations
 from eomgen.extending import Connection, ElementaryMotion
 
 SLOT = Connection(
-    "slot",
-    (ElementaryMotion("travel", (1,), (1,)), ElementaryMotion("turn", (0,), (0,))),
-    meanings=("angle", "travel"),
+    "slot", (ElementaryMotion("travel", (1,), (1,)), ElementaryMotion("turn", (0,), (0,))), meanings=("angle", "travel")
 )

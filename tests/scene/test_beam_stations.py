@@ -93,14 +93,12 @@ NAMES: list[tuple[dict[str, Any], str]] = [
         {"bodies": {"ball": {"mass": 1.0, "inertia": [1, 1, 1]}}, "joints": {"pin": {"type": "fixed", "parent": "rope.3", "child": "ball"}}},
         '(joints.pin.parent): rope.3 is a node of the beam rope, which a scene calls by its place; try: parent = "rope" and position = [7.5, 0, 0]',
     ),
-    (
-        {"joints": {"pin": {"type": "fixed", "parent": "base", "child": "rope.2"}}},
-        '(joints.pin.child): rope.2 is a node of the beam rope, whose elements carry it; try: child = "rope" at its first end, or a constraint at x = 5',
-    ),
-    (
-        {"forces": {"push": {"body": "rope.3", "force": [0, 0, 1]}}},
-        "(forces.push.body): 'rope.3' may be a node of the beam rope, and a scene calls nodes by their places; try: \"rope\", and a position on it",
-    ),
+    ({"joints": {"pin": {"type": "fixed", "parent": "base", "child": "rope.2"}}},
+        '(joints.pin.child): rope.2 is a node of the beam rope, whose elements carry it; try: child = "rope" at '
+        "its first end, or a constraint at x = 5"),
+    ({"forces": {"push": {"body": "rope.3", "force": [0, 0, 1]}}},
+        "(forces.push.body): 'rope.3' may be a node of the beam rope, and a scene calls nodes by their places; "
+        'try: "rope", and a position on it'),
 ]  # fmt: skip  # one line for each scene
 
 

@@ -3,10 +3,6 @@ roads."""
 
 from __future__ import annotations
 
-import tomllib
-from typing import Any
-
-import jsonschema
 import pytest
 from scipy.integrate import quad
 
@@ -14,7 +10,6 @@ from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Beam, Body
-from eomgen.scene.document.reference import schema
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -99,14 +94,6 @@ def test_mass_center_and_inertia_of_a_taper() -> None:
     assert number(body.center_of_mass[0]) == pytest.approx(center, rel=1e-14)
     assert number(body.inertia[1], heaviness=1.2) == pytest.approx(1.2 * along(2, profile, center), rel=1e-14)
     assert number(body.inertia[0]) == pytest.approx(0.02 * along(0, polar), rel=1e-14)
-
-
-@pytest.mark.slow
-def test_the_json_schema_takes_beams() -> None:
-    jsonschema.Draft4Validator(schema()).validate(tomllib.loads(BLADE))
-    wrong: dict[str, Any] = tomllib.loads(BLADE.replace("modes = 2", "modes = 0"))
-    with pytest.raises(jsonschema.ValidationError, match=r"'modes': 0.* is not valid under any"):
-        jsonschema.Draft4Validator(schema()).validate(wrong)
 
 
 FREE_FREE = """\

@@ -42,19 +42,10 @@ def problem(keys: str, ends: str = ENDS) -> str:
     [
         ("", "): the bushing has no stiffness, damping or preload; try: stiffness = [1e5, 1e5, 1e5]"),
         ("stiffness = [1, 2, -3]", ".stiffness[2]): the stiffness is negative: -3; try: 0 or more"),
-        (
-            'rotational_damping = [0, "-soft", 0]',
-            ".rotational_damping[1]): the damping is negative: -10; try: 0 or more",
-        ),
+        ('rotational_damping = [0, "-soft", 0]', ".rotational_damping[1]): the damping is negative: -10; try: 0 or"),
         (f"stiffness_matrix = {EYE}\nstiffness = [1, 1, 1]", ".stiffness): stiffness and stiffness_matrix are both"),
-        (
-            f"stiffness_matrix = {[[1, 2, 0, 0, 0, 0], *EYE[1:]]}",
-            ".stiffness_matrix): the matrix is not symmetric: entry [0][1] differs from [1][0]",
-        ),
-        (
-            f"damping_matrix = {[[-1, 0, 0, 0, 0, 0], *EYE[1:]]}",
-            ".damping_matrix): the damping is negative in some direction: the smallest eigenvalue is -1",
-        ),
+        (f"stiffness_matrix = {[[1, 2, 0, 0, 0, 0], *EYE[1:]]}", ".stiffness_matrix): the matrix is not symmetric:"),
+        (f"damping_matrix = {[[-1, 0, 0, 0, 0, 0], *EYE[1:]]}", ".damping_matrix): the damping is negative in some"),
         (
             "stiffness = [1, 1, 1]\nrest_rotation = [{ axis = [0, 0, 0], angle = 1 }]",
             ".rest_rotation[0].axis): the axis has no direction; try: an axis such as [0, 0, 1]",

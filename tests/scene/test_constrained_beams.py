@@ -1,7 +1,5 @@
 """Models of beams without shear or stretch in scene files: what they need, and what they do not take."""
 
-# ruff: noqa: E501 (a row of the table is a message, quoted whole)
-
 from __future__ import annotations
 
 import re
@@ -57,11 +55,9 @@ def test_tables_give_the_stiffness_of_the_strains_that_are_there() -> None:
 
 REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("inextensible", {"damping": {"stretch": 1.0}}, "(beams.rope.damping.stretch): a beam of the model inextensible"),
-    (
-        "kirchhoff",
-        {"stiffness": None, "stiffness_matrix": np.diag([5.0, 5.0, 5.0, 1e4, 1e4, 0.0]).tolist()},
-        "(beams.rope.stiffness_matrix): the model kirchhoff has no shear_y, and row [4] of the matrix is not 0; try: 0 in rows and columns of strains that it does not have",
-    ),
+    ("kirchhoff", {"stiffness": None, "stiffness_matrix": np.diag([5.0, 5.0, 5.0, 1e4, 1e4, 0.0]).tolist()},
+        "(beams.rope.stiffness_matrix): the model kirchhoff has no shear_y, and row [4] of the matrix is not 0; "
+        "try: 0 in rows and columns of strains that it does not have"),
     ("inextensible", {"elements": None}, "(beams.rope): a beam of the model inextensible needs the number"),
     ("inextensible", {"stiffness": None}, "(beams.rope): the sections have no stiffness; try: stiffness = { bending_y"),
 ]  # fmt: skip  # a table

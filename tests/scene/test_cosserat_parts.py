@@ -82,60 +82,46 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"elements": None, "parts": [PART]}, "(beams.rope.length): length is given, and parts too, which have their own"),
     ({"length": None}, "(beams.rope): the key length is missing; try: length = 1.0"),
     ({"length": 1e308}, "(beams.rope): the length of an element, 2.5e+307 m, is too large or too small to be squared"),
-    (
-        {"length": None, "elements": None, "parts": [{"length": 1.0, "elements": 10_000}, PART]},
-        "(beams.rope.parts): the parts have 10002 elements, and 10000 are the most of a beam; try: fewer elements",
-    ),
+    ({"length": None, "elements": None, "parts": [{"length": 1.0, "elements": 10_000}, PART]},
+        "(beams.rope.parts): the parts have 10002 elements, and 10000 are the most of a beam; try: fewer elements"),
     ({"mass_per_length": "1 - 2 * s"}, "(beams.rope.mass_per_length): at s = 0.625, the mass per length is -0.25"),
     (
         {"rotary_inertia": [3.0, 1.0, 1.0]},
         "(beams.rope.rotary_inertia): no section has the rotary inertia 3 about x with 1 about y and 1 about z: one exceeds the sum of the others; try: [polar, about y, about z], of which the first is the sum of the others",
     ),
-    (
-        {"pretwist": "0.1 + s"},
-        "(beams.rope.pretwist): the pretwist is 0.1 rad at s = 0, where sections have the axes of the beam; try: the angle from there on, and the rest as rotation of the joint",
-    ),
-    (
-        {"pretwist": "90 deg"},
-        "(beams.rope.pretwist): the pretwist is 1.5708 rad at s = 0, where sections have the axes of the beam; try: \"1.5708 * s\" for that much up to the other end, or a rotation of the joint",
-    ),
+    ({"pretwist": "0.1 + s"},
+        "(beams.rope.pretwist): the pretwist is 0.1 rad at s = 0, where sections have the axes of the beam; try: "
+        "the angle from there on, and the rest as rotation of the joint"),
+    ({"pretwist": "90 deg"},
+        "(beams.rope.pretwist): the pretwist is 1.5708 rad at s = 0, where sections have the axes of the beam; "
+        'try: "1.5708 * s" for that much up to the other end, or a rotation of the joint'),
     ({"pretwist": "15 * s"}, "(beams.rope.pretwist): one of the 4 elements turns by 214.859 degrees at rest, and only"),
     ({"shape": ROD}, "(beams.rope.length): length is given, and follows from the shape"),
     ({"curvature": [0, 0, 0.1], "length": None, "shape": ROD}, "(beams.rope.curvature): curvature and shape are both"),
     ({"length": None, "shape": {}}, "(beams.rope.shape): the shape has neither points nor frames; try: points = [[0,"),
-    (
-        {"length": None, "shape": {"points": [[0, 0, 0]]}},
-        "(beams.rope.shape.points): a shape needs two points at least, not 1; try: [0, 0, 0], and where the beam goes",
-    ),
-    (
-        {"length": None, "shape": {"points": [[0, 0, 0.5], [1, 0, 0]]}},
-        "(beams.rope.shape.points[0]): the first of the points is at [0, 0, 0.5], and the origin of the beam's frame is there; try: [0, 0, 0]; the joint of the beam says its place",
-    ),
-    (
-        {"length": None, "shape": {"points": [[0, 0, 0], [1, 0, 0], [1, 0, 0]]}},
-        "(beams.rope.shape.points[2]): two of the points in succession are at one place; try: one of them",
-    ),
-    (
-        {"length": None, "shape": {"points": [[0, 0, 0], [-1, 0, 1]]}},
-        "(beams.rope.shape.points[1]): the second point is not ahead of the first one, from where the beam leaves along x; try: axes with x along the beam, and the rotation of its joint",
-    ),
+    ({"length": None, "shape": {"points": [[0, 0, 0]]}},
+        "(beams.rope.shape.points): a shape needs two points at least, not 1; try: [0, 0, 0], and where the beam goes"),
+    ({"length": None, "shape": {"points": [[0, 0, 0.5], [1, 0, 0]]}},
+        "(beams.rope.shape.points[0]): the first of the points is at [0, 0, 0.5], and the origin of the beam's "
+        "frame is there; try: [0, 0, 0]; the joint of the beam says its place"),
+    ({"length": None, "shape": {"points": [[0, 0, 0], [1, 0, 0], [1, 0, 0]]}},
+        "(beams.rope.shape.points[2]): two of the points in succession are at one place; try: one of them"),
+    ({"length": None, "shape": {"points": [[0, 0, 0], [-1, 0, 1]]}},
+        "(beams.rope.shape.points[1]): the second point is not ahead of the first one, from where the beam leaves "
+        "along x; try: axes with x along the beam, and the rotation of its joint"),
     ({"length": None, "shape": {"frames": [{"position": [0, 0, 0], "rotation": [{"axis": [0, 0, 1], "angle": 0.1}]}, FRAME]}}, "(beams.rope.shape.frames[0].rotation): the first frame is turned relative to the beam's frame, which it has to equal; try: no rotation here; the beam's"),
-    (
-        {"length": None, "shape": through({"position": [-1, 0, 0]})},
-        "(beams.rope.shape.frames[1]): from the frame before the axis goes 180 degrees off the x of both; try: rotations with x along the beam, or points in place of frames",
-    ),
-    (
-        {"length": None, "shape": through({"position": [0, 2, 0], "rotation": about_z("180 deg")})},
-        "(beams.rope.shape.frames[1].rotation): the turn from the frame before by 180 degrees is not below 180; try: a frame between them",
-    ),
-    (
-        {"prestrain": {"stretch": 1.5}},
-        "(beams.rope.prestrain.stretch): a beam that is stretched by 1.5 of its length at the start has no length at rest; try: a number below 1: the length at rest is (1 - stretch) times the length of the initial shape",
-    ),
-    (
-        {"rotary_inertia": [1.0, 1.0, 1e-14]},
-        "(beams.rope.rotary_inertia): sections with a rotary inertia of 1 kg m about x, 1 about y and 1e-14 about z have none about some axis: it is below 1e-12 of the largest; try: a section that is less thin",
-    ),
+    ({"length": None, "shape": through({"position": [-1, 0, 0]})},
+        "(beams.rope.shape.frames[1]): from the frame before the axis goes 180 degrees off the x of both; try: "
+        "rotations with x along the beam, or points in place of frames"),
+    ({"length": None, "shape": through({"position": [0, 2, 0], "rotation": about_z("180 deg")})},
+        "(beams.rope.shape.frames[1].rotation): the turn from the frame before by 180 degrees is not below 180; "
+        "try: a frame between them"),
+    ({"prestrain": {"stretch": 1.5}},
+        "(beams.rope.prestrain.stretch): a beam that is stretched by 1.5 of its length at the start has no length "
+        "at rest; try: a number below 1: the length at rest is (1 - stretch) times the length of the initial shape"),
+    ({"rotary_inertia": [1.0, 1.0, 1e-14]},
+        "(beams.rope.rotary_inertia): sections with a rotary inertia of 1 kg m about x, 1 about y and 1e-14 about "
+        "z have none about some axis: it is below 1e-12 of the largest; try: a section that is less thin"),
 ]  # fmt: skip  # a table
 
 

@@ -121,13 +121,6 @@ def test_derivatives_and_jets_against_mpmath() -> None:
         assert abs(exact - expected[0]) <= mpmath.mpf(10) ** -45
 
 
-def test_complex_steps() -> None:
-    tape, _, ref = on_tape()
-    (rate,) = jacobian_vector(tape, [ref], {InputSymbol("t", 0): ONE})
-    step = evaluate(tape, [ref], {"t": 0.4 + 1e-30j}).imag / 1e-30
-    assert np.allclose(step, evaluate(tape, [rate], {"t": 0.4}), rtol=1e-14, atol=0)
-
-
 def test_a_curve_at_a_constant_is_a_constant() -> None:
     tape, curve, _ = on_tape()
     ref = tape.curve(curve, 1, tape.constant(2.5))

@@ -25,16 +25,14 @@ name = "cart"
 gravity = [0, 0, -9.81]
 bodies.cart = { mass = 2.0 }
 points.hook = { body = "cart", position = [0.1, 0, 0] }
-[parameters]
-k = { value = 100.0, tunable = true, unit = "N/m" }
+parameters.k = { value = 100.0, tunable = true, unit = "N/m" }
+inputs.push = { formula = "sin(3 * t)" }
 [joints.rail]
 type = "prismatic"
 parent = "base"
 child = "cart"
 axis = [1, 0, 0]
 initial = { position = 0.3, velocity = -0.2 }
-[inputs]
-push = { formula = "sin(3 * t)" }
 """
 DEFINED = (
     HEAD
@@ -103,21 +101,6 @@ def test_a_definition_is_computed_once_under_its_name(tmp_path: Path) -> None:
     outputs = text[text.index("void cart_outputs(") :].split("\n}\n")[0]
     assert re.search(r"/\* Definition force \*/\n    const real drag_value = ", outputs)
     assert outputs.count("EG_ABS") == 1  # the force and the power take the same drag
-
-
-@pytest.mark.slow
-def test_local_quantities_are_those_of_the_load_that_mentions_the_definition(tmp_path: Path) -> None:
-    loads = "".join(
-        f'[forces.{side}]\nbody = "cart"\npoint = [0, {y}, 0]\nforce = ["{factor} * ({{law}})", 0, 0]\n'
-        for side, y, factor in (("left", 0.5, 1), ("right", -0.5, 2))
-    )
-    drag = "-4 * velocity.here[0] * (1 + position.here[1])"
-    texts = (
-        f'{HEAD}[definitions]\ndrag = "{drag}"\n{loads.format(law="drag")}',
-        f"{HEAD}{loads.format(law=drag)}",
-    )
-    ends = [eomgen.build(written(tmp_path, text), method="rk4").simulate(0.2, 1e-3).q[-1] for text in texts]
-    np.testing.assert_array_equal(*ends)
 
 
 AXLES = """
@@ -217,27 +200,6 @@ outputs.w = { formula = "3 if far else 2" }
 
 
 @pytest.mark.slow
-def test_values_along_a_beam_take_definitions_of_their_place(tmp_path: Path) -> None:
-    beam = """
-format = 1
-name = "blade"
-gravity = [0, 0, -9.81]
-joints.root = {{ type = "fixed", parent = "base", child = "blade" }}
-{definitions}
-[beams.blade]
-length = 1.0
-model = "cosserat"
-elements = 3
-section = {{ shape = "rectangle", width = "{width}", height = 0.02, density = 2700, elastic_modulus = 70e9, \
-poisson_ratio = 0.3 }}
-"""
-    whole = beam.format(definitions="", width="0.05 * (1 - 0.5 * s)")
-    parts = beam.format(definitions='[definitions]\ntaper = "1 - 0.5 * s"\nwidth = "0.05 * taper"', width="width")
-    ends = [eomgen.build(written(tmp_path, text)).equilibrium().q for text in (whole, parts)]
-    np.testing.assert_array_equal(*ends)
-
-
-@pytest.mark.slow
 def test_definitions_of_included_files_have_names_of_their_own(tmp_path: Path) -> None:
     written(tmp_path, DEFINED.replace('name = "cart"', 'name = "part"'), "part.toml")
     whole = """
@@ -280,31 +242,6 @@ def test_definitions_within_one_another_stay_within_a_limit(form: str, words: st
     assert len(scene.parts["definitions"]) == 50
 
 
-@pytest.mark.slow
-def test_definitions_mention_random_processes_and_waves(tmp_path: Path) -> None:
-    rest = """
-[random]
-gust = { type = "squared_exponential", standard_deviation = 2.0, correlation_time = 0.3, duration = 1.0, share = 0.9 }
-[waves]
-sea = { spectrum = { type = "jonswap", height = 3, period = 9, peakedness = 3.3 } }
-[efforts]
-wind = { joint = "rail", effort = "FORCE" }
-[outputs]
-height = { formula = "HEIGHT" }
-"""
-    force, height = "3 * gust + 1", "elevation.sea(q.rail, 0) + 0"
-    definitions = f'[definitions]\nforce = "{force}"\nheight = "{height}"\n'
-    texts = (
-        HEAD + definitions + rest.replace("FORCE", "force").replace("HEIGHT", "height"),
-        HEAD + rest.replace("FORCE", force).replace("HEIGHT", height),
-    )
-    defined, whole = (
-        eomgen.build(written(tmp_path, text), method="rk4").simulate(0.2, 1e-2, error_estimate=False) for text in texts
-    )
-    np.testing.assert_array_equal(defined.outputs["height"], whole.outputs["height"])
-    np.testing.assert_array_equal(defined.v, whole.v)
-
-
 def test_one_mistake_is_told_once_in_any_order(tmp_path: Path) -> None:
     chain = [f'x{k} = "2 * x{k - 1}"' for k in range(1, 20)]
     for lines in (['x0 = "q.rai"', *chain], [*chain[::-1], 'x0 = "q.rai"']):
@@ -334,17 +271,9 @@ LOAD, UNIT = 'load = "2 * v.rail"', "the unit 'N' is of a force, a speed in m/s 
         ('a = "b + 1"\nb = "2 * a"', "", "definitions.b.formula) the definition a mentions itself (column 1); an"),
         ('a = "sin(q.rai)"\nb = "2 * a"', OUTPUT("a + b"), "definitions.a.formula) q.rai: there is no joint 'rai'"),
         ("n = 100", OUTPUT("q.rail ** n"), "outputs.y.formula[0]) the exponent 100 is beyond 64 (column 11); exp()"),
-        (
-            'half = "q.rail / 2"',
-            OUTPUT("1 if half else 2"),
-            "outputs.y.formula[0]) a condition is needed here, not a number (column 6); half > 0, or a comparison as",
-        ),
+        ('half = "q.rail / 2"', OUTPUT("1 if half else 2"), "outputs.y.formula[0]) a condition is needed here, not a"),
         (LOAD, OUTPUT("load(q.rail)"), "outputs.y.formula[0]) load is a number, not a function (column 1); load alone"),
-        (
-            'slip = "2 * velocity.here[0]"',
-            OUTPUT("slip"),
-            "outputs.y.formula[0]) in the definition slip, velocity.here: here is where a load acts",
-        ),
+        ('slip = "2 * velocity.here[0]"', OUTPUT("slip"), "outputs.y.formula[0]) in the definition slip, velocity.her"),
     ],
 )
 def test_mistakes_are_named_at_their_place(definitions: str, rest: str, expected: str, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -154,9 +155,8 @@ def test_a_force_acts_at_a_place_of_the_world() -> None:
         ({"point": None}, "forces.push.in): in needs a point, in the axes of world; try: point = [0, 0, 0]"),
     ):
         wrong = {key: value for key, value in {**push, **change}.items() if value is not None}
-        with pytest.raises(DescriptionError) as caught:
+        with pytest.raises(DescriptionError, match=re.escape(said)):
             scene_of(joints, parameters=LENGTHS, forces={"push": wrong})
-        assert said in str(caught.value)
 
 
 def test_frames_of_constraints_and_bushings_turn_with_the_frame_they_are_given_in() -> None:
@@ -200,9 +200,8 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
 
 @pytest.mark.parametrize(("change", "message"), MISTAKES.values(), ids=MISTAKES)
 def test_mistakes_are_told_with_their_key(change: dict[str, Any], message: str) -> None:
-    with pytest.raises(DescriptionError) as raised:
+    with pytest.raises(DescriptionError, match=re.escape(message)):
         scene_of(**{"joints": ARMS, "parameters": LENGTHS, **change})
-    assert message in str(raised.value)
 
 
 MOVING = {

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import operator
+import re
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -189,144 +191,66 @@ def test_scope(text: str, allowed: str) -> None:
                 read_formula(text, NAMES, scope)
 
 
-# A tree of plain tuples, its text with the brackets it needs, and its value by Python's own arithmetic.
-Tree = tuple
-INFIX = {"+": 5, "-": 5, "*": 6, "/": 6, "**": 8}
-CALLS: dict[str, Any] = {"abs": abs, "min": min, "max": max, "atan2": math.atan2}
-UNARY = ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt"]
-CALLS |= {name: getattr(math, name) for name in UNARY}
-UNARY = sorted([*UNARY, "abs"])
-COMPARISONS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
-ARITHMETIC = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
-OTHERS: dict[str, Any] = {
-    "negative": operator.neg,
-    "not": operator.not_,
-    "and": lambda a, b: a and b,
-    "or": lambda a, b: a or b,
-    "if": lambda condition, a, b: a if condition else b,
-}
+# Texts of formulas are expressions of Python too, whose grammar and arithmetic give their value.
+UNARY = ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "abs"]
 
 
-class NoValueError(Exception):
-    """The reference has no finite value."""
+class Real(float):
+    """A number whose operations raise an error where they have no finite value."""
 
 
-def rendered(tree: Tree) -> tuple[str, int]:
-    """Return the text of a tree with the brackets it needs, and how tightly it binds."""
-    head, *rest = tree
-    if head in ("number", "name"):
-        return str(rest[0]), 9
+def _checked(operation: Callable[..., Any]) -> Callable[..., Real]:
+    def finite(*arguments: float) -> Real:
+        value = operation(*map(float, arguments))
+        if isinstance(value, complex) or not math.isfinite(value):
+            raise ArithmeticError
+        return Real(value)
 
-    def part(branch: Tree, level: int) -> str:
-        text, tightness = rendered(branch)
-        return text if tightness >= level else f"({text})"
-
-    if head in INFIX:
-        level = INFIX[head]
-        left, right = (level + 1, 7) if head == "**" else (level, level + 1)
-        return f"{part(rest[0], left)}{head}{part(rest[1], right)}", level
-    if head == "negative":
-        return f"-{part(rest[0], 7)}", 7
-    if head in COMPARISONS:
-        return f"{part(rest[0], 5)} {head} {part(rest[1], 5)}", 4
-    if head == "not":
-        return f"not {part(rest[0], 3)}", 3
-    if head in ("and", "or"):
-        level = 2 if head == "and" else 1
-        return f"{part(rest[0], level)} {head} {part(rest[1], level + 1)}", level
-    if head == "if":
-        return f"{part(rest[1], 1)} if {part(rest[0], 1)} else {part(rest[2], 0)}", 0
-    return f"{head}({', '.join(part(branch, 0) for branch in rest)})", 9
+    return finite
 
 
-def reference(tree: Tree, lazy: bool = True) -> float:
-    """Return the value; with ``lazy`` off, both branches of a choice must have one."""
-    head, *rest = tree
-    if head == "number":
-        return float(rest[0])
-    if head == "name":
-        return {"t": 0.25, **VALUES}[rest[0]]
-    if head == "if" and lazy:
-        return reference(rest[1] if reference(rest[0]) else rest[2])
-    values = [reference(branch, lazy) for branch in rest]
+for _name in ("add", "sub", "mul", "truediv", "pow", "neg"):
+    setattr(Real, f"__{_name}__", _checked(getattr(operator, _name)))
+WORDS: dict[str, Any] = {name: Real(value) for name, value in {**VALUES, "t": 0.25}.items()} | {"R": Real}
+WORDS |= {name: _checked(getattr(math, name, math.fabs)) for name in [*UNARY, "atan2"]}
+WORDS |= {"lambda_": WORDS["lambda"], "min": min, "max": max}
+
+
+def by_python(text: str) -> float | None:
+    """Return the value by Python, or None if there is none."""
+    numbers = re.sub(r"\d+\.\d*(e-?\d+)?", r"R(\g<0>)", text.replace("lambda", "lambda_"))
     try:
-        result = (COMPARISONS | CALLS | ARITHMETIC | OTHERS)[head](*values)
-    except (ArithmeticError, ValueError) as error:
-        raise NoValueError from error
-    if isinstance(result, complex) or not math.isfinite(result):
-        raise NoValueError
-    return float(result)
+        return float(eval(numbers, {}, WORDS))
+    except (ArithmeticError, ValueError):
+        return None
 
 
-def constant(tree: Tree) -> bool:
-    return tree[0] == "number" or (tree[0] != "name" and all(constant(branch) for branch in tree[1:]))
+_NUMBERS = st.integers(0, 10**5).map(lambda thousandths: repr(thousandths / 1000))
+_LEAVES = st.one_of(_NUMBERS, st.sampled_from(["1.0e300", "2.5e-8", "709.0", "t", *VALUES]))
+_COMPARED = st.tuples(_LEAVES, st.sampled_from(["<", "<=", ">", ">="]), _LEAVES).map(" ".join)
+_CONDITIONS = st.tuples(_COMPARED, st.sampled_from([" and ", " or ", " and not ", " or not "]), _COMPARED).map("".join)
 
 
-def faulty(tree: Tree) -> bool:
-    """Tell whether a constant part has no finite value, an exponent is too large, or a divisor is a constant zero."""
-    if tree[0] in ("number", "name"):
-        return False
-    if any(faulty(branch) for branch in tree[1:]):
-        return True
-    try:
-        if tree[0] == "**" and constant(tree[2]) and abs(reference(tree[2], lazy=False)) > 64:
-            return True
-        if tree[0] == "/" and constant(tree[2]) and reference(tree[2], lazy=False) == 0.0:
-            return True
-        if constant(tree):
-            reference(tree, lazy=False)
-    except NoValueError:
-        return True
-    return False
+def _longer(texts: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    return st.one_of(
+        st.tuples(texts, st.sampled_from(["+", "-", "*", "/", "**"]), texts).map("".join),
+        st.tuples(st.sampled_from([*UNARY, "-", ""]), texts).map(lambda parts: "{}({})".format(*parts)),
+        st.tuples(st.sampled_from(["atan2", "min", "max"]), texts, texts).map(lambda of: "{}({}, {})".format(*of)),
+        st.tuples(texts, _COMPARED | _CONDITIONS, texts).map(lambda parts: "{} if {} else {}".format(*parts)),
+    )
 
 
-# Short texts and shallow trees: a tree must never meet the limits of the language, whose refusals are tested above.
-numbers = st.one_of(
-    st.integers(0, 100).map(str),
-    st.integers(0, 10**6).map(lambda thousandths: repr(thousandths / 1000)),
-    st.sampled_from(["1e-300", "1e300", "2.5e-8", "709.0"]),
-)
-leaves = st.one_of(st.tuples(st.just("number"), numbers), st.tuples(st.just("name"), st.sampled_from(["t", *VALUES])))
-
-
-@st.composite
-def conditions(draw: st.DrawFn, depth: int = 1) -> Tree:
-    kind = draw(st.sampled_from(["compare", "not", "and", "or"])) if depth else "compare"
-    if kind == "compare":
-        return draw(st.sampled_from(sorted(COMPARISONS))), draw(leaves), draw(leaves)
-    return (kind, *(draw(conditions(depth - 1)) for _ in range(1 if kind == "not" else 2)))
-
-
-@st.composite
-def trees(draw: st.DrawFn, depth: int = 3) -> Tree:
-    kind = draw(st.sampled_from(["leaf", "infix", "infix", "negative", "unary", "binary", "if"])) if depth else "leaf"
-    match kind:
-        case "leaf":
-            return draw(leaves)
-        case "infix":
-            return draw(st.sampled_from(sorted(INFIX))), draw(trees(depth - 1)), draw(trees(depth - 1))
-        case "negative":
-            return "negative", draw(trees(depth - 1))
-        case "unary":
-            return draw(st.sampled_from(UNARY)), draw(trees(depth - 1))
-        case "binary":
-            return draw(st.sampled_from(["atan2", "min", "max"])), draw(trees(depth - 1)), draw(trees(depth - 1))
-    return "if", draw(conditions()), draw(trees(depth - 1)), draw(trees(depth - 1))
-
-
-@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
-@given(trees())
-def test_reader_refuses_or_agrees_with_arithmetic(tree: Tree) -> None:
-    text, _ = rendered(tree)
-    if faulty(tree):
-        with pytest.raises(FormulaError, match=r"has no finite value|is beyond 64|the divisor is zero"):
-            read_formula(text, NAMES, EVERYTHING)
-        return
-    formula = read_formula(text, NAMES, EVERYTHING)
+@given(st.recursive(_LEAVES, _longer, max_leaves=9))
+def test_reader_refuses_or_agrees_with_python(text: str) -> None:
+    expected = by_python(text)
     try:
-        expected = reference(tree)
-    except NoValueError:
+        formula = read_formula(text, NAMES, EVERYTHING)
+    except FormulaError as error:
+        assert re.search(r"has no finite value|is beyond 64|the divisor is zero", str(error)), error
+        assert expected is None or "if" in text or "**" in text
+        return
+    if expected is None:
         with pytest.raises(ArithmeticError, match="has no finite value"):
             evaluate(formula, value_of)
     else:

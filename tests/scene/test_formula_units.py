@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -154,16 +155,10 @@ RATE = '[states.{}]\nrate = "{}"\nunit = "N"\n'.format
     ("effort", "more", "note"),
     [
         ("k * (q.x + v.x)", "", EFFORT + "adds q.x in m and v.x in m/s"),
-        (
-            "map.m(q.x, v.x) - push",
-            MAP.replace("UNIT", "N m"),
-            EFFORT + "subtracts push in N from map.m(q.x, v.x) in N m",
-        ),
-        (
-            "pull(q.x) - push",
-            '[curves.pull]\npoints = [[-1, 0], [1, 2]]\ninterpolation = "linear"\nunit = "lbf"',
-            "curves.pull.unit: its unit lbf is a label, so formulas take its numbers as they are; try: points",
-        ),
+        ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "N m"),
+            EFFORT + "subtracts push in N from map.m(q.x, v.x) in N m"),
+        ("pull(q.x) - push", '[curves.pull]\npoints = [[-1, 0], [1, 2]]\ninterpolation = "linear"\nunit = "lbf"',
+            "curves.pull.unit: its unit lbf is a label, so formulas take its numbers as they are; try: points"),
         ("-k * v.x", "", EFFORT + "is in kg m/s^3, a force in N is expected; try: a factor that"),
         ("push * log(k)", "", "efforts.e.effort: log() takes a plain number or an angle, not k in N/m"),
         ("push", '[outputs]\no = { formula = "k * q.x", unit = "N m" }', "outputs.o: its unit N m is a label,"),
@@ -171,13 +166,10 @@ RATE = '[states.{}]\nrate = "{}"\nunit = "N"\n'.format
         ("force * 2", '[definitions]\nforce = "k * (q.x + v.x)"', "definitions.force.formula: the formula adds q.x"),
         ("-2 * k * v.x", "", f"{EFFORT}is in kg m/s^3 {IF_PLAIN} N; try: a parameter in s in place of -2"),
         ("k * sin(3 * q.x)", "", f"{EFFORT}is in N/m {IF_PLAIN} N; try: a factor in m, as a parameter"),
-        (
-            "force",
-            '[definitions]\nforce = { formula = "3 * k", unit = "N" }',
-            f"definitions.force.formula: the formula is in N/m {IF_PLAIN} N; try: a parameter in m in place of 3",
-        ),
+        ("force", '[definitions]\nforce = { formula = "3 * k", unit = "N" }',
+            f"definitions.force.formula: the formula is in N/m {IF_PLAIN} N; try: a parameter in m in place of 3"),
     ],
-)
+)  # fmt: skip  # a table
 def test_one_note_at_the_place_of_the_terms(effort: str, more: str, note: str, tmp_path: Path) -> None:
     [found] = notes(tmp_path, effort, more)
     assert note in found
@@ -205,24 +197,14 @@ ARGUMENT = "(efforts.e.effort): the argument speed of law.drag is in m/s by its 
     ("effort", "more", "fault"),
     [
         ("law.drag(push)", LAW, ARGUMENT),
-        (
-            "force",
-            '[definitions]\nforce = { formula = "k * (q.x + v.x)", unit = "N" }',
-            "(definitions.force.formula): the formula adds q.x in m and v.x in m/s; try: a factor that turns one unit",
-        ),
-        (
-            "force",
-            '[definitions]\nforce = { formula = "k * v.x", unit = "N" }',
-            "(definitions.force.unit): the unit 'N' is of a force, a quantity in kg m/s^3 is expected; try: \"kg",
-        ),
-        (
-            "k * part",
-            '[definitions]\npart = { formula = "k * q.x / push", unit = "m" }',
-            "(definitions.part.unit): the unit 'm' is not of a plain number, as its formula is; try: no unit",
-        ),
+        ("force", '[definitions]\nforce = { formula = "k * (q.x + v.x)", unit = "N" }',
+            "(definitions.force.formula): the formula adds q.x in m and v.x in m/s; try: a factor that turns one unit"),
+        ("force", '[definitions]\nforce = { formula = "k * v.x", unit = "N" }',
+            "(definitions.force.unit): the unit 'N' is of a force, a quantity in kg m/s^3 is expected; try: \"kg"),
+        ("k * part", '[definitions]\npart = { formula = "k * q.x / push", unit = "m" }',
+            "(definitions.part.unit): the unit 'm' is not of a plain number, as its formula is; try: no unit"),
     ],
-)
+)  # fmt: skip  # a table
 def test_certain_faults_are_refused(effort: str, more: str, fault: str, tmp_path: Path) -> None:
-    with pytest.raises(DescriptionError) as caught:
+    with pytest.raises(DescriptionError, match=re.escape(fault)):
         notes(tmp_path, effort, more)
-    assert fault in str(caught.value)

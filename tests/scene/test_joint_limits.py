@@ -75,10 +75,6 @@ def test_messages_on_several_coordinates(keys: str, message: str) -> None:
     assert str(caught.value.problems[0]).partition(" (joints.rail.")[2].startswith(message)
 
 
-STOP = "lower = -1, stiffness = 1"
-DRY = "coulomb = 1, velocity = 0.01"
-
-
 def test_absolute_coordinates_take_limits_of_many_turns() -> None:
     text = ARM.replace('name = "arm"\n', 'name = "arm"\ncoordinates = "absolute"\n')
     text = text.replace("joints.hinge = { ", "joints.hinge = { limits = { lower = -30, upper = 40, stiffness = 1 }, ")

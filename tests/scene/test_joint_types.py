@@ -14,15 +14,10 @@ from eomgen.scene.scene import Scene
 
 HEAD = """format = 1
 name = "one"
-[parameters]
-lead = { value = 0.02, tunable = true }
-still = 0.0
-[bodies.a]
-mass = 1.0
-inertia = [0.1, 0.2, 0.25]
-[bodies.b]
-mass = 2.0
-inertia = [0.1, 0.2, 0.25]
+parameters.lead = { value = 0.02, tunable = true }
+parameters.still = 0.0
+bodies.a = { mass = 1.0, inertia = [0.1, 0.2, 0.25] }
+bodies.b = { mass = 2.0, inertia = [0.1, 0.2, 0.25] }
 [joints.first]
 parent = "base"
 child = "a"
@@ -73,11 +68,7 @@ def test_what_each_type_carries() -> None:
     ("kind", "keys", "message"),
     [
         ("helical", Z + 'pitch = "still"', ".pitch): a screw with a pitch of 0 does not travel"),
-        (
-            "universal",
-            Z + "second_axis = [0, 1, 1]",
-            ".second_axis): the axes of a universal joint are perpendicular, and these include 45 degrees",
-        ),
+        ("universal", Z + "second_axis = [0, 1, 1]", ".second_axis): the axes of a universal joint are perpendicular,"),
         ("planar", Z + "x_axis = [0, 0, 3]", ".x_axis): x_axis is parallel to axis; try: a direction across it"),
         ("planar", Z + MIMIC, ".mimic): a planar joint cannot follow another: it has 3 coordinates"),
         ("revolute", Z + 'mimic = { joint = "first" }', ".mimic.joint): the joint first follows itself"),
@@ -120,7 +111,3 @@ def test_springs_between_angles(spring: str, message: str) -> None:
         'type = "planar"\naxis = [0, 0, 1]', SECOND + f"[torsion_springs.twist]\nstiffness = 1\n{spring}\n"
     )
     assert message in found
-
-
-AXIS = "axis = [1, 0, 0]\n"
-AXES = AXIS + "second_axis = [0, 1, 0]\n"

@@ -27,19 +27,15 @@ UNITS = """\
 format = 1
 name = "units"
 gravity = [0, 0, "-9.81 m/s^2"]
-[parameters]
-length = "250 mm"
-load = { value = "3 kg", tunable = true }
+parameters.length = "250 mm"
+parameters.load = { value = "3 kg", tunable = true }
+bodies.link = { mass = "2 kg", inertia = { xx = "1 kg m^2", yy = 1, zz = 1 } }
+simulation.step = "1 ms"
 [include.left]
 file = "wheel.toml"
 parent = "link"
 position = ["1 mm", 0, "length"]
 parameters = { stiffness = "2 kN/m", mass = 3, rest = "length" }
-[bodies.link]
-mass = "2 kg"
-inertia = { xx = "1 kg m^2", yy = 1, zz = 1 }
-[simulation]
-step = "1 ms"
 """
 
 

@@ -18,9 +18,6 @@ import eomgen
 from eomgen.errors import DescriptionError, ModelError
 from eomgen.products.maps.section import MapEntry, _Grid, _GridError
 from eomgen.products.maps.surface import MapSurface
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 X, Y = np.array([-10.0, -6.0, -1.0, 0.0, 2.0, 5.0, 10.0]), np.linspace(-2.0, 2.0, 5)
 
@@ -174,29 +171,19 @@ LISTS = {"x": [0, 1, 2], "y": [0, 1], "values": [[1, 2], [3, 4], [5, 6]]}
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "no values": ({"x": [0, 1], "y": [0, 1]}, "(maps.torque): a map needs values; try: x, y and values, or a table"),
     "few lists": ({**LISTS, "values": [[1, 2]]}, "(maps.torque.values): 1 list of values for 3 nodes of x"),
-    "short list": (
-        {**LISTS, "values": [[1, 2], [3], [5, 6]]},
-        "(maps.torque.values[1]): 1 value for 2 nodes of y; try: one value for each node of y",
-    ),
+    "short list": ({**LISTS, "values": [[1, 2], [3], [5, 6]]}, "(maps.torque.values[1]): 1 value for 2 nodes of y;"),
     "order": ({**LISTS, "x": [0, 2, 1]}, "(maps.torque.x): node 3 of x: the points are not in order: 1 comes after 2"),
-    "repeated node": (
-        {**LISTS, "x": [0, 1, 1]},
-        "(maps.torque.x): node 3 of x: 1 occurs again; try: increasing nodes of x, values in the same order",
-    ),
-    "one node": (
-        {"x": [0, 1], "y": [0], "values": [[1], [2]]},
-        "(maps.torque.y): a grid has two nodes or more of y, not 1; try: more nodes of y",
-    ),
+    "repeated node": ({**LISTS, "x": [0, 1, 1]}, "(maps.torque.x): node 3 of x: 1 occurs again; try: increasing"),
+    "one node": ({"x": [0, 1], "y": [0], "values": [[1], [2]]}, "(maps.torque.y): a grid has two nodes or more of y,"),
     "both": ({**LISTS, "table": {"file": "a.csv"}}, "(maps.torque.table): table and x, y, values are both given"),
-    "period": (
-        {**LISTS, "outside": "periodic"},
-        "(maps.torque): the values of a periodic map differ between the first and the last node",
+    "period": ({**LISTS, "outside": "periodic"}, "(maps.torque): the values of a periodic map differ between the"),
+    "units of nodes": ({**LISTS, "x": ["0 rpm", "9 rpm", 8]}, "not '0 rpm'; try: x_unit = \"rpm\""),
+    "units of values": (
+        {**LISTS, "values": [["1 kN m", 2], [3, 4], [5, 6]]},
+        "not '1 kN m'; try: value_unit = \"kN m\", and numbers alone in values",
     ),
     "no file": ({"table": {"file": "missing.csv"}}, "cannot be read"),
-    "beyond": (
-        {**LISTS, "values": [[1, 2], [3, -1.1e100], [5, 6]]},
-        "(maps.torque): the value at x = 1, y = 1 is beyond 1e+100; try: other units",
-    ),
+    "beyond": ({**LISTS, "values": [[1, 2], [3, -1.1e100], [5, 6]]}, "(maps.torque): the value at x = 1, y = 1 is"),
 }
 
 
@@ -241,62 +228,58 @@ def test_mistakes_in_calls_of_maps_are_told(effort: str, message: str) -> None:
     assert message in refusal(scene(efforts={"drag": {"joint": "axle", "effort": effort}}))
 
 
-def test_netcdf_files_are_scaled_turned_and_without_missing_values(tmp_path: Path) -> None:
-    """A square grid with y first, packed by a scale and an offset; then a missing value."""
-    x, y = np.arange(3.0), np.arange(3.0)
-    z = 10.0 * x[:, None] + y
-    with netcdf_file(tmp_path / "grid.nc", "w") as file:
-        for name, data in (("x", x), ("y", y)):
-            file.createDimension(name, 3)
-            file.createVariable(name, "d", (name,))[:] = data
-        packed = file.createVariable("z", "i", ("y", "x"))
-        packed[:] = (z.T - 1.0) * 2.0
-        packed.scale_factor, packed.add_offset = 0.5, 1.0
-        file.variables["x"].units = "rpm"
-        file.variables["y"].units = "degrees east"
-        file.variables["z"].units = "N m"
-    table = {"file": "grid.nc", "x": "x", "y": "y", "value": "z"}
-    notes = [note for note in eomgen.load(_file(tmp_path, table)).notes if note.startswith("maps.")]
-    text = (
-        "maps.torque.table.x: the numbers of the column 'x [rpm]' are taken in SI without a conversion; try: x_unit = "
-    )
-    assert notes == [f'{text}"rpm"']
-    assert not [
-        note for note in eomgen.load(_file(tmp_path, {**table, "x_unit": "rpm"})).notes if "taken in SI" in note
-    ]
-    assert np.array_equal(eomgen.load(_file(tmp_path, table)).parts["maps"][0].z, z)
+NETCDF = {"file": "grid.nc", "x": "x", "y": "y", "value": "z"}
+
+
+def netcdf(path: Path, writer: Any, z: np.ndarray, kind: str = "d", **attributes: Any) -> None:
+    """Write a grid with y first, at x and y of 0, 1, ...; units of both."""
+    with writer(path, "w") as file:
+        for name, count in zip("xy", z.shape, strict=True):
+            file.createDimension(name, count)
+            file.createVariable(name, "d", (name,))[:] = np.arange(float(count))
+        file.createVariable("flat", "d", ("x",))[:] = 1.0
+        packed = file.createVariable("z", kind, ("y", "x"))
+        for name, value in attributes.items():
+            setattr(packed, name, value)
+        packed[:] = z.T if writer is netCDF4.Dataset else (z.T - 1.0) * 2.0
+        file.variables["x"].units, file.variables["y"].units = "rpm", "degrees east"
+
+
+@pytest.mark.parametrize("writer", [netcdf_file, netCDF4.Dataset])
+def test_netcdf_files_are_scaled_and_turned(writer: Any, tmp_path: Path) -> None:
+    """Packed by a scale and an offset; the attribute of a unit is noted."""
+    z = 10.0 * np.arange(3.0)[:, None] + np.arange(3.0)
+    netcdf(tmp_path / "grid.nc", writer, z, "i", scale_factor=0.5, add_offset=1.0)
+    read = eomgen.load(_file(tmp_path, NETCDF))
+    text = "maps.torque.table.x: the numbers of the column 'x [rpm]' are taken in SI without a conversion; try: x_unit"
+    assert [note for note in read.notes if note.startswith("maps.")] == [f'{text} = "rpm"']
+    assert np.array_equal(read.parts["maps"][0].z, z)
+    assert "taken in SI" not in str(eomgen.load(_file(tmp_path, {**NETCDF, "x_unit": "rpm"})).notes)
+
+
+def test_netcdf_files_with_missing_values_or_cut_short(tmp_path: Path) -> None:
+    netcdf(tmp_path / "grid.nc", netcdf_file, np.ones((3, 3)))
     with netcdf_file(tmp_path / "grid.nc", "a") as file:
         file.variables["x"][1] = np.nan
-    assert "a node of the arguments is not a number" in refusal(_file(tmp_path, table))
+    assert "a node of the arguments is not a number" in refusal(_file(tmp_path, NETCDF))
     (tmp_path / "grid.nc").write_bytes((tmp_path / "grid.nc").read_bytes()[:60])
-    assert "the file cannot be read as NetCDF" in refusal(_file(tmp_path, table))
+    assert "the file cannot be read as NetCDF" in refusal(_file(tmp_path, NETCDF))
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"value": "w"}, "there is no variable 'w'; try: one of "),
-        (
-            {"value": "flat"},
-            "the variables have the shapes (3,), (2,) and (3,), not (n,), (m,) and (n, m); try: the arg",
-        ),
-        ({"x": "z"}, "the variables have the shapes (3, 2), (2,) and (3, 2), not"),
+        ({"value": "flat"}, "the variables have the shapes (3,), (2,) and (3,), not (n,), (m,) and (n, m); try: the"),
+        ({"x": "z"}, "the variables have the shapes (2, 3), (2,) and (2, 3), not"),
         ({}, "the value at x = 1, y = 1 is not a number, or the file's mark of a missing value; try: a grid without"),
     ],
 )
 def test_variables_of_netcdf_that_are_no_grid(change: dict[str, str], message: str, tmp_path: Path) -> None:
-    with netcdf_file(tmp_path / "grid.nc", "w") as file:
-        file.createDimension("x", 3)
-        file.createDimension("y", 2)
-        for name, axes, data in (
-            ("x", ("x",), np.arange(3.0)),
-            ("y", ("y",), np.arange(2.0)),
-            ("z", ("x", "y"), np.ones((3, 2))),
-            ("flat", ("x",), np.ones(3)),
-        ):
-            file.createVariable(name, "d", axes)[:] = data
-        file.variables["z"][1, 1] = np.nan
-    assert message in refusal(_file(tmp_path, {"file": "grid.nc", "x": "x", "y": "y", "value": "z", **change}))
+    z = np.ones((3, 2))
+    z[1, 1] = np.nan
+    netcdf(tmp_path / "grid.nc", netcdf_file, z)
+    assert message in refusal(_file(tmp_path, {**NETCDF, **change}))
 
 
 @pytest.mark.parametrize(
@@ -317,29 +300,13 @@ def test_grids_have_so_many_nodes_at_most(shape: tuple[int, int], fits: bool) ->
     )
 
 
-def test_files_of_netcdf_4_and_their_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Packed with y first, as netCDF4 writes it; the attribute of a unit is noted."""
-    x, y = np.arange(3.0), np.arange(4.0)
-    z = 10.0 * x[:, None] + y
-    with netCDF4.Dataset(tmp_path / "grid.nc", "w") as file:
-        for name, data in (("x", x), ("y", y)):
-            file.createDimension(name, len(data))
-            file.createVariable(name, "f8", (name,))[:] = data
-        packed = file.createVariable("z", "i2", ("y", "x"), fill_value=-1)
-        packed.scale_factor, packed.add_offset = 0.5, 1.0
-        packed[:] = z.T
-        file["x"].units, file["y"].units = "rpm", "V"
-    table = {"file": "grid.nc", "x": "x", "y": "y", "value": "z"}
-    read = eomgen.load(_file(tmp_path, table))
-    assert np.array_equal(read.parts["maps"][0].z, z)
-    (note,) = (note for note in read.notes if "taken in SI" in note)
-    assert note.startswith("maps.torque.table.x: the numbers of the column 'x [rpm]' are taken in SI without a conver")
+def test_files_of_netcdf_4_need_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    netcdf(tmp_path / "grid.nc", netCDF4.Dataset, np.ones((2, 2)))
     monkeypatch.setitem(sys.modules, "netCDF4", None)
-    (tmp_path / "scene.toml").touch()
     fault = (
-        "files of NetCDF 4 are read by the package netCDF4, which is not installed; try: pip install 'eomgen[netcdf]',"
+        "files of NetCDF 4 are read by the package netCDF4, which is not installed; try: pip install 'eomgen[netcdf]"
     )
-    assert fault in refusal(_file(tmp_path, {**table, "x_unit": "rpm"}))
+    assert fault in refusal(_file(tmp_path, NETCDF))
 
 
 def test_units_of_lists_beside_a_table_are_refused(tmp_path: Path) -> None:
@@ -416,17 +383,6 @@ def test_an_argument_that_is_a_plain_number_is_no_angle(tmp_path: Path) -> None:
     path = _file(tmp_path, {"file": "grid.csv", "y_unit": "1"})
     path.write_text(path.read_text().replace("q.axle)", "gravity.axle)"))
     assert "argument y of map.torque is in 1 by its own entry, and is given here" in refusal(path)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"x": ["0 rpm", "9 rpm"]}, "(maps.torque.x[0]): a number is needed here, not '0 rpm'; try: x_unit = \"rpm\""),
-        ({"values": [["1 kN m", 2], [3, 4]]}, "not '1 kN m'; try: value_unit = \"kN m\", and numbers alone in values"),
-    ],
-)
-def test_numbers_with_units_in_lists_are_told_the_key(change: dict[str, Any], message: str) -> None:
-    assert message in refusal(scene({"x": [0, 1], "y": [0, 1], "values": [[1, 2], [3, 4]], **change}))
 
 
 SMALL = [(0.0, 0.0, 1.0), (0.0, 1.0, 2.0), (1.0, 0.0, 3.0), (1.0, 1.0, 4.0), (2.0, 0.0, 5.0), (2.0, 1.0, 6.0)]

@@ -46,8 +46,7 @@ def test_copies_are_the_entries_that_would_be_written() -> None:
 
 
 def test_a_condition_takes_some_of_all_combinations() -> None:
-    springs = """
-[repeat.between]
+    springs = """[repeat.between]
 indices = { i = 5, j = 5 }
 where = "i < j and j < i + 3"
 [repeat.between.points]
@@ -57,9 +56,7 @@ where = "i < j and j < i + 3"
     pairs = [(i, j) for i in range(5) for j in range(5) if i < j < i + 3]
     assert [point.name for point in scene.points] == [f"end_{i}_{j}" for i, j in pairs]
     assert scene.metadata["repeat"] == {"links": 4, "between": len(pairs)}
-    with pytest.raises(
-        eomgen.DescriptionError, match=r"scene.toml:\d+ \(repeat.between.where\): a formula is needed here"
-    ):
+    with pytest.raises(eomgen.DescriptionError, match=r"scene.toml:\d+ \(repeat.between.where\): a formula is needed"):
         load_toml(HEAD + CHAIN + springs.replace('"i < j and j < i + 3"', "3"))
     with pytest.raises(eomgen.DescriptionError, match=r"\(repeat.between.where\): .*'k'"):
         load_toml(HEAD + CHAIN + springs.replace("i < j and", "i < k and"))
@@ -68,12 +65,10 @@ where = "i < j and j < i + 3"
 @pytest.mark.slow
 def test_what_repeats_is_said_by_info(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Names that count over whole ranges are shown by the first and the last; few are listed."""
-    text = """
-[repeat.knots]
+    text = """[repeat.knots]
 indices = { i = 3, j = [1, 4] }
 bodies."knot_{i}_{j}" = { mass = 0.1, inertia = [1e-5, 1e-5, 1e-5], group = "R3xSO3" }
 joints."free_{i}_{j}" = { type = "free", parent = "base", child = "knot_{i}_{j}" }
-
 [repeat.ends]
 indices = { i = 2 }
 bodies."end_{i}" = { mass = 0.1, inertia = [1e-5, 1e-5, 1e-5], group = "R3xSO3" }

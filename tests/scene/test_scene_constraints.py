@@ -198,24 +198,17 @@ def test_a_builder_names_the_line_of_a_mistake() -> None:
 
 SLIDERS = """format = 1
 name = "sliders"
-[parameters]
-c = 0.7
-[inputs]
-u = { formula = "1.0" }
-[states]
-s = { rate = "-s" }
-[curves]
-bent = { points = [[0, 0], [1, 2], [3, 2]], interpolation = "linear" }
-steps = { points = [[0, 0], [1, 2]], interpolation = "steps" }
-[bodies]
-carriage = { mass = 1 }
-bead = { mass = 1 }
-[joints]
-x = { type = "prismatic", parent = "base", child = "carriage", axis = [1, 0, 0] }
-z = { type = "prismatic", parent = "carriage", child = "bead", axis = [0, 0, 1] }
-[points]
-bead = { body = "bead" }
-peg = { body = "base" }
+parameters.c = 0.7
+inputs.u = { formula = "1.0" }
+states.s = { rate = "-s" }
+curves.bent = { points = [[0, 0], [1, 2], [3, 2]], interpolation = "linear" }
+curves.steps = { points = [[0, 0], [1, 2]], interpolation = "steps" }
+bodies.carriage = { mass = 1 }
+bodies.bead = { mass = 1 }
+joints.x = { type = "prismatic", parent = "base", child = "carriage", axis = [1, 0, 0] }
+joints.z = { type = "prismatic", parent = "carriage", child = "bead", axis = [0, 0, 1] }
+points.bead = { body = "bead" }
+points.peg = { body = "base" }
 [constraints.wire]
 type = "formula"
 """

@@ -129,10 +129,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"inertia_matrix": with_entry(0, 5, 0.3, both=False)},
         "the matrix is not symmetric: entry [0][5] differs from [5][0]; try: the mean of both",
     ),
-    "no mass": (
-        {"inertia_matrix": with_entry(3, 3, 0.0)},
-        "the mass per length, entry [3][3], is 0; try: a number above 0",
-    ),
+    "no mass": ({"inertia_matrix": with_entry(3, 3, 0.0)}, "the mass per length, entry [3][3], is 0; try: a number"),
     "two masses": (
         {"inertia_matrix": with_entry(4, 4, 3.0)},
         "no rigid section has this inertia: entry [4][4], a mass, is 3 where 2 belongs; try: [[J, S], [-S, m]]",
@@ -145,10 +142,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"inertia_matrix": with_entry(2, 2, 0.01)},
         "the rotary inertia about the centre of mass is not positive definite: its smallest eigenvalue is -0.0105",
     ),
-    "triangle": (
-        {"inertia_matrix": with_entry(0, 0, 0.2)},
-        "about the centre of mass, the principal moments 0.0194",
-    ),
+    "triangle": ({"inertia_matrix": with_entry(0, 0, 0.2)}, "about the centre of mass, the principal moments 0.0194"),
     "along the axis": (
         {"inertia_matrix": matrix(2.0, 0.0, 0.0, ABOUT).tolist(), "section": None, "center_of_mass": [0.1, 0.0]},
         "center_of_mass is given, and inertia_matrix too, which has it; try: one of them",

@@ -170,19 +170,28 @@ def scene(section: dict[str, Any], **parameters: Any) -> dict[str, Any]:
     }
 
 
+def test_a_shear_modulus_stands_for_poissons_ratio() -> None:
+    rows = []
+    for given in ({"poisson_ratio": 0.25}, {"shear_modulus": 8e10}):
+        data = scene({"shape": "rectangle", "width": 0.1, "height": 0.2})
+        del data["beams"]["rod"]["section"]["poisson_ratio"]
+        data["beams"]["rod"]["section"] |= given
+        (element,) = from_data(data).elements
+        rows.append([[value(entry) for entry in row] for row in element.beam.parts[0].section.stiffness])
+    np.testing.assert_allclose(rows[0], rows[1], rtol=1e-14)
+
+
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"shape": "circle"}, "(beams.rod.section): a circle needs its diameter; try: diameter = 0.02"),
     ({"shape": "circle", "width": 0.1, "diameter": 0.1}, "(beams.rod.section.width): a circle has no width; try: diameter"),
     ({"shape": "circle", "diameter": 0.1, "area": 0.1}, "(beams.rod.section.area): area is given, and follows"),
     ({"diameter": 0.1}, "(beams.rod.section.diameter): diameter belongs to a shape, and the section has no shape"),
-    (
-        {"shape": "tube", "diameter": 0.1, "thickness": 0.06},
-        "(beams.rod.section.thickness): the wall of 0.06 m is thicker than half of the diameter 0.1 m; try: a thinner wall, or a circle",
-    ),
-    (
-        {"shape": "circle", "diameter": 0.1, "shear_modulus": 8e10},
-        "(beams.rod.section.poisson_ratio): shear_modulus and poisson_ratio are both given; try: one of them: shear modulus = E/(2 (1 + ratio))",
-    ),
+    ({"shape": "tube", "diameter": 0.1, "thickness": 0.06},
+        "(beams.rod.section.thickness): the wall of 0.06 m is thicker than half of the diameter 0.1 m; try: a "
+        "thinner wall, or a circle"),
+    ({"shape": "circle", "diameter": 0.1, "shear_modulus": 8e10},
+        "(beams.rod.section.poisson_ratio): shear_modulus and poisson_ratio are both given; try: one of them: "
+        "shear modulus = E/(2 (1 + ratio))"),
     ({"shape": "circle", "diameter": 0.1, "poisson_ratio": 0.6}, "(beams.rod.section.poisson_ratio): Poisson's ratio"),
     ({"shape": "circle", "diameter": "0.1 - 0.2 * s"}, "(beams.rod.section.diameter): at s = 0.75, the diameter"),
 ]  # fmt: skip  # a table

@@ -111,9 +111,7 @@ def test_what_a_source_of_others_refuses_is_said_like_everything_else(installed:
     file.write_text("three\n", encoding="utf-8")
     with pytest.raises(eomgen.DescriptionError, match=r"rope\.chain:1: a number of links is needed; try: 3"):
         eomgen.load(file)
-    with pytest.raises(
-        eomgen.UsageError, match="root, lock, limits, friction, actuated, transmissions and tunable are for URDF only"
-    ):
+    with pytest.raises(eomgen.UsageError, match="root, lock, limits, friction, actuated, transmissions and tunable"):
         eomgen.load(file, root="free")
     with pytest.raises(eomgen.UsageError, match="load: there is no argument 'lng'; try: long"):
         eomgen.load(file, lng=True)

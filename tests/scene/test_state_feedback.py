@@ -18,19 +18,15 @@ QUARTER = """\
 format = 1
 name = "quarter"
 gravity = [0, 0, 0]
-[parameters]
-soft = { value = 300, tunable = true }
-[inputs]
-road = { unit = "m" }
-[bodies]
-wheel = { mass = 36 }
-body = { mass = 240 }
-[joints]
-wheel = { type = "prismatic", parent = "base", child = "wheel", axis = [0, 0, 1], stiffness = 160000 }
-body = { type = "prismatic", parent = "base", child = "body", axis = [0, 0, 1], position = [0, 0, 0.4] }
-[points]
-hub = { body = "wheel" }
-mount = { body = "body" }
+parameters.soft = { value = 300, tunable = true }
+inputs.road = { unit = "m" }
+bodies.wheel = { mass = 36 }
+bodies.body = { mass = 240 }
+joints.wheel = { type = "prismatic", parent = "base", child = "wheel", axis = [0, 0, 1], stiffness = 160000 }
+joints.body = { type = "prismatic", parent = "base", child = "body", axis = [0, 0, 1], position = [0, 0, 0.4] }
+points.hub = { body = "wheel" }
+points.mount = { body = "body" }
+outputs.acceleration = { formula = "a.body" }
 [springs.suspension]
 first = "hub"
 second = "mount"
@@ -38,8 +34,6 @@ stiffness = 16000
 damping = 980
 length = 0.4
 force = "TENSION"
-[outputs]
-acceleration = { formula = "a.body" }
 """
 GIVEN = """\
 [controllers.ride]
@@ -155,10 +149,7 @@ ONE = 'type = "state_feedback"\ncoordinates = ["body"]\n' + GAINS
         (FEEDBACK + GAINS + 'coordinates = ["body", "body"]', "the joint body is named twice; try: each joint once"),
         (HELD + "position_gains = { bodi = 1 }", "there is no coordinate of ride 'bodi'; try: body"),
         (HELD + "position_gains = { body = [1, 2] }", "2 gains given for 1 output; try: one gain for each output"),
-        (
-            LQR + "effort_weights = 1 }\n" + GAINS,
-            "gains are given, and a calibration that would find them, too; try: one",
-        ),
+        (LQR + "effort_weights = 1 }\n" + GAINS, "gains are given, and a calibration that would find them, too; try:"),
         (LQR + "velocity_weights = { body = -2 } }", "the weight -2 is negative; try: 0 or more"),
         (LQR.replace("lqr", "imsc") + "effort_weights = 0 }", "effort_weights of 0 is not allowed"),
         (POLES.rstrip(", ") + " }", "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios"),
@@ -169,17 +160,13 @@ ONE = 'type = "state_feedback"\ncoordinates = ["body"]\n' + GAINS
         (SKY + "damping = -1", "damping is negative (-1); try: 0 or more"),
         (SKY + "damping = 1\nwidth = 1", "width has no meaning for a skyhook that is not clipped; try: clipped = true"),
         (SKY + "damping = 1\nclipped = true", "a clipped skyhook needs maximum_damping: no damper is infinitely hard"),
-        (
-            SKY + 'damping = 1\nclipped = true\nminimum_damping = "soft"\nmaximum_damping = 200',
-            "the range is empty: minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping",
-        ),
+        (SKY + 'damping = 1\nclipped = true\nminimum_damping = "soft"\nmaximum_damping = 200',
+            "the range is empty: minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping"),
         (SKY + "damping = 1\nclipped = true\nmaximum_damping = 200\nwidth = 0", "the width 0 m/s is not positive"),
-        (
-            f'[controllers.a]\noutputs = ["b_c"]\n{ONE}[controllers.a_b]\noutputs = ["c"]\n{ONE}',
-            "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name",
-        ),
+        (f'[controllers.a]\noutputs = ["b_c"]\n{ONE}[controllers.a_b]\noutputs = ["c"]\n{ONE}',
+            "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name"),
     ],
-)
+)  # fmt: skip  # a table
 def test_what_cannot_be(text: str, message: str) -> None:
     found = problems(text)
     assert any(problem.startswith(message) for problem in found), found

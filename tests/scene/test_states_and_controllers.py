@@ -16,14 +16,11 @@ format = 1
 name = "arm"
 bodies.link = { mass = 1.0, center_of_mass = [0, 0, -0.5], inertia = [0.1, 0.1, 0.1] }
 joints.pin = { type = "revolute", parent = "base", child = "link", axis = [0, 1, 0] }
-[parameters]
-gain = { value = 3.0, tunable = true }
-lag = 0.02
-[inputs]
-wanted = { formula = "sin(t)" }
-[points]
-tip = { body = "link", position = [0, 0, -1] }
-wall = { body = "base", position = [1, 0, 0] }
+parameters.gain = { value = 3.0, tunable = true }
+parameters.lag = 0.02
+inputs.wanted = { formula = "sin(t)" }
+points.tip = { body = "link", position = [0, 0, -1] }
+points.wall = { body = "base", position = [1, 0, 0] }
 """
 
 

@@ -15,6 +15,8 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.lie.product import update
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
+from tests.models.library import scene
+from tests.oracles.evaluation import tape_evaluator
 
 ARM = """\
 format = 1
@@ -88,16 +90,12 @@ def test_keys_and_defaults() -> None:
         (ELBOW.replace("guide", "end") + ", radius = 1 }", "", "", "no point of the path follows a point end"),
         (ELBOW + ", radius = 0 }", "", "", "the radius of an obstacle is 0"),
         (ELBOW + ", radius = 1 }, " + ELBOW + ", radius = 1 }", "", "", "two obstacles follow the point guide"),
-        (
-            ELBOW + ", radius = 1 }",
-            '"guide", "end"]',
-            '"guide", "end", "guide", "away"]',
-            "passes the point guide twice",
-        ),
+        (ELBOW + ", radius = 1 }", '"guide", "end"]', '"guide", "end", "guide", "away"]',
+            "passes the point guide twice"),
         (ELBOW + ', radius = 1, side = "away", inside = true }', "", "", "a path through a ring has no side"),
         (ELBOW.replace(", axis = [0.1, 1, 0]", "") + ", radius = 1 }", "", "", "a cylinder needs the axes of this"),
     ],
-)
+)  # fmt: skip  # a table
 def test_mistakes_have_a_place_and_a_remedy(wraps: str, old: str, new: str, message: str) -> None:
     assert message in problem(wraps, old, new)
 
@@ -195,6 +193,19 @@ def test_the_path_leaves_the_obstacle_smoothly() -> None:
         assert (length - direct > 1e-16) == (offset < 0.0) or abs(length - direct) < 1e-13
         forces.append(model.inverse_dynamics(q, np.zeros(6), np.zeros(6)))
     np.testing.assert_allclose(forces[0], forces[1], atol=1e-5)
+
+
+def test_a_path_from_the_base_to_the_world_by_hand() -> None:
+    points = {"a": {"body": "base", "position": [1, 0, 0]}, "b": {"body": "rod", "position": [0, 0, -1]}}
+    points["c"] = {"body": "world", "position": [0, 0, 2]}
+    path = {"points": ["a", "b", "c"], "stiffness": 10.0, "length": 1.0, "damping": 2.0}
+    outputs = {"T": {"formula": "path_tension.rope"}}
+    system = eomgen.derive(scene("pendulum", points=points, tendons={"rope": path}, outputs=outputs), ["outputs"])
+    found = tape_evaluator(system)("outputs", {"q": np.zeros(1), "v": np.full(1, 3.0), "a": np.zeros(1)})["y"]
+    assert found == pytest.approx(10.0 * (np.sqrt(2.0) + 3.0 - 1.0) + 2.0 * 3.0 / np.sqrt(2.0), rel=1e-14)
+    points["b"]["position"], points["a"] = [0, 0, 0], {"body": "base"}
+    with pytest.raises(eomgen.ModelError, match="the points a and b coincide for all coordinates, so the path has no"):
+        eomgen.derive(scene("pendulum", points=points, tendons={"rope": path}), ["force"])
 
 
 RING = BELT.replace(', side = "above"', ", inside = true")

@@ -14,14 +14,11 @@ format = 1
 name = "wheel"
 bodies.wheel = { mass = 1, inertia = [0.1, 0.1, 0.1] }
 joints.wheel = { type = "free", parent = "base", child = "wheel" }
-[parameters]
-soft = { value = 1e4, tunable = true }
-[inputs]
-lift = {}
-[points]
-hub = { body = "wheel" }
-rim = { body = "wheel", position = [0.3, 0, 0] }
-stone = { body = "base" }
+parameters.soft = { value = 1e4, tunable = true }
+inputs.lift = {}
+points.hub = { body = "wheel" }
+points.rim = { body = "wheel", position = [0.3, 0, 0] }
+points.stone = { body = "base" }
 """
 TYRE = """[tyres.front]
 center = "hub"
@@ -70,9 +67,7 @@ def test_messages(keys: str, message: str) -> None:
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
-    [
-        ('"hub"', '"stone"', ".center): the point stone is on the base, on which a wheel's force has no effect"),
-    ],
+    [('"hub"', '"stone"', ".center): the point stone is on the base, on which a wheel's force has no effect")],
 )
 def test_messages_on_what_is_needed(old: str, new: str, message: str) -> None:
     assert problem("", TYRE.replace(old, new)).startswith(f"tyres.front{message}")

@@ -104,9 +104,7 @@ def test_a_free_root_without_mass_is_named() -> None:
     )
     assert scene.notes[-1] == note
     assert not unresisted(load_urdf(ROBOT, root="free", lock=["shoulder"]))
-    with pytest.raises(
-        ModelError, match=r"floating: no inertia resists the free joint root_joint together with shoulder: they"
-    ):
+    with pytest.raises(ModelError, match="floating: no inertia resists the free joint root_joint together with"):
         eomgen.build(scene, ["mass", "forward_dynamics"], profile="quick")  # divides by a constant that is zero
     scene = load_urdf(ROBOT.replace("<axis", '<origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><axis'), root="free")
     with pytest.warns(

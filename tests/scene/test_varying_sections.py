@@ -81,7 +81,7 @@ def test_loads_at_the_tip_deflect_by_the_integral_of_the_compliance(elements: in
     """A small force P and moment T: w = int ((1 - s) P + T) (1 - s) / EI, turn = int ((1 - s) P + T) / EI."""
     force, moment = 1e-6, 3e-6
     given = scene(elements, "cosserat") | {
-        "forces": {"tip": {"body": "b", "point": [1, 0, 0], "force": [0, force, 0], "torque": [0, 0, moment]}},
+        "forces": {"tip": {"body": "b", "point": [1, 0, 0], "force": [0, force, 0], "torque": [0, 0, moment]}}
     }
     rest = eomgen.build(given, profile="quick").equilibrium(parameters={"E": parameter})
     compliant = integral(lambda s: ((1 - s) * force + moment) * (1 - s) / (parameter * bending(s)))

@@ -69,14 +69,15 @@ def to_parent(rotation: FactoredRotation, turn: Sequence[Vector], y: Sequence[Ve
 
 def _sum_of_cross_products(turn: Sequence[Vector], entry: Entry, rows: range, last: int) -> Vector:
     """Return the sum over rows k and orders i of binomial(last - k, i) w^(i) x Y[k][last - k - i]. ``turn`` holds w and
-    derivatives, ``entry(k, m)`` returns Y[k][m]. Raises ValueError for an empty sum."""
-    total: Vector | None = None
-    for i in range(last - rows.start + 1):
+    derivatives, ``entry(k, m)`` returns Y[k][m]."""
+
+    def product(i: int) -> Vector:
         sources = [(math.comb(last - k, i), entry(k, last - k - i)) for k in rows if last - k >= i]
-        product = cross(turn[i], _weighted_sum(sources))
-        total = product if total is None else plus(total, product)
-    if total is None:
-        raise ValueError("a derivative of order zero is given, not summed")
+        return cross(turn[i], _weighted_sum(sources))
+
+    total = product(0)
+    for i in range(1, last - rows.start + 1):
+        total = plus(total, product(i))
     return total
 
 

@@ -2,7 +2,7 @@
 
 A new entry needs no test of its own: put a ``Failure`` into its chapter, run ``python -m tests.messages``, and read
 whether its answer in ``eomgen/base/message_examples.txt`` has place, fault, reason and remedy. An entry without a new
-code, or too long for an example, has its message in the entry. ``make errors`` writes all entries as one page.
+code, or too long for an example, has its message in the entry.
 """
 
 from __future__ import annotations

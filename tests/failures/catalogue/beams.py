@@ -52,7 +52,7 @@ FAILURES = [
                     "mass_per_length = 1.2\n"
                     "section = { elastic_modulus = 7e10, density = 2700, area = 4e-4, second_moments = [2e-8, 2e-8] }"
                 ),
-            ),
+            )
         ),
     ),
     Failure(
@@ -91,7 +91,7 @@ FAILURES = [
         "A mass beyond a beam's mesh",
         3,
         more=_changed(
-            ("modes = 2,", 'shapes = "finite_elements", elements = 8, modes = 2, masses = [{ at = 11, mass = 2 }],'),
+            ("modes = 2,", 'shapes = "finite_elements", elements = 8, modes = 2, masses = [{ at = 11, mass = 2 }],')
         ),
     ),
     Failure("A negative damping ratio", 3, more=_changed(("modes = 2,", "modes = 2, damping_ratio = -0.01,"))),
@@ -110,7 +110,7 @@ FAILURES = [
             (
                 'child = "blade"',
                 'child = "blade"\n\n[forces.wind]\nbody = "blade"\npoint = ["2 * load", 0, 0]\nforce = [0, 1, 0]',
-            ),
+            )
         ),
     ),
     Failure(

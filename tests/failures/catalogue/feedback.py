@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from tests.failures.failure import Failure
 
 #: Parts of scenes that several entries have.
@@ -36,6 +38,8 @@ type = "skyhook"
 spring = "strut"
 damping = 100
 clipped = true"""
+
+generated = partial(Failure, command="generate scene.toml --out c")
 
 FAILURES = [
     Failure("State feedback without gains", 3, more=_HOLD + 'coordinates = ["shoulder"]'),
@@ -81,85 +85,76 @@ FAILURES = [
         3,
         more=_CALIBRATION + 'method = "lqr"\nposition_weights = { shoulder = 10 }\neffort_weights = [0.1, 0.2]',
     ),
-    Failure(
+    generated(
         "A mode that nothing stabilises",
         4,
         "note: the controller hold changes nothing: no formula mentions what it gives [W0103]\n"
         "model error: scene.toml:38 (controllers.hold.calibration): the mode of v.shoulder and shoulder that "
         "grows at 5.625 1/s without oscillating cannot be stabilised: no actuator moves it; try: an actuator that "
         "works on it, or a spring, a damper or a filter that makes it decay [E0378]",
-        command="generate scene.toml --out c",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\ninitial = { position = 3.1416 }",
         more=_LQR,
     ),
-    Failure(
+    generated(
         "Efforts that cost nothing",
         3,
         "description error: scene.toml:37 (controllers.hold.calibration): some effort has zero weight, so the optimal "
         "gain is unbounded; try: a positive weight for every effort, or for accelerations that they give [E0409]",
-        command="generate scene.toml --out c",
         more=_CALIBRATION + 'method = "lqr"\nposition_weights = { shoulder = 10 }\neffort_weights = 0' + _EFFORT,
     ),
-    Failure(
+    generated(
         "Poles without their conjugates",
         3,
-        command="generate scene.toml --out c",
         more=_PLACED + "poles = [[-1, 2], [-1, 2]]" + _EFFORT,
     ),
-    Failure(
+    generated(
         "More poles than the model has",
         3,
-        command="generate scene.toml --out c",
         more=_PLACED + "poles = [[-1, 2], [-1, -2], [-5, 0]]" + _EFFORT,
     ),
-    Failure(
+    generated(
         "More modes to place than actuators",
         4,
         "model error: scene.toml:44 (controllers.hold.calibration): the modes 2, 3 cannot be placed each by itself:"
         " hold acts on them in 1 independent way only; try: 1 of the modes, an output more, all poles in place of"
         " modes, or lqr [E0517]",
-        command="generate scene.toml --out c",
         more=_MAST
         + _HOLD
         + 'signals = { b0 = "q.mast[0]", b1 = "q.mast[1]", b0_rate = "v.mast[0]", b1_rate = "v.mast[1]" }\n'
         + '[controllers.hold.calibration]\nmethod = "pole_placement"\nmodes = [2, 3]\ndamping_ratios = 0.3\n'
         + '[forces.push]\nbody = "mast"\npoint = [1.5, 0, 0]\nforce = [0, "hold", 0]',
     ),
-    Failure(
+    generated(
         "A mode beyond the model",
         3,
-        command="generate scene.toml --out c",
         more=_CALIBRATION + 'method = "imsc"\nmodes = [2]\neffort_weights = 0.1' + _EFFORT,
     ),
-    Failure(
+    generated(
         "Signals that do not determine the state",
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): the feedback needs v.shoulder, which the "
         "coordinates and signals of hold do not determine; try: v.shoulder among its signals, or its joint among its "
         "coordinates [E0521]",
-        command="generate scene.toml --out c",
         more=_HOLD + 'signals = { angle = "q.shoulder" }\n\n[controllers.hold.calibration]\n' + _WEIGHTS + _EFFORT,
     ),
-    Failure(
+    generated(
         "A calibration at a state that is not in balance",
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): the initial state is not in balance: it "
         'accelerates with 9.68 m/s^2 or rad/s^2; try: at = "equilibrium", or an initial state of rest or of steady '
         "motion [E0518]",
-        command="generate scene.toml --out c",
         more=_LQR
         + '\nat = "initial"'
         + _EFFORT
         + '\n\n[forces.push]\nbody = "upper"\npoint = [0, 0, "-length"]\nforce = [3, 0, 0]',
     ),
-    Failure(
+    generated(
         "Modal control of forces that lag",
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): forces depend on the internal states lag, and "
         "modes belong to models of second order; try: lqr, or all poles; a controller without memory between, or "
         "gains of your own [E0519]",
-        command="generate scene.toml --out c",
         more=_CALIBRATION
         + 'method = "imsc"\neffort_weights = 0.1\n\n[states.lag]\nrate = "10 * (hold - lag)"'
         + _EFFORT.replace('"hold"', '"lag"'),

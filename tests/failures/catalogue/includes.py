@@ -38,16 +38,8 @@ FAILURES = [
         "  2. scene.toml:33 (include.hand): the name hand_palm in bodies is given twice, at scene.toml:36 and at "
         'hand.toml:7; try: another prefix than "hand_" [E1597]',
         more=(
-            "[include.hand]\n"
-            'file = "hand.toml"\n'
-            "\n"
-            "[bodies.hand_palm]\n"
-            "mass = 1.0\n"
-            "\n"
-            "[joints.second]\n"
-            'type = "fixed"\n'
-            'parent = "upper"\n'
-            'child = "hand_palm"'
+            '[include.hand]\nfile = "hand.toml"\n\n[bodies.hand_palm]\nmass = 1.0\n\n'
+            '[joints.second]\ntype = "fixed"\nparent = "upper"\nchild = "hand_palm"'
         ),
         files={"hand.toml": _HAND},
     ),

@@ -61,10 +61,6 @@ FAILURES = [
     Failure("A diagram over a speed that there is not", 2, command="linearize scene.toml --campbell spin=0:100:5"),
     Failure("Orders of no diagram", 2, command="linearize scene.toml --orders 1,2"),
     Failure("An order backwards", 2, command="linearize scene.toml --campbell load=1:2:3 --orders 1,-2"),
-    Failure(
-        "A Campbell diagram from the largest speed down",
-        2,
-        command="linearize scene.toml --campbell load=3:1:3",
-    ),
+    Failure("A Campbell diagram from the largest speed down", 2, command="linearize scene.toml --campbell load=3:1:3"),
     Failure("A whirl of one deflection", 2, command="linearize scene.toml --campbell load=1:2:3 --whirl tip[0]"),
 ]

@@ -42,29 +42,16 @@ FAILURES = [
         "A quaternion that is not of unit length",
         3,
         more=(
-            "[bodies.ball]\n"
-            "mass = 1.0\n"
-            "inertia = [1, 1, 1]\n"
-            "\n"
-            "[joints.ball]\n"
-            'type = "spherical"\n'
-            'parent = "upper"\n'
-            'child = "ball"\n'
-            "initial = { position = [1, 1, 0, 0] }"
+            '[bodies.ball]\nmass = 1.0\ninertia = [1, 1, 1]\n\n[joints.ball]\ntype = "spherical"\n'
+            'parent = "upper"\nchild = "ball"\ninitial = { position = [1, 1, 0, 0] }'
         ),
     ),
     Failure(
         "A spring between points that never part",
         4,
         more=(
-            "[points.twin]\n"
-            'body = "upper"\n'
-            'position = [0, 0, "-length"]\n'
-            "\n"
-            "[springs.coil]\n"
-            'first = "tip"\n'
-            'second = "twin"\n'
-            "stiffness = 10"
+            '[points.twin]\nbody = "upper"\nposition = [0, 0, "-length"]\n\n'
+            '[springs.coil]\nfirst = "tip"\nsecond = "twin"\nstiffness = 10'
         ),
     ),
     Failure(
@@ -88,15 +75,8 @@ FAILURES = [
         "50 corrections still off: rod: distance by 2; rod has length = 0.5 m; try: an initial state nearer to"
         " assembly, or lengths and axes that fit; numbers without a unit are in m and in rad [E2082]",
         more=(
-            "[points.wall]\n"
-            'body = "world"\n'
-            "position = [0, 0, 2]\n"
-            "\n"
-            "[constraints.rod]\n"
-            'type = "distance"\n'
-            'first = "tip"\n'
-            'second = "wall"\n'
-            "length = 0.5"
+            '[points.wall]\nbody = "world"\nposition = [0, 0, 2]\n\n[constraints.rod]\n'
+            'type = "distance"\nfirst = "tip"\nsecond = "wall"\nlength = 0.5'
         ),
     ),
     Failure("A scene without a moving joint", 3, old='type = "revolute"', new='type = "fixed"'),

@@ -20,13 +20,8 @@ FAILURES = [
         "A limit below the other",
         3,
         more=(
-            "[controllers.servo]\n"
-            'type = "pi"\n'
-            'signal = "q.shoulder"\n'
-            "proportional = 2\n"
-            "integral = 1\n"
-            "minimum = 1\n"
-            "maximum = -1"
+            '[controllers.servo]\ntype = "pi"\nsignal = "q.shoulder"\n'
+            "proportional = 2\nintegral = 1\nminimum = 1\nmaximum = -1"
         ),
     ),
     Failure(
@@ -38,15 +33,8 @@ FAILURES = [
         "Controllers that need each other at once",
         3,
         more=(
-            "[controllers.first]\n"
-            'type = "pi"\n'
-            'signal = "second"\n'
-            "proportional = 1\n"
-            "\n"
-            "[controllers.second]\n"
-            'type = "pi"\n'
-            'signal = "first"\n'
-            "proportional = 1"
+            '[controllers.first]\ntype = "pi"\nsignal = "second"\nproportional = 1\n\n'
+            '[controllers.second]\ntype = "pi"\nsignal = "first"\nproportional = 1'
         ),
     ),
     Failure(
