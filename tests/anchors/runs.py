@@ -1,7 +1,7 @@
 """Runs of scenes next to runs of other programs: each row of ``runs.toml`` is a scene, its signals and a few figures.
 
-``python -m tests.anchors.runs --external DIR`` compares whole files, in a folder that has them, and ``--digits NAME``
-prints the figures of a row from its file.
+``python -m tests.anchors.runs`` prints the differences of all rows, ``--external DIR`` compares whole files in a folder
+that has them, and ``--digits`` prints the figures of rows from their files.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import eomgen
+from tests.anchors.thirds import THIRDS
 
 Array = NDArray[np.float64]
 ROWS = Path(__file__).with_suffix(".toml")
@@ -26,19 +28,19 @@ SCENES = Path(__file__).parents[2] / "examples" / "verification"
 
 @dataclass(frozen=True)
 class Program:
-    """A program whose results are compared.
+    """A program whose runs are compared.
 
     Attributes
     ----------
-    name : str
-    source : str
-        Publication of the results.
+    name, source, date : str
+        The program, the publication of its runs, and its date.
     accuracy : str
-        Tolerance of its integration and number of printed digits, as the publisher states them.
+        Tolerance of its integration and number of digits, as its publisher states them.
     """
 
     name: str
     source: str
+    date: str
     accuracy: str
 
 
@@ -49,24 +51,29 @@ class Signal:
     Attributes
     ----------
     columns : tuple of str
-        Headings in the file, one for each component.
+        Headings in the file of the program, one for each component.
     digits : tuple of float
-        Figures at the instants of the run, components next to one another.
+        Figures at the instants of the run, the components of an instant together.
     factor : float
-        Factor of eomgen's output: -1 for a force on the other body.
-    third : tuple of float
-        The same figures by a third solution; the other program is off by its difference to them.
+        Factor of the output of eomgen; -1 for the force on the other body.
     """
 
     columns: tuple[str, ...]
     digits: tuple[float, ...]
     factor: float = 1.0
-    third: tuple[float, ...] = ()
+
+
+class Difference(NamedTuple):
+    """Largest differences of a run over its signals, each relative to the largest figure of the signal."""
+
+    eomgen: float
+    program: float
+    between: float
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run of a scene and of another program.
+    """A run of a scene next to a run of another program.
 
     Attributes
     ----------
@@ -76,15 +83,14 @@ class Run:
         File in ``examples/verification``.
     program : Program
     file : str
-        Its results, in a folder that ``--external`` names.
+        The run of the program, in a folder that ``--external`` names.
     at : tuple of float
         Instants of the figures, s.
     tolerance : float
-        Largest difference to the third solution, or without one to the other program, relative to the largest
-        component of the signal.
-    signals : dict of Signal by output
+        Largest difference of eomgen to the third solution, or without one to the program.
+    signals : dict of Signal by the name of the output
     third : str
-        Origin of the third solution.
+        Name of a third solution in ``thirds.py``, which counts then in place of the program.
     note : str
         Cause of a disagreement.
     """
@@ -103,32 +109,34 @@ class Run:
 
     def outputs(self, times: Sequence[float] | Array) -> dict[str, Array]:
         """Simulate the scene, and return its signals (times, components) at instants."""
-        model = eomgen.build(SCENES / self.scene, profile="quick")
-        solution = model.simulate()
+        solution = eomgen.build(SCENES / self.scene, profile="quick").simulate()
         values = solution.outputs_at(np.asarray(times, float))
-        return {name: signal.factor * np.asarray(values[name]) for name, signal in self.signals.items()}
+        return {
+            name: signal.factor * np.reshape(values[name], (len(times), -1)) for name, signal in self.signals.items()
+        }
 
-    def differences(self) -> dict[str, tuple[float, float]]:
-        """Return, by signal, the largest difference of eomgen to the figures that count, and of the other program to
-        them, relative to the largest component."""
-        result = {}
-        for name, own in self.outputs(self.at).items():
-            signal = self.signals[name]
-            other = np.array(signal.digits)
-            counts = np.array(signal.third or signal.digits)
-            size = np.abs(counts).max()
-            result[name] = tuple(float(np.abs(numbers - counts).max() / size) for numbers in (own.ravel(), other))
-        return result
+    def difference(self) -> Difference:
+        """Return the differences at the instants of the figures."""
+        figures = {name: np.reshape(signal.digits, (len(self.at), -1)) for name, signal in self.signals.items()}
+        return self._difference(self.at, figures)
 
-    def whole_differences(self, folder: Path) -> dict[str, float]:
-        """Return, by signal, the largest difference to the file of the other program, relative to the largest number
-        of the signal."""
+    def whole_difference(self, folder: Path) -> Difference:
+        """Return the differences over the whole file of the program in a folder."""
         times, columns = table(folder / self.file)
-        result = {}
-        for name, own in self.outputs(times).items():
-            other = np.column_stack([columns[heading] for heading in self.signals[name].columns])
-            result[name] = float(np.abs(own.reshape(other.shape) - other).max() / np.abs(other).max())
-        return result
+        figures = {
+            name: np.column_stack([columns[heading] for heading in signal.columns])
+            for name, signal in self.signals.items()
+        }
+        return self._difference(times, figures)
+
+    def _difference(self, times: Sequence[float] | Array, figures: Mapping[str, Array]) -> Difference:
+        own = self.outputs(times)
+        counts = THIRDS[self.third](np.asarray(times, float)) if self.third else figures
+
+        def apart(first: Mapping[str, Array], second: Mapping[str, Array]) -> float:
+            return max(float(np.abs(first[name] - second[name]).max() / np.abs(counts[name]).max()) for name in own)
+
+        return Difference(apart(own, counts), apart(figures, counts), apart(own, figures))
 
 
 def table(file: Path) -> tuple[Array, dict[str, Array]]:
@@ -143,23 +151,24 @@ def runs() -> dict[str, Run]:
     """Return all rows by their names, in the order of the page."""
     data = tomllib.loads(ROWS.read_text(encoding="utf-8"))
     programs = {name: Program(**row) for name, row in data["programs"].items()}
-    result = {}
-    for name, row in data["runs"].items():
-        signals = {output: Signal(**_tuples(signal)) for output, signal in row.pop("signals").items()}
-        result[name] = Run(name, program=programs[row.pop("program")], signals=signals, **_tuples(row))
-    return result
+    return {name: _run(name, row, programs) for name, row in data["runs"].items()}
 
 
-def _tuples(row: Mapping[str, object]) -> dict[str, object]:
+def _run(name: str, row: dict[str, Any], programs: Mapping[str, Program]) -> Run:
+    signals = {output: Signal(**_with_tuples(signal)) for output, signal in row["signals"].items()}
+    return Run(**_with_tuples(row) | {"name": name, "program": programs[row["program"]], "signals": signals})
+
+
+def _with_tuples(row: Mapping[str, Any]) -> dict[str, Any]:
     return {key: tuple(value) if isinstance(value, list) else value for key, value in row.items()}
 
 
 def main() -> int:
-    """Compare the rows, or print the figures of one."""
+    """Print the differences of rows, or their figures from whole files."""
     parser = argparse.ArgumentParser(prog="python -m tests.anchors.runs", description=__doc__)
-    parser.add_argument("--external", type=Path, metavar="DIR", help="folder with whole files of the other programs")
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="rows; all")
-    parser.add_argument("--digits", action="store_true", help="print the figures of the rows from their files")
+    parser.add_argument("--external", type=Path, metavar="DIR", help="folder with whole files of the programs")
+    parser.add_argument("--only", nargs="+", choices=list(runs()), metavar="NAME", help="rows; all")
+    parser.add_argument("--digits", action="store_true", help="print the figures from the whole files")
     options = parser.parse_args()
     for run in (runs()[name] for name in options.only or runs()):
         if options.digits:
@@ -167,10 +176,9 @@ def main() -> int:
             rows = [int(np.argmin(np.abs(times - t))) for t in run.at]
             for name, signal in run.signals.items():
                 print(run.name, name, [float(columns[heading][row]) for row in rows for heading in signal.columns])
-        elif options.external:
-            print(run.name, {name: f"{value:.1e}" for name, value in run.whole_differences(options.external).items()})
-        else:
-            print(run.name, {name: f"{own:.1e}, {other:.1e}" for name, (own, other) in run.differences().items()})
+            continue
+        difference = run.whole_difference(options.external) if options.external else run.difference()
+        print(f"{run.name:<32}", *(f"{value:9.1e}" for value in difference))
     return 0
 
 
