@@ -140,10 +140,27 @@ class Run:
 
 
 def table(file: Path) -> tuple[Array, dict[str, Array]]:
-    """Return the instants and the columns, by heading, of a file of comma-separated values."""
-    headings = file.read_text(encoding="utf-8").partition("\n")[0].strip().replace('"', "").split(",")
+    """Return the instants and the columns, by heading, of comma-separated values, or of an assembly of FreeCAD's solver
+    (``Joint1.FXonI``)."""
+    text = file.read_text(encoding="utf-8")
+    if file.suffix == ".txt":
+        return _assembly(text)
+    headings = text.partition("\n")[0].strip().replace('"', "").split(",")
     rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
     return rows[:, 0], dict(zip(headings, rows.T, strict=True))
+
+
+def _assembly(text: str) -> tuple[Array, dict[str, Array]]:
+    """Return the series of an assembly; its first numbers are the input, and no result."""
+    lines = text.partition("TimeSeries\n")[2].splitlines()
+    times, columns, part = np.array(lines[1].split()[2:], float), {}, ""
+    for line in lines[2:]:
+        words = line.split()
+        if len(words) == 2 and words[1].startswith("/"):
+            part = words[1].rpartition("/")[2]
+        elif words:
+            columns[f"{part}.{words[0]}"] = np.array(words[2:], float)
+    return times, columns
 
 
 @cache
