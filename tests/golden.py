@@ -21,7 +21,6 @@ GENERATED = ROOT / "generated"
 SCENES = {
     "active_vehicle": "active_vehicle/scene.toml",
     "bouncing_ball": "bouncing_ball/scene.toml",
-    "free_spinning_body": "free_spinning_body/scene.toml",
     "heavy_top_r3xso3": "heavy_top/r3xso3.toml",
     "pendulum_on_shaking_base": "pendulum_on_shaking_base/scene.toml",
     "spherical_pendulum": "spherical_pendulum/scene.toml",
