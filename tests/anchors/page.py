@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tests.anchors import KINDS, Anchor, anchors, sources
+from tests.anchors.runs import Difference, Run, runs
 
 INTRODUCTION = """# Verification: anchor cases
 
@@ -54,6 +55,55 @@ def row(case: Anchor, numbers: Sequence[float], source: int) -> str:
     return f"| {' | '.join([words, '<br>'.join(case.digits), own, difference])} |"
 
 
+RUNS = """
+# Runs of other programs
+
+A row runs a scene of `examples/verification` next to a run which the makers or users of another program have published,
+and compares the motion, velocities, accelerations and reactions that its file holds at the instants of
+`tests/anchors/runs.toml`; differences are relative to the largest figure of a signal. If a third solution exists (SciPy
+to 1e-12, from equations written for the machine), both programs are compared with it; else eomgen with the program.
+`python -m tests.anchors.runs` prints all differences, `--external DIR` over whole files.
+"""
+#: Difference above which two programs are said to disagree: the accuracy that most publishers state.
+DISAGREEMENT = 1e-4
+
+
+def verdict(run: Run, difference: Difference) -> str:
+    """Return the judgement of a row: agreement, or the program that is off by the third solution."""
+    if run.cannot:
+        return f"not compared: {run.cannot}"
+    note = f": {run.note}" if run.note else ""
+    if run.third:
+        off = difference.program > DISAGREEMENT
+        return f"**{run.program.name} is off**{note}" if off else f"all three agree{note}"
+    return f"agree{note}"
+
+
+def row_of_run(run: Run, difference: Difference | None) -> str:
+    """Return the row of a run."""
+    case = f"`{run.name}`<br>{run.case}"
+    if difference is None:
+        return f"| {case} | {run.program.name} | | | | not in eomgen: {run.cannot} |"
+    to_third = f"{difference.program:.1e}" if run.third else ""
+    spread = f"{run.spread:.0e}" if run.spread else ""
+    words = [case, run.program.name, f"{difference.eomgen:.1e}", to_third, spread, verdict(run, difference)]
+    return f"| {' | '.join(words)} |"
+
+
+def runs_part(kept: Mapping[str, Sequence[float]]) -> list[str]:
+    """Return the lines of the page on runs of other programs."""
+    text, subject = [RUNS, "| program | date | accuracy, as published | source |\n|---|---|---|---|"], ""
+    programs = {run.program.name: run.program for run in runs().values()}
+    text += [f"| {it.name} | {it.date} | {it.accuracy} | {it.source} |" for it in programs.values()]
+    for run in runs().values():
+        if run.subject != subject:
+            subject = run.subject
+            heads = "case | program | eomgen off by | program off by | spread of publishers | verdict"
+            text.append(f"\n## {subject}\n\n| {heads} |\n|---|---|---:|---:|---:|---|")
+        text.append(row_of_run(run, Difference(*kept[run.name]) if run.name in kept else None))
+    return text
+
+
 def page(kept: Mapping[str, Sequence[float]]) -> str:
     """Return the page in Markdown."""
     numbers = {key: number for number, key in enumerate(sources(), 1)}
@@ -64,6 +114,7 @@ def page(kept: Mapping[str, Sequence[float]]) -> str:
             text.append(f"\n## {subject}\n\n| case | reference | eomgen | difference |")
             text.append("|---|---:|---:|---:|")
         text.append(row(case, kept[case.name], numbers[case.source]))
+    text += runs_part(kept)
     text.append("\n## Sources\n\nKinds of sources:\n")
     text += [f"- *{kind}*: {meaning}" for kind, meaning in KINDS.items()]
     text.append("\nThe numbers in the tables:\n")
