@@ -20,6 +20,11 @@ def page(name: str) -> str:
     return (ROOT / "docs" / name).read_text(encoding="utf-8")
 
 
+def test_the_site_has_the_same_lines() -> None:
+    words = [re.sub(r"\]\([^)]*\)", "]", line) for line in LINES.values()]
+    assert len(words) == 7 and [line for line in words if line not in re.sub(r"\]\([^)]*\)", "]", page("index.md"))] == []
+
+
 def test_the_same_bits_by_three_compilers_in_all_examples() -> None:
     rows = re.findall(r"^\| \w+/[\w/]+ \| (\w+) \| (\w+) \| (\w+) \|", page("compilers.md"), re.MULTILINE)
     equal = sum(set(row) == {"equal"} for row in rows)
