@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from tests.anchors.modelica_thirds import MODELICA
+
 Array = NDArray[np.float64]
 
 
@@ -41,7 +43,7 @@ def falling_rod(across: int, length: float = 2.0, inertia: float = 0.1) -> Calla
 
 def orbits(times: Array) -> Mapping[str, Array]:
     """Return two orbits about a point with mu = 1 m^3/s^2."""
-    result = {}
+    result: dict[str, Array] = {}
     for name, start in {"circle": [0, 0.6, 0, 1, 0, 0], "ellipse": [0.6, 0.6, 0, 0.6, 0, 0]}.items():
         states = _solved(
             lambda _, y: np.concatenate([y[3:], -y[:3] / np.linalg.norm(y[:3]) ** 3]), np.array(start, float), times
@@ -55,4 +57,5 @@ THIRDS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "rod along x": falling_rod(0),
     "rod along y": falling_rod(1),
     "orbits": orbits,
+    **MODELICA,
 }
