@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from tests.anchors.quaternions import matrix, product, turned
+
 Array = NDArray[np.float64]
 GRAVITY = 9.80665
 STEEL = 7700.0
@@ -136,48 +138,29 @@ def _at_time(solution: Any, time: float) -> Array:
     return np.append(angle, solution.sol(angle)[1:])
 
 
-def _matrix(quaternion: Array) -> Array:
-    """Return the rotation from body axes to the world of a quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross)
-
-
-def _turned(quaternion: Array, turning: Array) -> Array:
-    """Return the rate of a quaternion at an angular velocity in body axes."""
-    w, vector = quaternion[0], quaternion[1:]
-    return 0.5 * np.append(-vector @ turning, w * turning + np.cross(vector, turning))
-
-
 def free_body(times: Array) -> Mapping[str, Array]:
     """Return the motion of a body of 1 kg and 1 kg m^2 whose ends hang on two springs of 20 N/m without length."""
     ends, hooks = np.array([[-0.2, 0, 0], [0.2, 0, 0]]), np.array([[0.0, 0, 0], [0.8, 0, 0]])
 
     def rates(_: float, state: Array) -> Array:
         place, quaternion, speed, turning = state[:3], state[3:7], state[7:10], state[10:]
-        turn = _matrix(quaternion)
+        turn = matrix(quaternion)
         forces = 20.0 * (hooks - place - ends @ turn.T)
         moment = np.sum(np.cross(ends, forces @ turn), axis=0)
-        return np.concatenate([speed, _turned(quaternion, turning), forces.sum(0) - [0.0, GRAVITY, 0.0], moment])
+        return np.concatenate([speed, turned(quaternion, turning), forces.sum(0) - [0.0, GRAVITY, 0.0], moment])
 
     half = np.pi / 36
     first, second, third = ([np.cos(half), *(np.sin(half) * axis)] for axis in np.eye(3))
-    quaternion = _product(_product(first, second), third)
-    start = np.concatenate([[0.2, -0.5, 0.1] - _matrix(quaternion) @ ends[0], quaternion, np.zeros(6)])
+    quaternion = product(product(first, second), third)
+    start = np.concatenate([[0.2, -0.5, 0.1] - matrix(quaternion) @ ends[0], quaternion, np.zeros(6)])
     states = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", t_eval=times, rtol=1e-11, atol=1e-12).y.T
-    turns = [_matrix(state[3:7]) for state in states]
+    turns = [matrix(state[3:7]) for state in states]
     return {
         "place": states[:, :3] + [turn @ ends[0] for turn in turns],
         "speed": states[:, 7:10]
         + [turn @ np.cross(state[10:], ends[0]) for turn, state in zip(turns, states, strict=True)],
         "turning": states[:, 10:],
     }
-
-
-def _product(first: Any, second: Any) -> Array:
-    """Return the product of two quaternions."""
-    (v, *a), (w, *b) = first, second
-    return np.append(v * w - np.dot(a, b), v * np.array(b) + w * np.array(a) + np.cross(a, b))
 
 
 def ball_and_spring(times: Array) -> Mapping[str, Array]:
@@ -188,17 +171,17 @@ def ball_and_spring(times: Array) -> Mapping[str, Array]:
 
     def rates(_: float, state: Array) -> Array:
         quaternion, turning = state[:4], state[4:]
-        turn = _matrix(quaternion)
+        turn = matrix(quaternion)
         pull = 20.0 * (hook - pivot - turn @ end)
         moment = np.cross(end, turn.T @ pull) + np.cross(middle, turn.T @ [0.0, -GRAVITY, 0.0])
         acceleration = (moment - np.cross(turning, inertia * turning)) / inertia
-        return np.concatenate([_turned(quaternion, turning), acceleration])
+        return np.concatenate([turned(quaternion, turning), acceleration])
 
     first, second, third = (
         [np.cos(angle / 2), *(np.sin(angle / 2) * axis)]
         for angle, axis in zip(np.radians([10, 55, 68]), np.eye(3), strict=True)
     )
-    start = np.append(_product(_product(first, second), third), np.zeros(3))
+    start = np.append(product(product(first, second), third), np.zeros(3))
     states = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", t_eval=times, rtol=1e-11, atol=1e-12).y.T
     return {"turning": states[:, 4:]}
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from tests.anchors.freecad_thirds import FREECAD
 from tests.anchors.modelica_thirds import MODELICA
 
 Array = NDArray[np.float64]
@@ -58,4 +59,5 @@ THIRDS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "rod along y": falling_rod(1),
     "orbits": orbits,
     **MODELICA,
+    **FREECAD,
 }
