@@ -210,6 +210,43 @@ def backlash(times: Array) -> Mapping[str, Array]:
     }
 
 
+def four_bar(times: Array) -> Mapping[str, Array]:
+    """Return the crank's motion of a spatial four-bar linkage, from its energy as a function of the crank's angle."""
+    crank, slider, coupler = ((STEEL * np.pi / 4 * 0.05**2 * np.sqrt(length)) for length in (0.26, 0.04, 1.1))
+    pin, rod = np.array([0.0, 0.5, 0.1]), np.array([-1.0, 0.3, 0.1])
+    crank_inertia = crank * (0.26 / 3 + 0.05**2 / 16)
+    along = np.outer(rod, rod) / 1.1
+    thickness = 0.05**2 / 16
+    rod_inertia = coupler * ((thickness + 1.1 / 12) * (np.eye(3) - along) + 2 * thickness * along)
+
+    def energies(angle: float) -> tuple[float, float]:
+        sin, cos = np.sin(angle), np.cos(angle)
+        place = np.array([0.0, cos * pin[1] - sin * pin[2], sin * pin[1] + cos * pin[2]])
+        speed = np.array([0.0, -place[2], place[1]])
+        arm = np.array([-np.sqrt(1.1 - (place[1] - 0.2) ** 2 - place[2] ** 2), place[1] - 0.2, place[2]])
+        second = np.arctan(0.3) - np.arcsin(arm[1] / np.sqrt(1.09))
+        first = np.arctan2(0.1, -np.cos(second) - 0.3 * np.sin(second)) - np.arctan2(arm[2], arm[0])
+        (s_1, s_2), (c_1, c_2) = np.sin([first, second]), np.cos([first, second])
+        turn = np.array([[c_1 * c_2, -c_1 * s_2, s_1], [s_2, c_2, 0.0], [-s_1 * c_2, s_1 * s_2, c_1]])
+        axes = np.column_stack([np.eye(3)[1], turn[:, 2]])
+        rates = np.linalg.solve(np.column_stack([np.eye(3)[0], np.cross(axes.T, arm).T]), speed)
+        turning = turn.T @ axes @ rates[1:]
+        middle = np.array([rates[0], 0.0, 0.0]) + turn @ np.cross(turning, rod / 2)
+        inertia = crank_inertia + slider * rates[0] ** 2 + coupler * middle @ middle + turning @ rod_inertia @ turning
+        return inertia, GRAVITY * (crank * place[1] / 2 + coupler * (0.2 + arm[1] / 2))
+
+    inertia, height = energies(0.0)
+    energy = inertia * (np.pi / 0.6) ** 2 / 2 + height
+
+    def rate(_: float, state: Array) -> Array:
+        inertia, height = energies(state[0])
+        return np.array([np.sqrt(2 * (energy - height) / inertia)])
+
+    end = max(float(times[-1]), 1e-9)
+    angles = solve_ivp(rate, (0.0, end), [0.0], "DOP853", t_eval=times, rtol=1e-11, atol=1e-11).y[0]
+    return {"angle": angles[:, None], "rate": np.array([rate(0.0, angle) for angle in angles[:, None]])}
+
+
 MODELICA: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "inertias under a sine": inertias_under_a_sine,
     "backlash": backlash,
@@ -217,4 +254,5 @@ MODELICA: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "bevel gear": bevel_gear(),
     "engine of six cylinders": engine_of_six_cylinders,
     "free body": free_body,
+    "spatial four-bar": four_bar,
 }

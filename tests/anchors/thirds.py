@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,27 @@ def falling_rod(across: int, length: float = 2.0, inertia: float = 0.1) -> Calla
     return motion
 
 
+def held_rod(times: Array) -> Mapping[str, Array]:
+    """Return the motion of a rod of 1 kg on a hinge with a spring of 200 N m/rad and a damper of 10 N m s/rad."""
+    gravity, length = 9.80665, 2.0
+
+    def change(angle: Any, rate: Any) -> Any:
+        return (-gravity * length * np.cos(angle) - 200.0 * angle - 10.0 * rate) / (length**2 + 0.1)
+
+    angle, rate = _solved(lambda _, y: np.array([y[1], change(*y)]), np.zeros(2), times).T
+    rest = np.zeros_like(angle)
+    along = np.column_stack([np.cos(angle), rest, np.sin(angle)])
+    across = np.column_stack([-np.sin(angle), rest, np.cos(angle)])
+    pull = length * (change(angle, rate)[:, None] * across - rate[:, None] ** 2 * along)
+    reaction = -pull - [0.0, 0.0, gravity]
+    return {
+        "place": length * along,
+        "speed": length * rate[:, None] * across,
+        "acceleration": pull,
+        "reaction": reaction,
+    }
+
+
 def orbits(times: Array) -> Mapping[str, Array]:
     """Return two orbits about a point with mu = 1 m^3/s^2."""
     result: dict[str, Array] = {}
@@ -57,6 +79,7 @@ def orbits(times: Array) -> Mapping[str, Array]:
 THIRDS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "rod along x": falling_rod(0),
     "rod along y": falling_rod(1),
+    "held rod": held_rod,
     "orbits": orbits,
     **MODELICA,
     **FREECAD,
