@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from tests.anchors.freecad_thirds import FREECAD
+from tests.anchors.modelica_motions import MOTIONS
 from tests.anchors.modelica_thirds import MODELICA
 
 Array = NDArray[np.float64]
@@ -82,5 +83,6 @@ THIRDS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "held rod": held_rod,
     "orbits": orbits,
     **MODELICA,
+    **MOTIONS,
     **FREECAD,
 }
