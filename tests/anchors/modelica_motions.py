@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from tests.anchors.quaternions import matrix, product
+from tests.anchors.quaternions import matrix, product, turned
 
 Array = NDArray[np.float64]
 GRAVITY = 9.80665
+STEEL = 7700.0
 
 
 def _solved(rates: Callable[[float, Array], Array], start: list[float], times: Array) -> Array:
@@ -22,7 +23,7 @@ def _solved(rates: Callable[[float, Array], Array], start: list[float], times: A
 
 def double_pendulum(times: Array) -> Mapping[str, Array]:
     """Return two equal bars, by the angles of both from the horizontal."""
-    mass, length, inertia, drag = 7700.0 * 0.5 * 0.06**2, 0.5, 0.292908, 0.1
+    mass, length, inertia, drag = STEEL * 0.5 * 0.06**2, 0.5, 0.292908, 0.1
 
     def rates(_: float, state: Array) -> Array:
         upper, lower, upper_rate, lower_rate = state
@@ -102,7 +103,7 @@ def wheel_set(times: Array) -> Mapping[str, Array]:
 
 def bar_on_a_strut(times: Array) -> Mapping[str, Array]:
     """Return a bar on a hinge with a strut of two masses of 1 kg and a damper; derivatives by complex steps."""
-    mass, length, tiny = 7700.0 * 0.7 * 0.035**2, 0.7, 1e-30
+    mass, length, tiny = STEEL * 0.7 * 0.035**2, 0.7, 1e-30
 
     def lines(angle: complex) -> tuple[complex, complex, complex, complex]:
         along, up = length * np.cos(angle), 1.2 + length * np.sin(angle)
@@ -138,22 +139,104 @@ def gaps(times: Array) -> Mapping[str, Array]:
 
 def filtered_crank(times: Array) -> Mapping[str, Array]:
     """Return a crank that follows a sine of 0.7 rad and 1 Hz through a Bessel filter of 50 Hz."""
-    filtered = 100.0 * np.pi
-
-    def rates(time: float, state: Array) -> Array:
-        slack = 0.7 * np.sin(2 * np.pi * time) - state[0]
-        return np.array([state[1], (slack * filtered - 1.3617 * state[1]) * filtered / 0.618])
-
-    angle, rate = _solved(rates, [0.0, 0.0], times)
+    filtered, pulse = 100.0 * np.pi, 2 * np.pi
+    steady = 0.7 / (1 + 1.3617j * pulse / filtered - 0.618 * (pulse / filtered) ** 2)
+    root = filtered * (-1.3617 + 1j * np.sqrt(4 * 0.618 - 1.3617**2)) / (2 * 0.618)
+    start = complex(-steady.imag, (pulse * steady.real - steady.imag * root.real) / root.imag)
+    waves, fading = steady * np.exp(1j * pulse * times), start * np.exp(root * times)
+    angle, rate = waves.imag + fading.real, (1j * pulse * waves).imag + (root * fading).real
     return {"angle": angle[:, None], "rate": rate[:, None]}
+
+
+def cylinder_on_two_hinges(times: Array) -> Mapping[str, Array]:
+    """Return a cylinder on hinges about z and then y, under a constant force at its end and a constant torque."""
+    mass = STEEL * np.pi / 4 * 0.05**2
+    along, across = mass * 0.05**2 / 8, mass * (0.05**2 / 16 + 1 / 3)
+    force = 1000.0 * np.array([-0.5, np.sqrt(0.75), 0.0])
+    torque = 50.0 * np.array([-1.0 - np.sqrt(3.0), np.sqrt(3.0) - 1.0, 0.0])
+    load = force - [0.0, mass * GRAVITY / 2, 0.0]
+
+    def rates(_: float, state: Array) -> Array:
+        (sin_1, sin_2), (cos_1, cos_2), (rate_1, rate_2) = np.sin(state[:2]), np.cos(state[:2]), state[2:]
+        inertia = along * sin_2**2 + across * cos_2**2
+        change = 2 * sin_2 * cos_2 * (along - across)
+        push_1 = load @ [-sin_1 * cos_2, cos_1 * cos_2, 0.0] + torque[2]
+        push_2 = load @ [-cos_1 * sin_2, -sin_1 * sin_2, -cos_2] + torque @ [-sin_1, cos_1, 0.0]
+        pull_1, pull_2 = push_1 - change * rate_1 * rate_2, push_2 + change * rate_1**2 / 2
+        return np.array([rate_1, rate_2, pull_1 / inertia, pull_2 / across])
+
+    states = _solved(rates, [0.0, 0.0, 0.0, 0.0], times).T
+    return {"angles": states[:, :2], "rates": states[:, 2:]}
+
+
+def engine_of_one_cylinder(times: Array) -> Mapping[str, Array]:
+    """Return a crank with rod, piston and flywheel, from the energy as a function of the crank's angle."""
+    piston, rod = STEEL * np.pi / 4 * 0.1**2 * 0.1, STEEL * 0.2 * 0.02 * 0.06
+    shaft, pin, web = STEEL * np.pi / 4 * 0.1 * 0.05**2, STEEL * np.pi / 4 * 0.1 * 0.03**2, STEEL * 0.1 * 0.02 * 0.05
+    crank = shaft * 0.05**2 / 8 + pin * (0.03**2 / 8 + 0.01) + 2 * web * (0.0125 / 12 + 0.05**2)
+    throw = 0.1 * (pin + web)
+
+    def energies(angle: float) -> tuple[float, float]:
+        sin, cos = np.sin(angle), np.cos(angle)
+        root = np.sqrt(0.04 - 0.01 * sin**2)
+        lift = -0.1 * sin - 0.01 * sin * cos / root
+        middle = (lift - 0.1 * sin) ** 2 / 4 + (0.05 * cos) ** 2
+        turning = rod * (0.2**2 + 0.06**2) / 12 * (0.1 * cos / root) ** 2
+        height = throw * cos + piston * (0.1 * cos + root) + rod * (0.1 * cos + root / 2)
+        return 1.0 + crank + piston * lift**2 + rod * middle + turning, GRAVITY * height
+
+    inertia, weight = energies(0.0)
+    energy = 50.0 * inertia + weight
+
+    def rate(_: float, state: Array) -> Array:
+        inertia, weight = energies(float(state[0]))
+        return np.array([np.sqrt(2 * (energy - weight) / inertia)])
+
+    angle = _solved(rate, [0.0], times)[0][:, None]
+    return {"angle": angle, "rate": np.array([rate(0.0, row) for row in angle])}
+
+
+def three_springs(times: Array) -> Mapping[str, Array]:
+    """Return a body on a chain of springs, whose node is found by Newton's method at every instant."""
+    hooks, end = np.array([[0.3, 0.0, 0.0], [0.0, 0.0, 0.3], [0.0, 0.0, 0.0]]), np.array([0.0, 0.2, 0.0])
+    stiffness, node = np.array([20.0, 20.0, 40.0]), np.array([0.3, -0.15, 0.1])
+
+    def pull(place: Array) -> Array:
+        hooks[2] = place
+        for _ in range(20):
+            lines = hooks - node
+            sizes = np.linalg.norm(lines, axis=1)
+            slack = stiffness * (1.0 - 0.1 / sizes)
+            step = slack @ lines
+            tangent = np.sum(slack) * np.eye(3) + np.einsum("i,ij,ik->jk", 0.1 * stiffness / sizes**3, lines, lines)
+            node[:] += np.linalg.solve(tangent, step)
+            if np.abs(step).max() < 1e-12:
+                break
+        return np.asarray(slack[2] * (node - place))
+
+    def rates(_: float, state: Array) -> Array:
+        quaternion, speed, turning = state[3:7], state[7:10], state[10:]
+        turn = matrix(quaternion)
+        force = pull(state[:3] + turn @ end)
+        change = np.cross(end, turn.T @ force) / 0.1
+        return np.concatenate([speed, turned(quaternion, turning), force / 0.8 - [0.0, GRAVITY, 0.0], change])
+
+    start = [0.5, -0.5, 0.0, 1.0, 0.0, 0.0, 0.0, *np.zeros(6)]
+    states = _solved(rates, start, times).T
+    arms = np.array([matrix(state[3:7]) @ end for state in states])
+    spins = np.array([matrix(state[3:7]) @ np.cross(state[10:], end) for state in states])
+    return {"place": states[:, :3] + arms, "speed": states[:, 7:10] + spins, "turning": states[:, 10:]}
 
 
 MOTIONS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "bar on a strut": bar_on_a_strut,
+    "cylinder on two hinges": cylinder_on_two_hinges,
     "double pendulum": double_pendulum,
+    "engine of one cylinder": engine_of_one_cylinder,
     "filtered crank": filtered_crank,
     "gaps": gaps,
     "slides and spring": slides_and_spring,
     "spring and damper": spring_and_damper,
+    "three springs": three_springs,
     "wheel set": wheel_set,
 }
