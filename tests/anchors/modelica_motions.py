@@ -228,9 +228,19 @@ def three_springs(times: Array) -> Mapping[str, Array]:
     return {"place": states[:, :3] + arms, "speed": states[:, 7:10] + spins, "turning": states[:, 10:]}
 
 
+def braked_mass(times: Array) -> Mapping[str, Array]:
+    """Return a mass of 1 kg at 1 m/s that a brake of 1 N stops from 0.1 s on."""
+    braked = np.clip(times - 0.1, 0.0, 1.0)
+    return {
+        "place": (np.minimum(times, 1.1) - braked**2 / 2)[:, None],
+        "speed": (1.0 - braked)[:, None],
+    }
+
+
 MOTIONS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "bar on a strut": bar_on_a_strut,
     "cylinder on two hinges": cylinder_on_two_hinges,
+    "braked mass": braked_mass,
     "double pendulum": double_pendulum,
     "engine of one cylinder": engine_of_one_cylinder,
     "filtered crank": filtered_crank,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from tests.anchors.freecad_thirds import FREECAD
+from tests.anchors.modelica_friction import FRICTION
 from tests.anchors.modelica_motions import MOTIONS
 from tests.anchors.modelica_thirds import MODELICA
 
@@ -82,6 +83,7 @@ THIRDS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "rod along y": falling_rod(1),
     "held rod": held_rod,
     "orbits": orbits,
+    **FRICTION,
     **MODELICA,
     **MOTIONS,
     **FREECAD,
