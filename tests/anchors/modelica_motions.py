@@ -43,7 +43,7 @@ def double_pendulum(times: Array) -> Mapping[str, Array]:
 
 
 def slides_and_spring(times: Array) -> Mapping[str, Array]:
-    """Return a body on two slides: each of its travels is that of a mass on a spring."""
+    """Return a body on two slides: each travel is the motion of a mass on a spring."""
     quaternion = np.array([1.0, 0.0, 0.0, 0.0])
     for angle, axis in zip(np.radians([10, 55, 68]) / 2, np.eye(3), strict=True):
         quaternion = product(quaternion, [np.cos(angle), *(np.sin(angle) * axis)])

@@ -113,7 +113,7 @@ def engine_of_six_cylinders(times: Array) -> Mapping[str, Array]:
             return rates(at, y, curves)[0]
 
         end = angle + np.pi / 3
-        return solve_ivp(slopes, (angle, end), state, "DOP853", rtol=1e-10, atol=1e-10, dense_output=True)
+        return solve_ivp(slopes, (angle, end), state, "DOP853", rtol=1e-9, atol=1e-9, dense_output=True)
 
     angle, state = 0.0, np.array([0.0, 10.0, 0.0, 0.0])
     state[2:] = rates(angle, state, pressures(1e-6))[1]
