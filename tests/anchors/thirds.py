@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+
+from tests.anchors.freecad_thirds import FREECAD
+from tests.anchors.modelica_friction import FRICTION
+from tests.anchors.modelica_motions import MOTIONS
+from tests.anchors.modelica_thirds import MODELICA
 
 Array = NDArray[np.float64]
 
@@ -39,9 +45,30 @@ def falling_rod(across: int, length: float = 2.0, inertia: float = 0.1) -> Calla
     return motion
 
 
+def held_rod(times: Array) -> Mapping[str, Array]:
+    """Return the motion of a rod of 1 kg on a hinge with a spring of 200 N m/rad and a damper of 10 N m s/rad."""
+    gravity, length = 9.80665, 2.0
+
+    def change(angle: Any, rate: Any) -> Any:
+        return (-gravity * length * np.cos(angle) - 200.0 * angle - 10.0 * rate) / (length**2 + 0.1)
+
+    angle, rate = _solved(lambda _, y: np.array([y[1], change(*y)]), np.zeros(2), times).T
+    rest = np.zeros_like(angle)
+    along = np.column_stack([np.cos(angle), rest, np.sin(angle)])
+    across = np.column_stack([-np.sin(angle), rest, np.cos(angle)])
+    pull = length * (change(angle, rate)[:, None] * across - rate[:, None] ** 2 * along)
+    reaction = -pull - [0.0, 0.0, gravity]
+    return {
+        "place": length * along,
+        "speed": length * rate[:, None] * across,
+        "acceleration": pull,
+        "reaction": reaction,
+    }
+
+
 def orbits(times: Array) -> Mapping[str, Array]:
     """Return two orbits about a point with mu = 1 m^3/s^2."""
-    result = {}
+    result: dict[str, Array] = {}
     for name, start in {"circle": [0, 0.6, 0, 1, 0, 0], "ellipse": [0.6, 0.6, 0, 0.6, 0, 0]}.items():
         states = _solved(
             lambda _, y: np.concatenate([y[3:], -y[:3] / np.linalg.norm(y[:3]) ** 3]), np.array(start, float), times
@@ -54,5 +81,10 @@ def orbits(times: Array) -> Mapping[str, Array]:
 THIRDS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "rod along x": falling_rod(0),
     "rod along y": falling_rod(1),
+    "held rod": held_rod,
     "orbits": orbits,
+    **FRICTION,
+    **MODELICA,
+    **MOTIONS,
+    **FREECAD,
 }
