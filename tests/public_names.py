@@ -1,5 +1,6 @@
 """Text of all public names: Python's with their parameters, verbs with their options, keys of scenes;
-``python -m tests.public_names`` writes it to ``tests/public_names.txt``. The catalogue of messages holds their codes.
+``python -m tests.public_names`` writes it to ``tests/public_names.txt``, a line for each function, verb or table. The
+catalogue of messages holds their codes.
 
 The text only grows: a line that goes needs a row in ``REMOVED``, which names the message that a user gets.
 """
@@ -9,6 +10,7 @@ from __future__ import annotations
 import enum
 import inspect
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import groupby
 from pathlib import Path
 
 import click
@@ -97,10 +99,27 @@ def lines() -> list[str]:
     return [line for part in (earlier_names(python_names()), verbs(), keys()) for line in sorted(set(part))]
 
 
+def _head(line: str) -> str:
+    """Return the function, verb or table of a line."""
+    return line.partition("(")[0] if line.startswith("eomgen.") else line.rpartition(" ")[0] or line
+
+
+def joined(lines: Iterable[str]) -> str:
+    """Return lines as a text with one line for each function, verb or table, parts apart by tabulators."""
+    groups = ((head, list(group)) for head, group in groupby(lines, _head))
+    return "".join("\t".join([head, *(line.removeprefix(head) for line in group)]) + "\n" for head, group in groups)
+
+
+def read_lines() -> list[str]:
+    """Return the lines that the text holds."""
+    rows = (line.split("\t") for line in TEXT.read_text(encoding="utf-8").splitlines())
+    return [head + part for head, *parts in rows for part in parts]
+
+
 def gone(before: Iterable[str], now: Collection[str]) -> list[str]:
     """Return the lines that are no longer there, without removed names."""
     return [line for line in before if line not in now and not line.startswith(tuple(REMOVED))]
 
 
 if __name__ == "__main__":
-    TEXT.write_text("\n".join(lines()) + "\n", encoding="utf-8")
+    TEXT.write_text(joined(lines()), encoding="utf-8")

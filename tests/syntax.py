@@ -42,9 +42,8 @@ class Facts(NamedTuple):
     short: Sequence[tuple[str, int]]
     #: Complexity of each function above ``READABLE``.
     complexities: Sequence[tuple[str, int]]
-    #: Messages without a code, and texts within which a code stands: line and text.
+    #: Messages without a code: line and text.
     unmarked: Sequence[str]
-    misplaced: Sequence[str]
 
 
 def nodes_of(tree: ast.AST) -> list[ast.AST]:
@@ -61,7 +60,6 @@ def nodes_of(tree: ast.AST) -> list[ast.AST]:
 
 
 def _facts(path: Path) -> Facts:
-    from eomgen.base.message_codes import CODE
     from tests import budgets, language, test_doors
     from tests.messages import sentences
 
@@ -82,7 +80,6 @@ def _facts(path: Path) -> Facts:
         budgets.short_functions(source, tree),
         list(budgets.complex_functions(source, budgets.READABLE, tree)),
         list(sentences.unmarked(source, nodes)),
-        list(sentences.misplaced_codes(nodes if CODE.search(source) else ())),
     )
 
 

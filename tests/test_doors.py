@@ -247,14 +247,16 @@ ORDER: dict[str, tuple[str, ...]] = {
         "study",
     ),
     "products.studies.work_precision": (
-        "axes formulations observation",
+        "axes observation",
+        "formulations",
         "running",
         "reference result",
         "study",
     ),
     "products.studies.identification": (
         "estimation measurements",
-        "experiment result",
+        "result",
+        "experiment",
         "judgement",
         "torques",
         "study",
@@ -416,7 +418,6 @@ LATE: dict[str, dict[str, str]] = {
         "scene.repeat": "likewise",
     },
     "compiled.terms": {"system.system": "the class of systems; few calls give a motion of the base"},
-    "simulation.automatic_method": {"system.system": "the class of systems; few runs choose a method"},
     "simulation.execution": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},
     "products.doubts.settings": {

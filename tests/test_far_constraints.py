@@ -135,22 +135,6 @@ def test_run_far_away() -> None:
     assert heights == pytest.approx([heights[0]] * 3, abs=1e-7)
 
 
-@pytest.mark.slow_except("point_on_line-joint")
-@pytest.mark.parametrize("coordinates", COORDINATES)
-@pytest.mark.parametrize("kind", SLIDES)
-def test_sliding_far_away(kind: str, coordinates: str) -> None:
-    """Frames turn with the second body, the line and the plane with the first: where the far frame turns, levers are as
-    long."""
-    for exchanged in (False, True):
-        turns = kind != "distance" and exchanged == (kind in ("point_on_line", "planar"))
-        near = assembled(sliding(kind, 0.0, coordinates, exchanged=exchanged))
-        for distance in (1e3,) if turns else (1e3, 1e6):
-            far = assembled(sliding(kind, distance, coordinates, exchanged=exchanged))
-            assert len(far.multipliers) == len(near.multipliers) == SLIDES[kind][1]
-            if kind not in ("distance", "point_on_line") or (kind == "point_on_line" and not turns):
-                assert accelerations(far) == pytest.approx(accelerations(near), rel=1e-9, abs=1e-9)
-
-
 def test_frame_that_turns_far_away() -> None:
     text = (
         r"cannot be met together: after 0 corrections still off: .*held: origins meet along y by .*; turning moves"

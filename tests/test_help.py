@@ -8,12 +8,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, cast, get_type_hints
 
-import click
 import pytest
 
 import eomgen
 from eomgen.base.products import import_target, products
-from eomgen.cli import commands
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import method_named, method_names, row_of
@@ -70,18 +68,3 @@ def test_options_of_build_and_load() -> None:
         for option in source.options:
             assert {option.name, *option.choices} <= words(eomgen.load), option.name
     assert {"fast", "reproducible", "quick", "double", "float"} <= words(eomgen.build)
-
-
-@pytest.mark.parametrize(
-    "verb", ["info", "generate", "simulate", "linearize", "equilibrium", "animate", "ensemble", "tune"]
-)
-def test_options_of_a_verb_come_before_options_of_urdfs(verb: str) -> None:
-    with click.Context(commands) as context:
-        command = commands.get_command(context, verb)
-        assert command is not None
-        given = [option for option in command.params if isinstance(option, click.Option)]
-    of_robots = [(option.help or "").startswith("URDF") for option in given]
-    assert True in of_robots and not of_robots[0]
-    own = [option.name for option, robot in zip(given, of_robots, strict=True) if not robot]
-    ahead = [option.name for option in given[: of_robots.index(True)]]
-    assert set(own) - set(ahead) <= {"strict", "coordinates", "as_json", "debug", "verbose", "help"}

@@ -15,7 +15,6 @@ from tests.language import (
     of_python,
     per_thousand,
     public_texts,
-    repetitions,
 )
 
 
@@ -50,28 +49,6 @@ def test_pronouns_are_counted(tmp_path: Path) -> None:
     assert {key: counted[key] for key in ("it", "they", "one", "others", "Return it")} == {
         "it": 2, "they": 1, "one": 1, "others": 1, "Return it": 1,
     }  # fmt: skip  # one line for the parts
-
-
-@pytest.mark.parametrize(
-    ("text", "phrases"),
-    [
-        (
-            "None for other documents None\n    for other documents",
-            ["None for other documents None for other documents"],
-        ),
-        ("inputs of the matrices. Else None\n    Else None", ["Else None Else None"]),
-        ("the ranking; PNG files. PNG files.", ["PNG files. PNG files"]),
-        ("sampled states; sampled states are inputs", []),
-        ("The test of a step. A step is longer", []),
-        ("A step. A step that grows", []),
-        ("(1, 0.1, 0.1, 0.1), in m, m, m, m", []),
-    ],
-)
-def test_a_phrase_that_follows_itself_is_counted(text: str, phrases: list[str], tmp_path: Path) -> None:
-    assert repetitions(text) == phrases
-    file = tmp_path / "sample.py"
-    file.write_text(f'"""{text}"""\n')
-    assert counts_of([file])["repeated"] == len(phrases)
 
 
 @pytest.mark.parametrize(

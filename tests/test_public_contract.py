@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from tests.models.cache import shared_cache
-from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML, pendulum, pendulum_scene
+from tests.models.scenes import PENDULUM_TOML, pendulum
 
 __all__ = ["shared_cache"]
 
@@ -32,31 +32,6 @@ def test_public_names_are_there() -> None:
     )
     with pytest.raises(AttributeError, match="module 'eomgen' has no attribute 'simulate'"):
         eomgen.simulate  # type: ignore[attr-defined]  # noqa: B018
-
-
-def test_toml_python_and_path_give_the_same_model(scene_file: Path) -> None:
-    loaded, made = eomgen.load(scene_file), pendulum_scene()
-    assert loaded.content == made.content
-    from_path = eomgen.build(str(scene_file), profile="quick")
-    q, v = np.array([[0.3], [1.2]]), np.array([[0.5], [-2.0]])
-    np.testing.assert_array_equal(from_path.force(q, v, 0.2), pendulum().force(q, v, 0.2))
-
-
-def test_system_counts_and_shows_its_terms(scene_file: Path) -> None:
-    import sympy
-
-    system = eomgen.derive(eomgen.load(scene_file), terms=["mass", "force"])
-    assert set(system.functions) == {"mass", "force", "inputs"} or set(system.functions) == {
-        "mass",
-        "force",
-        "base",
-        "inputs",
-    }
-    assert system.counts["mass"].functions == 0 and 1 <= system.counts["mass"].flops <= 4
-    matrix = sympy.Matrix(system.sympy("mass"))
-    length = set(matrix.free_symbols)
-    assert len(length) == 1
-    assert float(matrix.subs({length.pop(): LENGTH})[0]) == pytest.approx(MASS * LENGTH**2 + INERTIA, rel=1e-14)
 
 
 def test_a_text_of_terms_is_refused_before_files_are_written(scene_file: Path, tmp_path: Path) -> None:

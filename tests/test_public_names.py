@@ -12,12 +12,12 @@ from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.integrators.families.register import canonical_name
 from tests import public_names
-from tests.public_names import COMMAND, REMOVED, TEXT, gone, lines
+from tests.public_names import COMMAND, REMOVED, gone, lines, read_lines
 
 
 @pytest.mark.slow
 def test_public_names_only_grow() -> None:
-    before, now = TEXT.read_text(encoding="utf-8").splitlines(), lines()
+    before, now = read_lines(), lines()
     assert not gone(before, set(now)), "callers lose these names; a removed name has a message, and a row in REMOVED"
     assert before == now, f"`{COMMAND}` writes the new names"
 

@@ -153,14 +153,6 @@ with contextlib.redirect_stdout(io.StringIO()):
     check(start(work, tmp_path / "cache"), 237, 18, ["click", "csv", "zipfile"])
 
 
-@pytest.mark.slow
-def test_a_cached_model_with_notes_needs_no_scene(tmp_path: Path) -> None:
-    (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
-    work = 'model = eomgen.build("arm.urdf", profile="quick"); assert len(model.library.layout["notes"]) == 3'
-    start(work, tmp_path / "cache")
-    assert start(work, tmp_path / "cache")[2] == []
-
-
 def test_the_program_of_a_small_linkage_needs_no_scipy(tmp_path: Path) -> None:
     """Its equations, samples of its matrices and the order of their elimination."""
     work = f"""

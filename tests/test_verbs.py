@@ -13,7 +13,6 @@ from importlib import import_module
 from pathlib import Path
 
 import click
-import numpy as np
 import pytest
 
 import eomgen
@@ -245,16 +244,6 @@ def test_a_distribution_adds_a_method(installed: Path) -> None:
         model.units_of_parameters(uper=True)
     with pytest.raises(UnknownAttribute, match="a Model has no 'unit_of_parameters'; try: units_of_parameters"):
         model.unit_of_parameters  # noqa: B018
-
-
-def test_a_distribution_adds_a_method_of_solutions(installed: Path) -> None:
-    run = run_of_pendulum()
-    np.testing.assert_array_equal(run.rows_in(unit="ms"), run.t / 1e-3)
-    assert "rows_in" in dir(run) and "rows_in" not in dir(pendulum())
-    with pytest.raises(eomgen.UsageError, match="rows_in: there is no argument 'units'; try: unit"):
-        run.rows_in(units="ms")
-    with pytest.raises(UnknownAttribute, match="a Solution has no 'rows_inn'; try: rows_in"):
-        run.rows_inn  # noqa: B018
 
 
 def test_a_fault_in_a_command_of_a_distribution_is_not_eomgen_s(

@@ -514,17 +514,17 @@ def _fault_of_call(
         hints = [_present_name(name, meant, names) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
         return f"there is no argument {', '.join(map(shown, unknown))} [E0105]", hint
-    given = args[len(owned) :]
+    positional = args[len(owned) :]
     in_order = [item.name for item in named if item.kind is not item.KEYWORD_ONLY]
-    if len(given) > len(in_order):
-        return _fault_of_places(len(given), in_order, names[len(in_order) :], takes_any)
-    return _fault_of_number(named, in_order[: len(given)], kwargs, what_to_try)
+    if len(positional) > len(in_order):
+        return _fault_of_places(len(positional), in_order, names[len(in_order) :], takes_any)
+    return _fault_of_number(named, in_order[: len(positional)], kwargs, what_to_try)
 
 
-def _fault_of_places(given: int, in_order: Sequence[str], by_name: Sequence[str], takes_any: bool) -> tuple[str, str]:
+def _fault_of_places(count: int, in_order: Sequence[str], by_name: Sequence[str], takes_any: bool) -> tuple[str, str]:
     """Return the fault of more arguments without names than a function takes, and a remedy."""
     few = f"{len(in_order)} can be: {', '.join(in_order)}" if in_order else "none can be"
-    fault = f"{counted(given, 'argument')} without a name, and {few} [E0112]"
+    fault = f"{counted(count, 'argument')} without a name, and {few} [E0112]"
     if len(by_name) > 8 or (takes_any and not by_name):
         return fault, "the others by name"
     return fault, f"{by_name[0]}=..., and likewise for the others" if by_name else "fewer arguments"

@@ -38,8 +38,6 @@ _MADE = {
     "eq": ("__eq__", "__hash__"),
     "frozen": ("__setattr__", "__delattr__"),
 }
-#: The attributes that are compiled on a request for one of them.
-_LAST = (*_MADE["repr"], *_MADE["eq"])
 _COMPILING = threading.RLock()
 #: Annotations of other attributes than fields, and of a field that is an argument of the constructor alone.
 _SPECIAL = ("ClassVar", "InitVar", "KW_ONLY")
@@ -102,30 +100,13 @@ class _DeferredAttribute:
         return value.__get__(instance, owner) if hasattr(type(value), "__get__") else value
 
     def _compile(self) -> None:
-        """Compile the methods that a request for this attribute needs: text and comparisons, which most processes do
-        not need, or all the rest."""
-        kind = self.kind
-        if self.name in _LAST:
-            dataclasses.fields(kind)  # compiles the rest
-            namespace = {"__module__": self.module, "__qualname__": kind.__qualname__, "__doc__": kind.__doc__}
-            compiled = type(kind)(kind.__name__, (kind,), namespace)  # which inherits the fields
-            dataclasses.dataclass(**{**self.options, "init": False})(compiled)
-            for name in [name for name in _LAST if isinstance(vars(kind).get(name), _DeferredAttribute)]:
-                setattr(kind, name, vars(compiled).get(name))
-        else:
-            self._compile_fields()
-
-    def _compile_fields(self) -> None:
         """Compile a copy of the class and move its attributes: other threads never see the class without methods."""
         kind = self.kind
         attributes = {name: value for name, value in vars(kind).items() if not isinstance(value, _DeferredAttribute)}
         namespace = {name: value for name, value in attributes.items() if name not in ("__dict__", "__weakref__")}
         namespace |= {"__module__": self.module, "__qualname__": kind.__qualname__, **self.given}
         compiled: Any = type(kind)(kind.__name__, kind.__bases__, namespace)
-        options = {**self.options, "repr": False, "eq": self.options.get("order", False)}
-        dataclasses.dataclass(**options)(compiled)  # types of fields are looked up in the module
-        for name in ("repr", "eq"):
-            setattr(compiled.__dataclass_params__, name, self.options.get(name, True))
+        dataclasses.dataclass(**self.options)(compiled)  # types of fields are looked up in the module
         additions = {name: value for name, value in vars(compiled).items() if attributes.get(name, self) is not value}
         for value in additions.values():  # methods of frozen classes know their class
             for cell in getattr(value, "__closure__", None) or ():
@@ -135,7 +116,7 @@ class _DeferredAttribute:
             if name not in _OF_EVERY_CLASS and (name, value) != ("__hash__", None):  # Python's, with an own __eq__
                 setattr(kind, name, getattr(vars(kind).get(name), "wrap", _as_compiled)(value))
         for name in [name for name in vars(kind) if name not in vars(compiled)]:
-            if name not in (*_OF_EVERY_CLASS, *_LAST):
+            if name not in _OF_EVERY_CLASS:
                 delattr(kind, name)
 
 
@@ -206,15 +187,12 @@ def _defer(kind: type, options: dict[str, Any]) -> type:
 def field_names(kind: Any) -> tuple[str, ...]:
     """Return the names of the fields of a dataclass, in order, without a compilation. Raises TypeError for any other
     class."""
-    names: dict[str, None] = {}
-    for base in reversed(kind.__mro__):
-        own_fields = _own_fields(base)
-        if own_fields is None or any(word in hint for hint, _ in own_fields.values() for word in _SPECIAL[1:]):
-            return tuple([item.name for item in fields(kind)])
-        names |= dict.fromkeys(name for name, (hint, _) in own_fields.items() if not hint.startswith("ClassVar"))
+    bases: tuple[type, ...] = kind.__mro__
     if not is_dataclass(kind):
         raise TypeError(f"{kind.__qualname__} is not a dataclass")
-    return tuple(names)
+    annotations_of_bases = [base.__annotations__ for base in reversed(bases) if "__dataclass_fields__" in vars(base)]
+    hints = {name: str(hint) for annotations in annotations_of_bases for name, hint in annotations.items()}
+    return tuple(name for name, hint in hints.items() if "ClassVar" not in hint)
 
 
 def wrap_method(kind: type, name: str, wrap: Callable[[Any], Any]) -> None:

@@ -111,8 +111,8 @@ def shown(text: object) -> str:
 
 def distinct(first: float, second: float, digits: int = 4) -> tuple[str, str]:
     """Return two numbers in as few digits as distinguish the numbers, and no fewer than ``digits``."""
-    text, other = distinct_texts((first, second), digits)
-    return text, other
+    first_text, second_text = distinct_texts((first, second), digits)
+    return first_text, second_text
 
 
 def distinct_texts(values: Sequence[float], digits: int = 6) -> list[str]:

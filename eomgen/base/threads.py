@@ -105,11 +105,20 @@ def one_thread_of_algebra(velocities: int) -> Iterator[None]:
     if velocities > 1000:
         yield
         return
-    _Algebra.enter()
+    with _Algebra.lock:
+        _Algebra.inside += 1
+        for read, write in _openblas("scipy.linalg" in sys.modules):
+            if (threads := read()) > 1:  # libraries that were loaded since are found, too
+                _Algebra.before.append((write, threads))
+                write(1)
     try:
         yield
     finally:
-        _Algebra.leave()
+        with _Algebra.lock:
+            _Algebra.inside -= 1
+            while _Algebra.before and not _Algebra.inside:
+                write, threads = _Algebra.before.pop()
+                write(threads)
 
 
 class _Algebra:
@@ -119,23 +128,6 @@ class _Algebra:
     lock = threading.Lock()
     inside = 0
     before: ClassVar[list[tuple[Callable[[int], None], int]]] = []
-
-    @classmethod
-    def enter(cls) -> None:
-        with cls.lock:
-            cls.inside += 1
-            for read, write in _openblas("scipy.linalg" in sys.modules):
-                if (threads := read()) > 1:  # libraries that were loaded since are found, too
-                    cls.before.append((write, threads))
-                    write(1)
-
-    @classmethod
-    def leave(cls) -> None:
-        with cls.lock:
-            cls.inside -= 1
-            while cls.before and not cls.inside:
-                write, threads = cls.before.pop()
-                write(threads)
 
 
 @functools.cache

@@ -111,26 +111,25 @@ class Verb:
 
 Verb.__module__ = "eomgen.verbs"  # the name from which other distributions import it
 
+_BUILD = "Build and run"
+_HOUSEKEEPING: Mapping[str, Any] = {"takes_scene": False, "heading": "Housekeeping"}
 CORE: tuple[Verb, ...] = (
     Verb(
         "new",
         "Make a folder with a first scene, or with an example.",
         "eomgen.cli.first_steps:new",
         takes_scene=False,
-        heading="Build and run",
+        heading=_BUILD,
     ),
     Verb(
         "examples",
         "List the examples, or copy one.",
         "eomgen.cli.first_steps:examples",
         takes_scene=False,
-        heading="Build and run",
+        heading=_BUILD,
     ),
     Verb(
-        "info",
-        "Degrees of freedom, kept and dropped terms, operation counts.",
-        "eomgen.cli.info:info",
-        heading="Build and run",
+        "info", "Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info:info", heading=_BUILD
     ),
     Verb(
         "generate",
@@ -143,7 +142,7 @@ CORE: tuple[Verb, ...] = (
         "Find the equilibrium of a scene.",
         "eomgen.cli.equilibrium:equilibrium",
         ("eomgen.compiled.rest.equilibrium:equilibrium",),
-        heading="Build and run",
+        heading=_BUILD,
     ),
     Verb(
         "simulate",
@@ -155,55 +154,26 @@ CORE: tuple[Verb, ...] = (
             "eomgen.simulation.resume:resume",
             "eomgen.simulation.run_model:attach",
         ),
-        heading="Build and run",
+        heading=_BUILD,
     ),
-    Verb(
-        "plot",
-        "Draw a stored solution, over time or over another column.",
-        "eomgen.cli.plot:plot",
-        heading="Build and run",
-    ),
-    Verb(
-        "schema",
-        "Print the JSON Schema of scene files.",
-        "eomgen.cli.schema:schema",
-        takes_scene=False,
-        heading="Housekeeping",
-    ),
-    Verb(
-        "migrate",
-        "Write the present names of keys into scene files.",
-        "eomgen.cli.schema:migrate",
-        takes_scene=False,
-        heading="Housekeeping",
-    ),
+    Verb("plot", "Draw a stored solution, over time or over another column.", "eomgen.cli.plot:plot", heading=_BUILD),
+    Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema", **_HOUSEKEEPING),
+    Verb("migrate", "Write the present names of keys into scene files.", "eomgen.cli.schema:migrate", **_HOUSEKEEPING),
     Verb(
         "doctor",
         "Examine the machine: compiler, headers, cache, packages.",
         "eomgen.cli.doctor:doctor",
-        takes_scene=False,
-        heading="Housekeeping",
+        **_HOUSEKEEPING,
     ),
     Verb(
-        "explain",
-        "Explain a message by its code, or search messages.",
-        "eomgen.cli.explain:explain",
-        takes_scene=False,
-        heading="Housekeeping",
+        "explain", "Explain a message by its code, or search messages.", "eomgen.cli.explain:explain", **_HOUSEKEEPING
     ),
-    Verb(
-        "cite",
-        "Print BibTeX of eomgen and of the papers of a method.",
-        "eomgen.cli.cite:cite",
-        takes_scene=False,
-        heading="Housekeeping",
-    ),
+    Verb("cite", "Print BibTeX of eomgen and of the papers of a method.", "eomgen.cli.cite:cite", **_HOUSEKEEPING),
     Verb(
         "completion",
         "Print the script by which a shell completes words.",
         "eomgen.cli.first_steps:completion",
-        takes_scene=False,
-        heading="Housekeeping",
+        **_HOUSEKEEPING,
     ),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
     Verb("base_parameters", methods=("eomgen.compiled.base_parameters:base_parameters",)),

@@ -32,10 +32,6 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
 
-#: Maximum number of listed multipliers.
-_ROWS = 12
-
-
 @with_parts
 @click.command()
 @click.option(
@@ -107,10 +103,7 @@ def _print(
     if hidden:
         say(f"{hidden} coordinates of nodes of beams are left out; --all shows them")
     forces = [(name, f"{value:.9g}") for name, value in data["multipliers"].items() if ": no " not in name]
-    if forces:
-        print_table("multipliers of constraints", ("row", "value"), forces[:_ROWS], numeric=(1,))
-    if len(forces) > _ROWS:
-        say(f"{len(forces) - _ROWS} more with --json")
+    _print_first("multipliers of constraints", ("row", "value"), forces, whole=whole)
     frequencies = ", ".join(f"{value:.5g}" for value in result.frequencies[:12])
     say(f"angular frequencies of small motions, rad/s: {frequencies}")
 
@@ -128,12 +121,17 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
     rows += [(name, f"{value:.9g}", unit) for name, value, unit in speeds if value]
     states = zip(model.z_names, result.z, model.z_units, strict=True)
     rows += [(name, f"{value:.9g}", unit) for name, value, unit in states]
+    _print_first(f"{model.name} at rest", ("coordinate", "value", "unit"), rows, whole=whole)
+    return kept.count(False)
+
+
+def _print_first(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, whole: bool) -> None:
+    """Print a table of the first 40 rows, or of the ``whole``, if there are rows."""
     most = len(rows) if whole else 40
     if rows:
-        print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:most], numeric=(1,))
+        print_table(title, header, rows[:most], numeric=(1,))
     if len(rows) > most:
         say(f"{len(rows) - most} more with --all")
-    return kept.count(False)
 
 
 def _describe(model: Model, rest: Equilibrium, options: Mapping[str, Any], parts: Sequence[RestPart]) -> dict[str, Any]:

@@ -22,8 +22,6 @@ _CAUSES = Path(__file__).with_name("message_causes.toml")
 _CODE = re.compile(r"\[?([EW]\d{4})\]?", re.IGNORECASE)
 #: The place of a problem of a scene file, such as ``(joints.shoulder.axis)``.
 _PLACE = re.compile(r" \(([a-z]\w*(?:\.\w+|\[\d+\])*)\): ")
-#: Lines of a list of messages at most.
-_LISTED = 40
 
 
 @cache
@@ -164,7 +162,7 @@ def rows_of(words: Sequence[str]) -> list[MessageRow]:
     chosen = [row for row in rows(named) if row.code == named] if named else list(search(text.split()))
     if code and not chosen:
         raise UsageError(
-            Problem("eomgen explain", f"there is no code {named} [E0158]", "eomgen explain mass, a search")
+            Problem("eomgen explain", f"this version has no message {named} [E0158]", "eomgen explain mass, a search")
         )
     if not chosen:
         chosen = _alike(set(text.split()))
@@ -203,6 +201,6 @@ def explain(words: tuple[str, ...], as_json: bool) -> None:
     elif len(chosen) == 1:
         click.echo(_format(explanation(chosen[0])))
     else:
-        click.echo("\n".join(f"{row.code}  {shown_pattern(row.pattern)}" for row in chosen[:_LISTED]))
-        if len(chosen) > _LISTED:
-            say(f"and {len(chosen) - _LISTED} more: more words match fewer")
+        click.echo("\n".join(f"{row.code}  {shown_pattern(row.pattern)}" for row in chosen[:40]))
+        if left := chosen[40:]:
+            say(f"and {len(left)} more: more words match fewer")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.messages import counted
+from eomgen.cli.info import OPERATIONS
 from eomgen.cli.options import (
     assignments,
     check_assigned,
@@ -168,11 +169,8 @@ def _print_machines(
     print_table("Files for other machines, bytes", header, rows, numeric=(2, 3, 4))
     if "total" in step:
         total = step["total"]
-        each = ", ".join(f"{total[key]} {key}" for key in _COUNTED)
+        each = ", ".join(f"{total[key]} {key}" for key in OPERATIONS)
         say(f"a step of {step['method']}: {each}, the same in every step")
     elif step:
-        calls = [f"{part['function']} {sum(part[key] for key in _COUNTED)}" for part in step["parts"]]
+        calls = [f"{part['function']} {sum(part[key] for key in OPERATIONS)}" for part in step["parts"]]
         say(f"operations of each function that steps of {step['method']} call: {', '.join(calls)}")
-
-
-_COUNTED = ("additions", "multiplications", "divisions", "functions")

@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import counted
 from eomgen.base.products import rows_of
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import console, print_json, print_table
+from eomgen.cli.printing import console, number_list, print_json, print_table
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -153,12 +153,10 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
     return {"of": len(result.parameters), "combinations": combinations, "without_effect": list(result.without_effect)}
 
 
-#: Number of places that are shown.
-_PLACES = 24
-#: Number of names, numbered one after the other, above which the first and the last name stand for all.
+#: Number of names that differ in numbers alone, from which on the first and the last name stand for all.
 _MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
-_OPERATIONS = ("additions", "multiplications", "divisions", "functions")
+OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 _DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
 
 
@@ -196,7 +194,8 @@ def _print(data: dict[str, Any]) -> None:
     _print_summary(data)
     _print_configuration(data)
     _print_parameters(data, hidden)
-    _print_definitions(data["definitions"])
+    header = ("name", "formula", "unit", "description")
+    _print_rows("Definitions", header, [[item[key] for key in header] for item in data["definitions"]])
     for part in products:
         part.show(data)
     _print_states(data["states"])
@@ -263,11 +262,6 @@ def _print_parameters(data: dict[str, Any], hidden: Collection[str]) -> None:
     _print_rows("Tunable parameters", ("name", "value", "unit"), values, (1,))
 
 
-def _print_definitions(definitions: Sequence[Mapping[str, str]]) -> None:
-    header = ("name", "formula", "unit", "description")
-    _print_rows("Definitions", header, [[item[key] for key in header] for item in definitions])
-
-
 def _print_states(states: Sequence[Mapping[str, Any]]) -> None:
     rows = [(s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"]) for s in states]
     _print_rows("Internal states", ("name", "initial", "unit", "flops of its rate"), rows, (1, 3))
@@ -283,8 +277,8 @@ def _print_operations(functions: Mapping[str, Any]) -> None:
 
 def _print_step(step: Mapping[str, Any]) -> None:
     """Print the operations of a step of a method."""
-    parts = [(row["what"], row["times"], *(row[key] for key in _OPERATIONS)) for row in step["parts"]]
-    parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
+    parts = [(row["what"], row["times"], *(row[key] for key in OPERATIONS)) for row in step["parts"]]
+    parts.append(("all of it", 1, *(step["total"][key] for key in OPERATIONS)))
     title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
     _print_rows(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, range(1, 6))
 
@@ -326,13 +320,8 @@ def _print_lists(data: dict[str, Any]) -> None:
                 out.print(f"  {line}", markup=False)
 
 
-def _lengths(position: Sequence[float]) -> str:
-    """Return coordinates in m as text, with 0 for rounding of the largest."""
-    return ", ".join(f"{0.0 if abs(x) < 1e-12 * max(map(abs, position)) else x:.6g}" for x in position)
-
-
 def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
-    """Print a table of joints, points and frames at the design position, ``_PLACES`` rows at most.
+    """Print a table of joints, points and frames at the design position.
 
     Parameters
     ----------
@@ -340,13 +329,10 @@ def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
     fixed : name of the frame that carries the tree, ``base`` or ``world``
     """
     lines = [
-        (entry["name"], entry["body"], *(_lengths(entry[key]) for key in ("position", "world")))
-        for entry in places[:_PLACES]
+        (entry["name"], entry["body"], *(number_list(entry[key]) for key in ("position", "world"))) for entry in places
     ]
     title = "Places at the design position, every joint at zero"
     print_table(title, ("place", "body", "in the body, m", f"in the {fixed}, m"), lines)
-    if len(places) > _PLACES:
-        console().print(f"and {len(places) - _PLACES} more, with --json")
 
 
 def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
@@ -361,21 +347,10 @@ def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
 
 
 def _join_runs(names: Sequence[str]) -> list[str]:
-    """Return names, with ``_MANY`` or more alike joined if their last number counts on, ``rope.1 to 40``, or all
-    numbers count as in nested loops: ``knot_0_1.position to knot_9_10.position``."""
-    alike: dict[str, dict[str, tuple[int, ...]]] = {}
+    """Return names, with ``_MANY`` or more that differ in numbers alone as the first and the last: ``rope.1 to
+    rope.40``."""
+    alike: dict[str, list[str]] = {}
     for name in names:
-        alike.setdefault(re.sub(r"\d+", "0", name), {})[name] = tuple(map(int, re.findall(r"\d+", name)))
-    result: list[str] = []
-    for numbers in alike.values():
-        first, last = next(iter(numbers.values())), next(reversed(numbers.values()))
-        loops = itertools.product(*(range(low, high + 1) for low, high in zip(first, last, strict=True)))
-        runs = [list(numbers)]
-        if list(numbers.values()) != list(itertools.islice(loops, len(numbers) + 1)):
-            place = {name: (key[:-1], sum(key[-1:]) - index) for index, (name, key) in enumerate(numbers.items())}
-            runs = [list(run) for _, run in itertools.groupby(numbers, place.__getitem__)]
-        for run in runs:
-            stem = run[-1].rstrip("0123456789")
-            end = run[-1].removeprefix(stem) if run[0].rstrip("0123456789") == stem else run[-1]
-            result += [f"{run[0]} to {end or run[-1]}"] if len(run) >= _MANY else run
-    return result if len(result) < len(names) else list(names)
+        alike.setdefault(re.sub(r"\d+", "0", name), []).append(name)
+    joined = [[f"{run[0]} to {run[-1]}"] if len(run) >= _MANY else run for run in alike.values()]
+    return list(itertools.chain(*joined)) if max(map(len, alike.values()), default=0) >= _MANY else list(names)

@@ -115,27 +115,22 @@ def _seconds(_: click.Context, param: click.Parameter, text: str | None) -> floa
     """Return a time in s, given as a number of s or with a unit."""
     if text is None:
         return None
-    option = f"--{str(param.name).replace('_', '-')}"
-    return in_label(option, text, "s") if is_quantity(text) else _number(option, text)
-
-
-def _bound(_: click.Context, param: click.Parameter, text: str | None) -> dict[str, float] | None:
-    """Return ``{"largest_step": seconds}`` for the text of an option, a number of s or with a unit; None for no text.
-    Raises UsageError unless the step is positive."""
     option = param.opts[0]
-    if text is None:
-        return None
-    seconds = in_label(option, text, "s") if is_quantity(text) else _number(option, text)
-    if not seconds > 0.0:
-        raise UsageError(Problem(option, f"{shown(text)} is not a step [E0188]", '0.003, or "3 ms"'))
-    return {"largest_step": seconds}
-
-
-def _number(option: str, text: str) -> float:
+    if is_quantity(text):
+        return in_label(option, text, "s")
     try:
         return float(text)
     except ValueError:
         raise UsageError(Problem(option, f"{shown(text)} is not a time [E0190]", '2, or "2 s"')) from None
+
+
+def _bound(context: click.Context, param: click.Parameter, text: str | None) -> dict[str, float] | None:
+    """Return ``{"largest_step": seconds}`` for the text of an option, a number of s or with a unit; None for no text.
+    Raises UsageError unless the step is positive."""
+    seconds = _seconds(context, param, text)
+    if seconds is not None and not seconds > 0.0:
+        raise UsageError(Problem(param.opts[0], f"{shown(text)} is not a step [E0188]", '0.003, or "3 ms"'))
+    return None if seconds is None else {"largest_step": seconds}
 
 
 profile_option = click.option(
@@ -242,24 +237,10 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
 end_option = click.option(
     "--t-end", default=None, callback=_seconds, metavar="S", help="End of the run; the scene's by default."
 )
-#: Methods in the help of ``--method``: any methods, and methods whose runs have derivatives.
-_ANY, _DERIVED = (
-    "generalized_alpha, rk4, taylor, auto ...",
-    "generalized_alpha, hht, wbz, newmark, trapezoidal, tdg1 ...",
-)
 
 
-def stepper_options(command: Command) -> Command:
-    """Add the method of runs with the parameters of the method, and the step."""
-    return _stepper_options(command, _ANY)
-
-
-def derivable_stepper_options(command: Command) -> Command:
-    """Add the method of runs that have derivatives, with the parameters of the method, and the step."""
-    return _stepper_options(command, _DERIVED)
-
-
-def _stepper_options(command: Command, methods: str) -> Command:
+def stepper_options(command: Command, methods: str = "generalized_alpha, rk4, taylor, auto ...") -> Command:
+    """Add the method of runs with the parameters of the method, and the step; ``methods`` are named in the help."""
     for decorate in (
         *(_of_runs(name, type=float, default=None) for name in ("--gamma", "--beta", "--alpha", "--rho-inf")),
         click.option(
@@ -269,6 +250,12 @@ def _stepper_options(command: Command, methods: str) -> Command:
     ):
         command = decorate(command)
     return command
+
+
+#: Adds the same for runs that have derivatives.
+derivable_stepper_options = partial(
+    stepper_options, methods="generalized_alpha, hht, wbz, newmark, trapezoidal, tdg1 ..."
+)
 
 
 def run_options(command: Command) -> Command:
@@ -406,33 +393,28 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
     robot : whether the scene was read from a URDF, whose options make inputs and tunable parameters
     """
     inputs, tunable = [item.name for item in scene.inputs], [item.name for item in scene.parameters if item.tunable]
-    for name in changes:
-        if name in [item.name for item in scene.states] and name not in tunable:
-            hint = f"[states.{name}] initial = {_text(changes[name])} in the scene"
+    links, joints = ([item.name for item in part] if robot else [] for part in (scene.bodies, scene.joints))
+    for name, value in changes.items():
+        if name in tunable:
+            continue
+        link = max((link for link in links if name == link or name.startswith(f"{link}_")), key=len, default="")
+        if name in [item.name for item in scene.states]:
+            hint = f"[states.{name}] initial = {_text(value)} in the scene"
             raise UsageError(Problem(f"--set {name}", f"{name} is a state, not a parameter [E0196]", hint))
-    _check_changes(changes, inputs, tunable, [item.name for item in scene.bodies] if robot else [])
-    joints = [item.name for item in scene.joints] if robot else []
+        if name in inputs:
+            raise UsageError(Problem(f"--set {name}", f"{name} is an input [E0199]", f"--input {name}={_text(value)}"))
+        if link:
+            fault = f"the mass, the centre of mass and the inertia of {link} are fixed in the code [E0200]"
+            raise UsageError(Problem(f"--set {name}", fault, f"--tunable {link}, which makes them parameters"))
     for name, value in signals.items():
-        if name in tunable and name not in inputs:
-            raise UsageError(
-                Problem(f"--input {name}", f"{name} is a parameter [E0197]", f"--set {name}={_text(value)}")
-            )
-        if name in joints and name not in inputs:
+        if name in inputs:
+            continue
+        if name in tunable:
+            hint = f"--set {name}={_text(value)}"
+            raise UsageError(Problem(f"--input {name}", f"{name} is a parameter [E0197]", hint))
+        if name in joints:
             fault = f"{name} is a joint, which no input drives [E0198]"
             raise UsageError(Problem(f"--input {name}", fault, "--actuated, for an effort of every joint"))
-
-
-def _check_changes(
-    changes: Mapping[str, object], inputs: Sequence[str], tunable: Sequence[str], links: Sequence[str]
-) -> None:
-    """Raise UsageError for an input among the parameters of ``--set``, or for a fixed inertia of a robot's link."""
-    for name, value in changes.items():
-        if name in inputs and name not in tunable:
-            raise UsageError(Problem(f"--set {name}", f"{name} is an input [E0199]", f"--input {name}={_text(value)}"))
-        body = max((link for link in links if name == link or name.startswith(f"{link}_")), key=len, default="")
-        if body and name not in tunable:
-            fault = f"the mass, the centre of mass and the inertia of {body} are fixed in the code [E0200]"
-            raise UsageError(Problem(f"--set {name}", fault, f"--tunable {body}, which makes them parameters"))
 
 
 def _text(value: object) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from textwrap import wrap
 from typing import Any
 
 import click
@@ -125,13 +126,7 @@ _GAP, _NAME = 2, 12
 
 def _fold(title: str, width: int) -> list[str]:
     """Return a title in lines of at most ``width`` characters; longer words have a line each."""
-    lines: list[str] = []
-    for word in title.split(" "):
-        if lines and cell_len(lines[-1]) + 1 + cell_len(word) <= width:
-            lines[-1] += f" {word}"
-        else:
-            lines.append(word)
-    return lines
+    return wrap(title, max(1, width), break_long_words=False, break_on_hyphens=False) or [""]
 
 
 def number_list(values: float | Sequence[float]) -> str:

@@ -238,20 +238,17 @@ def _extrapolate_block(rows: _Rows, growth: int, number: int) -> _Table:
 def _split(rows: _Rows, growth: int) -> int:
     """Return the index of the row at which blocks of ``growth`` rows are inserted from sample to sample. One more
     block, before or after the inserted blocks, must follow the same rule, as a check. Indices near the middle of the
-    possible range are tried first, ``_TRIED`` at most. Raises IrregularSamples if none fits."""
+    possible range are tried first, 400 at most. Raises IrregularSamples if none fits."""
     shortest = len(rows[0])
     before = _prefix(rows)
     behind = _prefix([row[::-1] for row in rows])
     least, most = max(shortest - behind, 0), min(before, shortest)
     middle = (least + most) // 2
-    for start in sorted(range(least, most + 1), key=lambda start: abs(start - middle))[:_TRIED]:
+    # a period of a list has fewer items than 400
+    for start in sorted(range(least, most + 1), key=lambda start: abs(start - middle))[:400]:
         if _repeats(rows, start, growth):
             return start
     raise IrregularSamples("a list without a repeated part")
-
-
-#: Places at which a repeated part is looked for: a period of a list has fewer items.
-_TRIED = 400
 
 
 def _prefix(rows: _Rows) -> int:

@@ -196,17 +196,17 @@ def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SceneS
     two files would have the same name."""
     functions: dict[tuple[str, str], list[str]] = {}
     prototypes: dict[tuple[str, str], list[str]] = {}
-    python = {(call.function.source.name, call.function.source.text): call.function.source.python for call in calls}
+    codes = [call.function.code for call in calls]
+    python = {(code.source.name, code.source.text): code.source.python for code in codes}
     for item in system.controllers:
         if item.source is not None:
             key = (item.source.name, item.source.text)
             functions.setdefault(key, []).append(item.function)
             prototypes.setdefault(key, []).append(f"int {item.function}({CONTROLLER_ARGUMENTS});")
-    for call in calls:
-        law = call.function
-        key = (law.source.name, law.source.text)
+    for code in codes:
+        key = (code.source.name, code.source.text)
         functions.setdefault(key, [])
-        prototypes.setdefault(key, []).extend(law.prototypes)
+        prototypes.setdefault(key, []).extend(code.prototypes)
     made: list[SceneSource] = []
     for key, called in functions.items():
         name, text = key
@@ -227,9 +227,9 @@ def _external(call: Call) -> ProgramExternal:
         law.parameters,
         law.results,
         law.scales,
-        law.function,
-        law.slopes,
-        law.real,
+        law.code.function,
+        law.code.slopes,
+        law.code.real,
     )
 
 

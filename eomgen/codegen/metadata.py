@@ -13,9 +13,6 @@ from typing import Any
 from eomgen.codegen.program import Program
 from eomgen.symbolic.operations import Op
 
-#: Version of the data below; part of every cache key.
-LAYOUT_VERSION = 4
-
 #: Fields of a Program that are used only for the text in C.
 _OF_THE_TEXT = (
     "functions",
@@ -79,8 +76,8 @@ def interface_layout(program: Program) -> dict[str, Any]:
 
     Functions are numbered by position; each has ``name, description, inputs, input_sizes, outputs (name, shape, size,
     description), operations, counts``. Each of ``parameters, inputs, states, outputs`` is a list of ``name, member,
-    value, size, unit, description``. Added are ``loop_operations``, ``stack`` (bytes), ``layout_version`` and, for
-    scenes with functions in Python, ``python``.
+    value, size, unit, description``. Added are ``loop_operations``, ``stack`` (bytes) and, for scenes with functions
+    in Python, ``python``.
     """
     layout: dict[str, Any] = {
         field.name: getattr(program, field.name)
@@ -106,6 +103,5 @@ def interface_layout(program: Program) -> dict[str, Any]:
         layout["python"] = functions
     layout["stack"] = stack_bytes(program)
     layout["loop_operations"] = loop_operations(program)
-    layout["layout_version"] = LAYOUT_VERSION
     plain: dict[str, Any] = json.loads(json.dumps(layout, default=dict, sort_keys=True))
     return plain

@@ -8,8 +8,6 @@ This module does not know C, and the templates do not know mechanics.
 
 from __future__ import annotations
 
-import dataclasses
-import json
 from collections.abc import Mapping
 from typing import Any, Union
 
@@ -392,7 +390,3 @@ class Program:
     def has_base(self) -> bool:
         """Whether a function takes the state of a moving base as input, or the function ``base`` fills this state."""
         return any("base" in function.inputs or function.name == "base" for function in self.functions)
-
-    def to_json(self) -> str:
-        """Return the Program as canonical JSON."""
-        return json.dumps(dataclasses.asdict(self), sort_keys=True, separators=(",", ":"))

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import first_of, nearest, shown
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
@@ -19,9 +20,6 @@ from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
 from eomgen.lie.product import Factor
 from eomgen.system.description import Description, Requirement
-
-#: How far from one the length of a quaternion may be.
-UNIT_TOLERANCE = 1e-6
 
 _SECONDS = "number of seconds"
 
@@ -84,35 +82,30 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
     raise UsageError(Problem(name, f"{label} is {array[position]}, not a finite number [E0237]", "a finite number"))
 
 
-def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
+def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = WRITTEN) -> None:
     """Raise UsageError if the length of a quaternion in configurations (..., nq) is off one by more than ``tolerance``.
     ``name`` is the argument in the message, ``factors`` the groups of q; a normalised quaternion is the hint."""
     starts = [factor.q_start for factor in factors if factor.group != "R"]
     if not starts:
         return
     # from some number on NumPy is faster than a loop
-    if q.ndim == 1 and len(starts) < 32:
-        values = q.tolist()
+    if q.size == q.shape[-1] and len(starts) < 32:
+        values = q.ravel().tolist()
         lengths = [math.hypot(*values[start : start + 4]) for start in starts]
         if max(lengths) - 1.0 <= tolerance and 1.0 - min(lengths) <= tolerance:
             return
-    elif len(starts) > 1:
-        every = q[..., np.add.outer(starts, np.arange(4))]
-        if not np.any(np.abs(np.sqrt(np.sum(every * every, axis=-1)) - 1.0) > tolerance):
-            return
-    for factor in factors:
-        if factor.group == "R":
-            continue
-        part = q[..., factor.q_start : factor.q_start + 4]
-        length = np.sqrt(np.sum(part * part, axis=-1))
-        wrong = np.abs(length - 1.0) > tolerance
-        if np.any(wrong):
-            size = float(np.ravel(length[wrong])[0])
-            where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
-            fault = f"the quaternion (w, x, y, z) of this joint has length {size:.9g}, not 1 [E0238]"
-            unit = np.reshape(part, (-1, 4))[int(np.argmax(np.ravel(wrong)))] / (size or 1.0)
-            hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
-            raise UsageError(Problem(where, fault, hint if size else "neutral(), for the joints' places at zero"))
+    every = q[..., np.add.outer(starts, np.arange(4))].reshape(-1, len(starts), 4)
+    sizes = np.sqrt(np.sum(every * every, axis=-1))
+    wrong = np.abs(sizes - 1.0) > tolerance
+    if np.any(wrong):
+        joint = int(np.argmax(wrong.any(axis=0)))
+        sample = int(np.argmax(wrong[:, joint]))
+        size = float(sizes[sample, joint])
+        where = f"{name}[..., {starts[joint]}:{starts[joint] + 4}]"
+        fault = f"the quaternion (w, x, y, z) of this joint has length {size:.9g}, not 1 [E0238]"
+        unit = every[sample, joint] / (size or 1.0)
+        hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
+        raise UsageError(Problem(where, fault, hint if size else "neutral(), for the joints' places at zero"))
 
 
 #: Places in the scene where parameters and inputs are declared, for hints.

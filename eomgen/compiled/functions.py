@@ -41,10 +41,6 @@ R = TypeVar("R")
 LANES_VARIABLE = "EOMGEN_LANES"
 #: Samples of a batch at least: below, lanes stay empty, and the overhead of Python is larger.
 LEAST = 16
-#: Seconds of an operation if no batch has been timed; seconds for compiling a companion: a start, and seconds per
-#: operation (gcc 12 on a core that others use as well: 0.64 s for the 608 of Panda's inverse dynamics, 5.9 s for the
-#: 3664 of Talos', of which 0.32 and 2.4 s are the compiler's own).
-_OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
 #: Seconds of batches after which a companion is looked for in the cache.
 _LOOK = 2e-3
 #: Samples that are evaluated by both libraries before the companion is taken.
@@ -77,8 +73,10 @@ class Companion:
 
     def __init__(self, operations: int) -> None:
         self.seconds = 0.0  # that batches of this companion took or will take
-        self.of_sample = _OPERATION * operations
-        self.compiling = _START + _COMPILED * operations
+        self.of_sample = 2e-10 * operations  # s, if no batch has been timed
+        # s; gcc 12 on a core that others use as well: 0.64 s for the 608 operations of Panda's inverse dynamics, 5.9 s
+        # for the 3664 of Talos', of which 0.32 and 2.4 s are the compiler's own
+        self.compiling = 0.3 + 1e-3 * operations
         self.library: Library | None = None
         self.sought = self.begun = self.judged = self.refused = False
 
@@ -126,7 +124,7 @@ class LaneCompanions:
                     self._make(name, companion, RunningCompilers())
         elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
-            self._look(name, companion)
+            self._make(name, companion)
         compiled = PROFILES[self._library.profile].split
         if compiled and companion.seconds > companion.compiling and companion.library is None:
             self._begin(name, companion)
@@ -177,11 +175,6 @@ class LaneCompanions:
             return "differs in bits"
         return "is slower" if choice is not Choice.NOW and seconds[1] > seconds[0] else ""
 
-    def _look(self, name: str, companion: Companion) -> None:
-        with contextlib.suppress(EomgenError, OSError, ValueError):
-            if self._library.companion is not None:
-                companion.library = self._library.companion(name)
-
     def _begin(self, name: str, companion: Companion) -> None:
         with self._lock:
             if companion.begun:
@@ -190,14 +183,16 @@ class LaneCompanions:
         _LOG.info("compiles the lanes of %s in the background", name)
         in_background("eomgen-lanes", lambda running: self._make(name, companion, running))
 
-    def _make(self, name: str, companion: Companion, running: RunningCompilers) -> None:
-        """Compile the companion of a function, and keep it in ``companion``; a failure refuses the companion."""
+    def _make(self, name: str, companion: Companion, running: RunningCompilers | None = None) -> None:
+        """Compile the companion of a function, and keep it in ``companion``; a failure refuses the companion. Without
+        ``running``, the companion is only looked for in the cache."""
         try:
             if self._library.companion is not None:
                 companion.library = self._library.companion(name, running)
         except (EomgenError, OSError, ValueError) as error:
-            _LOG.info("lanes of %s are left out: %s", name, error)
-            companion.refused = True
+            if running is not None:
+                _LOG.info("lanes of %s are left out: %s", name, error)
+                companion.refused = True
 
 
 def _measure_time(call: Callable[[], Any]) -> float:
@@ -210,9 +205,6 @@ def _same_bits(first: Array, second: Array) -> bool:
     """Return whether two arrays of doubles have equal bits everywhere; any two NaN are equal."""
     return bool(np.all((first.view(np.int64) == second.view(np.int64)) | (np.isnan(first) & np.isnan(second))))
 
-
-#: Bytes of a result from which on the memory of dropped results is used again: below, the heap has memory at hand.
-_LARGE = 2**16
 
 #: Functions that compute arguments of further functions: the functions of time alone, and the angles that the
 #: configuration's references follow.
@@ -378,27 +370,6 @@ class Functions:
         if companion is not None and companion.library is None:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 
-    def fastest(self, name: str, blocks: Mapping[str, Array], count: int) -> Library:
-        """Return the library that evaluates many samples of a function fastest: the model's or the companion.
-
-        For C that calls the function itself.
-
-        Parameters
-        ----------
-        blocks : as of a call, of some of the samples
-        count : number of all samples
-        """
-        one_by_one = self._holding(name)
-        companion = LaneCompanions.of(one_by_one).expect(name, self._operations(name), count, chosen())
-        if companion is None:
-            return one_by_one
-        sizes = [math.prod(shape) for shape in self._shapes[name]]
-        inputs = [
-            np.ascontiguousarray(blocks[block][:, np.newaxis] if block == "t" else blocks[block], float)
-            for block in self.inputs(name)
-        ]
-        return LaneCompanions.of(one_by_one).judge(companion, name, inputs, sizes, chosen()) or one_by_one
-
     def _few(self, name: str, arrays: list[Array]) -> int | None:
         """Return the number of samples on the first axes of a small batch, 0 for one sample without axes, else None."""
         rows = {len(array) for array in arrays if array.ndim > 1}
@@ -464,7 +435,7 @@ def compiled_or_same(library: Library) -> Library:
 
 
 def _empty(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
-    if math.prod(shape) * np.dtype(dtype).itemsize < _LARGE:
+    if math.prod(shape) * np.dtype(dtype).itemsize < 2**16:  # bytes for which the heap has memory at hand
         return np.empty(shape, dtype)
     from eomgen.compiled.result_memory import RESULT_MEMORY  # noqa: PLC0415  # single states need no such memory
 

@@ -13,9 +13,6 @@ from eomgen.compiled.arguments import numbers
 from eomgen.compiled.terms import EvaluatedModel, Parameters
 from eomgen.errors import UsageError
 
-#: More discontinuities than these are too many for a list.
-_MOST_TIMES = 10_000_000
-
 
 def base(model: EvaluatedModel, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
     """Return the prescribed state of the base.
@@ -112,12 +109,13 @@ def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, orde
     arrays: list[Array] = [np.zeros(0)]
     waves = [(time, period) for time, period, _ in _jumps(model, order) if period > 0.0]
     count = (end - start) * jumps_per_second(waves)
-    if count > _MOST_TIMES:
+    most = 10_000_000  # in a list
+    if count > most:
         shortest = min(period for _, period in waves)
         fault = (
             f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s [E0275]"
         )
-        raise UsageError(fault, f"an earlier end: {_MOST_TIMES:.3g} times at most")
+        raise UsageError(fault, f"an earlier end: {most:.3g} times at most")
     for time, period, first in _jumps(model, order):
         if period == 0.0:
             arrays.append(np.array([time] if start <= time <= end else []))

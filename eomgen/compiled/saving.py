@@ -3,7 +3,6 @@ the machine of the libraries."""
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,8 +22,6 @@ from eomgen.toolchain.profiles import profile as profile_named
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Of the files; a larger number when data change their meaning.
-FORMAT = 1
 #: The version of Python for which an extension module was made; other versions open it as a plain library.
 OF_PYTHON = "extension modules"
 
@@ -70,7 +67,6 @@ def save(model: CompiledModel, path: str | os.PathLike[str], *, methods: Sequenc
         for name, data in library_files(library).items():
             arrays[name_of(number, name)] = np.frombuffer(data, np.uint8)
     metadata = {
-        "format": FORMAT,
         "made for": dict(machine(own_library.profile)),
         "profile": own_library.profile,
         "mode": own_library.mode,
@@ -110,8 +106,6 @@ def check_machine(path: str | os.PathLike[str], metadata: Mapping[str, Any], pro
         for name, value in here.items()
         if name != OF_PYTHON and there.get(name) != value
     ]
-    if metadata["format"] != FORMAT:
-        apart.insert(0, f"format {json.dumps(metadata['format'])}, here {FORMAT}")
     if apart:
         fault = f"this model was compiled for another machine or version: {'; '.join(apart)} [E0277]"
         hint = 'eomgen.build(scene, profile="reproducible").save(path) on a machine like this one'

@@ -143,8 +143,11 @@ def breakpoints(formula: Formula, value_of: ValueOf, derivatives: int = 0) -> It
                 lowest, blur = order - node.derivative - derivatives, (abs(kink) + abs(b)) / abs(a)
                 yield Breakpoint((kink - b) / a, period, lowest, blur)
         elif isinstance(node, Operation) and node.name in NON_SMOOTH:
-            pair = [affine(argument, value_of) for argument in (*node.arguments, Number(0.0))[:2]]
-            yield from _crossing(pair, NON_SMOOTH[node.name] - derivatives)
+            first, second = (affine(argument, value_of) for argument in (*node.arguments, Number(0.0))[:2])
+            if first is not None and second is not None and first[0] != second[0]:
+                slope, blur = first[0] - second[0], abs(first[1]) + abs(second[1])
+                order = NON_SMOOTH[node.name] - derivatives
+                yield Breakpoint((second[1] - first[1]) / slope, 0.0, order, blur / abs(slope))
         elif isinstance(node, EntryQuantity):
             for used in node.curves():
                 yield from breakpoints(used, value_of, derivatives)
@@ -164,13 +167,6 @@ def knots_along_a_beam(formulas: Iterable[Formula], value_of: ValueOf) -> tuple[
             first = math.ceil(-at.time / at.period) if at.period else 0
             places.update(at.time + number * at.period for number in range(first, max(count, first)))
     return tuple(sorted(position for position in places if 0.0 < position < 1.0))
-
-
-def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterator[Breakpoint]:
-    first, second = pair
-    if first is not None and second is not None and first[0] != second[0]:
-        slope = first[0] - second[0]
-        yield Breakpoint((second[1] - first[1]) / slope, 0.0, order, (abs(first[1]) + abs(second[1])) / abs(slope))
 
 
 #: Coefficients of w, lowest power first.

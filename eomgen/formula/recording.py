@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -41,13 +41,8 @@ def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
 
 Resolver = Callable[[Symbol], Scalar]
 #: Operators of scalars; all other operations of formulas are the tape's, by the same names.
-_OPERATORS: Mapping[str, Callable[..., Scalar]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "div": operator.truediv,
-    "neg": operator.neg,
-}
+_NAMES = {"add": "add", "sub": "sub", "mul": "mul", "div": "truediv", "neg": "neg"}
+_OPERATORS: Mapping[str, Callable[..., Scalar]] = {name: getattr(operator, member) for name, member in _NAMES.items()}
 
 
 def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
@@ -86,7 +81,11 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         result: Scalar = recording(algebra, formula.item, formula.name, formula.component, arguments)
         return result
     try:
-        return _operation(algebra, formula.name, arguments)
+        if formula.name in _OPERATORS:
+            return _OPERATORS[formula.name](*arguments)
+        if formula.name == "select":
+            return algebra.select(*arguments)
+        return algebra.call(Op[formula.name.upper()], *arguments)
     except (ValueError, ArithmeticError):
         numbers = (algebra.tape.value(argument.ref) for argument in arguments)
         values = ", ".join("..." if number is None else f"{number:.6g}" for number in numbers)
@@ -94,14 +93,6 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         raise ModelError(
             Problem("", fault, "other values of the fixed parameters there, or tunable = true for them")
         ) from None
-
-
-def _operation(algebra: Algebra, name: str, arguments: Sequence[Scalar]) -> Scalar:
-    if name in _OPERATORS:
-        return _OPERATORS[name](*arguments)
-    if name == "select":
-        return algebra.select(arguments[0], arguments[1], arguments[2])
-    return algebra.call(Op[name.upper()], *arguments)
 
 
 def curve_at(algebra: Algebra, curve: AnyCurve, argument: Scalar, derivative: int = 0) -> Scalar:

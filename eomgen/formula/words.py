@@ -22,11 +22,7 @@ RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
 GROUP = "eomgen.formula_words"
 
 
-def _no_curves(item: Any, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-    return ()
-
-
-def _no_arguments(item: Any) -> tuple[Any, ...]:
+def _none(*_: Any) -> tuple[Any, ...]:
     return ()
 
 
@@ -75,12 +71,12 @@ class Word:
     arguments: tuple[str, ...]
     values: Callable[..., Any]
     recording: str
-    added: Callable[[Any], tuple[Any, ...]] = _no_arguments
+    added: Callable[[Any], tuple[Any, ...]] = _none
     components: int = 1
     unit: str = ""
     smooth: bool = False
     fast: bool = True
-    curves: Callable[[Any, tuple[Any, ...]], tuple[Any, ...]] = _no_curves
+    curves: Callable[[Any, tuple[Any, ...]], tuple[Any, ...]] = _none
     scope: str = ""
     signature: Callable[[Any], Signature] | None = None
 

@@ -133,8 +133,6 @@ def event_state(rows: Sequence[EventRow], modes: Sequence[Mode]) -> tuple[Field,
     )
 
 
-#: How far a sample may be moved onto a point of the time grid, as a part of the shortest period.
-CLOSEST = 1e-5
 #: Number of the status of a failed function, and its remedy.
 CONTROLLER_FAILED = 30
 CONTROLLER_ADVICE = "a function that gives finite values from the signals of that time, and returns 0"
@@ -179,13 +177,10 @@ def sample_data(
             }
             for row in rows
         ],
-        "closest": CLOSEST * min(row.period for row in rows),
+        # how far a sample may be moved onto a point of the time grid
+        "closest": 1e-5 * min(row.period for row in rows),
         **({"controllers": called, "from_caller": any(not item["function"] for item in called)} if called else {}),
     }
-
-
-#: Largest denominator of the common tick of clocks, 1/s.
-_FINEST = 10**9
 
 
 def controller_data(system: System) -> dict[str, Any]:
@@ -202,17 +197,16 @@ def controller_data(system: System) -> dict[str, Any]:
     if not system.sampled:
         return {"tick": 0.0, "clocks": [], "rows": [], "controllers": []}
     data = sample_data(system.sampled, system.controllers, [state.name for state in system.states])
-    times = [time for clock in data["clocks"] for time in clock if time]
-    parts = [Fraction(time).limit_denominator(_FINEST) for time in times]
-    shared = math.lcm(*(part.denominator for part in parts))
-    tick = Fraction(math.gcd(*(int(part * shared) for part in parts)), shared)
-    exact = all(abs(float(part) - time) <= SUMMED * time for part, time in zip(parts, times, strict=True))
+    parts = {time: Fraction(time).limit_denominator(10**9) for clock in data["clocks"] for time in clock}
+    shared = math.lcm(*(part.denominator for part in parts.values()))
+    tick = Fraction(math.gcd(*(int(part * shared) for part in parts.values())), shared)
+    exact = all(abs(float(part) - time) <= SUMMED * time for time, part in parts.items())
     # which are counted in 32 bits
-    if not exact or max(parts) / tick > 2**32 - 1:
-        periods = " and ".join(f"{time:.9g} s" for time in dict.fromkeys(times))
+    if not exact or max(parts.values()) / tick > 2**32 - 1:
+        periods = " and ".join(f"{time:.9g} s" for time in parts if time)
         fault = f"the times of samples, {periods}, have no common divisor that a counter of 32 bits can count [E0331]"
         raise ModelError(Problem(system.name, fault, "periods and delays that are whole multiples of one time"))
-    clocks = [[int(Fraction(time).limit_denominator(_FINEST) / tick) for time in clock] for clock in data["clocks"]]
+    clocks = [[int(parts[time] / tick) for time in clock] for clock in data["clocks"]]
     return {"controllers": [], **data, "tick": float(tick), "clocks": clocks}
 
 
@@ -253,10 +247,6 @@ def controller_status(controllers: Sequence[SampledController]) -> tuple[Status,
     return (Status(CONTROLLER_FAILED, "CONTROLLER_FAILED", text, CONTROLLER_ADVICE),)
 
 
-#: Margin about the time of a jump, in times the precision of the numbers that the time is made of.
-MARGIN = 32.0
-
-
 def jump_data(
     discontinuities: tuple[Discontinuity, ...], order: int, *, by_differences: bool = False
 ) -> dict[str, Any]:
@@ -274,11 +264,12 @@ def jump_data(
     those = [item for item in discontinuities if item.order + 1 < order + (by_differences and item.constraint)]
     if not those:
         return {}
+    margin = 32.0  # about the time of a jump, in times the precision of the numbers that the time is made of
     return {
         "once": sorted({item.time for item in those if item.period == 0.0}),
         "periodic": [
             list(pair) for pair in dict.fromkeys((item.time, item.period) for item in those if item.period > 0.0)
         ],
-        "margin": MARGIN,
-        "blur": max(MARGIN * item.blur for item in those),
+        "margin": margin,
+        "blur": max(margin * item.blur for item in those),
     }

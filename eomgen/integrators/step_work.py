@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.integrators.newton.matrix import WEIGHTS
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,27 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
         factors = Work("factors, in their order", 1, False, data["operations"], data["operations"] + stored, pivots)
     sums, products = _operations_of_sources(data)
     return assembly, factors, Work("substitution", 1, False, stored + sums, stored + pivots + products)
+
+
+def work_of_matrix(
+    system: System, method: Mapping[str, Any], *, drivers: int, inertia: int, stiffness: int, solutions: int
+) -> tuple[Work, ...]:
+    """Return the work of a step with its one matrix: calls for its numbers, assembly and factors, products of vectors
+    with M and gain K, and substitutions. `drivers` is the number of calls of the functions of inputs and base,
+    `inertia`, `stiffness` and `solutions` are numbers of products and substitutions."""
+    solver = method["solver"]
+    assembly, factors, substitution = work_of_system(solver, method["unknowns"]["size"])
+    mass, stiff = work_of_products(method["products"])
+    return (
+        Work(solver["function"], 1, of_model=True),
+        *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
+        *(Work(name, drivers, of_model=True) for name in ("inputs", "base") if name in system.functions),
+        assembly,
+        factors,
+        replace(mass, times=inertia),
+        replace(stiff, times=stiffness),
+        replace(substitution, times=solutions),
+    )
 
 
 def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import ModelError, Problem, UsageError
@@ -18,21 +18,13 @@ from eomgen.integrators.events import (
 )
 from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, velocities
 from eomgen.integrators.families.register import check_needs
-from eomgen.lie import kernels
-from eomgen.lie.groups import Group, group_named
+from eomgen.lie.groups import group_named
+from eomgen.lie.kernels import GroupKernel, group_kernel
 from eomgen.lie.product import Factor
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-_KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.GroupKernel]] = {
-    "update": kernels.update,
-    "tangent": kernels.tangent,
-    "cotangent": kernels.cotangent,
-    "bracket": kernels.bracket,
-    "transport": kernels.transport,
-    "rate": kernels.rate,
-}
 #: Structs within the state of all steppers.
 _GROUPS = {
     "statistics": "Counts and largest values since the state was initialized.",
@@ -67,9 +59,8 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     """
     check_needs(method, system.facts)
     if not 0.0 < step < float("inf"):
-        raise UsageError(
-            Problem("method.step", f"the step must be a positive number of seconds, not {step!r} [E0358]", "1e-3")
-        )
+        fault = f"the step must be a positive number of seconds, not {step!r} [E0358]"
+        raise UsageError(Problem("method.step", fault, "1e-3"))
     _check_functions(method, system)
     sizes = Sizes(
         sum(factor.q_size for factor in system.factors) + len(system.angles),
@@ -212,11 +203,11 @@ def _lie_data(factors: Sequence[Factor], called: Sequence[GroupFunction]) -> dic
     groups = [group_named(name) for name in sorted({run["group"] for run in runs} - {"R"})]
     return {
         "runs": runs,
-        "kernels": [_kernel_data(_KERNELS[name](group)) for group in groups for name in called],
+        "kernels": [_kernel_data(group_kernel(name, group)) for group in groups for name in called],
     }
 
 
-def _kernel_data(kernel: kernels.GroupKernel) -> dict[str, Any]:
+def _kernel_data(kernel: GroupKernel) -> dict[str, Any]:
     return {
         "name": kernel.name,
         "description": kernel.description,

@@ -57,10 +57,9 @@ def _tail(exponent: int) -> float:
 _F2 = [(-above, below) for above, below in _alternating(2, TAYLOR_TERMS + 1)]
 _F3 = _alternating(3, TAYLOR_TERMS + 1)
 
-#: Few terms suffice for these two: they are used for y <= 1/4 only; sin and cos are accurate elsewhere.
+#: Few terms suffice for these two: they are used for y <= 1/4 only (`half_angle`); sin and cos are accurate elsewhere.
 SINC = _floats(_alternating(1, 8))
 COS = _floats(_alternating(0, 8))
-SMALL_LIMIT = 0.25
 F3 = _floats(_F3[:TAYLOR_TERMS])
 F4 = _floats(_derivative(_F2), 2)
 F5 = _floats(_derivative(_F3), -2)
@@ -73,7 +72,6 @@ F8_REMAINDER: Coefficients = tuple(4.0 / POLES[0] ** 2 * (k + 1) * tail for k, t
 
 #: 2 atan(r)/r in powers of r^2, for r^2 <= 0.01.
 ARCTANGENT: Coefficients = tuple(2.0 * (-1) ** k / (2 * k + 1) for k in range(9))
-ARCTANGENT_LIMIT = 0.01
 
 
 def polynomial(coefficients: Sequence[float], y: Value) -> Value:
@@ -87,7 +85,7 @@ def polynomial(coefficients: Sequence[float], y: Value) -> Value:
 def half_angle(algebra: Algebra, y: Value) -> tuple[Value, Value]:
     """Return sin(x/2)/(x/2) and cos(x/2) for y = x^2."""
     quarter = y * 0.25
-    small = algebra.less(quarter, SMALL_LIMIT)
+    small = algebra.less(quarter, 0.25)
     half = algebra.sqrt(algebra.select(small, 1.0, quarter))
     sinc = algebra.select(small, polynomial(SINC, quarter), algebra.sin(half) / half)
     cosine = algebra.select(small, polynomial(COS, quarter), algebra.cos(half))
@@ -133,7 +131,7 @@ def angle_factor(algebra: Algebra, scalar_part: Value, vector_square: Value) -> 
     which picks the shorter of the two rotations."""
     negative = algebra.less(scalar_part, 0.0)
     cosine = algebra.select(negative, scalar_part * (-1.0), scalar_part)
-    small = algebra.less(vector_square, cosine * cosine * ARCTANGENT_LIMIT)
+    small = algebra.less(vector_square, cosine * cosine * 0.01)
     safe_cosine = algebra.select(small, cosine, 1.0)
     ratio = algebra.select(small, vector_square, 0.0) / (safe_cosine * safe_cosine)
     sine = algebra.sqrt(algebra.select(small, 1.0, vector_square))

@@ -4,7 +4,7 @@ printable statements."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -84,74 +84,58 @@ class GroupKernel:
         return plain if ref > 0 else ["neg", plain]
 
 
-def update(group: Group) -> GroupKernel:
-    """Return the kernel of out = q * exp(theta), quaternions of unit length."""
-    inputs = (("q", group.q_size), ("theta", group.v_size))
-    return _kernel("update", group, "out = q o exp(theta), the quaternion at unit length", inputs, group.update)
+def _product(rows: Iterable[Sequence[Value]], x: Sequence[Value]) -> list[Value]:
+    return [dot(row, x) for row in rows]
 
 
-def tangent(group: Group) -> GroupKernel:
-    """Return the kernel of the distinct 3 x 3 blocks of T(theta): (0, 0), and on SE(3) also (3, 0)."""
-
-    def blocks(algebra: TapeAlgebra, theta: Sequence[Value]) -> list[Value]:
-        T = group.tangent(algebra, theta)
-        offsets = (0, 3) if group.name == "SE3" else (0,)
-        return [T[offset + i][j] for offset in offsets for i in range(3) for j in range(3)]
-
-    equation = "out = blocks of T(theta): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~"
-    return _kernel("tangent", group, equation, (("theta", group.v_size),), blocks)
+def _tangent_blocks(group: Group, algebra: TapeAlgebra, theta: Sequence[Value]) -> list[Value]:
+    """Return the distinct 3 x 3 blocks of T(theta): (0, 0), and on SE(3) also (3, 0)."""
+    T = group.tangent(algebra, theta)
+    offsets = (0, 3) if group.name == "SE3" else (0,)
+    return [T[offset + i][j] for offset in offsets for i in range(3) for j in range(3)]
 
 
-def cotangent(group: Group) -> GroupKernel:
-    """Return the kernel of out = T(theta)^-T x, which maps a momentum at an end of exp(theta) to its mean velocity."""
-
-    def product(algebra: TapeAlgebra, theta: Sequence[Value], x: Sequence[Value]) -> list[Value]:
-        rows = group.tangent_inverse(algebra, theta)
-        return [dot([row[k] for row in rows], x) for k in range(group.v_size)]
-
-    inputs = (("theta", group.v_size), ("x", group.v_size))
-    return _kernel("cotangent", group, "out = T(theta)^-T x", inputs, product)
-
-
-def bracket(group: Group) -> GroupKernel:
-    """Return the kernel of out = [x, y] on the Lie algebra."""
-
-    def product(_: TapeAlgebra, x: Sequence[Value], y: Sequence[Value]) -> list[Value]:
-        return [dot(row, y) for row in group.bracket_matrix(x)]
-
-    return _kernel("bracket", group, "out = [x, y]", (("x", group.v_size), ("y", group.v_size)), product)
-
-
-def transport(group: Group) -> GroupKernel:
-    """Return the kernel of out = Ad(g)^-1 x, the twist x of the source frame of g in the target frame."""
-
-    def product(_: TapeAlgebra, g: Sequence[Value], x: Sequence[Value]) -> list[Value]:
-        return [dot(row, x) for row in group.adjoint(group.inverse(g))]
-
-    return _kernel("transport", group, "out = Ad(g)^-1 x", (("g", group.q_size), ("x", group.v_size)), product)
-
-
-def rate(group: Group) -> GroupKernel:
-    """Return the kernel of out = T(theta)^-1 v, the rate of canonical coordinates theta that move with velocity v.
-
-    The kernel holds the operations on a tape of its own, for rotation angles below 2 pi.
-    """
-
-    def product(algebra: TapeAlgebra, theta: Sequence[Value], v: Sequence[Value]) -> list[Value]:
-        return [dot(row, v) for row in group.tangent_inverse(algebra, theta)]
-
-    inputs = (("theta", group.v_size), ("v", group.v_size))
-    return _kernel("rate", group, "out = T(theta)^-1 v, for rotation angles below 2 pi", inputs, product)
+#: By name: the equation, the inputs (q and g are elements of the group, others increments), and the function.
+_KERNELS: Mapping[str, tuple[str, tuple[str, ...], Callable[..., list[Value]]]] = {
+    "update": (
+        "out = q o exp(theta), the quaternion at unit length",
+        ("q", "theta"),
+        lambda group, algebra, q, theta: group.update(algebra, q, theta),
+    ),
+    "tangent": (
+        "out = blocks of T(theta): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~",
+        ("theta",),
+        _tangent_blocks,
+    ),
+    "cotangent": (  # maps a momentum at an end of exp(theta) to its mean velocity
+        "out = T(theta)^-T x",
+        ("theta", "x"),
+        lambda group, algebra, theta, x: _product(zip(*group.tangent_inverse(algebra, theta), strict=True), x),
+    ),
+    "bracket": ("out = [x, y]", ("x", "y"), lambda group, _, x, y: _product(group.bracket_matrix(x), y)),
+    "transport": (  # the twist x of the source frame of g in the target frame
+        "out = Ad(g)^-1 x",
+        ("g", "x"),
+        lambda group, _, g, x: _product(group.adjoint(group.inverse(g)), x),
+    ),
+    "rate": (  # of canonical coordinates theta that move with velocity v
+        "out = T(theta)^-1 v, for rotation angles below 2 pi",
+        ("theta", "v"),
+        lambda group, algebra, theta, v: _product(group.tangent_inverse(algebra, theta), v),
+    ),
+}
 
 
-def _kernel(
-    name: str, group: Group, description: str, inputs: tuple[tuple[str, int], ...], function: Callable[..., list[Value]]
-) -> GroupKernel:
+def group_kernel(name: str, group: Group) -> GroupKernel:
+    """Return a kernel on a group by name: ``update``, ``tangent``, ``cotangent``, ``bracket``, ``transport`` or
+    ``rate``, with the operations on a tape of its own."""
+    equation, names, function = _KERNELS[name]
     tape = Tape()
     algebra = TapeAlgebra(tape)
+    inputs = tuple((block, group.q_size if block in "qg" else group.v_size) for block in names)
     arguments = [[Scalar(tape, tape.input(block, k)) for k in range(size)] for block, size in inputs]
-    refs = tuple(algebra.scalar(value).ref for value in function(algebra, *arguments))
-    return GroupKernel(f"{name}_{group.name.lower()}", f"{description}, on {group.name}", inputs, tape, refs)
+    refs = tuple(algebra.scalar(value).ref for value in function(group, algebra, *arguments))
+    return GroupKernel(f"{name}_{group.name.lower()}", f"{equation}, on {group.name}", inputs, tape, refs)
 
 
 def tangent_along(group: Group, theta: Array, direction: Array, *, inverse: bool = False) -> Array:

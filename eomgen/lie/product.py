@@ -105,30 +105,21 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
     (..., nv) increments in the body axes of ``first``, angular first, rad and m
     """
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
-    result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
-    groups = by_group(tuple(factors))
-    if len(batch) == 1 and result.shape[0] > 1 and result.size > _LARGE:
-        rows = max(1, _LARGE // result.shape[1])
+    nv = sum(factor.v_size for factor in factors)
+    if len(batch) == 1 and batch[0] > 1 and batch[0] * nv > _LARGE:
+        rows = max(1, _LARGE // nv)
         ends = [np.broadcast_to(q, (*batch, q.shape[-1])) for q in (first, second)]
-        for start in range(0, batch[0], rows):
-            part = slice(start, start + rows)
-            _fill_difference(result[part], groups, ends[0][part], ends[1][part])
-        return result
-    _fill_difference(result, groups, first, second)
-    return result
-
-
-def _fill_difference(
-    result: Array, groups: Sequence[tuple[Group | None, Places, Places]], first: Array, second: Array
-) -> None:
-    for group, of_q, of_v in groups:
+        parts = [[q[start : start + rows] for q in ends] for start in range(0, batch[0], rows)]
+        return np.concatenate([difference(factors, *part) for part in parts])
+    result = np.zeros((*batch, nv), dtype=np.result_type(first, second, float))
+    for group, of_q, of_v in by_group(tuple(factors)):
         begin, end = first[..., of_q], second[..., of_q]
         if group is None:
             result[..., of_v] = end - begin
         else:
-            begin, end = elements(begin, group.q_size), elements(end, group.q_size)
-            apart = numeric.difference(group, begin, end)
+            apart = numeric.difference(group, elements(begin, group.q_size), elements(end, group.q_size))
             result[..., of_v] = apart.reshape(result[..., of_v].shape)
+    return result
 
 
 def tangent(factors: Sequence[Factor], theta: Array) -> Array:
@@ -218,8 +209,6 @@ _FIRST = ((0.0, 1.0, 0.0, -6.0, 8.0, -3.0), (0.0, 0.0, 0.0, -4.0, 7.0, -3.0))
 _SECOND = ((0.0, 0.0, 0.5, -1.5, 1.5, -0.5), (0.0, 0.0, 0.0, 0.5, -1.0, 0.5))
 #: The same of a cubic through two values with first derivatives.
 _CUBIC = ((1.0, 0.0, -3.0, 2.0), (0.0, 0.0, 3.0, -2.0), (0.0, 1.0, -2.0, 1.0), (0.0, 0.0, -1.0, 1.0))
-#: For derivatives without cancellation, by an imaginary step.
-_TINY = 1e-200
 
 
 def group_curve(factors: Sequence[Factor], first: Curve, last: Curve, duration: Array, s: Array) -> Curve:
@@ -292,6 +281,6 @@ def _each(factors: Sequence[Factor], matrix: Callable[[Group, Array], Array], th
 
 def _tangent_rate(factors: Sequence[Factor], theta: Array, rate: Array) -> Array:
     """Return T' theta', the acceleration from the rate of the tangent operator, by a complex step."""
-    moved = _each(factors, numeric.tangent, theta + 1j * _TINY * rate, rate.astype(complex))
-    result: Array = moved.imag / _TINY
-    return result
+    step = 1e-200
+    moved = _each(factors, numeric.tangent, theta + 1j * step * rate, rate.astype(complex))
+    return np.asarray(moved.imag / step)

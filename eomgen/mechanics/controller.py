@@ -103,8 +103,7 @@ class _ControllerParts:
         self._used: set[str] = set()  # inputs of the scene
         sampled = {state.name for state in scene.states if state.sampling is not None}
         self.own = sampled or self._states_of_controllers()
-        rates = (state.rate for state in scene.states if state.name not in self.own)
-        read = self._commands_in([*self._forces(), *rates]) or self._read_by_outputs()
+        read = self._commands_of_the_plant()
         if not read:
             fault = "the scene has no controller: neither sampled states nor [controllers] [E0491]"
             hint = "sample and formula of a state, or with_controller(scene, law) of a design"
@@ -128,14 +127,17 @@ class _ControllerParts:
             open_names = _names("state", (self._states[name].rate for name in open_names))
         return reached
 
+    def _commands_of_the_plant(self) -> list[str]:
+        """Return the names of the commands that forces and rates read, or outputs, or of all commands."""
+        rates = (state.rate for state in self.scene.states if state.name not in self.own)
+        return (
+            self._commands_in([*self._forces(), *rates])
+            or self._commands_in([value for output in self.scene.outputs for value in output.values])
+            or [name for name in (*self._by_name, *sorted(self.own)) if self._is_command(name)]
+        )
+
     def _forces(self) -> Iterator[Formula]:
         return (formula for element in self.scene.elements for formula, _ in element.formulas())
-
-    def _read_by_outputs(self) -> list[str]:
-        """Return the names of the controllers and states that outputs of the scene read, or of all controllers and
-        states if outputs read none."""
-        told = self._commands_in([value for output in self.scene.outputs for value in output.values])
-        return told or [name for name in (*self._by_name, *sorted(self.own)) if self._is_command(name)]
 
     def _commands_in(self, formulas: Sequence[Formula]) -> list[str]:
         """Return the names of the controllers and states whose values formulas of the plant read, controllers first, in

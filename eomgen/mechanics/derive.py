@@ -38,15 +38,14 @@ def kept_and_dropped(
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
     kept += [] if scene.base is None else scene.base.integrals.values()
-    joints = scene.joints
-    followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in joints if joint.mimic is not None]
+    followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in scene.joints if joint.mimic is not None]
     if followers:
         dropped.append(f"coordinates of {len(followers)} joint(s) that follow others: {', '.join(followers)}")
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     kept += [f"beam {text}" for text in describe_beams(tree)]
     dropped += _absent_deformations(beams)
     kept += [_strains(element.beam) for element in scene.elements if isinstance(element, CosseratBeam)]
-    fixed = [joint.name for joint in joints if not joint.kind.moves and joint.child not in beams]
+    fixed = [joint.name for joint in scene.joints if not joint.kind.moves and joint.child not in beams]
     if fixed:
         dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")
     dropped += [f"{effect}: {why}" for present, effect, why in _effects(scene, tree, functions, facts) if not present]
@@ -54,10 +53,9 @@ def kept_and_dropped(
 
 
 def _absent_deformations(beams: Mapping[str, Beam]) -> Iterator[str]:
-    """Yield for each elastic body (by name) a sentence on the kinds of deformation that the scene does not request."""
+    """Yield for each beam, by name, a sentence on the kinds of deformation that the scene does not request."""
     for name, beam in beams.items():
-        lacking = [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]
-        if lacking:
+        if lacking := [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]:
             yield f"{', '.join(lacking)} of beam {name}: the scene asks for none"
 
 
@@ -94,36 +92,12 @@ _DISTURBED = frozenset({"linearization", "output_partials"})
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
-class SharedTape:
-    """Derivations of one scene that share a tape if they leave out the same rows, so that one reuses operations of
-    another.
-
-    ``known`` holds a derivation for each tuple of constraint rows left out, with and without disturbances of the base.
-
-    Parameters
-    ----------
-    scene : Scene
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.known: dict[tuple[tuple[int, ...], bool], Derivation] = {}
-
-    def derive(self, terms: Sequence[str] | None = None, without_rows: Sequence[int] = ()) -> System:
-        """Derive the equations as the function ``derive`` does."""
-        return derive(self.scene, terms, without_rows, self)
-
-    def derivation(self, without_rows: Sequence[int], *, disturbed: bool) -> Derivation:
-        """Return the derivation without the constraint rows of the given numbers; made at the first call, then reused.
-        ``disturbed`` makes accelerations of the base inputs of the equations, as linear models need them."""
-        key = tuple(without_rows), disturbed
-        if key not in self.known:
-            self.known[key] = Derivation(self.scene, without_rows, disturbed=disturbed)
-        return self.known[key]
+#: By the constraint rows left out, and whether the base has disturbances.
+Derivations = dict[tuple[tuple[int, ...], bool], Derivation]
 
 
 def derive(
-    scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = (), shared: SharedTape | None = None
+    scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = (), known: Derivations | None = None
 ) -> System:
     """Derive the separated equations of motion of a scene.
 
@@ -134,8 +108,9 @@ def derive(
         default terms of the scene, when omitted.
     without_rows : sequence of int
         Numbers of constraint rows to leave out, because they follow from other rows.
-    shared : SharedTape, optional
-        Earlier derivations of the scene, which new ones extend.
+    known : dict, optional
+        Earlier derivations of the scene, to which this one is added: with the same rows left out they share a tape,
+        so that one reuses operations of another.
 
     Raises
     ------
@@ -145,7 +120,10 @@ def derive(
     """
     try:
         disturbed = not _DISTURBED.isdisjoint(scene.terms if terms is None else terms)
-        derivation = (shared or SharedTape(scene)).derivation(without_rows, disturbed=disturbed)
+        key = tuple(without_rows), disturbed
+        derivation = (known or {}).get(key) or Derivation(scene, without_rows, disturbed=disturbed)
+        if known is not None:
+            known[key] = derivation
         return _assemble(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
         if cause := next((note for note in map(Message, scene.notes) if note.code in UNRESISTED), None):
@@ -196,7 +174,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
         "absolute": derivation.absolute,
         "elastic": derivation.tree.elastic,
         "rigid": derivation.tree.rigid,
-        "large": derivation.large,
+        "large": derivation.tree.large,
         "events": bool(scene.events),
         "event_actions": any(event.action in ("reset", "impact", "switch") for event in scene.events),
         "exact_beams": bool(derivation.section_loads.beams),
@@ -359,9 +337,9 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     """Return the facts of the equations by which methods and checks are chosen; ``made`` are the functions by name."""
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied_forces()]
-    masses = [] if derivation.deep else [value.ref for row in derivation.mass_rows for value in row.values()]
+    masses = [] if derivation.tree.deep else [value.ref for row in derivation.mass_rows for value in row.values()]
     return Facts(
-        constant_mass=not derivation.deep and "q" not in {symbol.block for symbol in tape.depends_on(masses)},
+        constant_mass=not derivation.tree.deep and "q" not in {symbol.block for symbol in tape.depends_on(masses)},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
         smooth=not any(_non_smooth(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,

@@ -25,7 +25,7 @@ from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Beam, Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joint_types import DRIVE_UNITS
-from eomgen.scene.joints.model import Constraint, Joint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.scene import Scene
@@ -82,10 +82,6 @@ def _scene_lengths(scene: Scene) -> Iterator[Formula]:
             yield from joint.position
         yield from joint.lengths()
     yield from chain.from_iterable(element.lengths() for element in scene.elements)
-
-
-#: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.
-_SMALL = 0.01
 
 
 def describe(scene: Scene) -> Description:
@@ -225,7 +221,7 @@ def _elastic(name: str, beam: Beam) -> Coordinates:
     for item in beam.deformations:
         units += item.units
         length = min(beam.length, 1.0) if item.nodal else 1.0 if item.kind == "torsion" else beam.length
-        reach += [_SMALL * length / (item.modes if item.nodal else number + 1) for number in range(item.modes)]
+        reach += [0.01 * length / (item.modes if item.nodal else number + 1) for number in range(item.modes)]
     return Coordinates(name, tuple(units), tuple(reach), beam.length, beam.order == 1)
 
 
@@ -259,37 +255,15 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
 def _drawing(scene: Scene) -> Drawing:
     """Return the data of pictures: solids, hinges, points, lines, links, beams, shapes, surfaces and ground."""
     carried = {joint.child: joint for joint in scene.joints}
-    free = _free_nodes(scene)
-    hinged = [joint for joint in scene.joints if joint.child not in free]
+    # nodes of geometrically exact beams without joints of the scene
+    free = {body.name for body in scene.bodies if body.node_of and body.name != body.node_of}
     drawn = [element.drawn() for element in scene.elements]
     return Drawing(
         solids=tuple(_solid(body, carried[body.name]) for body in scene.bodies),
-        hinges=tuple(
-            Hinge(
-                joint.name,
-                joint.type,
-                joint.parent,
-                joint.child,
-                joint.position,
-                joint.axis,
-                *joint.kind.drawn,
-                tied=joint.kind.group != "SE3",
-            )
-            for joint in hinged
-        ),
+        hinges=tuple(_hinge(joint) for joint in scene.joints if joint.child not in free),
         points=scene.points,
         lines=tuple(item for item in drawn if isinstance(item, Line)),
-        links=tuple(
-            DrawnLink(
-                item.name,
-                Point("", item.first.body, item.first.position),
-                Point("", item.second.body, item.second.position),
-                visible=item.kind.rod,
-            )
-            for item in scene.constraints
-            if item.framed
-        )
-        + tuple(_elements(scene)),
+        links=tuple(_links(scene)),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
         shapes=(*scene.shapes, *_rolling_shapes(scene)),
         contact_surfaces=tuple(item for item in _contacts(scene) if item.size != ZERO),
@@ -309,7 +283,12 @@ def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
         frame = item.second
         if item.type not in ("rolling", "sliding") or frame.body in shown:
             continue
-        kind, sizes = _rolling_solid(item)
+        radius, tube = item.radius, item.tube_radius
+        kind, sizes = {
+            "ellipsoid": ("ellipsoid", item.semi_axes),
+            "sphere": ("sphere", (radius,)),
+            "torus": ("wheel", (radius + tube, Number(2.0) * tube)),
+        }.get(item.shape, ("wheel", (radius, _DISC_WIDTH * radius)))
         yield Shape(item.name, frame.body, kind, frame.position, frame.orientation, sizes, implied=True)
     for element in scene.elements:
         if isinstance(wheel := element.drawn(), Wheel):
@@ -330,19 +309,6 @@ def _spin_axis(center: Point, scene: Scene) -> tuple[float, ...]:
             if joint.parent == center.body and center.position == joint.position:
                 return tuple((np.array(joint.orientation) @ np.array(joint.axis)).tolist())
     return (0.0, 1.0, 0.0)
-
-
-def _rolling_solid(item: Constraint) -> tuple[str, tuple[Formula, ...]]:
-    """Return the kind of solid, "ellipsoid", "sphere" or "wheel", and its sizes for ``Shape``, of a rolling or sliding
-    body."""
-    match item.shape:
-        case "ellipsoid":
-            return "ellipsoid", item.semi_axes
-        case "sphere":
-            return "sphere", (item.radius,)
-        case "torus":
-            return "wheel", (item.radius + item.tube_radius, Number(2.0) * item.tube_radius)
-    return "wheel", (item.radius, _DISC_WIDTH * item.radius)
 
 
 def _contacts(scene: Scene) -> Iterator[HeightSurface]:
@@ -371,17 +337,21 @@ def _ground(scene: Scene) -> tuple[Formula, ...]:
     return ()
 
 
-def _free_nodes(scene: Scene) -> set[str]:
-    """Return the nodes of geometrically exact beams without joints of the scene."""
-    return {body.name for body in scene.bodies if body.node_of and body.name != body.node_of}
+def _hinge(joint: Joint) -> Hinge:
+    hinge_fields = joint.name, joint.type, joint.parent, joint.child, joint.position, joint.axis
+    return Hinge(*hinge_fields, *joint.kind.drawn, tied=joint.kind.group != "SE3")
 
 
-def _elements(scene: Scene) -> Iterator[DrawnLink]:
-    """Yield the elements of geometrically exact beams as lines between two nodes."""
+def _links(scene: Scene) -> Iterator[DrawnLink]:
+    """Yield constraints between two frames, and elements of geometrically exact beams, as lines between two places."""
+    for item in scene.constraints:
+        if item.framed:
+            first, second = (Point("", frame.body, frame.position) for frame in (item.first, item.second))
+            yield DrawnLink(item.name, first, second, visible=item.kind.rod)
     for element in scene.elements:
         if isinstance(element, CosseratBeam):
-            for first, second in pairwise(element.beam.nodes):
-                yield DrawnLink(second, Point("", first, ZERO_VECTOR), Point("", second, ZERO_VECTOR), visible=True)
+            for start, end in pairwise(element.beam.nodes):
+                yield DrawnLink(end, Point("", start, ZERO_VECTOR), Point("", end, ZERO_VECTOR), visible=True)
 
 
 def _solid(body: Body, joint: Joint) -> Solid:

@@ -32,8 +32,6 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.description import BASE
 
 _SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-#: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
-_TINY = 1e-100
 
 
 def joint_start(
@@ -61,7 +59,11 @@ def joint_start(
     beams.sort(key=lambda beam: order[beam.name])  # one may be carried by another
     for beam, (of_derived_q, of_derived_v) in zip(beams, derived, strict=True):
         first, twist = _first_node(derivation, beam, np.asarray(of_derived_q), np.asarray(of_derived_v))
-        _place_nodes(beam, first, twist, by_name, q, v)
+        from_first = _from_first(beam)
+        poses = numeric.compose(SE3, first, from_first)
+        twists = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
+        for name, pose, node_twist in zip(beam.nodes[1:], poses, twists, strict=True):
+            q[by_name[name].q], v[by_name[name].v] = pose, node_twist
     return tuple(q.tolist()), tuple(v.tolist())
 
 
@@ -84,24 +86,6 @@ def _first_node(
     first = np.concatenate([quaternion_of_matrix(axes), origin])
     twist = np.concatenate([turned.T @ numbers[12:15], turned.T @ (numbers[15:18] + np.cross(numbers[12:15], offset))])
     return first, twist
-
-
-def _place_nodes(
-    beam: Cosserat,
-    first: NDArray[np.float64],
-    twist: NDArray[np.float64],
-    factors: Mapping[str, Factor],
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-) -> None:
-    """Enter into ``q`` and ``v`` the nodes of a beam in the shape at rest, moved with the first node as a rigid body.
-    ``first`` and ``twist`` are pose, (7,), and twist, (6,), of the first node; ``factors`` are by name of the node."""
-    from_first = _from_first(beam)
-    poses = numeric.compose(SE3, first, from_first)
-    twists = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
-    for name, pose, node_twist in zip(beam.nodes[1:], poses, twists, strict=True):
-        factor = factors[name]
-        q[factor.q], v[factor.v] = pose, node_twist
 
 
 def _from_first(beam: Cosserat) -> NDArray[np.float64]:
@@ -197,11 +181,12 @@ class AbsoluteStartEquations:
         numbers = {symbol.index for symbol in inputs if symbol.block == "p"}  # masses do not move the bodies
         moving = [(column, number) for column, name in enumerate(names) if (number := tunable.index(name)) in numbers]
         q = np.array(_absolute_start(self._tree, self._bodies, {"p": values})[0]) if moving else slopes[0]
+        step = 1e-100  # its square is below rounding: exact derivatives (Squire and Trapp 1998)
         for column, number in moving:
             moved = values.astype(complex)
-            moved[number] += 1j * _TINY
+            moved[number] += 1j * step
             at, v = _absolute_start(self._tree, self._bodies, {"p": moved})
-            slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
+            slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / step, v.imag / step
         return slopes[0], slopes[1]
 
 

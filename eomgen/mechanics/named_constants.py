@@ -39,9 +39,8 @@ def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
             ]
             for suffix, value, unit, meaning in _numbers(link.elastic, stations, quantities.formula):
                 if len(repr(abs(value)).replace(".", "")) > 8:  # shorter numbers are clear without a name
-                    constants.setdefault(
-                        f"{link.name}_{suffix}", Quantity(f"{link.name}_{suffix}", abs(value), 1, unit, meaning)
-                    )
+                    name = f"{link.name}_{suffix}"
+                    constants.setdefault(name, Quantity(name, abs(value), 1, unit, meaning))
     return tuple(constants.values())
 
 

@@ -80,11 +80,9 @@ def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> l
     bound = {InputSymbol(_PLACE, number): value.ref for number, value in enumerate(pose)}
     refs = splice(quantities.algebra.tape, kernel, [row.get(k, ZERO) for row in unit for k in range(6)], bound)
     parts = [Scalar(quantities.algebra.tape, ref) for ref in refs]
-    wrenches = []
-    for start in range(0, len(parts), 6):
-        a, b, c, x, y, z = parts[start : start + 6]
-        wrenches.append((apply(pair.first.axes, (a, b, c)), apply(pair.first.axes, (x, y, z))))
-    return wrenches
+    vector = quantities.algebra.vector
+    sides = [apply(pair.first.axes, vector(parts[k : k + 3])) for k in range(0, len(parts), 3)]
+    return list(zip(sides[::2], sides[1::2], strict=True))
 
 
 def _pair_of_its_own(tape: Tape) -> FramePair:
@@ -313,12 +311,9 @@ class Reactions:
         return [joint.name for joint in self.scene.joints if joint.name in of and not joint.kind.moves]
 
     def _find(self, name: str) -> Reaction:
-        placed = {item.name: item for item in self.scene.reactions}
-        if name in placed:
-            return placed[name]
-        if any(joint.name == name for joint in self.scene.joints):
-            return Reaction(name, "joints", name)
-        return Reaction(name, "constraints", name)
+        of_joint = any(joint.name == name for joint in self.scene.joints)
+        plain = Reaction(name, "joints" if of_joint else "constraints", name)
+        return next((item for item in self.scene.reactions if item.name == name), plain)
 
     def _drive_effort(self, name: str, index: int) -> Scalar:
         driven: list[Joint | Constraint] = [joint for joint in self.scene.joints if joint.drive]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
@@ -15,9 +17,6 @@ from eomgen.system.signals import Parameter
 
 #: Terms that are compared; each is derived with and without.
 COMPARED = ("mass", "inverse_dynamics", "forward_dynamics")
-#: Scenes with more elastic coordinates than this number, if all deformations of beams were included, are not derived
-#: for a comparison.
-MOST_ELASTIC = 40
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
         body if body.beam is None else replace(body, beam=_with_all_deformations(body.beam)) for body in scene.bodies
     )
     elastic = sum(body.beam.size for body in bodies if body.beam is not None)
-    if bodies != scene.bodies and elastic <= MOST_ELASTIC:
+    if bodies != scene.bodies and elastic <= 40:  # more would take long to derive
         variants.append(("beams deform only as the scene asks", replace(scene, bodies=bodies)))
     return variants
 
@@ -91,9 +90,6 @@ def _with_tunable_inertia(scene: Scene) -> Scene:
         return Symbol("parameter", name)
 
     for number, body in enumerate(scene.bodies):
-        symbols = [tunable(f"inertial {number} {k}") for k in range(10)]
-        tensor = (symbols[4], symbols[5], symbols[6], symbols[7], symbols[8], symbols[9])
-        bodies.append(
-            replace(body, mass=symbols[0], center_of_mass=(symbols[1], symbols[2], symbols[3]), inertia=tensor)
-        )
+        values: Any = tuple(tunable(f"inertial {number} {k}") for k in range(10))
+        bodies.append(replace(body, mass=values[0], center_of_mass=values[1:4], inertia=values[4:]))
     return replace(scene, parameters=tuple(parameters), bodies=tuple(bodies))

@@ -40,7 +40,7 @@ from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench, centri
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.reactions import Reactions, TransmittedWrenches
 from eomgen.mechanics.tree.absolute import build_absolute_tree
-from eomgen.mechanics.tree.alike import LONG_TREE, MANY, is_irregular, joints_along_z, made_alike
+from eomgen.mechanics.tree.alike import is_irregular, joints_along_z, made_alike
 from eomgen.mechanics.tree.base import base_state, resting_base
 from eomgen.mechanics.tree.build import build_tree, group_inertias
 from eomgen.mechanics.tree.links import ROOT, Tree
@@ -55,9 +55,6 @@ from eomgen.system.terms import TERMS
 
 #: Up to so large a mean of the squared depths a tree counts as flat: bodies on the base have 15.
 FLAT = 48
-#: Largest number of velocity components of absolute bodies with joints for checks of runs by whole matrices; above,
-#: runs are checked by the nonzeros.
-_WHOLE = 300
 
 
 class Derivation:
@@ -96,7 +93,7 @@ class Derivation:
                 "add a revolute, prismatic, spherical or free joint",
             )
         self.grouped: Tree = group_inertias(self.tree)
-        if not self.absolute and is_irregular(scene, self.tree, self.grouped):
+        if not self.absolute and is_irregular(self.tree, self.grouped):
             self.tree = build_tree(self.algebra, scene, along_z=joints_along_z(scene))
             self.tree, self.grouped = made_alike(self.tree, group_inertias(self.tree))
         gravity = self.algebra.vector([self.constant(item) for item in scene.gravity])
@@ -213,35 +210,21 @@ class Derivation:
 
     def inverse_dynamics(self) -> list[Block]:
         """Return tau = M a + h + b - Q, (nv,)."""
-        return [self._vector("tau", self.inverse(), "generalized force that the motion a needs")]
+        return [self._vector("tau", self.inverse, "generalized force that the motion a needs")]
 
     def residual(self) -> list[Block]:
         """Return r = M a + h + b - Q + B^T lam, (nv,)."""
-        r = self.inverse()
+        r = self.inverse
         if self.constraints is not None:
             reactions = self.constraints.forces()
             r = [x + y for x, y in zip(r, reactions, strict=True)]
         return [self._vector("r", r, "residual")]
 
-    def inverse(self) -> list[Scalar]:
-        """Return M a + h + b - Q, (nv,): the generalized forces needed for a in addition to the applied forces."""
-        return list(self._inverse)
-
     @cached_property
-    def _inverse(self) -> tuple[Scalar, ...]:
+    def inverse(self) -> list[Scalar]:
+        """M a + h + b - Q, (nv,): the generalized forces needed for a in addition to the applied forces."""
         tau = separated.inverse_dynamics(self.grouped, self.motion, self.loads.wrenches)
-        return tuple(x - y for x, y in zip(tau, self.loads.efforts, strict=True))
-
-    @property
-    def large(self) -> bool:
-        """Whether partials of the whole tree are too large by default: then each step of the recursion is
-        differentiated separately."""
-        return self.deep or self.tree.nv > MANY
-
-    @property
-    def deep(self) -> bool:
-        """Whether the tree is so deep that terms quadratic in the depth are recorded on request only."""
-        return sum(depth * depth for depth in self._depths()) >= LONG_TREE
+        return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
     @property
     def free_columns(self) -> bool:
@@ -253,7 +236,7 @@ class Derivation:
     def ill_scaled(self) -> bool:
         """Whether the elimination of M loses digits that articulated bodies keep, with the default parameters. False in
         absolute coordinates, with constraints, and for deep or elastic trees."""
-        if self.absolute or self.has_constraints or self.deep or not self.free_columns:
+        if self.absolute or self.has_constraints or self.tree.deep or not self.free_columns:
             return False
         M = self.mass_rows
         starts = {joint.name: joint.initial_position for joint in self.scene.joints}
@@ -276,17 +259,18 @@ class Derivation:
         """The names of terms of whole (dense) matrices that are recorded without a request: all unless the tree is
         large."""
         every = frozenset(term.name for term in TERMS.values() if term.quadratic)
-        if not self.large or not self.sparse:
+        if not self.tree.large or not self.sparse:
             return every
         of_rows = frozenset({"constraint_jacobian", "velocity_partials"} if self.has_constraints else ())
         if not self.absolute:
             return of_rows
-        return of_rows | {"mass"} if of_rows and self.tree.nv <= _WHOLE else frozenset()
+        # runs of more bodies are checked by the nonzeros of M
+        return of_rows | {"mass"} if of_rows and self.tree.nv <= 300 else frozenset()
 
     @property
     def flat(self) -> bool:
         """Whether few velocity components depend on earlier components."""
-        depths = self._depths()
+        depths = self.tree.depths()
         return sum(depth * depth for depth in depths) <= FLAT * len(depths)
 
     @property
@@ -298,13 +282,6 @@ class Derivation:
     def has_carried_links(self) -> bool:
         """Whether links are carried by other links: then the recursion has additional unknowns."""
         return any(link.parent != ROOT for link in self.tree.links)
-
-    def _depths(self) -> list[int]:
-        """Return for each velocity component the number of components from the root to this component."""
-        depths: list[int] = []
-        for parent in self.tree.dof_parents():
-            depths.append(1 + (depths[parent] if parent >= 0 else 0))
-        return depths
 
     def partials(self) -> list[Block]:
         """Return K, C, M, (nv, nv) each: partials of the residual in q (left-trivialised), v and a."""

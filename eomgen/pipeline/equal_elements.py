@@ -12,16 +12,15 @@ from eomgen.codegen.continuation import Known, Samples
 from eomgen.codegen.program import Program
 from eomgen.mechanics.initial_coordinates import joint_start
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.pipeline.equal_parts import EqualGroups, EqualParts, Plan, Start, find_runs, least_work, rename
+from eomgen.pipeline.equal_parts import FEW, MORE, EqualGroups, EqualParts, Plan, Start, find_runs, least_work, rename
 from eomgen.scene.bodies.cosserat import BeamElement, Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 from eomgen.system.system import WHOLE, Sample
 
-#: Least number of equal groups in a run of the smallest derived scene, and increment to the next scene. Clamped beams
-#: need fewer than others, which have loops outside of the runs, too; the last 20 elements may be eliminated in an order
-#: of their own.
-_FEW, _FEW_OF_OTHERS, _MORE = 28, 80, 4
+#: Least number of equal groups of beams that are not clamped, which have loops outside of the runs, too; the last 20
+#: elements may be eliminated in an order of their own.
+_FEW_OF_OTHERS = 80
 #: Sections of a scene that hold no numbers of elements and no places along a beam; kinds of symbols that do.
 _PLAIN = frozenset({"beams", "forces", "springs", "torsion_springs", "bushings", "efforts"})
 _BY_ELEMENT = frozenset({"section_load", "place", "local"})
@@ -50,8 +49,8 @@ class EqualElements(EqualParts):
     def plans(self) -> tuple[Plan, ...]:
         """Steps to the shortest scene, in the order in which they are tried."""
         elements = sum(beam.elements for beam in _beams(self.scene))
-        every = (_FEW, _FEW_OF_OTHERS) if self.is_clamped else (_FEW_OF_OTHERS,)
-        return tuple(plan for least in every if (plan := least_work(self.sizes, elements, least, _MORE)[1]))
+        every = (FEW, _FEW_OF_OTHERS) if self.is_clamped else (_FEW_OF_OTHERS,)
+        return tuple(plan for least in every if (plan := least_work(self.sizes, elements, least, MORE)[1]))
 
     def fewer(self, removed: Sequence[int]) -> Scene:
         """Return the scene without so many groups of each run; nodes, joints and names beyond are removed or

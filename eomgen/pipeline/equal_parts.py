@@ -50,6 +50,8 @@ class Shortening(NamedTuple):
 Plan = Sequence[Shortening]
 #: Parts of the longest group that is looked for.
 LONGEST = 4
+#: Least number of equal groups in a run of the smallest derived scene in joint coordinates, and increment to the next.
+FEW, MORE = 28, 4
 #: Work of three derivations and their comparison, as a multiple of the work of the second one.
 _WORK = 4.75
 

@@ -26,7 +26,9 @@ from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start, joint_start
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.pipeline.equal_parts import (
+    FEW,
     LONGEST,
+    MORE,
     Derived,
     EqualGroups,
     EqualParts,
@@ -44,13 +46,8 @@ from eomgen.system.terms import TERMS
 #: The parts of a name between its numbers, and the numbers.
 Parts = tuple[tuple[str, ...], tuple[int, ...]]
 Entries = dict[str, dict[object, dict[int, tuple[float, ...]]]]
-#: Least bodies and rows of the smallest derived scene, and rows more of the next one.
-_FEW, _FEW_ROWS, _MORE = 100, 10, 2
-#: The same with joints, rows in place of bodies: the first of them have pivots of their own.
-_FEW_JOINED, _MORE_JOINED = 18, 1
-#: The same in joint coordinates, with least velocities of the smallest scene: shorter chains have functions without
-#: loops, and loops of some lengths begin elsewhere, so that other lengths are tried.
-_FEW_HINGED, _MORE_HINGED, _FREEDOMS = 28, 4, 60
+#: Least bodies of the smallest derived scene of free bodies.
+_FEW = 100
 #: Distance of rows from which on a row that names the other one is distant.
 _END = 3
 _INTEGER = re.compile(r"(\d+)")
@@ -341,7 +338,7 @@ class EqualRows(EqualParts):
         unknown_start = not (self.joined or self.hinged) and free_start(self.scene) is None
         if unknown_start or any(grows is None for grows in self.grows.values()):
             return []
-        more = _MORE if not self.joined else _MORE_HINGED if self.hinged else _MORE_JOINED
+        more = 2 if not self.joined else MORE if self.hinged else 1
         every = (least_work(self.sizes, self.count, least, more)[1] for least in self._least)
         return [plan for plan in every if plan]
 
@@ -368,11 +365,13 @@ class EqualRows(EqualParts):
     def _least(self) -> tuple[int, ...]:
         """Numbers of rows of the shortest derived scene, in the order in which they are tried."""
         if self.hinged:
+            # chains of fewer than 60 velocities have functions without loops, and loops of some lengths begin elsewhere
             freedoms = sum(len(joint.initial_velocity) for joint in self.scene.joints)
-            few = max(_FEW_HINGED, _FREEDOMS * self.count // max(1, freedoms))
+            few = max(FEW, 60 * self.count // max(1, freedoms))
             return few, few + few // 2
-        of_row = max(1, len(self.scene.bodies) // self.count)
-        return (_FEW_JOINED,) if self.joined else (max(_FEW_ROWS, -(-_FEW // of_row)),)
+        if self.joined:
+            return (18,)  # the first rows have pivots of their own
+        return (max(10, -(-_FEW // max(1, len(self.scene.bodies) // self.count))),)
 
     def sample(self, parts: int, missing: int, orders: dict[object, Any]) -> Sample:
         """Return the sample of a scene."""

@@ -5,7 +5,6 @@ when the folder is made, not by the C; and names, units and ranges of coordinate
 from __future__ import annotations
 
 import math
-import struct
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -179,17 +178,14 @@ def _holds(rule: Requirement, values: Mapping[str, float]) -> bool:
     return all(map(math.isfinite, numbers)) and (rule.rule is None or not bool(rule.rule.broken(numbers)))
 
 
-#: Largest number whose square is a double: a larger one may be refused for overflow alone.
-_LARGEST = 1e150
-
-
 def _end(met: Callable[[float], bool], start: float, sign: float) -> float | None:
     """Return the end, in direction ``sign``, of the range of numbers that meet requirements and contains ``start``.
     ``met`` returns whether a number meets the requirements. None without an end; the search halves the number of
     doubles in between."""
-    if met(sign * _LARGEST):
+    largest = sign * 1e150  # squares of larger numbers overflow, for which alone numbers may be refused
+    if met(largest):
         return None
-    inside, outside = _place(start), _place(sign * _LARGEST)
+    inside, outside = _place(start), _place(largest)
     while abs(outside - inside) > 1:
         middle = (inside + outside) // 2
         inside, outside = (middle, outside) if met(_double(middle)) else (inside, middle)
@@ -198,14 +194,13 @@ def _end(met: Callable[[float], bool], start: float, sign: float) -> float | Non
 
 def _place(number: float) -> int:
     """Return the place of a double in the order of all doubles, 0 for 0.0."""
-    (bits,) = struct.unpack("<q", struct.pack("<d", abs(number)))
-    return int(bits if number >= 0.0 else -bits)
+    bits = int(np.float64(abs(number)).view(np.int64))
+    return bits if number >= 0.0 else -bits
 
 
 def _double(rank: int) -> float:
     """Return the double at a place in the order of all doubles."""
-    (number,) = struct.unpack("<d", struct.pack("<q", abs(rank)))
-    return float(number if rank >= 0 else -number)
+    return math.copysign(float(np.int64(abs(rank)).view(np.float64)), rank)
 
 
 def _at(parameters: tuple[Quantity, ...], inputs: tuple[Quantity, ...]) -> str:

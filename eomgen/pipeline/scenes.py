@@ -27,10 +27,6 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 
-#: Bodies, with the nodes of exact beams, below which no scene is continued from shorter ones.
-_LONG = 30
-
-
 def open_document(document: Any) -> Any:
     """Return a document, or the scene of a record."""
     return document.scene if isinstance(document, StoredScene) else document
@@ -62,7 +58,7 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
     from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
     whole = scene.coordinates != "absolute" or len(scene.bodies) <= 30
-    derive = partial(mechanics.derive, scene) if whole else mechanics.SharedTape(scene).derive
+    derive = partial(mechanics.derive, scene, known=None if whole else {})
     try:
         return with_initial_assembly(derive, terms, _describe(scene), whole=whole, light=scene.light)
     except ModelError as error:
@@ -176,7 +172,7 @@ def _content(scene: Scene | StoredScene) -> bytes:
 def _program(scene: Scene, derived: Programs) -> tuple[Program, str] | None:
     """Return the Program of a scene with many equal elements or rows, continued from scenes with few, and a refusal.
     None for other scenes. ``derived`` derives a shorter scene."""
-    if len(scene.bodies) < _LONG:
+    if len(scene.bodies) < 30:  # with the nodes of exact beams
         return None
     from eomgen.pipeline.equal_elements import equal_elements  # noqa: PLC0415  # a stored scene has none
     from eomgen.pipeline.equal_rows import equal_rows  # noqa: PLC0415  # likewise

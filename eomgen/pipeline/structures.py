@@ -134,7 +134,7 @@ def known_library(builder: Builder, structure: Structure | None) -> KnownLibrary
         return None
     record = json.loads(entry.text(_RECORD))
     if (library := builder.cache.get(record["library"])) is None:
-        builder.cache.quarantine(key)
+        builder.cache.remove(key)
         return None
     layout = json.loads(library.text("layout.json")) | structure.initial
     layout.pop("digest", None)  # of a library in two with other numbers

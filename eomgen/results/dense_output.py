@@ -24,7 +24,8 @@ from eomgen.lie import product
 from eomgen.lie.product import Factor, cubic, group_curve
 
 Index = NDArray[np.integer[Any]]
-_BATCH = 4096
+#: Rows that are evaluated at once.
+BATCH = 8192
 
 
 class Rows(NamedTuple):
@@ -45,10 +46,8 @@ def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
     """Return the Lie groups of a configuration's coordinates from a solution's metadata. Raises UsageError if not
     there."""
     if "factors" not in metadata:
-        fault = (
-            "this solution does not say which groups its coordinates are of: it was made by hand or by an older"
-            " eomgen [E1262]"
-        )
+        origin = "it was made by hand or by an older eomgen"
+        fault = f"this solution does not say which groups its coordinates are of: {origin} [E1262]"
         raise UsageError(Problem("at", fault, "a solution of simulate"))
     return [Factor(group, "", *spans) for group, *spans in metadata["factors"]]
 
@@ -82,9 +81,8 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
             times, *(np.broadcast_to(array[0], (*times.shape, array.shape[1])).copy() for array in rows[1:])
         )
     if len(rows.t) < 2:
-        raise UsageError(
-            Problem("at", f"the solution has {len(rows.t)} row, two are needed [E1263]", "a run that made a step")
-        )
+        fault = f"the solution has {len(rows.t)} row, two are needed [E1263]"
+        raise UsageError(Problem("at", fault, "a run that made a step"))
     first, last = rows.t[0], rows.t[-1]
     slack = 1e-9 * (rows.t[1] - first)
     outside = (flat < first - slack) | (flat > last + slack)
@@ -92,7 +90,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
         fault = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s [E1264]"
         raise UsageError(Problem("at", fault, "times within it, or a longer run"))
     index = np.clip(np.searchsorted(rows.t, flat, side="right") - 1, 0, len(rows.t) - 2)
-    parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
+    parts = [slice(k, k + BATCH) for k in range(0, max(len(flat), 1), BATCH)]
     if between is None:
         _check_turns(rows, factors, np.unique(index))
         kind = metadata.get("dense_output", "hermite_3")
@@ -157,10 +155,8 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
         )
         if np.any(turns := speed * duration > np.pi):
             k = int(np.argmax(turns))
-            fault = (
-                f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g}"
-                f" s [E1266]"
-            )
+            turn = f"{speed[k] * duration[k]:.3g} rad"
+            fault = f"a body turns by {turn} between two rows at t = {rows.t[index[k]]:.9g} s [E1266]"
             raise UsageError(Problem("at", fault, "a smaller record_every: less than half a turn between rows"))
 
 
@@ -169,9 +165,8 @@ def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
     any. Every third row is used; halfway between two rows the velocities of a quintic are better than elsewhere, so
     every second row would not do. Raises UsageError for fewer than seven rows."""
     if len(rows.t) < 7:
-        raise UsageError(
-            Problem("interpolation_error", f"seven rows are needed, not {len(rows.t)} [E1267]", "a longer run")
-        )
+        fault = f"seven rows are needed, not {len(rows.t)} [E1267]"
+        raise UsageError(Problem("interpolation_error", fault, "a longer run"))
     kept = Rows(*(array[::3] for array in rows))
     left_out = [k for k in range(3 * len(kept.t) - 3) if k % 3]
     interpolated = state_at(kept, metadata, rows.t[left_out])

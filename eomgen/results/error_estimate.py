@@ -13,12 +13,26 @@ from eomgen.base.data import dataclass, field
 
 #: Observed order below which there is none, and the part of the motion above which that matters.
 NO_ORDER, NOTICED = 0.5, 0.03
+#: Error target of hints, relative to the motion.
+AIM = 0.01
 #: References of relative errors, unless the motion is too small.
 OWN, NONE = "its motion", "its motion, which is none"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
 _WORDS = ("available", "reason", "remedy", "method", "unresolved", "passed_over")
 _LARGEST = ("largest", "largest_velocity", "largest_output")
 _STATES = ("q", "increment", "v", "z", "multipliers")
+
+
+def array_groups(arrays: Mapping[str, Array]) -> dict[str, Any]:
+    """Return the arrays of a file by name; arrays with the name ``group.member`` as a mapping for each group."""
+    result: dict[str, Any] = {}
+    for name, array in arrays.items():
+        group, _, member = name.partition(".")
+        if member:
+            result.setdefault(group, {})[member] = array
+        else:
+            result[name] = array
+    return result
 
 
 @dataclass(frozen=True)
@@ -252,13 +266,7 @@ class ErrorEstimate:
     @classmethod
     def from_file(cls, arrays: Mapping[str, Array], summary: Mapping[str, Any]) -> Self:
         """Return the estimate whose ``arrays`` and ``described`` were written to a file."""
-        stored: dict[str, Any] = {"outputs_at": {}}
-        for name, array in arrays.items():
-            group, _, member = name.partition(".")
-            if member:
-                stored[group][member] = array
-            else:
-                stored[name] = array
+        stored: dict[str, Any] = {"outputs_at": {}, **array_groups(arrays)}
         stored |= {name: _number(summary[name]) for name in _NUMBERS}
         stored |= {name: summary[name] for name in _WORDS if name in summary}
         stored |= {name: LargestError(**summary[name]) for name in _LARGEST if summary.get(name)}
@@ -275,10 +283,6 @@ def _or_none(value: float) -> float | None:
 
 def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
-
-
-#: Error target of the hint, relative to the motion.
-_AIM = 0.01
 
 
 @dataclass(frozen=True)
@@ -321,12 +325,9 @@ class SampleErrors:
     @property
     def worst(self) -> tuple[int | None, LargestError] | None:
         """Number of the worst sample, None for the run without variations, with the largest error of that sample."""
-        result = [(number, error) for number, estimate in self._numbered_estimates for error in estimate.every]
+        estimates = [(None, self.nominal), *self.of_samples.items()]
+        result = [(number, error) for number, estimate in estimates for error in estimate.every]
         return max(result, key=lambda pair: pair[1].share, default=None)
-
-    @property
-    def _numbered_estimates(self) -> list[tuple[int | None, ErrorEstimate]]:
-        return [(None, self.nominal), *self.of_samples.items()]
 
     @property
     def _every(self) -> list[ErrorEstimate]:
@@ -344,7 +345,7 @@ class SampleErrors:
         if not largest.share > NOTICED:
             return text
         estimate = self.nominal if number is None else self.of_samples[number]
-        factor = estimate.refinement(_AIM) if estimate.relative > _AIM else 0.5
+        factor = estimate.refinement(AIM) if estimate.relative > AIM else 0.5
         return f"{text}; try: a step smaller than {self.step * factor:.2g} s"
 
     def summary(self) -> dict[str, Any]:

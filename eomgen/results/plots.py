@@ -21,16 +21,15 @@ from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
 from eomgen.results.recorded import RecordedSolution
+from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
     from eomgen.results.events import Events
 
-#: Curves in one panel, panels in one figure, points of one curve: above these numbers curves cannot be distinguished.
-_CURVES, _PANELS, _POINTS = 6, 24, 4000
+#: Panels in one figure, points of one curve: above these numbers curves cannot be distinguished.
+_PANELS, _POINTS = 24, 4000
 #: Kinds of curves that a run draws into files.
 _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
-#: Lines nearer than this part of the height of a panel cannot be distinguished.
-_EQUAL = 2e-3
 #: Words of the name of a curve: of an included file, of an output, of a component.
 _WORDS = re.compile(r"[_ \[]")
 #: Quantities by unit, as far as the unit alone determines the quantity; coordinates of joints and bodies say more.
@@ -48,10 +47,8 @@ _COPY = re.compile(r"(.+)_sampled(?:_\d+)?")
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
-_DASHED = 3
-#: Positions that change by less than this part of the largest change of a position, as heights of a car that drives
-#: away, are drawn as changes in panels of their own.
-_SMALL = 1.0 / 30.0
+#: Curves in one panel.
+_CURVES = len(_COLOURS)
 #: Rotation, rad, below which rotation vectors are drawn in place of quaternions, and above which an angle is one of a
 #: wheel or a rotor.
 _TURNED = 3.0
@@ -315,9 +312,8 @@ def _no_curve(name: str, kinds: Mapping[str, Sequence[PlottedCurve]], asked_by: 
 def rows_from(t: Array, start: float | None, asked_by: str) -> NDArray[np.bool_]:
     """Return the mask (nt,) of rows from a time on; of all rows without a time. Raises UsageError for no time in s."""
     if not (start is None or isinstance(start, int | float | np.number)):
-        raise UsageError(
-            Problem(f"{asked_by}: start", f"a time in s is needed, not {shown(start)} [E1272]", "start=5.0")
-        )
+        fault = f"a time in s is needed, not {shown(start)} [E1272]"
+        raise UsageError(Problem(f"{asked_by}: start", fault, "start=5.0"))
     return np.asarray(t >= (-np.inf if start is None else float(start)))
 
 
@@ -381,13 +377,9 @@ def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
     table = np.stack(list(energies.values()))
     change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
     if 1e-9 * size < change < 0.2 * size:
-        drawn = [
-            PlottedCurve(name, "J", values - values[0], "change of energy from the start")
-            for name, values in energies.items()
-        ]
-    else:
-        drawn = [PlottedCurve(name, "J", values) for name, values in energies.items()]
-    return drawn + powers
+        changed = "change of energy from the start"
+        return [PlottedCurve(name, "J", part - part[0], changed) for name, part in energies.items()] + powers
+    return [PlottedCurve(name, "J", values) for name, values in energies.items()] + powers
 
 
 def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedCurve]:
@@ -396,18 +388,11 @@ def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedC
     curves = []
     for name, array in solution.outputs.items():
         table = array[:, np.newaxis] if array.ndim == 1 else array
-        several = table.shape[1] > 1
-        curves += [
-            PlottedCurve(
-                f"{name}[{index}]" if several else name,
-                units.get(name, ""),
-                table[:, index],
-                meaning.get(name, {}).get("quantity", ""),
-                name,
-                meaning.get(name, {}).get("description", ""),
-            )
-            for index in range(table.shape[1])
-        ]
+        labels = component_names("", name, table.shape[1])
+        told = meaning.get(name, {})
+        words = told.get("quantity", ""), name, told.get("description", "")
+        unit, columns = units.get(name, ""), zip(labels, table.T, strict=True)
+        curves += [PlottedCurve(label, unit, column, *words) for label, column in columns]
     return curves
 
 
@@ -461,16 +446,14 @@ def _with_small_changes(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
             if curve.unit == unit and curve.quantity == quantity and len(curve.values)
         }
         large = max(changes.values(), default=0.0)
-        small = [number for number, change in changes.items() if change < _SMALL * large]
+        # as heights of a car that drives away
+        small = [number for number, change in changes.items() if change < large / 30.0]
         if not any(changes[number] > SUMMED for number in small) or (unit == "rad" and large < _TURNED):
             continue
         for number in small:
-            curve = curves[number]
-            if unit == "rad":
-                result[number] = replace(curve, quantity="small angle")
-            else:
-                values = curve.values - curve.values[0]
-                result[number] = replace(curve, values=values, quantity="change of position from the start")
+            curve, first = curves[number], 0.0 if unit == "rad" else curves[number].values[0]
+            named = "small angle" if unit == "rad" else "change of position from the start"
+            result[number] = replace(curve, values=curve.values - first, quantity=named)
     return result
 
 
@@ -512,19 +495,18 @@ def _fill(
     ----------
     abscissa : curve over which the panels are drawn; None for the time, with lines at events
     """
+    label = "time, s"
+    if abscissa is not None:
+        words = f": {abscissa.description}" if abscissa.description else ""
+        label = axis_label(f"{abscissa.name}{words}", abscissa.unit)
     for axis, panel in zip(axes, panels, strict=True):
         _panel(axis, solution.t if abscissa is None else abscissa.values, panel, beside=beside)
         for time in _marked_times(solution.events) if abscissa is None else ():
             axis.axvline(time, color="#888888", linewidth=0.7, linestyle=":", zorder=0.5)
         if axis.xaxis.get_tick_params()["labelbottom"]:
-            axis.set_xlabel("time, s" if abscissa is None else _abscissa_label(abscissa))
+            axis.set_xlabel(label)
     for figure in {axis.figure for axis in axes}:
         figure.align_ylabels([axis for axis in axes if axis.figure is figure])
-
-
-def _abscissa_label(curve: PlottedCurve) -> str:
-    name = f"{curve.name}: {curve.description}" if curve.description else curve.name
-    return axis_label(name, curve.unit)
 
 
 def _marks(events: Events) -> str:
@@ -556,7 +538,7 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
         hidden = _equal(curve, panel[:number], size)
         words = (f"{curve.name}: {meant}" if meant else curve.name) + (f" (equal to {hidden})" if hidden else "")
         label = textwrap.fill(words, 34)
-        style = "--" if number >= _DASHED else "-"
+        style = "--" if number >= _CURVES // 2 else "-"
         # a curve of many turns would hide others as a block
         look = {"linewidth": 0.5, "zorder": 1.9} if _turns(curve.values) > 150 else {"linewidth": 1.3}
         axis.plot(*_thin(t, curve.values), label=label, color=colour, linestyle=style, **look)
@@ -584,9 +566,10 @@ def _equal(curve: PlottedCurve, drawn: Sequence[PlottedCurve], size: float) -> s
     size : height of the panel in its unit
     """
     ptp = float(np.ptp(curve.values)) if len(curve.values) else 0.0
-    if ptp <= _EQUAL * size:
+    line = 2e-3  # width of a line as a part of the height of a panel
+    if ptp <= line * size:
         return ""
-    return next((old.name for old in drawn if float(np.max(np.abs(old.values - curve.values))) <= _EQUAL * ptp), "")
+    return next((old.name for old in drawn if float(np.max(np.abs(old.values - curve.values))) <= line * ptp), "")
 
 
 def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:

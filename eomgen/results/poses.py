@@ -11,6 +11,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults, UnknownName
 from eomgen.base.products import objects_of
 from eomgen.errors import Problem
+from eomgen.results.dense_output import BATCH
 from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
@@ -42,10 +43,6 @@ class BodyPoses(NamedResults[Array]):
             hint = f'outputs["{name}"] of the solution, with {name} = {{ position = "{name}" }} among the outputs'
             raise UnknownName(Problem("", f"{name} is a point, and only bodies have poses [E1284]", hint))
         return super().__missing__(name)
-
-
-#: Rows that are evaluated at once.
-BATCH = 8192
 
 
 def poses_and_scenery(

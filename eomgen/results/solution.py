@@ -116,10 +116,9 @@ class Solution(SolutionMethods):
     def __post_init__(self) -> None:
         if self.events is None:  # as of files
             object.__setattr__(self, "events", NO_EVENTS)
-        object.__setattr__(self, "outputs", NamedResults("output", self.outputs))
-        object.__setattr__(self, "energy", NamedResults("energy", self.energy))
-        object.__setattr__(self, "stats", NamedResults("statistic", self.stats))
-        object.__setattr__(self, "metadata", NamedResults("entry", self.metadata))
+        for name, kind in _LATER.items():
+            if kind:
+                object.__setattr__(self, name, NamedResults(kind, getattr(self, name)))
 
     if not TYPE_CHECKING:  # a type checker knows the attributes without this method
 
@@ -309,21 +308,16 @@ class Solution(SolutionMethods):
         >>> model.simulate(0.1, 1e-3).save("run.npz").name
         'run.npz'
         """
-        path = Path(path)
+        path, tables = Path(path), {".csv": write_columns, ".mat": write_matlab, ".parquet": write_parquet}
         if path.suffix == ".npz":
             _ = self.error  # before there are poses: its runs take most memory
             write_all(self, self._poses_or_none(), vars(self).get("section_loads", {}), path)
-        elif path.suffix == ".csv":
-            write_columns(self, path)
-        elif path.suffix == ".mat":
-            write_matlab(self, path)
-        elif path.suffix == ".parquet":
-            write_parquet(self, path)
+        elif path.suffix in tables:
+            tables[path.suffix](self, path)
         else:
             kind = path.suffix or "a file without a suffix"
-            raise UsageError(
-                Problem(str(path), f"a solution cannot be saved as {kind} [E1295]", ".npz, .csv, .mat or .parquet")
-            )
+            fault = f"a solution cannot be saved as {kind} [E1295]"
+            raise UsageError(Problem(str(path), fault, ".npz, .csv, .mat or .parquet"))
         return path
 
     @classmethod
@@ -538,10 +532,8 @@ class Solution(SolutionMethods):
             raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
-            fault = (
-                f"the second part begins at t = {begins:.9g} s, as the first part does, and does not continue"
-                f" that part [E1299]"
-            )
+            begin = f"the second part begins at t = {begins:.9g} s, as the first part does"
+            fault = f"{begin}, and does not continue that part [E1299]"
             raise UsageError(Problem("followed_by", fault, "first.followed_by(second), second of model.resume"))
         near = np.flatnonzero(np.abs(self.t - begins) <= 1e-9 * float(later.metadata["step"]))
         if self.events.counts or not len(near):  # an event may act at that time, or no row was recorded
@@ -551,13 +543,10 @@ class Solution(SolutionMethods):
             if np.any(off):
                 names = later.metadata.get("names", {}).get(name) or component_names("", name, len(off))
                 k = int(np.argmax(off))
-                fault = (
-                    f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part and"
-                    f" {second[0, k]:.6g} in the second, which does not go on from it [E1300]"
-                )
-                raise UsageError(
-                    Problem("followed_by", fault, "the solution of model.resume from this run's checkpoint")
-                )
+                values = f"{first[near[-1], k]:.6g} in the first part and {second[0, k]:.6g} in the second"
+                fault = f"at t = {begins:.9g} s {names[k]} is {values}, which does not go on from it [E1300]"
+                hint = "the solution of model.resume from this run's checkpoint"
+                raise UsageError(Problem("followed_by", fault, hint))
 
     def columns(self) -> dict[str, Array]:
         """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``input.motor``, ``output.tip[0]``,

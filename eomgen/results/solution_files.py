@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -19,7 +19,7 @@ from eomgen.base.messages import close_names, shown
 from eomgen.base.products import optional_package
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import FileError, Problem
-from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.error_estimate import ErrorEstimate, array_groups
 from eomgen.results.events import BLOCKS, NO_EVENTS, events_from
 from eomgen.results.finding import Finding
 from eomgen.results.poses import PosesAndScenery
@@ -145,18 +145,11 @@ def read_all(
         The file cannot be read or is not a solution.
     """
     arrays, metadata = read_arrays(path)
-    groups: dict[str, dict[str, Array]] = {name: {} for name in (*_GROUPS, _POSES)}
-    plain: dict[str, Array] = {}
-    for name, array in arrays.items():
-        group, _, member = name.partition(".")
-        if member:
-            groups.setdefault(group, {})[member] = array
-        else:
-            plain[name] = array
+    groups: dict[str, Any] = {**{name: {} for name in (*_GROUPS, _POSES)}, **array_groups(arrays)}
     no_solution = "this is not a solution written by eomgen"
     try:
         attributes = {name: metadata.pop(name) for name in _OUTCOME}
-        states: dict[str, Any] = {name: plain[name] for name in ("t", *STATES)}
+        states: dict[str, Any] = {name: groups[name] for name in ("t", *STATES)}
         attributes["findings"] = tuple(map(Finding.from_data, metadata.pop("findings", ())))
         events = events_from(metadata["events"], groups["events"]) if "events" in metadata else NO_EVENTS
     except KeyError as error:
@@ -165,8 +158,10 @@ def read_all(
     if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
         raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together [E1302]"))
     posed = metadata.pop(_POSED, ())
-    if _POSES in plain:  # files of earlier versions have an array for each body
-        groups[_POSES] = _by_body(plain[_POSES], posed, path, no_solution)
+    if _POSES in arrays:  # files of earlier versions have an array for each body
+        if np.ndim(arrays[_POSES]) != 3 or arrays[_POSES].shape[1] != len(posed):
+            raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together [E1302]"))
+        groups[_POSES] = {name: arrays[_POSES][:, index] for index, name in enumerate(posed)}
     wrong = [name for name, array in groups[_POSES].items() if array.shape != (*rows, 7)]
     if wrong:
         raise FileError(Problem(str(path), f"{no_solution}: the poses of {wrong[0]} do not fit to its times [E1303]"))
@@ -176,13 +171,6 @@ def read_all(
     attributes |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
     seen = None if scenery is None else PosesAndScenery(groups[_POSES], scenery)
     return {**states, **attributes}, groups["inputs"], seen, _loads(groups["section_loads"], rows, path)
-
-
-def _by_body(poses: Array, names: Sequence[str], path: Path, fault: str) -> dict[str, Array]:
-    """Return the poses of each body. Raises FileError if there are other poses than names."""
-    if poses.ndim != 3 or poses.shape[1] != len(names):
-        raise FileError(Problem(str(path), f"{fault}: its arrays do not fit together [E1302]"))
-    return {name: poses[:, index] for index, name in enumerate(names)}
 
 
 def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> dict[str, SectionLoads]:
@@ -200,17 +188,12 @@ def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> di
         except TypeError:
             fits = False
         if not fits:
-            fault = (
-                f"this is not a solution written by eomgen: the section loads of {beam} do not fit to its times [E1304]"
-            )
+            fault = f"not a solution written by eomgen: the section loads of {beam} do not fit to its times [E1304]"
             raise FileError(Problem(str(path), fault))
     return result
 
 
 T = TypeVar("T")
-
-#: Letters of a name in MATLAB's files.
-_MATLAB_NAME = 31
 
 
 def to_pandas(solution: RecordedSolution) -> pandas.DataFrame:
@@ -317,8 +300,8 @@ def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
     most."""
     named: dict[str, T] = {}
     for name, array in arrays.items():
-        field = re.sub(r"\W", "_", name)[:_MATLAB_NAME]
-        named[field if field[0].isalpha() else f"f{field}"[:_MATLAB_NAME]] = array
+        field = re.sub(r"\W", "_", name)
+        named[(field if field[0].isalpha() else f"f{field}")[:31]] = array
     return named
 
 

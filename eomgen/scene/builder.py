@@ -19,6 +19,7 @@ from eomgen.scene.builder_methods import (
     enters,
     signature_of,
 )
+from eomgen.scene.document.validation import KEYS_ELSEWHERE
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import GRAVITY, Scene
 from eomgen.scene.section import Section
@@ -30,6 +31,14 @@ else:
     SectionMethods = object
 
 _PACKAGE = __name__.partition(".")[0]
+
+
+#: Arguments by their names in other tools.
+_ELSEWHERE = {name: keys[0] for name, keys in KEYS_ELSEWHERE.items()} | {
+    "q0": "initial",
+    "damping_ratio": "damping (of joints and springs), or stiffness_damping = 2 ratio / w (of beams, s)",
+    "mass_damping": "stiffness_damping (of beams, s): none goes with the mass",
+}
 
 
 def _method(row: Section) -> Callable[..., SceneBuilder]:
@@ -58,22 +67,7 @@ def _with_sections(kind: type[SceneBuilder]) -> type[SceneBuilder]:
 
 @checked_calls(
     'a name, eomgen.SceneBuilder("pendulum")',
-    com="center_of_mass",
-    mass_center="center_of_mass",
-    origin="position",
-    k="stiffness",
-    c="damping",
-    l0="length",
-    rest_length="length",
-    free_length="length",
-    kp="proportional",
-    ki="integral",
-    kd="derivative",
-    rpy="rotation",
-    pos="position",
-    q0="initial",
-    damping_ratio="damping (of joints and springs), or stiffness_damping = 2 ratio / w (of beams, s)",
-    mass_damping="stiffness_damping (of beams, s): none goes with the mass",
+    **_ELSEWHERE,
 )
 @_with_sections
 class SceneBuilder(SectionMethods):
@@ -190,10 +184,8 @@ class SceneBuilder(SectionMethods):
         entries = self._data if key == section else self._data.setdefault(section, {})
         entry_name = section if key == section else str(name)
         if entry_name in entries:
-            hint = "another name" if key != section else "one call"
-            self._problems.append(
-                Problem(f"{line} ({key})", f"this was given before, at {self._lines[key]} [E1410]", hint)
-            )
+            fault = f"this was given before, at {self._lines[key]} [E1410]"
+            self._problems.append(Problem(f"{line} ({key})", fault, "another name" if key != section else "one call"))
         else:
             entries[entry_name] = entry
             self._lines[key] = line
@@ -215,12 +207,7 @@ def _plain(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, Mapping):
         return {key: _plain(entry) for key, entry in value.items()}
-    if (
-        isinstance(value, tuple)
-        and len(value) == 2
-        and isinstance(value[0], Sequence)
-        and not isinstance(value[0], str)
-    ):
+    if isinstance(value, tuple) and len(value) == 2 and isinstance(value[0], list | tuple):
         return {"axis": _plain(value[0]), "angle": _plain(value[1])}
     if isinstance(value, Path):
         return str(value)

@@ -94,11 +94,8 @@ def documentation_of(text: str, table: type[Table], signature: inspect.Signature
     example. ``table`` is the schema with the meanings of the keys, ``signature`` has the arguments to describe, and
     ``method`` is the name by which examples are looked up."""
     types, described = _types(table), table.model_fields
-    meanings = "".join(
-        _meaning(name, types[name], described[name]) if name in described else _NAME
-        for name in signature.parameters
-        if name in described or name == "name"
-    )
+    names = [name for name in signature.parameters if name in described or name == "name"]
+    meanings = "".join(_meaning(name, types[name], described[name]) if name in described else _NAME for name in names)
     if any(item.kind is inspect.Parameter.VAR_KEYWORD for item in signature.parameters.values()):
         meanings += _FURTHER
     inner = indent(inspect.cleandoc(text), " " * 8).strip()
@@ -111,9 +108,7 @@ def documentation_of(text: str, table: type[Table], signature: inspect.Signature
 def describe(method: Callable[..., Any], signature: inspect.Signature, documentation: str) -> None:
     """Set the signature, the annotations and the docstring of a function in place, as ``help`` shows them."""
     method.__doc__ = documentation
-    method.__annotations__ = {
-        item.name: item.annotation for item in signature.parameters.values() if item.name != "self"
-    }
+    method.__annotations__ = {name: item.annotation for name, item in signature.parameters.items() if name != "self"}
     method.__annotations__["return"] = signature.return_annotation
     method.__signature__ = signature  # type: ignore[attr-defined]
 

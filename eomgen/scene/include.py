@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown
-from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
+from eomgen.errors import EomgenError, FileError
 from eomgen.formula.units.labels import number_in_label
 from eomgen.formula.units.parser import UnitError, is_quantity
 from eomgen.scene.control.controllers import made_by_controller
@@ -170,8 +170,6 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> File
     """Return the data of a scene with the entries of all included files, under new names, and with the lines of all
     keys.
 
-    Raises DescriptionError if the files are too many or include one another too deeply.
-
     Parameters
     ----------
     data : mapping
@@ -182,16 +180,7 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> File
         Folder to which the paths in the scene are relative.
     """
     part = FileData(dict(data), {key: report.place(key) for key in report.lines})
-    try:
-        return _Includer(report, folder).include_files(part, report, folder, (folder / report.file,))
-    except _TooManyFilesError as error:  # further faults follow, or are reported later with fewer files
-        raise DescriptionError(error.problem) from None
-
-
-class _TooManyFilesError(Exception):
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        super().__init__(str(problem))
+    return _Includer(report, folder).include_files(part, report, folder, [(folder / report.file).resolve()])
 
 
 class _Includer:
@@ -200,7 +189,6 @@ class _Includer:
         self.folder = folder  # of the scene
         self.files = 0
         self.scenes: dict[Path, ConvertedScene] = {}  # by path: one file may be included many times
-        self._resolved: dict[Path, Path] = {}
 
     def shown_file(self, path: Path) -> str:
         """Return the shorter text of an included file's path, relative to the folder of the scene or unchanged, for
@@ -210,12 +198,6 @@ class _Includer:
         except ValueError:  # on another drive
             shorter = str(path)
         return shown_file(Path(shorter), whole=True)
-
-    def resolve(self, path: Path) -> Path:
-        """Return a path without links, for which the file system is asked once."""
-        if path not in self._resolved:
-            self._resolved[path] = path.resolve()
-        return self._resolved[path]
 
     def include_files(self, part: FileData, report: Report, folder: Path, chain: Sequence[Path]) -> FileData:
         """Add the entries of all files in the section ``include`` of a file to ``part``, the data of this file, and
@@ -245,26 +227,26 @@ class _Includer:
 
     def open(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> FileData | None:
         """Return the data of the file that an include names, with the files included there; None, after a report, if
-        the file cannot be read, is already open in the chain, or is of an unknown kind. ``key`` is the dotted key of
-        the include and ``entry`` the entry; other arguments as of ``include_files``. Raises _TooManyFilesError above
-        the limits of number and depth."""
+        the file cannot be read, is already open in the chain, is of an unknown kind, or above the limits of number and
+        depth. ``key`` is the dotted key of
+        the include and ``entry`` the entry; other arguments as of ``include_files``."""
         path, field = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
-            resolved = self.resolve(path)
-            again = next((step for step in chain if self.resolve(step) == resolved), None)
+            resolved = path.resolve()
         except (OSError, ValueError, RuntimeError) as error:
             fault = f"{shown(entry.file)} is not a path: {error} [E1588]"
             report.add(field, fault, "a path from the folder of this file")
             return None
-        if again is not None:
-            names = ", ".join(self.shown_file(step) for step in [*chain[chain.index(again) :], path])
+        if resolved in chain:
+            names = ", ".join(self.shown_file(step) for step in [*chain[chain.index(resolved) :], resolved])
             fault = f"files include one another in a circle: {names} [E1590]"
             report.add(field, fault, "one of them without the include")
             return None
         if len(chain) > 20 or self.files > 1000:
             fault = "more than 1000 files, or more than 20 within one another, are included [E1591]"
-            raise _TooManyFilesError(Problem(report.where(field), fault, "fewer of them"))
+            report.add(field, fault, "fewer of them")
+            return None
         source = source_of(path)
         if source is None:
             named = Path(entry.file) if path.is_dir() else path  # its files may include this one
@@ -278,12 +260,13 @@ class _Includer:
                 fault = f"{name} is for {options[name][0].name} only [E1593]"
                 report.add(f"{key}.{name}", fault, "the joint in the included file")
             if source.scenes:
-                return self.scene(source, path, [*chain, path])
-            part = _part(source, read_text(path, endings_like(path)), path, self.shown_file(path), entry)
+                return self.scene(source, path, [*chain, resolved])
+            file = self.shown_file(path)
+            part = _convert(source, path, file, entry)
             if "include" not in part.data:
                 return part
-            inner = Report(self.shown_file(path), part.lines)
-            part = self.include_files(part, inner, path.parent, [*chain, path])
+            inner = Report(file, part.lines)
+            part = self.include_files(part, inner, path.parent, [*chain, resolved])
             self.report.noted += inner.all()
             return part
         except FileError as error:
@@ -299,26 +282,25 @@ class _Includer:
         """Return the data of an included scene file in SI units, with repeated entries and further included files.
         ``chain`` has the paths from the scene's file to ``path``. Faults go to the report of the scene; a note is added
         for the keys ``base``, ``doubts`` and ``gravity``, which have no effect in an included file."""
-        file, same = self.shown_file(path), self.resolve(path)
+        file, same = self.shown_file(path), chain[-1]
         if same not in self.scenes:
             self.scenes[same] = source.read(read_text(path), file=file, included=True)
         read = self.scenes[same]
         report = Report(file, read.lines)
         data = dict(read.data)
         if "repeat" in data:
-            of_copies: dict[str, str] = {}
-            data = expand_repeats(data, report, of_copies)
-            report.lines = {**report.lines, **of_copies}
+            data = expand_repeats(data, report)
         _check_top_level(data, report)
         part = FileData(data, {key: report.place(key) for key in report.lines})
         part = self.include_files(part, report, path.parent, chain)
         report.lines = part.lines
         part.data, *_ = in_si(part.data, report)
         self.report.noted += report.all()
-        for left_out in ("base", "doubts", "gravity"):
-            if left_out in part.data:
-                fault = f"{file}: its key {left_out} is left out, the key of the including scene holds [W0130]"
-                part.notes.append(fault)
+        part.notes += [
+            f"{file}: its key {left_out} is left out, the key of the including scene holds [W0130]"
+            for left_out in ("base", "doubts", "gravity")
+            if left_out in part.data
+        ]
         return part
 
 
@@ -343,9 +325,10 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     return entry
 
 
-def _part(source: Source, text: str, path: Path, file: str, entry: Include) -> FileData:
+def _convert(source: Source, path: Path, file: str, entry: Include) -> FileData:
+    """Return the data of a file of another format, with the options of the entry; ``file`` is the name for messages."""
     options = {option.name: getattr(entry, option.name) for option in source.options}
-    read = source.convert(text, path, included=True, **options)
+    read = source.convert(read_text(path, endings_like(path)), path, included=True, **options)
     places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
     judged = set(read.data["bodies"]) if read.inertias_checked else set()
     return FileData(read.data, places, [f"{file}: {note}" for note in read.notes], judged)
@@ -411,7 +394,6 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     part.judged |= {prefix + body for body in inner.judged}
     part.bound |= {f"{key}.parameters.{parameter}": text for parameter, text in values.items()}
     part.bound |= {f"{key}.{bound}": IncludedText(text, space) for bound, text in inner.bound.items()}
-    part.spaces += [*inner.spaces, space]
 
 
 def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> None:

@@ -105,10 +105,8 @@ def impossible(mass: float, about_center: Array) -> str:
     if _one_sided(moments, 0.0):
         others = moments[0] + moments[1]
         excess = f" by {100.0 * (moments[2] / others - 1.0):.2g} %" if 2.0 * others > moments[2] else ""
-        return (
-            f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the"
-            f" other two{excess} [E1786]"
-        )
+        fault = "violate the triangle inequality: the largest exceeds the sum of the other two"
+        return f"the principal moments {listed} {fault}{excess} [E1786]"
     return ""
 
 
@@ -144,7 +142,7 @@ def not_physical(entries: Sequence[Numbers], tolerance: float = 0.0, *, rotors: 
     return _not_positive(moments) | one_sided
 
 
-def not_positive(entries: Sequence[Numbers]) -> Flags:
+def not_positive(*entries: Numbers) -> Flags:
     """Return flags of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, with a negative moment."""
     return _not_positive(_principal_moments(entries))
 

@@ -37,7 +37,7 @@ JOINTS_ELSEWHERE: Mapping[str, str] = {
     "screw": "helical",
 }
 #: Directions of a joint, orthonormal and right-handed.
-AXIS, SECOND_AXIS, THIRD_AXIS = 0, 1, 2
+AXIS, SECOND_AXIS, THIRD_AXIS = range(3)
 #: Units of the coordinates that a constraint may drive.
 DRIVE_UNITS: Mapping[str, str] = {"angle": "rad", "travel": "m"}
 #: Groups of elementary motions whose coordinates are not plain numbers.
@@ -308,12 +308,10 @@ class _JointTypeRows(dict[str, Row], Generic[Row]):
             return default
 
 
-def _itself(kind: Connection) -> Connection:
-    return kind
-
-
-TYPES: Mapping[str, Connection] = _JointTypeRows({row.name: row for row in _ROWS}, _itself)
-JOINTS: Mapping[str, Connection] = _JointTypeRows({name: TYPES[name] for name in get_args(JointType)}, _itself)
+TYPES: Mapping[str, Connection] = _JointTypeRows({row.name: row for row in _ROWS}, lambda kind: kind)
+JOINTS: Mapping[str, Connection] = _JointTypeRows(
+    {name: TYPES[name] for name in get_args(JointType)}, lambda kind: kind
+)
 CONSTRAINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(ConstraintType)}
 #: The group of entry points for joint types of other distributions: objects of the class ``Connection``.
 GROUP = "eomgen.joint_types"

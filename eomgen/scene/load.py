@@ -157,7 +157,6 @@ def from_data(
     lines: Mapping[str, int | str] | None = None,
     problems: Sequence[Problem] = (),
     notes: Sequence[str] = (),
-    metadata: Mapping[str, Any] | None = None,
     inertias_checked: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
     folder: Path | None = None,
@@ -172,7 +171,7 @@ def from_data(
         Origin of the data, for messages: the line of each dotted key, or ``file:line``.
     problems : sequence of Problem
         Known problems, to be reported together with further problems.
-    notes, metadata
+    notes
         Handed on to the scene.
     inertias_checked : bool
         Whether the source has checked the inertias already.
@@ -189,6 +188,7 @@ def from_data(
     with _without_plugins():
         from eomgen.scene.document.assemble import assemble  # noqa: PLC0415  # pydantic is slow to import
 
+    metadata: dict[str, Any] = {}
     report = Report(file, lines or {})
     report.noted += [(0, problem) for problem in problems]
     if not data and not report.noted:
@@ -198,13 +198,9 @@ def from_data(
         report.add("kind", *fault)
         report.raise_problems()
     if "repeat" in data:
-        from eomgen.scene.repeat import expand_repeats, numbers_of_copies  # noqa: PLC0415  # most scenes have none
+        from eomgen.scene.repeat import expand_repeats  # noqa: PLC0415  # most scenes have none
 
-        if isinstance(data["repeat"], Mapping):
-            metadata = {**(metadata or {}), "repeat": numbers_of_copies(data)}
-        of_copies: dict[str, str] = {}
-        data = expand_repeats(data, report, of_copies)
-        report.lines = {**report.lines, **of_copies}
+        data = expand_repeats(data, report, counts=metadata.setdefault("repeat", {}))
     part = FileData(dict(data), {})
     if "include" in data:
         from eomgen.scene.include import with_included  # noqa: PLC0415  # most scenes have none
@@ -216,7 +212,7 @@ def from_data(
             part,
             report,
             notes=notes,
-            metadata=metadata or {},
+            metadata=metadata,
             inertias_checked=inertias_checked,
             coordinates=coordinates,
             folder=folder or Path(),

@@ -22,15 +22,16 @@ from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import describe
 from eomgen.scene.reading.report import Report
 
-#: Copies that the tables of a file make, at most.
-MOST_COPIES = 200_000
 _BRACES = re.compile(r"\{([^{}]*)\}")
 _INDICES, _WHERE = "indices", "where"
 _HOW = "indices = { i = 10 } for i from 0 to 9, or { i = [1, 9] } for 1 to 9"
 
 
 def expand_repeats(
-    data: Mapping[str, Any], report: Report, lines: MutableMapping[str, str], sections: Sequence[str] | None = None
+    data: Mapping[str, Any],
+    report: Report,
+    sections: Sequence[str] | None = None,
+    counts: MutableMapping[str, int] | None = None,
 ) -> dict[str, Any]:
     """Return the data of a file with the copies made by tables ``repeat``, after the entries of each section.
 
@@ -39,14 +40,18 @@ def expand_repeats(
     data : mapping
         As ``tomllib`` reads a scene file, with the key ``repeat``, which the result does not have.
     report : Report
-        Takes faults; tables with faults make no copies.
-    lines : mapping
-        Takes the lines of the copies, which are the lines of the originals.
+        Takes faults, tables with faults make no copies; and the lines of the copies, which are the lines of the
+        originals.
     sections : sequence of str, optional
         Keys of sections whose entries may repeat; by default the sections of scenes.
+    counts : mapping, optional
+        Takes the number of copies that each table makes from each entry, by the table's name.
     """
     tables = data["repeat"]
-    sections = _sections(data) if sections is None else sections
+    if sections is None:  # with sections of other distributions in the tables
+        every = tables.values() if isinstance(tables, Mapping) else ()
+        keys = {key for table in every if isinstance(table, Mapping) for key in table} - {_INDICES, _WHERE}
+        sections = section_keys(data, dict.fromkeys(keys))
     made = {
         key: dict(entries) if key in sections and isinstance(entries, Mapping) else entries
         for key, entries in data.items()
@@ -56,6 +61,8 @@ def expand_repeats(
         report.add("repeat", f"a table is needed here, not {describe(tables)} [E0716]", f"[repeat.chain] and {_HOW}")
         return made
     sources = _by_entry(report.lines)
+    counts = {} if counts is None else counts
+    lines: dict[str, str] = {}
     total = 0
     for name, table in tables.items():
         key = key_of("repeat", str(name))
@@ -66,31 +73,12 @@ def expand_repeats(
         if ranges is None:
             continue
         total += math.prod(len(numbers) for numbers in ranges.values())
-        if total > MOST_COPIES:
-            report.add(f"{key}.{_INDICES}", f"more than {MOST_COPIES} copies are made [E1847]", "fewer of them")
+        if total > 200_000:
+            report.add(f"{key}.{_INDICES}", "more than 200000 copies are made [E1847]", "fewer of them")
             break
-        _Copies(key, table, ranges, report, lines, sources, sections).put(made)
+        counts[str(name)] = _Copies(key, table, ranges, report, lines, sources, sections).put(made)
+    report.lines = {**report.lines, **lines}
     return made
-
-
-def _sections(data: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the sections of a scene file, including sections of other distributions in tables ``repeat``."""
-    tables = data["repeat"].values() if isinstance(data["repeat"], Mapping) else ()
-    within = (key for table in tables if isinstance(table, Mapping) for key in table if key not in (_INDICES, _WHERE))
-    return section_keys(data, dict.fromkeys(within))
-
-
-def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
-    """Return the number of copies that each table ``repeat`` of the data makes from each entry, by the table's name;
-    tables with invalid indices are left out."""
-    aside, result = Report("", {}), {}
-    for name, table in data["repeat"].items():
-        ranges = _ranges("", table, aside) if isinstance(table, Mapping) else None
-        if ranges and _WHERE in table:
-            result[str(name)] = sum(1 for _ in _Copies("", table, ranges, aside, {}, {}, ()).values())
-        elif ranges:
-            result[str(name)] = math.prod(len(numbers) for numbers in ranges.values())
-    return result
 
 
 def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
@@ -161,8 +149,10 @@ class _Copies:
         self.numbers: dict[str, float] = {}
         self.twice: set[str] = set()
 
-    def put(self, data: MutableMapping[str, Any]) -> None:
-        """Add all copies to ``data`` of the file by section, in place; faults are reported."""
+    def put(self, data: MutableMapping[str, Any]) -> int:
+        """Add all copies to ``data`` of the file by section, in place, and return the number for each entry; faults
+        are reported."""
+        copies = list(self.values())
         for section, templates in self.table.items():
             if section in (_INDICES, _WHERE):
                 continue
@@ -175,9 +165,11 @@ class _Copies:
             elif isinstance(entries := data.setdefault(section, {}), MutableMapping):
                 within = self.key.removeprefix("repeat.")
                 named = [(str(name), key_of("repeat", within, section, str(name))) for name in templates]
-                for values in self.values():
+                for values in copies:
+                    self.numbers.clear()
                     for (name, key), entry in zip(named, templates.values(), strict=True):
                         self._copy(section, name, key, entry, values, entries)
+        return len(copies)
 
     def values(self) -> Iterator[dict[str, int]]:
         """Yield the number of each index by name, for every combination that the table's condition accepts; none, after

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Hashable, Iterator, Mapping
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, cast
 
 import numpy as np
 
@@ -48,30 +48,16 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
     TypeError
         For a value of a class that no Scene contains: unread parts of the value could differ between two scenes.
     """
-    parts = _Digested()
+    parts: list[bytes] = []
     _add(data, parts, {})
-    return parts.digest.digest()
-
-
-class _ByteParts(Protocol):
-    def append(self, part: bytes, /) -> object: ...
-
-
-class _Digested:
-    """Parts that are digested at once, each followed by a zero: all parts of a large scene take much memory."""
-
-    def __init__(self) -> None:
-        self.digest = hashlib.sha256()
-
-    def append(self, part: bytes, /) -> None:
-        self.digest.update(part + b"\0")
+    return hashlib.sha256(b"\0".join(parts)).digest()
 
 
 #: Bytes of fields by the identity of the values; the values are kept alive, so that identities stay unique.
 Known = dict[int, tuple[Any, bytes]]
 
 
-def _add(value: Any, parts: _ByteParts, known: Known) -> None:
+def _add(value: Any, parts: list[bytes], known: Known) -> None:
     """Append bytes to ``parts`` that differ for any two different values of the classes in a Scene. ``known`` caches
     the bytes of fields by the identity of the value. Raises TypeError for a value of another class."""
     kind = type(value)
@@ -100,7 +86,7 @@ def _add(value: Any, parts: _ByteParts, known: Known) -> None:
         raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 
 
-def _add_field(value: Any, parts: _ByteParts, known: Known) -> None:
+def _add_field(value: Any, parts: list[bytes], known: Known) -> None:
     """Append the bytes of a field's value to ``parts``; bytes of tuples and data classes are cached in ``known``,
     because equal parts of a scene share most fields."""
     kind = type(value)
@@ -130,27 +116,21 @@ _PARTS = (
 )  # fmt: skip  # a table
 
 
-def _bodies(item: Constraint) -> tuple[str, str]:
-    return (item.first.body, item.second.body) if item.framed else ("", "")
-
-
-def _part_counts(scene: Scene) -> Iterator[str]:
-    for part, noun, several in _PARTS:
-        if count := len(getattr(scene, part)):
-            yield f"{count} {noun if count == 1 else several}"
-
-
 def html(scene: Scene) -> str:
     """Return the scene as HTML with tables of bodies with their joints, constraints, force elements, signals and
     parameters, for the display in notebooks."""
-    carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
     bodies = (
         (body.name, infix(body.mass), ", ".join(map(infix, body.center_of_mass)), joint.name, joint.type, joint.parent)
-        for body in scene.bodies
-        for joint in (carried[body.name],)
+        for body, joint in zip(scene.bodies, scene.joints, strict=True)
     )
     constraints = (
-        (item.name, item.type, *_bodies(item), item.text, infix(item.drive) if item.drive else "")
+        (
+            item.name,
+            item.type,
+            *([frame.body for frame in item.frames] or ("", "")),
+            item.text,
+            infix(item.drive) if item.drive else "",
+        )
         for item in scene.constraints
     )
     kinds = {"input": scene.inputs, "motion": scene.motions, "internal state": scene.states, "output": scene.outputs}
@@ -224,7 +204,7 @@ class Scene:
     requirements : rules for values that depend on tunable parameters; checked when these are given.
     terms : the terms requested by the scene; empty means all terms that may be needed.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
-    content : bytes that determine the scene as described (canonical JSON of the data).
+    content : not empty in a scene that was read and checked.
     notes : on elements that an importer converted, merged, snapped or left out; one sentence each.
     """
 
@@ -275,7 +255,7 @@ class Scene:
 
     @cached_property
     def digest(self) -> bytes:
-        """Key of a scene in caches, of content and data, so that ``dataclasses.replace`` changes the key.
+        """Key of a scene in caches, of all fields that equations follow from.
 
         Empty if the content is empty: such a scene is unchecked.
         """
@@ -340,7 +320,9 @@ class Scene:
                 yield f"constraints.{constraint.name}.{side}", frame.body, frame.position
 
     def __repr__(self) -> str:
-        return f"<Scene {self.name}: {', '.join(_part_counts(self))}>"
+        counts = ((len(getattr(self, part)), noun, several) for part, noun, several in _PARTS)
+        parts = (f"{count} {noun if count == 1 else several}" for count, noun, several in counts if count)
+        return f"<Scene {self.name}: {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
         return html(self)

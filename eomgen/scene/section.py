@@ -81,7 +81,7 @@ class Section:
     last : whether the section observes a motion, and is read after all sections that do not
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
     scene_field : field of the Scene that holds the items; empty if ``fields`` says more
-    drawn : whether entries are for pictures alone, and no part of the digest
+    drawn : whether entries are for pictures alone
     unlike : sections that may not have an entry of the same name: the nouns of both entries, and a remedy
     item : from name, entry and state of reading to the item of the Scene; by default the entry itself
     bounds : bound of each single value, by key within the entry; None for any number
@@ -368,7 +368,7 @@ class Reading:
         document, rows = self.document, self.rows
         self.items: dict[str, Mapping[str, Any]] = {}
         self.attach: AttachByKey = _as_written
-        self.section_formulas: SectionFormulas = _no_sections
+        self.section_formulas: SectionFormulas = lambda key, kind, output: ()
         self.broken = sorted(self.refused["bodies"] | self.refused["beams"])
         self.bodies = dict.fromkeys([*document.section("bodies"), *document.section("beams"), *self.broken])
         self._kept: dict[type, Any] = {}
@@ -548,7 +548,3 @@ def fault_of_variables(
 
 def _as_written(key: str, body: str, position: Vector) -> tuple[str, Vector]:
     return body, position
-
-
-def _no_sections(key: str, kind: str, output: Any) -> tuple[Formula, ...]:
-    return ()

@@ -15,11 +15,10 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations, free_directions, has_residual_partials, residual_partials
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError
-from eomgen.integrators.families.register import BUILT_IN, STANDARD, check_needs, method_named
+from eomgen.integrators.families.register import BUILT_IN, STANDARD, method_named
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
-    from eomgen.system.system import Facts
 
 #: Step times largest eigenvalue up to which an explicit method of order 4 resolves the fastest motion: a twelfth of its
 #: period.
@@ -42,15 +41,11 @@ def choose_method(
     step : s
     """
     facts = model.library.layout["facts"]
-    from eomgen.system.system import Facts  # noqa: PLC0415  # few runs choose a method
-
-    explicit = _explicit(Facts(**{name: bool(value) for name, value in facts.items()}))
+    explicit = _explicit(facts)
     if explicit is None:
         return _chosen(STANDARD, "no explicit method runs on this scene")
     if not facts["smooth"]:
-        return _chosen(
-            STANDARD, "forces have corners at places met by the motion, at which an explicit method loses its order"
-        )
+        return _chosen(STANDARD, "forces have corners at places met by the motion: explicit methods lose order")
     fastest = largest_eigenvalue(model, initial_state(model, initial, p), t, p)
     if fastest is None:
         return _chosen(STANDARD, "the eigenvalues at the start are not known")
@@ -65,18 +60,13 @@ def _chosen(name: str, why: str) -> tuple[str, str]:
     return name, f"method chosen before the run: {name}, because {why}"
 
 
-def _explicit(facts: Facts) -> str | None:
+def _explicit(facts: Mapping[str, Any]) -> str | None:
     """Return the name of the first explicit method with fixed steps that runs on a system with these facts; None
     without one."""
-    for family in (family for family in BUILT_IN if not family.implicit):
-        for row in family.names():
-            method = method_named(row.name)
-            try:
-                check_needs(method, facts)
-            except EomgenError:
-                continue
-            if not method.chooses_steps:
-                return row.name
+    for name in (row.name for family in BUILT_IN if not family.implicit for row in family.names()):
+        method = method_named(name)
+        if not method.chooses_steps and all(bool(facts[need.fact]) is need.value for need in method.needs):
+            return name
     return None
 
 
@@ -87,12 +77,12 @@ def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: A
     if not has_residual_partials(model):
         return None
     try:
+        at: dict[str, Any] = {"z": z, "parameters": p}
         if model.multipliers:
-            a, multipliers = model.constrained_dynamics(q, v, t, z=z, parameters=p)
-            K, C, M = residual_partials(model, q, v, a, t, z=z, parameters=p, multipliers=multipliers)
+            a, at["multipliers"] = model.constrained_dynamics(q, v, t, **at)
         else:
-            a = accelerations(model, q, v, t, z=z, parameters=p)
-            K, C, M = residual_partials(model, q, v, a, t, z=z, parameters=p)
+            a = accelerations(model, q, v, t, **at)
+        K, C, M = residual_partials(model, q, v, a, t, **at)
         free = free_directions(model, q, t, p)
         K, C, M = (free.T @ matrix @ free for matrix in (K, C, M))
         count = len(M)

@@ -9,11 +9,6 @@ from eomgen.simulation.judgement.finished_run import RunStart
 from eomgen.simulation.outcome import JudgedRun
 
 _LOG = Log(__name__)
-
-#: Cost of all runs with a bound: the limit of their steps is ``_TIMES`` times the steps of the run without a bound, as
-#: users wait for that without asking, or ``_STEPS`` divided by the number of velocities and internal states, about a
-#: second. Steps are counted, not seconds, so that the same run is bounded on every machine.
-_TIMES, _STEPS = 30.0, 1e5
 #: Steps of a run with a bound, as a multiple of the expected ones, at which the run is given up.
 _GIVEN_UP = 4.0
 
@@ -32,10 +27,11 @@ def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -
     beginning : start of the run
     """
     run, taken = outcome.run, own_steps(outcome.statistics)
-    short = _STEPS / max(1, run.model.nv + run.model.nz)
+    # about a second: steps are counted, not seconds, so that the same run is bounded on every machine
+    short = 1e5 / max(1, run.model.nv + run.model.nz)
     if taken > short:  # then the examination, which repeats the run, takes long as well
         return outcome
-    left = max(_TIMES * taken, short)
+    left = max(30.0 * taken, short)  # steps of all runs with a bound: users wait for so many without asking
     try:
         # the first bound is of the width along a path that the law has not changed
         for _ in range(3):

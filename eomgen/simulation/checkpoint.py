@@ -23,6 +23,7 @@ from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.version import __version__
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import FileError, ModelError, Problem, UsageError
+from eomgen.results.error_estimate import array_groups
 from eomgen.simulation.stepping.inputs import kind_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
@@ -68,27 +69,18 @@ class Checkpoint:
         """Return the checkpoint in a file. Raises FileError if the file cannot be read, is not a checkpoint, is
         incomplete, or has another version of the format."""
         arrays, run = read_arrays(path, _KIND, "a file that simulate(checkpoint=...) wrote")
+        wrong, fault = [name for name in _NEEDED if name not in run], ""
         if run.pop("kind", None) != _KIND:
-            raise FileError(
-                Problem(
-                    str(path), f"this is not a {_KIND} written by eomgen [E1992]", "a file of simulate(checkpoint=...)"
-                )
-            )
-        if run["format"] != FORMAT:
-            fault = (
-                f"a {_KIND} of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads"
-                f" {FORMAT} [E1993]"
-            )
-            raise FileError(Problem(str(path), fault, "the eomgen that wrote it"))
-        wrong = [name for name in _NEEDED if name not in run]
-        if wrong or not {"state", "workspace"} <= set(arrays):
-            fault = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing [E1994]"
-            raise FileError(Problem(str(path), fault, "another checkpoint"))
-        groups: dict[str, dict[str, Array]] = {"input": {}, "start": {}}
-        for name, array in arrays.items():
-            group, _, member = name.partition(".")
-            if member:
-                groups.setdefault(group, {})[member] = array
+            fault, hint = "this is not a checkpoint written by eomgen [E1992]", "a file of simulate(checkpoint=...)"
+        elif run["format"] != FORMAT:
+            fault = f"a checkpoint of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads"
+            fault, hint = f"{fault} {FORMAT} [E1993]", "the eomgen that wrote it"
+        elif wrong or not {"state", "workspace"} <= set(arrays):
+            fault = f"this is not a whole checkpoint: {', '.join(wrong) or 'its state'} missing [E1994]"
+            hint = "another checkpoint"
+        if fault:
+            raise FileError(Problem(str(path), fault, hint))
+        groups = {"input": {}, "start": {}, **array_groups(arrays)}
         workspace: NDArray[np.uint8] = np.asarray(arrays["workspace"], dtype=np.uint8)
         return cls(run, np.asarray(arrays["state"], dtype=float), workspace, groups["input"], groups["start"])
 
@@ -96,21 +88,18 @@ class Checkpoint:
         """Raise ModelError if the checkpoint belongs to another model or to another compilation of this model. `path`
         of the file is named in the error, `scene` is the model's name, and `library` has the stepper that would go
         on."""
-        hint = (
-            f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and"
-            " start.v"
-        )
+        state = f"np.load({path.name!r}) holds start.t, start.q and start.v"
+        hint = f"the model that wrote it, or a new run from its state: {state}"
+        fault = ""
         if self.run["scene"] != scene:
             fault = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r} [E1995]"
-            raise ModelError(Problem(str(path), fault, hint))
-        if self.run["fingerprint"] != library.layout["fingerprint"]:
+        elif self.run["fingerprint"] != library.layout["fingerprint"]:
             fault = f"this checkpoint was written by another model {scene!r}: the scene or eomgen changed [E1996]"
+        elif self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
+            fault = f"this is a checkpoint of another compilation of {scene!r}, whose last bits may differ [E1997]"
+            hint = f"the compiler, flags and machine of the first part; {hint}"
+        if fault:
             raise ModelError(Problem(str(path), fault, hint))
-        if self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
-            fault = (
-                f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ [E1997]"
-            )
-            raise ModelError(Problem(str(path), fault, "the compiler, flags and machine of the first part; " + hint))
 
 
 def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
@@ -120,16 +109,8 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
     values = {name: np.asarray(signal, dtype=float) for name, signal in inputs.items() if not callable(signal)}
     state, workspace = stepper.memory
     run_data = {
-        "scene": run.model.name,
-        "method": run.name,
-        "method_parameters": dict(run.method.keywords),
-        "settings": dict(run.settings),
-        "parameters": dict(zip(run.model.parameters, run.parameters.tolist(), strict=True)),
-        "record_every": run.every,
-        "t_start": run.grid.start,
-        "t_end": run.grid.end,
+        **run.summary,
         "corrections": [sentence.line for sentence in run.corrections],
-        "start": run.begun,
         "bounded_for": run.bounded_for,
         "inputs": {name: kind_of(signal) for name, signal in inputs.items()},
         "fingerprint": library.layout["fingerprint"],
@@ -185,14 +166,12 @@ def checkpoint_writer(
     UsageError for `every` without a path, for anything but a path, and for a wrong number of steps."""
     if path is None:
         if every is not None:
-            raise UsageError(
-                Problem("checkpoint_every", "there is no file to write to [E1998]", 'checkpoint="run.ckpt"')
-            )
+            fault = "there is no file to write to [E1998]"
+            raise UsageError(Problem("checkpoint_every", fault, 'checkpoint="run.ckpt"'))
         return None
     if not isinstance(path, str | os.PathLike):
-        raise UsageError(
-            Problem("checkpoint", f"a path is needed, not {type(path).__name__} [E1999]", 'checkpoint="run.ckpt"')
-        )
+        fault = f"a path is needed, not {type(path).__name__} [E1999]"
+        raise UsageError(Problem("checkpoint", fault, 'checkpoint="run.ckpt"'))
     steps = None if every is None else count_of("checkpoint_every", every)
     return CheckpointWriter(Path(path), steps, lambda stepper: checkpoint_of(run, library, stepper))
 
@@ -242,8 +221,6 @@ class SimulatorState:
         elif self.fingerprint != library.fingerprint:
             fault = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ [E2001]"
         elif self.build != library.digest:
-            fault = (
-                f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently [E2002]"
-            )
+            fault = f"this is a state of another compilation of {scene!r}, whose memory may differ [E2002]"
         if fault:
             raise ModelError(Problem("state", fault, hint))

@@ -12,12 +12,11 @@ import numpy as np
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.compiled.initial_state import InitialState
-from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.judgement.finished_run import RunStart
 from eomgen.simulation.outcome import JudgedRun
 from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
+from eomgen.simulation.stepping.events import table_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import check_memory
 from eomgen.simulation.stepping.stepper import Stepper
@@ -90,8 +89,8 @@ class Execution:
         state = None if beginning is None else beginning.state
         trajectory = _trajectory(run, stepper, state, report if most_steps == math.inf else watch, writer)
         stepper.close()
-        wall, estimated = time.perf_counter() - began, self.estimated
-        return JudgedRun(run, stepper, trajectory, wall, writer, beginning, estimated=estimated, progress=self.progress)
+        wall, events = time.perf_counter() - began, table_of(trajectory, stepper, run.parameters)
+        return JudgedRun(run, stepper, trajectory, events, wall, writer, beginning, self.estimated, self.progress)
 
 
 def _trajectory(
@@ -103,11 +102,8 @@ def _trajectory(
     grid, model, inputs = run.grid, run.model, run.driven
     if state is not None:
         status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(inputs, grid), state.z)
-        if status == BAD_ARGUMENT.number:
-            settings = ", ".join(f"{name} = {value:.6g}" for name, value in run.settings.items())
-            fault = f"{run.name} refuses {settings}: {stepper.status_text(status)} [E2028]"
-            raise UsageError(Problem("settings", fault, "the defaults"))
         if status:
+            run.check_settings(status, stepper.status_text(status))
             unknown = np.full(model.nv + len(model.multipliers), np.nan)
             rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]
             return Trajectory(rows, status, False, 0)

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import replace
 from eomgen.errors import Message
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.finding import Finding
@@ -34,24 +34,17 @@ def run_metadata(run: Run) -> dict[str, Any]:
     """Return the part of a solution's ``metadata`` that is known before the run, as JSON data. Keys: scene, version,
     method, its parameters, kinds or numbers of inputs, settings, time grid, parameters, names and units of all columns,
     outputs, factors of the configuration, fingerprint and profile of the library."""
-    model, settings, layout = run.model, run.settings, run.model.library.layout
+    model, layout = run.model, run.model.library.layout
     return {
-        "scene": model.name,
+        **run.summary,
         "version": layout["version"],
-        "method": run.name,
-        "method_parameters": dict(run.method.keywords),
         "inputs": {
             name: kind_of(signal) if callable(signal) or isinstance(signal, np.ndarray) else signal
             for name, signal in run.signals.given.items()
         },
         "dense_output": run.method.dense_output,
-        "step": settings["step"],
-        "settings": dict(settings),
+        "step": run.settings["step"],
         **({"bounded_for": run.bounded_for} if run.bounded_for else {}),
-        "record_every": run.every,
-        "t_start": run.grid.start,
-        "t_end": run.grid.end,
-        "parameters": dict(zip(model.parameters, run.parameters.tolist(), strict=True)),
         "names": {
             "q": model.q_names,
             "v": model.v_names,
@@ -132,15 +125,13 @@ class JudgedRun(FinishedRun):
             **run_metadata(run),
             "profile": profile,
             **({} if events is None else {"events": events.to_dict()}),
-            "start": run.begun,
             "corrections": run.corrections,
             "notes": [*map(Message, notes)],
             "energy_balance": str(self.balance),
         }
 
 
-@dataclass(frozen=True)
-class RecordedRow:
+class RecordedRow(NamedTuple):
     """A row that a caller of a Simulator recorded: time in s, state, multipliers, inputs u (nu,) and parameters p
     (np,)."""
 
@@ -161,10 +152,7 @@ def recorded_solution(
     Inputs are linear between rows, and there is no error estimate. `statistics` are the counts of the stepper, `notes`
     go into the metadata, and `stopped` describes the event that stopped the motion, or is empty."""
     model = run.model
-    t = np.array([row.t for row in rows])
-    q, v, a, z, multipliers, u, p = (
-        np.array([getattr(row, name) for row in rows]) for name in ("q", "v", "a", "z", "multipliers", "u", "p")
-    )
+    t, q, v, a, z, multipliers, u, p = map(np.array, zip(*rows, strict=True))
     base = model.base(t, parameters=p) if model.evaluator.moving_base else None
     arguments: dict[str, Any] = {"z": z, "multipliers": multipliers if model.multipliers else None}
     arguments |= {"parameters": p, "base": base}
@@ -175,12 +163,7 @@ def recorded_solution(
     metadata |= {"start": "a caller's", "corrections": (), "notes": list(notes), "energy_balance": "not looked at"}
     last = f"{len(t)} recorded rows to t = {t[-1]:.6g} s"
     return Solution(
-        t=t,
-        q=q,
-        v=v,
-        a=a,
-        z=z,
-        multipliers=multipliers,
+        *(t, q, v, a, z, multipliers),
         outputs=model.outputs(q, v, a, t, inputs, **arguments) if "outputs" in model.functions else {},
         energy=model.energy(q, v, a, t, inputs, **arguments) if "energy" in model.functions else {},
         stats=dict(statistics),

@@ -142,17 +142,12 @@ def _same_parameters(model: CompiledModel, p: Array, values: Parameters) -> None
     `values` is a mapping of some parameters, an array of all, or None."""
     if values is None:
         return
-    whole = (
-        {**dict(zip(model.parameters, p.tolist(), strict=True)), **values} if isinstance(values, Mapping) else values
-    )
-    asked = model.parameter_array(whole)
+    known = dict(zip(model.parameters, p.tolist(), strict=True))
+    asked = model.parameter_array({**known, **values} if isinstance(values, Mapping) else values)
+    hint = "a run of its own for other parameters"
     problems = [
-        Problem(
-            f"parameter {name}",
-            f"the run has {old:.9g}, not {new:.9g} [E2005]",
-            "a run of its own for other parameters",
-        )
-        for name, old, new in zip(model.parameters, p, np.broadcast_to(asked, p.shape), strict=True)
+        Problem(f"parameter {name}", f"the run has {old:.9g}, not {new:.9g} [E2005]", hint)
+        for (name, old), new in zip(known.items(), np.broadcast_to(asked, p.shape), strict=True)
         if old != new
     ]
     if problems:
@@ -170,14 +165,11 @@ def _inputs(saved: Checkpoint, asked: Mapping[str, Signal]) -> dict[str, Signal]
             fault = "the run had a function of t here, which no file holds [E2006]"
             problems.append(Problem(f"input {name}", fault, "the same function again"))
         elif kind != "function" and name in asked and not _goes_on(saved.inputs[name], asked[name]):
-            problems.append(
-                Problem(f"input {name}", f"the run has another {kind} [E2007]", "none: it is in the checkpoint")
-            )
-    problems += [
-        Problem(f"input {name}", "the run followed the scene here [E2008]", "leave it out")
-        for name in asked
-        if name not in kinds
-    ]
+            fault = f"the run has another {kind} [E2007]"
+            problems.append(Problem(f"input {name}", fault, "none: it is in the checkpoint"))
+    of_scene = [name for name in asked if name not in kinds]
+    fault = "the run followed the scene here [E2008]"
+    problems += [Problem(f"input {name}", fault, "leave it out") for name in of_scene]
     if problems:
         raise UsageError(problems)
     return {**{name: value if value.ndim else float(value) for name, value in saved.inputs.items()}, **asked}

@@ -89,9 +89,8 @@ class StepsBetween:
             if not status:
                 status, _ = stepper.run(1, 1, table, record[k : k + 1])
             if status:
-                raise NumericalError(
-                    f"no state at t = {time:.9g} s: {stepper.status_text(status)} [E2023]", "times of rows"
-                )
+                fault = f"no state at t = {time:.9g} s: {stepper.status_text(status)} [E2023]"
+                raise NumericalError(fault, "times of rows")
         return q, v, a, z
 
 
@@ -145,7 +144,7 @@ class RunModel:
         model = self.model
         if not model.nu:
             return {}
-        p = self._present(t)
+        p = self.present(t)
         table = model.input_values(t, parameters=p) if self.signals is None else self.signals.rows(t)
         return dict(zip(model.inputs, np.ascontiguousarray(table.T), strict=True))
 
@@ -153,9 +152,9 @@ class RunModel:
         """Return inputs (..., nu) and parameters, both at the times (...) of a state; inputs are None if formulas give
         all."""
         if self.signals is None:
-            return None, self.present(state)
+            return None, self.present(state.t)
         u = self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
-        return u, self.present(state)
+        return u, self.present(state.t)
 
     def outputs(self, state: StateArrays) -> dict[str, Array]:
         """Return the outputs of a state at times (...), with the inputs of the run at these times."""
@@ -169,11 +168,8 @@ class RunModel:
         arguments = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": p}
         return section_loads(self.model, state.q, state.v, state.t, u, **arguments)
 
-    def present(self, state: StateArrays) -> Array:
-        """Return the parameters at the times of a state, with modes."""
-        return self._present(state.t)
-
-    def _present(self, t: Array) -> Array:
+    def present(self, t: Array) -> Array:
+        """Return the parameters at times, with modes."""
         if self.motions is not None:
             return self.motions(t)
         return parameters_over(self.events, self.model, self.parameters, t)
@@ -224,18 +220,14 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     data = solution.metadata
     missing = [name for name in ("scene", "fingerprint", "method_parameters", "inputs") if name not in data]
     if missing:
-        fault = (
-            f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or an older"
-            f" eomgen [E2024]"
-        )
+        fault = f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or older [E2024]"
         raise UsageError(Problem("attach", fault, "a solution of simulate"))
     if data["fingerprint"] != model.library.layout.get("fingerprint"):
         origin = f"another model {model.name!r}: the scene or eomgen changed"
         if data["scene"] != model.name:
             origin = f"the scene {data['scene']!r}, the model is {model.name!r}"
-        raise ModelError(
-            Problem("attach", f"this is a solution of {origin} [E2025]", "the model that made it, or a new run")
-        )
+        fault = f"this is a solution of {origin} [E2025]"
+        raise ModelError(Problem("attach", fault, "the model that made it, or a new run"))
     method = method_named(data["method"], **data["method_parameters"])
     library = stepper_library(model, data["method"], method)
     signals = _inputs(data["inputs"], signals_by_name(inputs, model.inputs))
@@ -256,9 +248,8 @@ def _inputs(run_inputs: Mapping[str, Any], caller_inputs: Mapping[str, Any]) -> 
         elif not isinstance(value, str) and name in caller_inputs and not np.array_equal(caller_inputs[name], value):
             problems.append(Problem(f"input {name}", f"the run had {value:.9g} here [E2027]", "leave it out"))
     of_scene = [name for name in caller_inputs if name not in run_inputs]
-    problems += [
-        Problem(f"input {name}", "the run followed the scene here [E2008]", "leave it out") for name in of_scene
-    ]
+    fault = "the run followed the scene here [E2008]"
+    problems += [Problem(f"input {name}", fault, "leave it out") for name in of_scene]
     if problems:
         raise UsageError(problems)
     return {**{name: value for name, value in run_inputs.items() if not isinstance(value, str)}, **caller_inputs}

@@ -4,7 +4,7 @@ steps."""
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,7 +18,6 @@ from eomgen.compiled.arguments import check_finite, check_name, number_of, numbe
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, Message, ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
-from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import SimulatorState
@@ -28,7 +27,7 @@ from eomgen.simulation.motions import Motions, Target, read_target, refuse_as_in
 from eomgen.simulation.outcome import RecordedRow, recorded_solution
 from eomgen.simulation.stepping.chunks import CompiledSteps, between
 from eomgen.simulation.stepping.events import ending
-from eomgen.simulation.stepping.inputs import CheckedSignal, Signal, check_held, read_signals
+from eomgen.simulation.stepping.inputs import CheckedSignal, InputRows, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import check_span
 from eomgen.simulation.stepping.states import start_of
@@ -100,7 +99,8 @@ class Simulator(NamedAttributes):
         self._rows_have_corrections = bool(method["hooks"]["row"])
         self._linear = method["inputs"] == "sampled"
         self._events = [row["name"] for row in method["events"]["rows"]] if "events" in method else []
-        self._modes = self._mode_columns(method)
+        modes, known = method["events"]["modes"] if "events" in method else [], list(run.model.parameters)
+        self._modes = [known.index(mode_parameter(mode["name"])) for mode in modes]
         self._compiled = CompiledSteps(library, self._stepper, run.model.nu)
         self._u, self._one, self._free = self._compiled.u, self._compiled.one, self._compiled.free
         self._shape = self._u.shape
@@ -422,12 +422,8 @@ class Simulator(NamedAttributes):
             table = np.ascontiguousarray(driven(t + stepper.step_size * stepper.input_times))
         status = stepper.initialize(t, state.q, state.v, table, state.z)
         if status:
-            settings = ", ".join(f"{name} = {value:.6g}" for name, value in self._run.settings.items())
             text = stepper.status_text(status)
-            if status == BAD_ARGUMENT.number:
-                raise UsageError(
-                    Problem("settings", f"{self.method} refuses {settings}: {text} [E2028]", "the defaults")
-                )
+            self._run.check_settings(status, text)
             fault = f"the motion cannot start at t = {t:.9g} s: {text} [E2036]"
             raise NumericalError(Problem("start", fault, "another state, other parameters or inputs"))
 
@@ -647,9 +643,8 @@ class Simulator(NamedAttributes):
         """
         if not isinstance(state, SimulatorState):
             hint = "run.state of before, or set_state({'q': q, 'v': v})"
-            raise UsageError(
-                Problem("state", f"a state of a simulator is needed, not {type(state).__name__} [E2038]", hint)
-            )
+            fault = f"a state of a simulator is needed, not {type(state).__name__} [E2038]"
+            raise UsageError(Problem("state", fault, hint))
         state.check(self.model.name, self._library)
         if self._run.controllers is not None and (names := self._run.controllers.undeclared_names):
             fault = f"the function of {names} may keep something that no state holds [E2039]"
@@ -708,10 +703,6 @@ class Simulator(NamedAttributes):
         row.flags.writeable = False
         return row
 
-    def _mode_columns(self, method: Mapping[str, Any]) -> list[int]:
-        modes = method["events"]["modes"] if "events" in method else []
-        return [list(self._run.model.parameters).index(mode_parameter(mode["name"])) for mode in modes]
-
     def _present(self) -> Array:
         """Present parameters (np,), with the modes."""
         p = self._stepper.parameters[:-1].copy()
@@ -730,7 +721,7 @@ class Simulator(NamedAttributes):
         self._cleared = 0
 
     @property
-    def _input_rows(self) -> Callable[[Array], Array] | None:
+    def _input_rows(self) -> InputRows | None:
         return replace(self._run, signals=self._signals).driven
 
     def _inputs_of(self, name: str, u: StepInputs) -> Array:
@@ -747,9 +738,7 @@ class Simulator(NamedAttributes):
         if array.ndim == 0 and self._shape == (1,):
             array = array.reshape(1)
         if array.ndim == 0 and not self._shape[0]:
-            fault = (
-                f"these are the inputs of a step, and the scene has none; a step is {self.step_size:.9g} s long [E2041]"
-            )
+            fault = f"these are inputs, and the scene has none; a step is {self.step_size:.9g} s long [E2041]"
             raise UsageError(Problem(name, fault, "step() or step(n=...); the size of steps is set by start(step=...)"))
         if array.shape != self._shape:
             names = ", ".join(self.model.inputs) or "none: the scene has no inputs"

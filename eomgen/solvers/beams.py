@@ -13,11 +13,6 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie.product import Factor
 
-#: Finite-difference step, rad, or relative to the length of the longest beam.
-_STEP = 1e-6
-#: Number of configurations per evaluation of poses.
-_TOGETHER = 512
-
 
 @dataclass(frozen=True)
 class Beams:
@@ -61,12 +56,11 @@ class Beams:
 
     def steps(self, angular: NDArray[np.bool_]) -> Array:
         """Return finite-difference steps of the velocity components, (nv,), rad or m."""
-        return np.where(angular, _STEP, _STEP * self.length)
+        return 1e-6 * np.where(angular, 1.0, self.length)
 
     def many_poses(self, q: Array) -> Array:
         """Return the poses at any number of configurations (n, nq)."""
-        starts = range(0, len(q), _TOGETHER)
-        return np.concatenate([self.poses(q[start : start + _TOGETHER]) for start in starts])
+        return np.concatenate([self.poses(q[start : start + 512]) for start in range(0, len(q), 512)])
 
 
 class BeamElements(Protocol):
@@ -143,7 +137,5 @@ class StrainedStart:
     element: int
 
     def __str__(self) -> str:
-        return (
-            f"the loop closes only with strained beams: strain energy {self.energy:.3g} J, largest section force"
-            f" {self.force:.3g} N in element {self.element} of the beam {self.beam}"
-        )
+        force = f"largest section force {self.force:.3g} N in element {self.element} of the beam {self.beam}"
+        return f"the loop closes only with strained beams: strain energy {self.energy:.3g} J, {force}"

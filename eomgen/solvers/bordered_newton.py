@@ -27,9 +27,6 @@ from eomgen.lie.product import Factor
 
 #: Corrections at most.
 ITERATIONS = 12
-#: A correction below the first size is followed by one with the same factors. This is the last if the next one would be
-#: below the second size at the same ratio, and is not taken otherwise.
-_SMALL, _LEFT = 3e-4, 1e-13
 #: Unknowns up to which matrices are made as whole arrays: a sparse one of this size takes longer to make than to solve.
 WHOLE = 200
 
@@ -252,9 +249,9 @@ def correct(
         # rad or lengths of the scene; corrections that no longer shrink are rounding
         if moved <= 1e-8 or (moved <= 1e-5 and count > 2 and moved > 0.3 * last):
             return CorrectedPoint(rest, displacement, count)
-        if moved <= _SMALL:
+        if moved <= 3e-4:  # one more with the same factors is the last if at this ratio the next one would be rounding
             solved = solution(np.append(-statics.balance(rest).vector, 0.0))
-            if solved is not None and _sizes(statics, solved)[1] ** 2 <= _LEFT * moved:
+            if solved is not None and _sizes(statics, solved)[1] ** 2 <= 1e-13 * moved:
                 rest = _move(statics, rest, solved[:-1], float(solved[-1]))
                 return CorrectedPoint(rest, displacement + solved[:nv], count + 1)
         if count > 5 and moved > 2.0 * last:

@@ -30,6 +30,7 @@ from eomgen.solvers.constraint_rows import (
     VANISHING,
     WORST_ROUNDING,
     ConstrainedSystem,
+    RowScales,
     RowsInMetric,
     constraints_named,
     is_driven,
@@ -47,10 +48,6 @@ MAX_ITERATIONS = 50
 ROUNDING = 4.0
 #: Suffix of the names of equations by which beams do not stretch, after the beam's name.
 _NO_STRETCH = ": no stretch of element "
-
-
-#: Violations of a guess are reported above this part of the extent, which positions given to seven digits reach.
-FITTED = 1e-7
 
 
 @dataclass(frozen=True)
@@ -186,7 +183,7 @@ def _assemble(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array,
     limits = np.maximum(limits, np.finfo(float).tiny)  # smaller limits are below the resolution of numbers
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
-    violations = _values_beyond(system.names, first, FITTED * start.scale)
+    violations = _values_beyond(system.names, first, 1e-7 * start.scale)  # positions given to seven digits reach this
     changed = _values_beyond(system.names, rates, REPORTED * rows.possible_rates(np.abs(guess)))
     off = _values_beyond(system.names, system.constraint(q, t), REPORTED * rows.scale)
     deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())
@@ -350,10 +347,8 @@ def _contradiction(
             hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
         if level == "positions" and (driven := [name.partition(":")[0] for name in filter(is_driven, names)]):
             hint += f", or a drive of {' and '.join(driven)} that starts within the range of its loop"
-    fault = (
-        f"the {level} of the constraints cannot be met together: after {iterations} corrections still off:"
-        f" {'; '.join(rest)} [E2082]"
-    )
+    still = f"after {iterations} corrections still off: {'; '.join(rest)}"
+    fault = f"the {level} of the constraints cannot be met together: {still} [E2082]"
     return ModelError(Problem("constraints", fault, hint, data=constraints_named([names[k] for k in off])))
 
 
@@ -367,14 +362,10 @@ def _lengths(names: Sequence[str], left: Array, limits: Array) -> list[tuple[str
             by_beam[beam] = by_beam.get(beam, 0.0) + float(value)
     longer = 'a longer beam, ends that are nearer to each other, or model = "kirchhoff", which stretches'
     shorter = "an initial shape that is bent, which says to which side the beam is to bend"
-    return [
-        (
-            f"the beam {beam} would have to be {'longer' if by > 0.0 else 'shorter'} by more than {abs(by):.3g} m, and"
-            " it does not stretch",
-            longer if by > 0.0 else shorter,
-        )
-        for beam, by in by_beam.items()
-    ]
+    ways = {beam: ("longer", longer) if by > 0.0 else ("shorter", shorter) for beam, by in by_beam.items()}
+    off = {beam: f"{way} by more than {abs(by_beam[beam]):.3g} m" for beam, (way, _) in ways.items()}
+    text = "the beam {} would have to be {}, and it does not stretch"
+    return [(text.format(beam, off[beam]), hint) for beam, (_, hint) in ways.items()]
 
 
 #: Numbers of samples.
@@ -444,7 +435,7 @@ class ConsistentStates(NamedTuple):
     met: NDArray[np.bool_]
 
 
-class _SampleRows:
+class _SampleRows(RowScales):
     """The rows of B of many samples with their scales, as ``RowsInMetric`` of one; ``defined`` marks the samples, (n,),
     whose rows are finite and whose inertia with rows is positive definite."""
 
@@ -491,34 +482,13 @@ class _SampleRows:
                     self.defined[k], mass[k] = False, np.eye(len(matrix))
             return np.asarray(np.linalg.cholesky(mass))
 
-    @property
-    def scale(self) -> Array:
-        """Scales of violations of the rows, (n, rows)."""
-        return np.where(self.lengths, self.extent, 1.0)
-
-    @property
-    def limits(self) -> Array:
-        """Violations of the holonomic rows above which a row is not met, (n, holonomic)."""
-        first = slice(self.holonomic)
-        return np.maximum(CONTRADICTION * self.scale[:, first], WORST_ROUNDING * EPSILON * self.size[:, first])
-
     def rate_limits(self, speeds: Array) -> Array:
         """Return the rates of rows, (n, rows), above which a row counts as violated, for components of v up to
         ``speeds`` (n, nv)."""
         return np.maximum(
-            CONTRADICTION * _times(self._possible(), speeds),
-            WORST_ROUNDING * EPSILON * _times(self._summands(), speeds),
+            CONTRADICTION * _times(self.largest_entries(self.scale), speeds),
+            WORST_ROUNDING * EPSILON * _times(self.largest_entries(self.summands), speeds),
         )
-
-    def _entries(self, scale: Array) -> Array:
-        by_length = np.where(self.lengths, 1.0, 1.0 / self.extent)
-        return np.where(self.angular, scale[:, :, np.newaxis], by_length[:, :, np.newaxis])
-
-    def _possible(self) -> Array:
-        return np.maximum(self._entries(self.scale), np.abs(self.B))
-
-    def _summands(self) -> Array:
-        return np.maximum(self._entries(np.maximum(self.scale, self.size)), np.abs(self.B))
 
     def correction(self, violation: Array) -> Array:
         """Return M^-1 B^T (B M^-1 B^T)^+ violation, (n, nv), for violations (n, count) of the first rows. Rows that
@@ -527,10 +497,10 @@ class _SampleRows:
         if count == 0:
             return np.zeros((len(violation), self.B.shape[2]))
         speeds = 1.0 / self.reach**2
-        summands = self._summands()
+        summands = self.largest_entries(self.summands)
         vanishing = VANISHING * EPSILON * np.sqrt(_times(summands**2, speeds))[:, :count]
         there = np.abs(self.B) > VANISHING * EPSILON * summands
-        natural = np.sqrt(_times(np.where(there, self._possible(), 0.0) ** 2, speeds))[:, :count]
+        natural = np.sqrt(_times(np.where(there, self.largest_entries(self.scale), 0.0) ** 2, speeds))[:, :count]
         says = natural > vanishing
         weights = np.where(says, 1.0 / np.where(says, natural, 1.0), 0.0)
         rows = self.B[:, :count] / self.reach[:, np.newaxis] * weights[:, :, np.newaxis]

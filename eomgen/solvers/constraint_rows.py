@@ -178,7 +178,48 @@ def split_sizes(values: Array) -> tuple[Array, Array]:
 EveryRow = Callable[[Array], "ConstrainedSystem"]
 
 
-class RowsInMetric:
+class RowScales:
+    """Scales of the rows of B at one configuration, or of many samples at once."""
+
+    #: Number of rows at position level, and which components of v are rotations, and which rows are lengths.
+    holonomic: int
+    angular: NDArray[np.bool_]
+    lengths: NDArray[np.bool_]
+    #: (..., rows) sum of magnitudes of summands, and extent of the joined bodies; (..., rows, nv) Jacobian.
+    size: Array
+    extent: Array
+    B: Any
+
+    @property
+    def scale(self) -> Array:
+        """Scales of violations, (..., rows), in the units of the rows."""
+        return np.where(self.lengths, self.extent, 1.0)
+
+    @property
+    def limits(self) -> Array:
+        """Violations of the holonomic rows above which a row is not met."""
+        first = np.s_[..., : self.holonomic]
+        return np.maximum(CONTRADICTION * self.scale[first], WORST_ROUNDING * EPSILON * self.size[first])
+
+    @property
+    def summands(self) -> Array:
+        """Sums of magnitudes among the summands of rows, (..., rows)."""
+        return np.maximum(self.scale, self.size)
+
+    def entries_of_row(self, scale: Array) -> tuple[Array, Array]:
+        """Return the entries of B that a row of a scale, (..., rows), has per radian, and per metre: 1 for lengths, 1 /
+        extent for angles."""
+        reach = np.where(self.extent > 0.0, self.extent, 1.0)
+        return scale, np.where(self.lengths, 1.0, 1.0 / reach)
+
+    def largest_entries(self, scale: Array) -> Array:
+        """Return the largest possible entries of B here, (..., rows, nv), for rows of a scale."""
+        turning, straight = self.entries_of_row(scale)
+        natural = np.where(self.angular, turning[..., np.newaxis], straight[..., np.newaxis])
+        return np.asarray(np.maximum(natural, np.abs(self.B)))
+
+
+class RowsInMetric(RowScales):
     """The rows of B at one configuration, scaled by lengths, with scales of violations. Corrections by these rows are
     of least kinetic size, by M = L L^T. Large systems have sparse rows."""
 
@@ -219,18 +260,6 @@ class RowsInMetric:
         """The rows, if they are sparse and M has small blocks."""
         return None if self._sparse is None or self._sparse.inverse is None else self._sparse
 
-    @property
-    def scale(self) -> Array:
-        """Scales of violations, in the units of the rows."""
-        return np.where(self.lengths, self.extent, 1.0)
-
-    @property
-    def limits(self) -> Array:
-        """Violations of the holonomic rows above which a row is not met."""
-        return np.maximum(
-            CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size[: self.holonomic]
-        )
-
     def rate_limits(self, speeds: Array) -> Array:
         """Return the rates of rows, (rows,), above which a row counts as violated, for components of v up to
         ``speeds``, (nv,)."""
@@ -243,12 +272,12 @@ class RowsInMetric:
         (nv,)."""
         if self._sparse is None:
             return np.asarray(self.possible @ speeds)
-        return self._sparse.larger(*self._entries_of_row(self.scale), self.angular, speeds, 1)
+        return self._sparse.larger(*self.entries_of_row(self.scale), self.angular, speeds, 1)
 
     def _rates_of_summands(self, speeds: Array) -> Array:
         if self._sparse is None:
             return np.asarray(self._summand_sizes @ speeds)
-        return self._sparse.larger(*self._entries_of_row(self._summands), self.angular, speeds, 1)
+        return self._sparse.larger(*self.entries_of_row(self.summands), self.angular, speeds, 1)
 
     def lever(self, row: int) -> float:
         """Return the change of a row by rotation, in m per rad; 0 for rows of angles."""
@@ -315,35 +344,21 @@ class RowsInMetric:
         """Squares of the velocity components of unit displacement per second, (nv,)."""
         return 1.0 / np.asarray(self.reach) ** 2
 
-    def _entries_of_row(self, scale: Array) -> tuple[Array, Array]:
-        """Return the entries of B that a row of a scale, (rows,), has per radian, and per metre: 1 for lengths, 1 /
-        extent for angles."""
-        reach = np.where(self.extent > 0.0, self.extent, 1.0)
-        return scale, np.where(self.lengths, 1.0, 1.0 / reach)
-
-    def _entries(self, scale: Array) -> Array:
-        turning, straight = self._entries_of_row(scale)
-        return np.where(self.angular, turning[:, np.newaxis], straight[:, np.newaxis])
-
-    @property
-    def _summands(self) -> Array:
-        return np.maximum(self.scale, self.size)
-
     @cached_property
     def possible(self) -> Array:
         """Largest possible entries of B here, (rows, nv)."""
-        return np.maximum(self._entries(self.scale), np.abs(self.B))
+        return self.largest_entries(self.scale)
 
     @cached_property
     def _summand_sizes(self) -> Array:
         """Largest sum of magnitudes among the summands of each entry in B, (rows, nv)."""
-        return np.maximum(self._entries(self._summands), np.abs(self.B))
+        return self.largest_entries(self.summands)
 
     @cached_property
     def vanishing(self) -> Array:
         """Lengths of weighed rows that are only rounding, (rows,)."""
         if self._sparse is not None:
-            squares = self._sparse.larger(*self._entries_of_row(self._summands), self.angular, self.speeds, 2)
+            squares = self._sparse.larger(*self.entries_of_row(self.summands), self.angular, self.speeds, 2)
             return VANISHING * EPSILON * np.sqrt(squares)
         with np.errstate(over="ignore"):  # of equations of 1e154 and more
             return np.asarray(VANISHING * EPSILON * np.sqrt(self._summand_sizes**2 @ self.speeds))
@@ -363,7 +378,7 @@ class RowsInMetric:
             row, column, magnitudes = self._sparse.row, self._sparse.column, self._sparse.magnitudes
             possible, least = (
                 np.maximum(np.where(self.angular[column], turning[row], straight[row]), magnitudes)
-                for turning, straight in map(self._entries_of_row, (self.scale, self._summands))
+                for turning, straight in map(self.entries_of_row, (self.scale, self.summands))
             )
             squares = np.where(magnitudes > VANISHING * EPSILON * least, possible, 0.0) ** 2 * self.speeds[column]
             return np.sqrt(np.bincount(row, squares, minlength=len(self.size)))
@@ -455,8 +470,5 @@ NEARER_FRAMES = "the two frames of the constraint near each other, or its first 
 def long_lever(rows: RowsInMetric, names: Sequence[str], row: int) -> str:
     """Return a text on how far rotation moves a row, m per rad, compared with the extent of the joined bodies."""
     text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
-    return (
-        f"{text}, but the bodies that it joins measure {rows.extent[row]:.3g} m"
-        if rows.lever(row) > rows.extent[row]
-        else text
-    )
+    measure = f", but the bodies that it joins measure {rows.extent[row]:.3g} m"
+    return text + measure * bool(rows.lever(row) > rows.extent[row])

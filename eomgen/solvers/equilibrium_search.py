@@ -172,11 +172,8 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
     for _ in range(40):
         change = linear.step(time)
         gone = _length_of_change(statics, point, change)
-        part = (
-            min(share_of_turn(statics, point, change), longest / gone if gone > longest else 1.0)
-            if np.isfinite(gone)
-            else 0.0
-        )
+        part = min(1.0, longest / gone) if gone else 1.0
+        part = min(share_of_turn(statics, point, change), part) if np.isfinite(gone) else 0.0
         reached = move(statics, point, change) if part == 1.0 else None
         if reached is None:
             time = _LAST / fastest if np.isinf(time) else time * min(0.8, max(0.1, 0.8 * part))
@@ -228,10 +225,6 @@ def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     return move(statics, point, 1e-3 * (point.dual @ away))
 
 
-#: Largest displacement of a step, rad or lengths of the scene.
-_WIDEST = 1.0
-
-
 def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
     """Return the stable rest that steps of decreasing energy reach from q, at constant internal states z.
 
@@ -242,7 +235,7 @@ def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
     numpy.linalg.LinAlgError
         M is not positive definite at the start.
     """
-    trail, widest = SearchTrail(statics, q, z), _WIDEST
+    trail, widest = SearchTrail(statics, q, z), 1.0  # rad or lengths of the scene
     with told_if_interrupted(trail, "decreasing energy"):
         while True:
             point = trail.point
@@ -258,7 +251,7 @@ def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
             if reached is None:
                 return trail.end()
             trail.step(reached)
-            widest = min(_WIDEST, 2.0 * widest)
+            widest = min(1.0, 2.0 * widest)
 
 
 def _descend(statics: Statics, point: SearchPoint, widest: float) -> tuple[SearchPoint | None, float]:
@@ -268,7 +261,7 @@ def _descend(statics: Statics, point: SearchPoint, widest: float) -> tuple[Searc
     largest, along = np.abs(values).max(initial=0.0), vectors.T @ point.imbalance
     moves = (point.basis @ vectors) / statics.sizes[:, np.newaxis]
     firm = np.maximum(np.abs(values), SOFT * largest if largest else 1.0)
-    while widest > _SHORTEST * _WIDEST:
+    while widest > _SHORTEST:
         change = -vectors @ (along / (firm + _shift(firm, moves, along, widest)))
         reached = move(statics, point, change)
         if reached is not None:

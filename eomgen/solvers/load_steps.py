@@ -117,8 +117,6 @@ def with_turned(K: Matrix, blocks: RotatingTriples, forces: Array, factor: float
 
 #: Largest step of a path, in rad or lengths of the scene.
 _LIMITS = StepLimits(0.2)
-#: Diagonal regularization of Newton's matrix, relative to the negative stiffness, for families of equilibria.
-_BESIDE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -160,9 +158,7 @@ def stable_branch(statics: LoadedStatics, rest: LoadedState, onwards: Direction)
             return None
         first = side * mode if first is None else first
         rest, path = branch[0], [*path, *branch[1]]
-    return (
-        StableBranch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
-    )
+    return None if first is None or TangentStiffness.at(statics, rest).negative else StableBranch(rest, first, path)
 
 
 def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:
@@ -170,10 +166,6 @@ def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:
     scaled, along = mode / statics.sizes, onwards.unknowns[: len(mode)] / statics.sizes
     share = float(scaled @ along) / (float(np.linalg.norm(scaled) * np.linalg.norm(along)) or 1.0)
     return -1.0 if share < -1e-2 else 1.0  # a smaller share is rounding
-
-
-def _unstable(statics: LoadedStatics, rest: LoadedState) -> bool:
-    return TangentStiffness.at(statics, rest).negative > 0
 
 
 def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
@@ -191,7 +183,8 @@ def _led_off(
     the stiffness, ``mode`` the displacement (nv,), whose sign is the side. None if the path does not return to the
     force 0."""
     measure = 1.0 / statics.sizes**2
-    led = _held_back(statics, rest, mode * measure, abs(value), _BESIDE * abs(value) * measure)
+    beside = 1e-6 * abs(value) * measure  # for families of equilibria
+    led = _held_back(statics, rest, mode * measure, abs(value), beside)
     start = replace(rest, s=0.0)
     unknowns = np.zeros(len(mode) + len(rest.multipliers) + len(rest.z))
     unknowns[: len(mode)] = mode

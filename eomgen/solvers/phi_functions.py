@@ -19,10 +19,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.solvers.blocks import Blocks
 
-#: Part of the time of a step in shifted matrices.
-_GAMMA = 0.1
-#: Iterations at most, and the last change, as a part of the result.
-_ITERATIONS, _SETTLED = 60, 1e-10
+#: Iterations of Lanczos' method at most.
+_ITERATIONS = 60
 
 
 def phi(x: Array, order: int) -> Array:
@@ -89,7 +87,7 @@ class _Stack:
 
     def __call__(self, f: Array, time: float, order: int) -> Array:
         """Return time phi_k(time J) f for each block, (blocks, size), with k = ``order`` and f of the same shape."""
-        if self._nothing:
+        if not self.entries.any():
             return time / math.factorial(order) * f
         if self._band is not None:
             result = _by_lanczos(self._band, f[0], time, order)
@@ -104,13 +102,8 @@ class _Stack:
             return np.asarray(time * (vectors @ (phi(time * values, order) * along)[:, :, np.newaxis])[:, :, 0])
 
     @cached_property
-    def _nothing(self) -> bool:
-        return not self.entries.any()
-
-    @cached_property
     def _spectra(self) -> tuple[Array, Array]:
-        values, vectors = np.linalg.eigh(self.entries)
-        return values, vectors
+        return np.linalg.eigh(self.entries)
 
     @cached_property
     def _band(self) -> Array | None:
@@ -141,7 +134,8 @@ def _by_lanczos(band: Array, f: Array, time: float, order: int) -> Array | None:
     ----------
     band : lower band of J, (width, n), diagonal first
     """
-    shifted = -_GAMMA * time * band
+    gamma, settled = 0.1, 1e-10  # part of the time in the shifted matrix, and last change as a part of the result
+    shifted = -gamma * time * band
     shifted[0] += 1.0
     factors, fault = dpbtrf(shifted, lower=1)
     length = float(np.linalg.norm(f))
@@ -159,14 +153,14 @@ def _by_lanczos(band: Array, f: Array, time: float, order: int) -> Array | None:
             w -= along @ V[:k]
             H[:k, k - 1] += along
         H[k, k - 1] = left = float(np.linalg.norm(w))
-        ends = left <= _SETTLED * H[0, 0]
+        ends = left <= settled * H[0, 0]
         if ends or k % 4 == 0:
             values, turn = np.linalg.eigh(H[:k, :k])
             with np.errstate(all="ignore"):  # unstable directions may overflow: such steps are shortened
-                now = length * time * (turn @ (phi((1.0 - 1.0 / values) / _GAMMA, order) * turn[0]))
+                now = length * time * (turn @ (phi((1.0 - 1.0 / values) / gamma, order) * turn[0]))
             change = now.copy()
             change[: len(before)] -= before
-            if ends or not np.linalg.norm(change) > _SETTLED * np.linalg.norm(now):
+            if ends or not np.linalg.norm(change) > settled * np.linalg.norm(now):
                 return np.asarray(now @ V[:k])
             before = now
         V[k] = w / left

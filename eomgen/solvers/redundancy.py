@@ -31,8 +31,6 @@ from eomgen.solvers.constraint_rows import (
 
 #: Relative new part of a row below which other rows are taken first; a tenth of it is nearly redundant.
 LITTLE = 1e-3
-#: How far nearby configurations are: rad, and part of the extent.
-NEARBY = 0.05
 _LEFT_OUT = "parameters with which the constraints can be met together, or a scene with these values of its own"
 
 
@@ -122,9 +120,7 @@ def redundancy(
         take(lefts[best], parts_of[best])
         if max(parts_of[best]) < 0.1 * LITTLE:
             hardly[best] = max(parts_of[best])
-    far = [row for row in looked_at if here.has_long_lever(row)] if waiting else []
-    if far:
-        raise _lever_too_long(system, here, far[0], waiting)
+    _refuse_long_levers(system, here, looked_at, waiting)
     _refuse_flat(system, looked_at, at_configurations)
     hidden = [
         row
@@ -132,7 +128,11 @@ def redundancy(
         if all(at.hides(row, rest) for at, rest in zip(at_configurations, rests(row), strict=True))
     ]
     if hidden:
-        raise _too_far_away(system, here, hidden)
+        size, extent = max(float(here.size[row]) for row in hidden), min(float(here.extent[row]) for row in hidden)
+        places = f"places up to {size:.3g} m away are subtracted in them, and the bodies that they join measure"
+        fault = f"rounding hides whether these rows follow from others: {_names(system, hidden)}; {places}"
+        hint = "frames of constraints and an origin nearer to the machine"
+        raise ModelError(Problem("constraints", f"{fault} {extent:.3g} m [E2094]", hint))
     return Redundancy(tuple(waiting), hardly)
 
 
@@ -140,8 +140,8 @@ def _refuse_flat(system: ConstrainedSystem, rows: Sequence[int], configurations:
     """Raise ModelError if derivatives of equations by formulas, among ``rows``, vanish at their zeros."""
     of_formulas = [row for row in rows if system.names[row].endswith(FORMULA)]
     if flat := [row for row in of_formulas if _vanishes(row, configurations)]:
-        listed = ", ".join(system.names[row] for row in flat[:LISTED])
-        fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed} [E2092]"
+        fault = "the derivatives of these equations vanish at their zeros, so they hold no motion:"
+        fault = f"{fault} {_names(system, flat)} [E2092]"
         raise ModelError(Problem("constraints", fault, "equations that change their sign there: x in place of x**2"))
 
 
@@ -155,23 +155,19 @@ def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
     return zero and all(length <= 1e-2 * size for length, size in zip(lengths[1:], possible[1:], strict=True))
 
 
-def _lever_too_long(system: ConstrainedSystem, here: RowsInMetric, row: int, dependent: Sequence[int]) -> ModelError:
-    listed = ", ".join(system.names[row] for row in dependent[:LISTED])
-    fault = (
-        f"{long_lever(here, system.names, row)}, so that it is unknown whether these rows follow from others:"
-        f" {listed} [E2093]"
-    )
-    return ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
+def _refuse_long_levers(
+    system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[int], waiting: Sequence[int]
+) -> None:
+    """Raise ModelError if long levers in ``rows`` hide whether the waiting rows follow from others."""
+    far = [row for row in rows if here.has_long_lever(row)] if waiting else []
+    if far:
+        lever, names = long_lever(here, system.names, far[0]), _names(system, waiting)
+        fault = f"{lever}, so that it is unknown whether these rows follow from others: {names} [E2093]"
+        raise ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
 
 
-def _too_far_away(system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[int]) -> ModelError:
-    listed = ", ".join(system.names[row] for row in rows[:LISTED])
-    size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
-    fault = (
-        f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
-        f" subtracted in them, and the bodies that they join measure {extent:.3g} m [E2094]"
-    )
-    return ModelError(Problem("constraints", fault, "frames of constraints and an origin nearer to the machine"))
+def _names(system: ConstrainedSystem, rows: Sequence[int]) -> str:
+    return ", ".join(system.names[row] for row in rows[:LISTED])
 
 
 def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
@@ -199,7 +195,7 @@ def _nearby(system: ConstrainedSystem, q: Array, t: float, count: int) -> list[A
         longest = max(turn, travel / extent if extent > 0.0 else 0.0) or 1.0
         try:
             near, _ = consistent_position(
-                system, update(system.factors, q, way * (NEARBY / longest / 2 ** (attempt // count))), t
+                system, update(system.factors, q, way * (0.05 / longest / 2 ** (attempt // count))), t
             )
         except ModelError:
             continue
@@ -266,20 +262,15 @@ def check_left_out(
     if not off:
         rates, limits = system.velocity(q, v, t), there.rate_limits(np.abs(v))
         off = [f"{system.names[row]} by {rates[row]:.3g} per s" for row in rows if not abs(rates[row]) <= limits[row]]
+    left_out_rows = "rows that were left out, because they follow from others at the default parameters"
     if off:
-        fault = (
-            f"rows that were left out, because they follow from others at the default parameters, are off at"
-            f" {at}: {'; '.join(off[:LISTED])} [E2095]"
-        )
+        fault = f"{left_out_rows}, are off at {at}: {'; '.join(off[:LISTED])} [E2095]"
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     kept = [row for row in range(len(system.names)) if row not in rows]
     dependent = redundancy(system, q, t, rows=[*kept, *rows]).dependent
     if len(dependent) < len(rows):
         new = [system.names[row] for row in rows if row not in dependent]
-        fault = (
-            f"rows that were left out, because they follow from others at the default parameters, do not at"
-            f" {at}: {', '.join(new[:LISTED])} [E2096]"
-        )
+        fault = f"{left_out_rows}, do not at {at}: {', '.join(new[:LISTED])} [E2096]"
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     by = left_over(system, q, rows, t)
     return [
@@ -289,9 +280,6 @@ def check_left_out(
 
 #: Part of a column that counts as rounding.
 ROUNDING = 1e-10
-#: Coefficients are decimal numbers of ``_DIGITS`` digits, or fractions, if the difference is rounding.
-_DIGITS = 10
-_SAME = 1e-11
 
 
 class NoRankGap(ArithmeticError):
@@ -329,16 +317,13 @@ def independent_columns(A: Array) -> IndependentColumns:
     size = np.linalg.norm(A, axis=0)
     present = np.flatnonzero(size > ROUNDING * np.max(size, initial=0.0))
     unit = A[:, present] / size[present]
-    basis = np.empty((len(A), min(A.shape)))
-    kept, others, parts = list[int](), list[int](), list[float]()
+    basis, kept, others, parts = list[Array](), list[int](), list[int](), list[float]()
     for index in range(len(present)):
-        rest = unit[:, index]
-        for _ in range(2):
-            rest = rest - basis[:, : len(kept)] @ (basis[:, : len(kept)].T @ rest)
+        rest = _remainder(unit[:, index], basis)
         part = float(np.linalg.norm(rest))
         parts.append(part)
-        if part > ROUNDING and len(kept) < basis.shape[1]:
-            basis[:, len(kept)] = rest / part
+        if part > ROUNDING and len(kept) < min(A.shape):
+            basis.append(rest / part)
             kept.append(index)
         else:
             others.append(index)
@@ -357,7 +342,7 @@ def independent_columns(A: Array) -> IndependentColumns:
 
 def short(number: float) -> float:
     """Return the ten-digit decimal or the fraction that equals a number up to rounding, else the number."""
-    for candidate in (float(f"{number:.{_DIGITS}g}"), float(Fraction(number).limit_denominator(360))):
-        if abs(candidate - number) <= _SAME * abs(number):
+    for candidate in (float(f"{number:.10g}"), float(Fraction(number).limit_denominator(360))):
+        if abs(candidate - number) <= 1e-11 * abs(number):
             return candidate
     return number

@@ -75,7 +75,8 @@ class RigidBeams:
             for pose, relative, (_, _, factors) in zip(
                 self._first(result), self._from_first, self.beams.followers, strict=True
             ):
-                _put_pose(result, factors, numeric.compose(SE3, pose, relative))
+                places = np.concatenate([np.r_[factor.q] for factor in factors])
+                result[:, places] = numeric.compose(SE3, pose, relative)
             lengths = np.where(self._positions, np.abs(result).max(axis=0, initial=0.0), 0.0).max()
             if np.all(np.abs(result - before) <= 1e-14 * np.where(self._positions, lengths, 1.0)):
                 break
@@ -136,10 +137,3 @@ class RigidBeams:
 def _pose(q: Array, factors: Sequence[Factor]) -> Array:
     """Return the pose, (n, 7), that the factors of a node hold."""
     return np.concatenate([q[:, factor.q] for factor in factors], axis=1)
-
-
-def _put_pose(q: Array, factors: Sequence[Factor], pose: Array) -> None:
-    start = 0
-    for factor in factors:
-        q[:, factor.q] = pose[:, start : start + factor.q_size]
-        start += factor.q_size

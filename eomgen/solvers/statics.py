@@ -160,11 +160,8 @@ class SearchPoint:
     @cached_property
     def pushes(self) -> Array:
         """(nz,) effect of internal states along the basis relative to the largest stiffness; 0 without effect."""
-        stiffness = self.largest_stiffness
-        result: Array = (
-            np.linalg.norm(self.couplings[0], axis=0) / stiffness if stiffness > 0.0 else np.zeros(len(self.z))
-        )
-        return result
+        stiffness = self.largest_stiffness or np.inf
+        return np.asarray(np.linalg.norm(self.couplings[0], axis=0) / stiffness)
 
     @property
     def scale(self) -> Array:
@@ -387,10 +384,8 @@ def polish(statics: Statics, point: SearchPoint) -> SearchPoint:
     """Return the point after at most five Newton steps, while these are small and each at most half the last."""
     left = newton_step(point, newton_right_side(point))
     for _ in range(5):
-        if (
-            not np.any(left)
-            or np.max(np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes, initial=0.0) > 1e-3
-        ):
+        moved = np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes
+        if not np.any(left) or np.max(moved, initial=0.0) > 1e-3:
             break
         nearer = move(statics, point, left)
         if nearer is None:

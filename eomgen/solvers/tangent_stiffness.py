@@ -26,10 +26,6 @@ from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, c
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
-#: Skew part of a stiffness, as a part of its diagonal, from which forces have no potential.
-_SKEW = 1e-7
-#: Sweeps of row and column scaling.
-_SWEEPS = 4
 #: Rounding error of a stiffness relative to the sum of its absolute terms.
 ROUNDING = 1e3 * float(np.finfo(float).eps)
 
@@ -66,7 +62,7 @@ class TangentStiffness:
             return True
         diagonal = np.sqrt(np.abs(K.diagonal()))
         row, column = skew.coords
-        allowed = _SKEW * diagonal[row] * diagonal[column] + SUMMED * float(abs(K).max())
+        allowed = 1e-7 * diagonal[row] * diagonal[column] + SUMMED * float(abs(K).max())
         return bool(np.all(skew.data <= allowed))
 
     @cached_property
@@ -75,7 +71,7 @@ class TangentStiffness:
         matrix = _bordered_matrix(self.K, self.B)
         scale, rows, columns = np.ones(matrix.shape[0]), matrix.indices, columns_of(matrix)
         size = np.abs(matrix.data)
-        for _ in range(_SWEEPS):
+        for _ in range(4):
             largest = np.zeros(len(scale))
             np.maximum.at(largest, rows, scale[rows] * size * scale[columns])
             scale = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))

@@ -22,10 +22,8 @@ if TYPE_CHECKING:
 
 #: Stands for the operation of a negative reference.
 _NEGATIVE = 0
-_WITHOUT_RULE = frozenset({_NEGATIVE, Op.CONST, Op.INPUT, Op.MAP})
 #: Operations as globals: looking a member up in an enumeration takes five times as long.
 _CONST, _INPUT, _MAP, _CURVE = Op.CONST, Op.INPUT, Op.MAP, Op.CURVE
-_BINARY = frozenset({Op.ADD, Op.SUB, Op.MUL})
 
 
 @dataclass(frozen=True)
@@ -68,42 +66,32 @@ class Evaluation:
         self.tape = tape
         place_of: dict[Ref, int] = {}
         self._places = [place_of.setdefault(ref, len(place_of)) for ref in refs]
-        self._slots: dict[Ref, int] = {}
-        #: Operation, node, slots of two operands (-1 if missing), slot of the third operand or kernel of a Map.
-        self._steps: list[tuple[int, int, int, int, Any]] = []
-        kernels: dict[int, Evaluation | None] = {}
-        ops, a, b, slots, steps = tape.op, tape.a, tape.b, self._slots, self._steps
+        slots: dict[Ref, int] = {}
+        self._slots = slots
+        #: Operation, node, slots of the operands, kernel of a Map.
+        self._steps: list[tuple[int, int, tuple[int, ...], Any]] = []
+        gathered: set[int] = set()
         for node in tape.live(place_of):
-            op = ops[node]
-            if op in _BINARY:  # without a call for most nodes: forward dynamics of a humanoid have 20 000
-                x, y = a[node], b[node]
-                first = slots[x] if x in slots else self._slot(x)
-                second = slots[y] if y in slots else self._slot(y)
-                slots[node] = len(steps)
-                steps.append((op, node, first, second, -1))
-            elif op is _MAP:
-                if a[node] not in kernels:  # results of a Map have the same operands: one visit keeps this linear
-                    repetition = cast("Map | Call", tape.maps[a[node]])
-                    for ref in repetition.references:
-                        self._slot(ref)
-                    kernels[a[node]] = (
-                        None if isinstance(repetition, Call) else Evaluation(repetition.kernel, repetition.kernel_refs)
-                    )
-                self._add(node, op, (), kernels[a[node]])
-            else:
-                self._add(node, op, tuple(self._slot(ref) for ref in tape.operands(node)))
+            op, number, kernel = tape.op[node], tape.a[node], None
+            operands: tuple[int, ...] = ()
+            if op is not _MAP:
+                operands = tuple([slots[ref] if ref in slots else self._slot(ref) for ref in tape.operands(node)])
+            elif number not in gathered:  # results of a Map have the same operands: one visit keeps this linear
+                gathered.add(number)
+                repetition = cast("Map | Call", tape.maps[number])
+                for ref in repetition.references:
+                    self._slot(ref)
+                if not isinstance(repetition, Call):
+                    kernel = Evaluation(repetition.kernel, repetition.kernel_refs)
+            slots[node] = len(self._steps)
+            self._steps.append((op, node, operands, kernel))
         self._wanted = [self._slot(ref) for ref in place_of]
-
-    def _add(self, node: int, op: int, operands: tuple[int, ...], more: Any = None) -> None:
-        first, second, third = (*operands, -1, -1, -1)[:3]
-        self._slots[node] = len(self._steps)
-        self._steps.append((op, node, first, second, third if more is None else more))
 
     def _slot(self, ref: Ref) -> int:
         """Return the slot of a reference; the negative of a node gets a slot at first use."""
         if ref not in self._slots:
             self._slots[ref] = len(self._steps)
-            self._steps.append((_NEGATIVE, -ref, self._slots[-ref], -1, -1))
+            self._steps.append((_NEGATIVE, -ref, (self._slots[-ref],), None))
         return self._slots[ref]
 
     def run(
@@ -126,34 +114,26 @@ class Evaluation:
         def value(ref: Ref) -> Any:
             return values[slots[ref]]
 
-        for op, node, first, second, third in self._steps:
-            if op in _WITHOUT_RULE:
-                if op == _NEGATIVE:
-                    values.append(-values[first])
-                elif op == _CONST:
-                    values.append(arithmetic.constant(tape.constants[tape.a[node]]))
-                elif op == _INPUT:
-                    values.append(leaf(tape.inputs[tape.a[node]]))
-                else:
-                    number = tape.a[node]
-                    if number not in of_maps:
-                        repetition = cast("Map | Call", tape.maps[number])
-                        if isinstance(repetition, Call):
-                            of_maps[number] = arithmetic.call(repetition, [value(ref) for ref in repetition.operands])
-                        else:
-                            of_maps[number] = _run_map(repetition, third, value, arithmetic)
-                    values.append(of_maps[number][tape.b[node]])
-                continue
-            rule = rules[op]
-            if op == _CURVE:
-                result = rule(values[first], *tape.curves[tape.b[node]])
-            elif second < 0:
-                result = rule(values[first])
-            elif third < 0:
-                result = rule(values[first], values[second])
+        for op, node, operands, kernel in self._steps:
+            rule, number = rules.get(op), tape.a[node]
+            if rule is not None:
+                more = tape.curves[tape.b[node]] if op == _CURVE else ()
+                result = rule(*[values[slot] for slot in operands], *more)
+                values.append(result if visit is None else visit(node, result))
+            elif op == _NEGATIVE:
+                values.append(-values[operands[0]])
+            elif op == _CONST:
+                values.append(arithmetic.constant(tape.constants[number]))
+            elif op == _INPUT:
+                values.append(leaf(tape.inputs[number]))
             else:
-                result = rule(values[first], values[second], values[third])
-            values.append(result if visit is None else visit(node, result))
+                if number not in of_maps:
+                    repetition = cast("Map | Call", tape.maps[number])
+                    if isinstance(repetition, Call):
+                        of_maps[number] = arithmetic.call(repetition, [value(ref) for ref in repetition.operands])
+                    else:
+                        of_maps[number] = _run_map(repetition, kernel, value, arithmetic)
+                values.append(of_maps[number][tape.b[node]])
         return [values[slot] for slot in self._wanted]
 
     def on_arrays(self, inputs: Mapping[str, ArrayLike]) -> NDArray[Any]:

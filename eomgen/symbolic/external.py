@@ -35,6 +35,30 @@ class ExternalSource(Protocol):
     def python(self) -> Any: ...
 
 
+class ExternalCode(Protocol):
+    """The C functions of an external function.
+
+    Attributes
+    ----------
+    source : the C file
+    function, slopes : names of the C functions of values and of exact slopes along the arguments; no name: slopes by
+        differences
+    real : number type of these C functions
+    prototypes : declarations of these C functions
+    """
+
+    @property
+    def source(self) -> ExternalSource: ...
+    @property
+    def function(self) -> str: ...
+    @property
+    def slopes(self) -> str: ...
+    @property
+    def real(self) -> str: ...
+    @property
+    def prototypes(self) -> tuple[str, ...]: ...
+
+
 class ExternalFunction(Protocol):
     """A function of numbers that is compiled with a model.
 
@@ -44,11 +68,7 @@ class ExternalFunction(Protocol):
     arguments, parameters : number of arguments, and of parameters after the arguments, constant within a run
     results : number of results
     scales : typical size of each argument and parameter, for differences
-    source : the C file
-    function, slopes : names of the C functions of values and of exact slopes along the arguments; no name: slopes by
-        differences
-    real : number type of these C functions
-    prototypes : declarations of these C functions
+    code : the C functions
     """
 
     @property
@@ -62,15 +82,7 @@ class ExternalFunction(Protocol):
     @property
     def scales(self) -> tuple[float, ...]: ...
     @property
-    def source(self) -> ExternalSource: ...
-    @property
-    def function(self) -> str: ...
-    @property
-    def slopes(self) -> str: ...
-    @property
-    def real(self) -> str: ...
-    @property
-    def prototypes(self) -> tuple[str, ...]: ...
+    def code(self) -> ExternalCode: ...
     def evaluate(self, columns: Columns, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return results, or slopes of them along columns, (..., size), at arguments and parameters (..., n)."""
         ...

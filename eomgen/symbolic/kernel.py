@@ -6,17 +6,12 @@ equation, and does without SymPy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import reduce
+from collections.abc import Mapping
+from functools import cached_property, reduce
 
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Ref, Tape
-
-#: ``("symbol", name)``, ``("number", value)``, or an operation and the indices of operands among earlier steps:
-#: ``("add", 0, 1, 2)``, ``("mul", 0, 1)``, ``("pow", 2, 3)``, ``("sqrt", 4)``; functions by name in ``Op``.
-Step = tuple[str | int | float, ...]
-_Rule = Callable[[Tape, Mapping[str, Scalar], Sequence[Ref]], Ref]
+from eomgen.symbolic.tape import Ref
 
 
 class Kernel:
@@ -24,19 +19,27 @@ class Kernel:
 
     Attributes
     ----------
-    steps : tuple of Step
-        Operations in order; order and operands determine the recorded operations.
+    steps : str
+        Operations in order, with commas between: a symbol, a number, or an operation and the places of its operands
+        among earlier steps, as ``add 0 1 2``, ``pow 2 3``, ``sqrt 4``; functions by name in ``Op``. Order and operands
+        determine the recorded operations.
     results : tuple of int
         The steps whose values the kernel returns, in order.
     """
 
-    __slots__ = ("_names", "_recorded", "results", "steps")
-
-    def __init__(self, steps: tuple[Step, ...], results: tuple[int, ...]) -> None:
+    def __init__(self, steps: str, results: tuple[int, ...]) -> None:
         self.steps = steps
         self.results = results
-        self._names = [str(step[1]) for step in steps if step[0] == "symbol"]
-        self._recorded: list[_Rule | tuple[bool, int, int]] | None = None
+
+    @cached_property
+    def _operations(self) -> list[tuple[str, list[int]]]:
+        """The first word and the places of the operands of each step."""
+        words = (step.split() for step in self.steps.split(","))
+        return [(word, [int(index) for index in places]) for word, *places in words]
+
+    @cached_property
+    def _symbols(self) -> list[str]:
+        return [word for word, places in self._operations if not places and word[0].isalpha()]
 
     def instantiate(self, algebra: Algebra, values: Mapping[str, Scalar]) -> list[Scalar]:
         """Record the kernel on the algebra's tape, and return the results; the same symbols are recorded once.
@@ -47,39 +50,18 @@ class Kernel:
             Raises KeyError for a symbol of the kernel that has none.
         """
         tape = algebra.tape
-        instance = (self, *(values[name].ref for name in self._names))
+        instance = (self, *(values[name].ref for name in self._symbols))
         if instance not in tape.instances:
-            if self._recorded is None:
-                self._recorded = [_step_rule(step) for step in self.steps]
             refs: list[Ref] = []
-            add, mul = tape.add, tape.mul
-            for step in self._recorded:
-                if isinstance(step, tuple):
-                    is_sum, left, right = step
-                    refs.append(add(refs[left], refs[right]) if is_sum else mul(refs[left], refs[right]))
+            for word, places in self._operations:
+                operands = [refs[index] for index in places]
+                if word == "add":
+                    refs.append(reduce(tape.add, operands))
+                elif word == "mul":
+                    refs.append(reduce(tape.mul, operands))
+                elif operands:
+                    refs.append(tape.call(Op[word.upper()], *operands))
                 else:
-                    refs.append(step(tape, values, refs))
+                    refs.append(values[word].ref if word in values else tape.constant(float(word)))
             tape.instances[instance] = tuple(refs[index] for index in self.results)
         return [Scalar(tape, ref) for ref in tape.instances[instance]]
-
-
-def _step_rule(step: Step) -> _Rule | tuple[bool, int, int]:
-    """Return the function that records a step, called with the tape, the symbols' values and the references of earlier
-    steps. For a sum or product of two operands: (whether it is a sum, position of the first operand, position of the
-    second)."""
-    kind, *operands = step
-    if kind == "symbol":
-        name = str(operands[0])
-        return lambda tape, values, refs: values[name].ref
-    if kind == "number":
-        number = float(operands[0])
-        return lambda tape, values, refs: tape.constant(number)
-    places = [int(index) for index in operands]
-    if kind in ("add", "mul") and len(places) == 2:
-        return kind == "add", places[0], places[1]
-    if kind == "add":
-        return lambda tape, values, refs: reduce(tape.add, [refs[index] for index in places])
-    if kind == "mul":
-        return lambda tape, values, refs: reduce(tape.mul, [refs[index] for index in places])
-    op = Op[str(kind).upper()]
-    return lambda tape, values, refs: tape.call(op, *(refs[index] for index in places))

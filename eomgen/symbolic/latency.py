@@ -20,11 +20,6 @@ LATENCIES = dict.fromkeys((Op.ADD, Op.SUB, Op.MUL, Op.ABS, Op.SIGN, Op.MIN, Op.M
 LATENCIES |= {Op.DIV: 14, Op.SQRT: 18}
 #: Of functions that are polynomials with a reduction of the argument before.
 FUNCTION = 60
-#: Weight from which on functions repeat themselves body by body, and share the text of these repeats; and the part of
-#: the time of the operations that a critical path takes at least to be worth shortening. Measured with shorter paths:
-#: forward dynamics of chains of 3 to 10 rods, UR5 and Panda take 9 to 18 % less time, in lanes 8 to 17 %; of a
-#: humanoid, with more values than registers hold, 10 % more.
-_MANY, _MUCH = 2500, 0.5
 _SUM, _PRODUCT = LATENCIES[Op.ADD], LATENCIES[Op.MUL]
 #: Operations as globals: looking a member up in an enumeration takes five times as long.
 _ADD, _SUB, _MUL, _MAP = Op.ADD, Op.SUB, Op.MUL, Op.MAP
@@ -80,7 +75,10 @@ def waits(tape: Tape, outputs: Sequence[Ref]) -> bool:
     """Return whether the critical path dominates the time of the operations, so that shortening the path saves time.
     False for large functions, from a weight of 2500 on."""
     weight = tape.counts(outputs).weight
-    return weight < _MANY and critical_path(tape, outputs) > _MUCH * SHARE * weight
+    # From a weight of 2500 on functions repeat themselves body by body, and share the text of these repeats. Forward
+    # dynamics of chains of 3 to 10 rods, UR5 and Panda take 9 to 18 % less time with shorter paths, in lanes 8 to 17 %;
+    # of a humanoid, with more values than registers hold, 10 % more.
+    return weight < 2500 and critical_path(tape, outputs) > 0.5 * SHARE * weight
 
 
 def fastest(tape: Tape, algorithms: Sequence[Sequence[Ref]], ratio: float) -> int:

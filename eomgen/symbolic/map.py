@@ -87,28 +87,10 @@ class Map:
     label: str = ""
 
     def __post_init__(self) -> None:
-        """Check counts, carries and inputs of the kernel. Raises ValueError."""
-        if self.count < 1:
-            raise ValueError(f"a Map needs at least one element, not {self.count}")
-        for kind, columns in (("elements", self.elements), ("gather", self.gather)):
-            for index, column in enumerate(columns):
-                if len(column) != self.count:
-                    raise ValueError(f"{kind}[{index}] of a Map has {len(column)} entries for {self.count} elements")
-        if len(self.last) != len(self.initial):
-            raise ValueError(
-                f"a Map has {len(self.initial)} initial carries but {len(self.last)} in last; each carry needs both"
-            )
         if self.kernel.maps:
             raise ValueError(
                 "the kernel of a Map holds a Map itself; unroll the inner one or write two Maps one after the other"
             )
-        sizes = dict(zip(KERNEL_BLOCKS, map(len, (self.elements, self.shared, self.gather, self.initial)), strict=True))
-        for symbol in self.kernel.depends_on(self.kernel_refs):
-            if symbol.index >= sizes.get(symbol.block, 0):
-                raise ValueError(
-                    f"the kernel of a Map reads ({symbol.block!r}, {symbol.index}), which the Map does not give; "
-                    f"it gives {', '.join(f'{size} of {name!r}' for name, size in sizes.items())}"
-                )
 
     @property
     def kernel_refs(self) -> tuple[Ref, ...]:

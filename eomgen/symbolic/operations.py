@@ -93,6 +93,15 @@ def _square_from_one(tape: Any, x: Ref, sign: int) -> Any:
     return tape.add(unit, square) if sign > 0 else tape.sub(unit, square)
 
 
+def _circular(part: int, hyperbolic: bool = False) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return the rules of jets and of series of the sine (``part`` 0) or the cosine (1)."""
+
+    def pick(algebra: Any, x: Any, _: Ref = 0) -> Any:
+        return algebra.sine_and_cosine(x, hyperbolic=hyperbolic)[part]
+
+    return pick, pick
+
+
 def _over_root(tape: Any, numerator: float, x: Ref) -> Any:
     """Record numerator / sqrt(1 - x^2)."""
     return tape.div(tape.constant(numerator), tape.call(Op.SQRT, _square_from_one(tape, x, -1)))
@@ -125,20 +134,8 @@ def _atan_series(series: Any, x: Any) -> Any:
 
 
 ELEMENTARY: Mapping[Op, Elementary] = {
-    Op.SIN: Elementary(
-        slope=lambda tape, x, _: tape.call(Op.COS, x),
-        jet=lambda jets, x, _: jets.sine_and_cosine(x)[0],
-        series=lambda series, x: series.sine_and_cosine(x)[0],
-        parity=-1,
-        smooth=True,
-    ),
-    Op.COS: Elementary(
-        slope=lambda tape, x, _: -tape.call(Op.SIN, x),
-        jet=lambda jets, x, _: jets.sine_and_cosine(x)[1],
-        series=lambda series, x: series.sine_and_cosine(x)[1],
-        parity=1,
-        smooth=True,
-    ),
+    Op.SIN: Elementary(lambda tape, x, _: tape.call(Op.COS, x), *_circular(0), parity=-1, smooth=True),
+    Op.COS: Elementary(lambda tape, x, _: -tape.call(Op.SIN, x), *_circular(1), parity=1, smooth=True),
     Op.TAN: Elementary(
         slope=lambda tape, _, value: _square_from_one(tape, value, 1),
         jet=lambda jets, x, value: jets.tangent(x, value, 1.0),
@@ -168,20 +165,8 @@ ELEMENTARY: Mapping[Op, Elementary] = {
         parity=-1,
         smooth=True,
     ),
-    Op.SINH: Elementary(
-        slope=lambda tape, x, _: tape.call(Op.COSH, x),
-        jet=lambda jets, x, _: jets.sine_and_cosine(x, hyperbolic=True)[0],
-        series=lambda series, x: series.sine_and_cosine(x, hyperbolic=True)[0],
-        parity=-1,
-        smooth=True,
-    ),
-    Op.COSH: Elementary(
-        slope=lambda tape, x, _: tape.call(Op.SINH, x),
-        jet=lambda jets, x, _: jets.sine_and_cosine(x, hyperbolic=True)[1],
-        series=lambda series, x: series.sine_and_cosine(x, hyperbolic=True)[1],
-        parity=1,
-        smooth=True,
-    ),
+    Op.SINH: Elementary(lambda tape, x, _: tape.call(Op.COSH, x), *_circular(0, True), parity=-1, smooth=True),
+    Op.COSH: Elementary(lambda tape, x, _: tape.call(Op.SINH, x), *_circular(1, True), parity=1, smooth=True),
     Op.TANH: Elementary(
         slope=lambda tape, _, value: _square_from_one(tape, value, -1),
         jet=lambda jets, x, value: jets.tangent(x, value, -1.0),

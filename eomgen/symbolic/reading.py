@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from eomgen.symbolic.evaluate import Arithmetic, run
+from eomgen.symbolic.evaluate import ARITHMETIC, Arithmetic, run
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import LEAVES, NAMES, InputSymbol, Op
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     import sympy
 
     Named = tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]
-
-WHOLE_LIMIT = 200  # operations up to which a block is given whole
-NAME_LIMIT = 40  # operations after which a long expression without shared parts is given a name all the same
 
 
 def block_to_sympy(
@@ -71,7 +68,7 @@ def block_to_sympy(
         refs = splice(tape, source, refs, {}, unrolled=True)
     live = tape.live(refs)
     if named is None:
-        named = sum(tape.op[node] not in LEAVES for node in live) > WHOLE_LIMIT
+        named = sum(tape.op[node] not in LEAVES for node in live) > 200
     worth = _worth_naming(tape, refs, live) if named else set[int]()
     intermediates: list[tuple[sympy.Symbol, sympy.Expr]] = []
 
@@ -150,7 +147,8 @@ def input_symbol(symbol: InputSymbol) -> sympy.Symbol:
 
 
 def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[int]:
-    """Return the nodes among ``live`` that are used more than once, or whose expression is longer than NAME_LIMIT."""
+    """Return the nodes among ``live`` that are used more than once, or whose expression has more than 40
+    operations."""
     uses = Counter(abs(ref) for ref in refs)
     for node in live:
         uses.update(abs(ref) for ref in tape.operands(node))
@@ -161,7 +159,7 @@ def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[i
             size[node] = 0
             continue
         size[node] = 1 + sum(size[abs(ref)] for ref in tape.operands(node))
-        if uses[node] > 1 or size[node] > NAME_LIMIT:
+        if uses[node] > 1 or size[node] > 40:
             worth.add(node)
             size[node] = 0
     return worth
@@ -191,10 +189,7 @@ def _sympy_rules() -> dict[Op, Callable[..., Any]]:
         )
 
     return {
-        Op.ADD: lambda x, y: x + y,
-        Op.SUB: lambda x, y: x - y,
-        Op.MUL: lambda x, y: x * y,
-        Op.DIV: lambda x, y: x / y,
+        **ARITHMETIC,
         **{op: getattr(sympy, name) for op, name in NAMES.items()},
         Op.ATAN2: sympy.atan2,
         Op.POW: sympy.Pow,

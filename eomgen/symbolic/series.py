@@ -10,7 +10,7 @@ Derivatives (2008), table 13.2.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from eomgen.symbolic.branches import choose, common_condition, note, plus, times, zero_unless
@@ -157,11 +157,10 @@ class Series:
         tape, number = self.tape, self.open_product()
         self.close_product(number, x, y)
         rest = tape.mul(self.first(LEFT, number, x), y.next)
-        rest = (
-            tape.mul(tape.constant(2.0), rest)
-            if x == y
-            else tape.add(rest, tape.mul(self.first(RIGHT, number, y), x.next))
-        )
+        if x == y:
+            rest = tape.mul(tape.constant(2.0), rest)
+        else:
+            rest = tape.add(rest, tape.mul(self.first(RIGHT, number, y), x.next))
         change = tape.add(self.inner(number), rest)
         note(tape, change, common_condition(tape, (x.next, y.next)))
         return SeriesTerm(tape.mul(x.value, y.value), change)
@@ -348,23 +347,22 @@ def record_series(
     return [term(ref) for ref in outputs]
 
 
+#: Operations that a Series has a function of that name for.
+_SIMPLE = {Op.ADD: "add", Op.MUL: "multiply", Op.DIV: "divide", Op.POW: "power", Op.ATAN2: "angle"}
+
+
 def record_term(series: Series, op: Op, operands: Sequence[SeriesTerm]) -> SeriesTerm:
     """Record one operation that is neither a leaf nor a curve, and return the term; constant for constant operands."""
     tape, x = series.tape, operands[0]
     if all(operand.next == ZERO for operand in operands):
         return SeriesTerm(record(tape, op, [operand.value for operand in operands]), ZERO)
+    recorded: SeriesTerm
     if op in ELEMENTARY:
-        recorded: SeriesTerm = ELEMENTARY[op].series(series, x)
+        recorded = ELEMENTARY[op].series(series, x)
         return recorded
-    simple: dict[Op, Callable[..., SeriesTerm]] = {
-        Op.ADD: series.add,
-        Op.MUL: series.multiply,
-        Op.DIV: series.divide,
-        Op.POW: series.power,
-        Op.ATAN2: series.angle,
-    }
-    if op in simple:
-        return simple[op](*operands)
+    if op in _SIMPLE:
+        recorded = getattr(series, _SIMPLE[op])(*operands)
+        return recorded
     if op is Op.SUB:
         return series.add(x, series.negative(operands[1]))
     return series.chosen(op, operands)

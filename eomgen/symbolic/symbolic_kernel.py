@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+import textwrap
+from collections.abc import Mapping, Sequence
 
 import sympy
 
-from eomgen.symbolic.kernel import Kernel, Step
+from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.operations import NAMES
 
 _NAMES: dict[type[sympy.Basic], str] = {
@@ -28,24 +28,24 @@ def kernel_of(results: Sequence[sympy.Expr]) -> Kernel:
     a tape cannot hold.
     """
     places: dict[sympy.Basic, int] = {}
-    steps: list[Step] = []
+    steps: list[str] = []
     for root in results:
         for node in sympy.postorder_traversal(root):
             if node not in places:
                 steps.append(_step(node, [places[operand] for operand in node.args]))
                 places[node] = len(places)
-    return Kernel(tuple(steps), tuple(places[root] for root in results))
+    return Kernel(", ".join(steps), tuple(places[root] for root in results))
 
 
-def _step(node: sympy.Basic, operands: Sequence[int]) -> Step:
+def _step(node: sympy.Basic, operands: Sequence[int]) -> str:
     if isinstance(node, sympy.Symbol):
-        return "symbol", node.name
+        return node.name  # type: ignore[no-any-return]  # of SymPy
     if isinstance(node, sympy.Number | sympy.NumberSymbol):
-        return "number", float(node)
+        return str(float(node))
     name = _NAMES.get(type(node))
     if name is None:
         raise TypeError(f"a kernel cannot hold {type(node).__name__}")
-    return name, *operands
+    return " ".join([name, *map(str, operands)])
 
 
 _HEAD = """# fmt: off
@@ -55,7 +55,6 @@ from collections.abc import Mapping
 
 from eomgen.symbolic.kernel import Kernel
 """
-_WIDTH = 120
 
 
 def module_of(about: str, table: str, kernels: Mapping[str, Kernel]) -> str:
@@ -67,25 +66,9 @@ def module_of(about: str, table: str, kernels: Mapping[str, Kernel]) -> str:
     table : name of the mapping
     kernels : by name, in the order of the text
     """
+    indent = " " * 8
     text = f'"""{about}"""\n\n{_HEAD}\n{table}: Mapping[str, Kernel] = {{\n'
     for name, kernel in kernels.items():
-        steps = _lines(f"{_tuple(map(json.dumps, step))}," for step in kernel.steps)
-        results = _tuple(map(str, kernel.results))
-        text += f'    "{name}": Kernel(\n        (\n{steps}        ),\n        {results},\n    ),\n'
+        steps = textwrap.fill(kernel.steps, 116, initial_indent=f'{indent}"""', subsequent_indent=indent)
+        text += f'    "{name}": Kernel(\n{steps}""",\n{indent}{kernel.results},\n    ),\n'
     return text + "}\n"
-
-
-def _tuple(entries: Iterable[str]) -> str:
-    """Return Python's text of a tuple."""
-    listed = list(entries)
-    return f"({', '.join(listed)}{',' * (len(listed) == 1)})"
-
-
-def _lines(items: Iterable[str]) -> str:
-    """Return the text of items separated by spaces, in indented lines of limited width."""
-    lines, indent = [""], " " * 12
-    for item in items:
-        if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:
-            lines.append("")
-        lines[-1] += f" {item}" if lines[-1] else item
-    return "".join(f"{indent}{line}\n" for line in lines)

@@ -39,9 +39,9 @@ class _Residues:
         self._random = np.random.default_rng(0)
         self._known: dict[Any, Any] = {}
         rules: dict[Op, Callable[..., Any]] = {
-            op: lambda *operands, op=op: self._unknown(op, *operands) for op in (*ELEMENTARY, Op.POW, Op.ATAN2)
+            op: lambda *operands, op=op: self._unknown(op, *operands)
+            for op in (*ELEMENTARY, Op.POW, Op.ATAN2, Op.SIGN, Op.LT, Op.LE)
         }
-        rules |= {op: lambda *operands, op=op: self._unknown(op, *operands) for op in (Op.SIGN, Op.LT, Op.LE)}
         rules |= {
             Op.ADD: lambda x, y: (x + y) % _PRIME,
             Op.SUB: lambda x, y: (x - y) % _PRIME,

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
+from eomgen.formula.features import Feature
+from eomgen.formula.nodes import ZERO
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
@@ -37,29 +39,11 @@ class Branch:
     symbols: frozenset[InputSymbol]
 
 
-@dataclass(frozen=True)
-class _Jumps:
-    """Arguments at which a curve jumps, in increasing order, and again after every ``period`` unless that is 0."""
-
-    places: NDArray[np.float64]
-    start: float
-    period: float
-
-    @classmethod
-    def of(cls, curve: CurveLike, derivative: int) -> _Jumps | None:
-        places = sorted(x for x, order in curve.kinks() if order <= derivative)
-        if not places:
-            return None
-        start, end = float(curve.breaks[0]), float(curve.breaks[-1])
-        return cls(np.array(places), start, end - start if curve.outside == "periodic" else 0.0)
-
-    def behind(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the number of jumps at or before x, elementwise; for periodic curves it may be negative."""
-        if not self.period:
-            return np.searchsorted(self.places, x, side="right").astype(np.float64)
-        turns = np.floor((x - self.start) / self.period)
-        inside = np.searchsorted(self.places, x - turns * self.period, side="right")
-        return np.asarray(turns * len(self.places) + inside, dtype=np.float64)
+def _jumps(curve: CurveLike, derivative: int) -> Feature | None:
+    """Return the arguments at which a derivative of a curve jumps, None if there are none."""
+    places = sorted(x for x, order in curve.kinks() if order <= derivative)
+    period = float(curve.breaks[-1] - curve.breaks[0]) if curve.outside == "periodic" else 0.0
+    return Feature(ZERO, np.array(places), period) if places else None
 
 
 class Branches:
@@ -80,21 +64,25 @@ class Branches:
         self._outputs = list(system.functions["outputs"].refs) if "outputs" in system.functions else []
 
     @cached_property
-    def _found(self) -> list[tuple[Branch, tuple[Ref, ...], _Jumps | None]]:
+    def _found(self) -> list[tuple[Branch, tuple[Ref, ...], Feature | None]]:
         """Each branch with the references of the operands, and with the jumps of a curve (None for comparisons and
         signs)."""
         tape, result = self._tape, []
         for node in tape.live(self._equations):
             op, jumps = tape.op[node], None
             if op is Op.CURVE:
-                jumps = _Jumps.of(*tape.curves[tape.b[node]])
+                jumps = _jumps(*tape.curves[tape.b[node]])
             if op not in _COMPARED and jumps is None:
                 continue
             operands: tuple[Ref, ...] = (tape.a[node],) if jumps is not None else tape.operands(node)
-            operation, label = _COMPARED.get(op) or f"the curve {tape.curves[tape.b[node]][0].name}", tape.label(node)
-            branch = Branch(f"{operation} in {label}" if label else operation, frozenset(tape.depends_on(operands)))
-            result.append((branch, operands, jumps))
+            operation = _COMPARED.get(op) or f"the curve {tape.curves[tape.b[node]][0].name}"
+            result.append((self._branch(operation, node, operands), operands, jumps))
         return result
+
+    def _branch(self, operation: str, node: int, operands: tuple[Ref, ...]) -> Branch:
+        label = self._tape.label(node)
+        description = f"{operation} in {label}" if label else operation
+        return Branch(description, frozenset(self._tape.depends_on(operands)))
 
     @property
     def branches(self) -> list[Branch]:
@@ -109,13 +97,12 @@ class Branches:
         outputs : slice
             Components of the outputs that are looked at in addition to the equations.
         """
-        tape, result = self._tape, []
-        for node in tape.live([*self._equations, *self._outputs[outputs]]):
-            if (operation := _KINKED.get(tape.op[node])) is None:
-                continue
-            label, symbols = tape.label(node), frozenset(tape.depends_on(tape.operands(node)))
-            result.append(Branch(f"{operation} in {label}" if label else operation, symbols))
-        return result
+        tape = self._tape
+        return [
+            self._branch(_KINKED[tape.op[node]], node, tape.operands(node))
+            for node in tape.live([*self._equations, *self._outputs[outputs]])
+            if tape.op[node] in _KINKED
+        ]
 
     def arguments(self, values: Values) -> NDArray[np.float64]:
         """Return the compared values, the first operand minus the second, (n, branches).
@@ -136,7 +123,7 @@ class Branches:
         result = np.sign(arguments)
         for column, (_, _, jumps) in enumerate(self._found):
             if jumps is not None:
-                result[:, column] = jumps.behind(arguments[:, column])
+                result[:, column] = jumps.sides(arguments[:, column])
         return result
 
     def equations(self, values: Values) -> NDArray[np.float64]:

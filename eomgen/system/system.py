@@ -59,8 +59,6 @@ OBSERVED = frozenset({"joint_angles", *(name for name, term in TERMS.items() if 
 
 #: Terms of the separated form, with symbols.
 _SYMBOLS = {"mass": "M", "coupling": "h", "base_motion": "b", "force": "Q"}
-#: Largest number of operations of a term shown in a notebook: more operations fill a page.
-_READABLE = 120
 #: Names in SymPy of inputs without a name in the scene, of time and of intermediates: no name of a scene may have this
 #: form.
 _TAKEN = r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+"
@@ -419,7 +417,7 @@ class System(NamedAttributes):
             base=facts.moving_base, constraints=bool(self.multipliers), states=bool(self.nz), inputs=bool(self.nu)
         )
         symbols = {term: symbol for term, symbol in _SYMBOLS.items() if term in self.functions}
-        short = [term for term in symbols if self.counts[term].flops <= _READABLE]
+        short = [term for term in symbols if self.counts[term].flops <= 120]
         return [whole, *(self.latex(term, symbols[term], shortest=True) for term in short)]
 
     @property

@@ -7,6 +7,7 @@ A front end records terms; whoever needs a fact about one asks its row here.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import starmap
 from typing import Any
 
 from eomgen.base.calls import TERMS_ELSEWHERE
@@ -74,6 +75,8 @@ class Term:
 _KINEMATIC: Inputs = ("p", "t", "q", "base")
 _STATE: Inputs = ("p", "t", "q", "v", "z", "u", "base")
 _MOTION: Inputs = ("p", "t", "q", "v", "a", "z", "u", "base")
+_VELOCITIES: Inputs = ("p", "t", "q", "v", "base")
+_ACCELERATIONS: Inputs = ("p", "t", "q", "v", "a", "base")
 _ALL: Inputs = ("p", "t", "q", "v", "a", "z", "lam", "u", "base")
 _CONSTRAINED = ("constraints",)
 
@@ -115,239 +118,98 @@ _CENTROIDAL = (
     Term("centroidal_drift", _RATES, "dA/dt v of the centroidal momentum matrix"),
 )
 
+#: Terms by name, inputs, facts in words (conditions of existence and flags), and description.
+_FIRST_ROWS = (
+    ("mass", ("p", "q"), "quadratic", "inertia matrix M(q), symmetric, full"),
+    ("mass_values", ("p", "q"), "on_request", "nonzeros of M(q)"),
+    ("coupling", ("p", "q", "v"), "", "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
+    ("force", _STATE, "", "generalized force Q: gravity, springs, dampers, actuators, formulas"),
+    ("base_motion", _RATES, "moving_base", "base-motion terms b: inertia terms that vanish when the base is at rest"),
+    ("inverse_dynamics", _MOTION, "", "tau = M a + h + b - Q in one recursion"),
+    ("forward_dynamics", _STATE, "unconstrained", "vdot = M^-1 (Q - h - b)"),
+    ("residual", _ALL, "", "residual r = M a + h + b - Q + B^T lam of an implicit step"),
+    ("partials", _ALL, "quadratic", "partial derivatives of the residual: K in q (left-trivialised), C in v, M in a"),
+    ("internal_rate", _STATE, "states", "rates of the internal states: zdot = f(q, v, z, t, u)"),
+    ("internal_partials", _STATE, "states",
+     "partials of these rates in q (left-trivialised), v and z, and of the residual in z"),
+    ("constraint", _KINEMATIC, "constraints", "holonomic constraints Phi(q, t), zero where they are met"),
+    ("constraint_velocity", _VELOCITIES, "constraints",
+     "rates of the holonomic constraints, and velocity-level constraints"),
+    ("constraint_bias", _VELOCITIES, "constraints", "bias of the constraints' accelerations: their value at vdot = 0"),
+    ("constraint_acceleration", _ACCELERATIONS, "constraints on_request", "accelerations of the constraints, B a + g"),
+    ("constraint_jacobian", _KINEMATIC, "constraints quadratic",
+     "B: derivative of the constraints along w is B w, left-trivialised"),
+    ("constraint_size", _KINEMATIC, "constraints",
+     "scales of each row: the sum of the magnitudes of its summands, and the extent of the joined bodies"),
+    ("velocity_partials", _VELOCITIES, "constraints quadratic",
+     "left-trivialised partials in q of the constraints' rates"),
+    ("equations", _ALL, "constraints states", "residual, constraints and their rates together"),
+    ("iteration", _ALL, "constraints large states", "nonzeros of all partials of an implicit step together"),
+    ("jacobian_values", _KINEMATIC, "constraints", "nonzeros of B"),
+    ("poses", _PLACES, "observed", "quaternion (body to world) and position of every body"),
+    ("twists", _RATES, "observed", "inertial twist of every body in body axes, angular first"),
+    ("accelerations", ("p", "q", "v", "a", "base"), "on_request",
+     "inertial accelerations of every body in body axes, angular first"),
+    ("jacobians", ("p", "q"), "on_request",
+     "body Jacobians: twist of every body against the base is J v, body axes, angular first"),
+)  # fmt: skip  # a table
+_LAST_ROWS = (
+    ("outputs", _ALL, "outputs of_motion observed", "named outputs of the scene"),
+    ("events", _ALL, "events of_motion observed of_events",
+     "functions whose roots are the scene's events, and their rates along the motion"),
+    ("event_actions", _ALL, "event_actions of_motion observed of_events",
+     "new values of the state and of modes at the events, and restitutions"),
+    ("event_impulse", _KINEMATIC, "event_impulse observed of_events",
+     "M, B and the gradients of impacts, which determine the impulses at events"),
+    ("samples", _ALL, "samples of_motion observed of_events", "new values of the sampled states"),
+    ("elastic", _MOTION, "elastic on_request",
+     "beams: structural stiffness K, damping D, and geometric stiffness K_geo for the present motion"),
+    ("section_loads", _ALL, "exact_beams of_motion observed",
+     "geometrically exact beams: strains, and moments and forces of the sections, of each element"),
+    ("linearization", _ALL, "on_request",
+     "linear model about a state: M0, C0, K0, and the influence of inputs, B0, and of disturbances, E0"),
+    ("acceleration_partials", _ACCELERATIONS, "constraints on_request",
+     "partials of the constraints' accelerations in q (left-trivialised) and v"),
+    ("reaction_partials", ("p", "t", "q", "v", "lam", "u", "base"), "constraints on_request",
+     "partials of the constraint forces B^T lam in q (left-trivialised), and in the tunable parameters"),
+    ("joint_velocities", _ACCELERATIONS, "absolute on_request",
+     "velocities and accelerations of joints between absolute bodies, and their partials in q (left-"
+     "trivialised) and v"),
+    ("output_partials", _ALL, "outputs on_request of_motion",
+     "partials of the outputs in q (left-trivialised), v, a, z, lam, inputs and disturbances"),
+    ("parameter_partials", _ALL, "tunable on_request",
+     "partials in the tunable parameters: of the residual, of rates of internal states, of constraints"),
+    ("output_parameter_partials", _ALL, "tunable_outputs on_request of_motion",
+     "partials of the outputs in the tunable parameters"),
+    ("input_derivatives", ("p", "t"), "given_inputs on_request",
+     "nonzeros of the Jacobian of the inputs that the scene gives in p and t"),
+    ("second_partials", (*_ALL, "weights", "direction"), "on_request",
+     "change along a direction of the gradient of a weighted sum of the equations and outputs"),
+    ("regressor", _MOTION, "rigid_tree on_request",
+     "Y and tau0: tau = Y pi + tau0, pi the inertial parameters of bodies, rotor inertias, coefficients of friction"),
+    ("regressor_parameters", ("p",), "rigid_tree on_request",
+     "pi: values of the parameters in which inverse dynamics is linear"),
+    ("energy", _ALL, "of_motion observed",
+     "kinetic and potential energy, non-conservative power, power of base and drivers"),
+    ("momenta", _STATE, "on_request",
+     "generalized momenta p = dT/dv, and dT/dq + Q (left-trivialised): with brackets and constraint forces the "
+     "rate of p"),
+)  # fmt: skip  # a table
+
+
+def _term(name: str, inputs: Inputs, facts: str, description: str) -> Term:
+    """Return a term with facts in words: conditions of existence, and the flags that hold."""
+    flags = ("on_request", "quadratic", "of_motion", "observed", "of_events")
+    words = facts.split()
+    exists = tuple(word for word in words if word not in flags)
+    held: dict[str, Any] = {flag: flag in words for flag in flags}
+    return Term(name, inputs, description, exists, **held)
+
+
 _PLAIN = (
-    Term("mass", ("p", "q"), "inertia matrix M(q), symmetric, full", quadratic=True),
-    Term("mass_values", ("p", "q"), "nonzeros of M(q)", on_request=True),
-    Term("coupling", ("p", "q", "v"), "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
-    Term("force", _STATE, "generalized force Q: gravity, springs, dampers, actuators, formulas"),
-    Term(
-        "base_motion",
-        ("p", "q", "v", "base"),
-        "base-motion terms b: inertia terms that vanish when the base is at rest",
-        exists=("moving_base",),
-    ),
-    Term("inverse_dynamics", _MOTION, "tau = M a + h + b - Q in one recursion"),
-    Term("forward_dynamics", _STATE, "vdot = M^-1 (Q - h - b)", exists=("unconstrained",)),
-    Term("residual", _ALL, "residual r = M a + h + b - Q + B^T lam of an implicit step"),
-    Term(
-        "partials",
-        _ALL,
-        "partial derivatives of the residual: K in q (left-trivialised), C in v, M in a",
-        quadratic=True,
-    ),
-    Term("internal_rate", _STATE, "rates of the internal states: zdot = f(q, v, z, t, u)", exists=("states",)),
-    Term(
-        "internal_partials",
-        _STATE,
-        "partials of these rates in q (left-trivialised), v and z, and of the residual in z",
-        exists=("states",),
-    ),
-    Term("constraint", _KINEMATIC, "holonomic constraints Phi(q, t), zero where they are met", exists=_CONSTRAINED),
-    Term(
-        "constraint_velocity",
-        ("p", "t", "q", "v", "base"),
-        "rates of the holonomic constraints, and velocity-level constraints",
-        exists=_CONSTRAINED,
-    ),
-    Term(
-        "constraint_bias",
-        ("p", "t", "q", "v", "base"),
-        "bias of the constraints' accelerations: their value at vdot = 0",
-        exists=_CONSTRAINED,
-    ),
-    Term(
-        "constraint_acceleration",
-        ("p", "t", "q", "v", "a", "base"),
-        "accelerations of the constraints, B a + g",
-        exists=_CONSTRAINED,
-        on_request=True,
-    ),
-    Term(
-        "constraint_jacobian",
-        _KINEMATIC,
-        "B: derivative of the constraints along w is B w, left-trivialised",
-        exists=_CONSTRAINED,
-        quadratic=True,
-    ),
-    Term(
-        "constraint_size",
-        _KINEMATIC,
-        "scales of each row: the sum of the magnitudes of its summands, and the extent of the joined bodies",
-        exists=_CONSTRAINED,
-    ),
-    Term(
-        "velocity_partials",
-        ("p", "t", "q", "v", "base"),
-        "left-trivialised partials in q of the constraints' rates",
-        exists=_CONSTRAINED,
-        quadratic=True,
-    ),
-    Term("equations", _ALL, "residual, constraints and their rates together", exists=("constraints", "states")),
-    Term(
-        "iteration",
-        _ALL,
-        "nonzeros of all partials of an implicit step together",
-        exists=("constraints", "large", "states"),
-    ),
-    Term("jacobian_values", _KINEMATIC, "nonzeros of B", exists=_CONSTRAINED),
-    Term("poses", ("p", "q", "base"), "quaternion (body to world) and position of every body", observed=True),
-    Term("twists", ("p", "q", "v", "base"), "inertial twist of every body in body axes, angular first", observed=True),
-    Term(
-        "accelerations",
-        ("p", "q", "v", "a", "base"),
-        "inertial accelerations of every body in body axes, angular first",
-        on_request=True,
-    ),
-    Term(
-        "jacobians",
-        ("p", "q"),
-        "body Jacobians: twist of every body against the base is J v, body axes, angular first",
-        on_request=True,
-    ),
+    *starmap(_term, _FIRST_ROWS),
     *(replace(term, on_request=True) for term in (*_frame_terms(), *_CENTROIDAL)),
-    Term("outputs", _ALL, "named outputs of the scene", exists=("outputs",), of_motion=True, observed=True),
-    Term(
-        "events",
-        _ALL,
-        "functions whose roots are the scene's events, and their rates along the motion",
-        exists=("events",),
-        of_motion=True,
-        observed=True,
-        of_events=True,
-    ),
-    Term(
-        "event_actions",
-        _ALL,
-        "new values of the state and of modes at the events, and restitutions",
-        exists=("event_actions",),
-        of_motion=True,
-        observed=True,
-        of_events=True,
-    ),
-    Term(
-        "event_impulse",
-        _KINEMATIC,
-        "M, B and the gradients of impacts, which determine the impulses at events",
-        exists=("event_impulse",),
-        observed=True,
-        of_events=True,
-    ),
-    Term(
-        "samples",
-        _ALL,
-        "new values of the sampled states",
-        exists=("samples",),
-        of_motion=True,
-        observed=True,
-        of_events=True,
-    ),
-    Term(
-        "elastic",
-        _MOTION,
-        "beams: structural stiffness K, damping D, and geometric stiffness K_geo for the present motion",
-        exists=("elastic",),
-        on_request=True,
-    ),
-    Term(
-        "section_loads",
-        _ALL,
-        "geometrically exact beams: strains, and moments and forces of the sections, of each element",
-        exists=("exact_beams",),
-        of_motion=True,
-        observed=True,
-    ),
-    Term(
-        "linearization",
-        _ALL,
-        "linear model about a state: M0, C0, K0, and the influence of inputs, B0, and of disturbances, E0",
-        on_request=True,
-    ),
-    Term(
-        "acceleration_partials",
-        ("p", "t", "q", "v", "a", "base"),
-        "partials of the constraints' accelerations in q (left-trivialised) and v",
-        exists=_CONSTRAINED,
-        on_request=True,
-    ),
-    Term(
-        "reaction_partials",
-        ("p", "t", "q", "v", "lam", "u", "base"),
-        "partials of the constraint forces B^T lam in q (left-trivialised), and in the tunable parameters",
-        exists=_CONSTRAINED,
-        on_request=True,
-    ),
-    Term(
-        "joint_velocities",
-        ("p", "t", "q", "v", "a", "base"),
-        "velocities and accelerations of joints between absolute bodies, and their partials in q (left-trivialised)"
-        " and v",
-        exists=("absolute",),
-        on_request=True,
-    ),
-    Term(
-        "output_partials",
-        _ALL,
-        "partials of the outputs in q (left-trivialised), v, a, z, lam, inputs and disturbances",
-        exists=("outputs",),
-        on_request=True,
-        of_motion=True,
-    ),
-    Term(
-        "parameter_partials",
-        _ALL,
-        "partials in the tunable parameters: of the residual, of rates of internal states, of constraints",
-        exists=("tunable",),
-        on_request=True,
-    ),
-    Term(
-        "output_parameter_partials",
-        _ALL,
-        "partials of the outputs in the tunable parameters",
-        exists=("tunable_outputs",),
-        on_request=True,
-        of_motion=True,
-    ),
-    Term(
-        "input_derivatives",
-        ("p", "t"),
-        "nonzeros of the Jacobian of the inputs that the scene gives in p and t",
-        exists=("given_inputs",),
-        on_request=True,
-    ),
-    Term(
-        "second_partials",
-        (*_ALL, "weights", "direction"),
-        "change along a direction of the gradient of a weighted sum of the equations and outputs",
-        on_request=True,
-    ),
-    Term(
-        "regressor",
-        _MOTION,
-        "Y and tau0: tau = Y pi + tau0, pi the inertial parameters of bodies, rotor inertias, coefficients of friction",
-        exists=("rigid_tree",),
-        on_request=True,
-    ),
-    Term(
-        "regressor_parameters",
-        ("p",),
-        "pi: values of the parameters in which inverse dynamics is linear",
-        exists=("rigid_tree",),
-        on_request=True,
-    ),
-    Term(
-        "energy",
-        _ALL,
-        "kinetic and potential energy, non-conservative power, power of base and drivers",
-        of_motion=True,
-        observed=True,
-    ),
-    Term(
-        "momenta",
-        _STATE,
-        "generalized momenta p = dT/dv, and dT/dq + Q (left-trivialised): with brackets and constraint forces the rate"
-        " of p",
-        on_request=True,
-    ),
+    *starmap(_term, _LAST_ROWS),
 )
 
 #: Matrices of the closed form: meaning, and the number of derivatives of v, relative to the order of the matrix.

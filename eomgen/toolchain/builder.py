@@ -45,6 +45,7 @@ from eomgen.toolchain.compiler import (
     library_suffix,
     preprocess,
     processor_digest,
+    write_texts,
 )
 from eomgen.toolchain.library import LaneLibrary, Library
 from eomgen.toolchain.profiles import (
@@ -132,8 +133,6 @@ _WIDE = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD6
 #: Most values of lanes wait in memory until a statement uses the value; gcc's order of statements is 7 % faster then
 #: (Panda, AVX2).
 _OF_GCC = ("-flive-range-shrinkage",)
-#: How many lanes there are at most: times as much stack as a number needs.
-_MOST_LANES = 8
 _REALS = {
     "double": (),
     "float": ("-DEOMGEN_REAL_FLOAT",),
@@ -244,7 +243,7 @@ class Builder:
     def find(self, content: bytes) -> Library | None:
         """Return the loaded library that was built for these content bytes, or None. Imports neither SymPy nor Jinja.
 
-        A damaged library is put aside and counts as missing.
+        A damaged library is removed and counts as missing.
 
         Raises
         ------
@@ -262,7 +261,7 @@ class Builder:
             _LOG.info("took the library from the cache, %s", entry.file(self.binary))
             return library
         except (ToolchainError, OSError, ValueError, KeyError, TypeError):
-            self.cache.quarantine(key)
+            self.cache.remove(key)
             return None
 
     def _found_without_compiler(self, content: bytes) -> Library | None:
@@ -449,24 +448,29 @@ class Builder:
             entry = self.cache.get(key)
             return None if entry is None else entry.file(_OBJECT)
 
-        def fill(running: RunningCompilers, folder: Path) -> None:
-            for file_name, text in texts.items():
-                (folder / file_name).write_text(text, encoding="utf-8")
+        def compile_source(running: RunningCompilers, folder: Path) -> None:
             object_path, _ = compile_object(self.compiler, folder / name, flags, running=running)
             object_path.rename(folder / _OBJECT)
-            for file_name in texts:
-                (folder / file_name).unlink()
 
-        self._begin(key, Begun(object_file), fill)
+        self._begin(key, Begun(object_file), texts, compile_source)
 
-    def _begin(self, key: str, begun: Begun, fill: Callable[[RunningCompilers, Path], None]) -> RunningCompilers:
-        """Fill an entry of the cache with ``fill`` in the background, and return the collection of its compilers. The
-        event ``begun.ended`` is set at the end, even after an exception; errors of eomgen are left to ``build``."""
+    def _begin(
+        self, key: str, begun: Begun, texts: Mapping[str, str], compile_texts: Callable[[RunningCompilers, Path], None]
+    ) -> RunningCompilers:
+        """Compile texts in the background into an entry of the cache without the texts, and return the collection of
+        the compilers. The event ``begun.ended`` is set at the end, even after an exception; errors of eomgen are left
+        to ``build``."""
 
         def work(running: RunningCompilers) -> None:
+            def fill(folder: Path) -> None:
+                write_texts(folder, texts)
+                compile_texts(running, folder)
+                for name in texts:
+                    (folder / name).unlink()
+
             try:
                 with suppress(EomgenError):
-                    self.cache.put(key, partial(fill, running))
+                    self.cache.put(key, fill)
             finally:
                 begun.ended.set()
 
@@ -496,16 +500,12 @@ class Builder:
         flags = self._flags_for(name, files[name], ())
         objects = (engine.file(_OBJECT), *wrapper)
 
-        def fill(running: RunningCompilers, folder: Path) -> None:
-            for file_name, text in files.items():
-                (folder / file_name).write_text(text, encoding="utf-8")
+        def link_source(running: RunningCompilers, folder: Path) -> None:
             command = compile_and_link(self.compiler, folder / name, flags, objects, folder / self.binary, running)
-            for file_name in files:
-                (folder / file_name).unlink()
             (folder / _COMMANDS).write_text(command, encoding="utf-8")
 
         # without the wait the thread would wait for Python at each file, in turns with the caller
-        self._begin(key, Begun(lambda: None), fill).started.wait(1.0)
+        self._begin(key, Begun(lambda: None), files, link_source).started.wait(1.0)
         _LOG.debug("began the library on the tape engine, by %s", self.compiler.version)  # asked for meanwhile
 
     @property
@@ -565,16 +565,14 @@ class Builder:
         def fill(folder: Path) -> None:
             (folder / TABLES).write_bytes(tables)
             lane_files = files_of(texts, partial(preprocess, compiler))
-            for name, text in lane_files.items():
-                (folder / name).write_text(text, encoding="utf-8")
+            write_texts(folder, lane_files)
             sources = [folder / name for name in sorted(lane_files) if name.endswith(".c")]
             if not sources:
                 return
             passes = passes_for("".join(lane_files.values()), flags, compiler.version)
             compile_library(compiler, sources, folder / _LANES, passes, timeout=self.timeout)
 
-        with self.cache.claim(key):
-            entry = self.cache.get(key) or self.cache.put(key, fill)
+        entry = self.cache.take(key, fill)
         if REFUSED in entry.files:
             return entry.text(REFUSED)
         return LaneLibrary(self._with_tables(entry, tables).file(_LANES), cdef, library.layout, tables)
@@ -600,8 +598,7 @@ class Builder:
             file.write_text(source, encoding="utf-8")
             compile_library(self.compiler, [file], folder / _ROUTINE, self.flags, timeout=self.timeout)
 
-        with self.cache.claim(key):
-            entry = self.cache.get(key) or self.cache.put(key, fill)
+        entry = self.cache.take(key, fill)
         return _load_routine(entry.file(_ROUTINE), cdef)
 
     def build_folder(self, content: bytes, write: Callable[[Path], None]) -> Entry:
@@ -628,11 +625,10 @@ class Builder:
                 self.compiler, sorted(folder.glob("*.c")), folder / SHARED, self.flags, timeout=self.timeout
             )
 
-        with self.cache.claim(key):
-            try:
-                return self.cache.get(key) or self.cache.put(key, fill)
-            except ToolchainError as error:
-                raise self._with_kept_sources(error, key) from error
+        try:
+            return self.cache.take(key, fill)
+        except ToolchainError as error:
+            raise self._with_kept_sources(error, key) from error
 
     def _with_kept_sources(self, error: ToolchainError, key: str) -> ToolchainError:
         """Return an error of the compiler that names the folder to which the cache has moved the sources."""
@@ -666,9 +662,7 @@ class Builder:
             source.write_text(wrapper_source(cdef, "interface.h"), encoding="utf-8")
             compile_object(self.compiler, source, ("-O1", f"-I{headers}"), running=running)
 
-        with self.cache.claim(key):
-            entry = self.cache.get(key) or self.cache.put(key, fill)
-        return [entry.file("wrapper.o")]
+        return [self.cache.take(key, fill).file("wrapper.o")]
 
     def _known_wrapper(self, cdef: str, header: str) -> list[Path] | None:
         """Return the extension module's object in the cache, in a list, empty in ABI mode; None if missing."""
@@ -735,7 +729,7 @@ class Builder:
         builder = self.variant(real="lanes")
         if running is not None:
             cdef = (folder / _CDEF).read_text(encoding="utf-8")
-            companion_layout = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
+            companion_layout = {**layout, "stack": 8 * int(layout.get("stack", 0))}  # of eight lanes
             with builder.claim(content):
                 builder.build(content, files, cdef, companion_layout, running=running, tables=lambda: tables)
         entry = self.cache.get(builder.key(content))
@@ -751,8 +745,7 @@ def library_files(library: Library) -> dict[str, bytes]:
 
 def _copy_library(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
     """Write ``files`` and the library of a linked entry to a folder; return the commands as one text in a list."""
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    write_texts(folder, files)
     name = _LIBRARY + library_suffix()
     shutil.copy(linked.file(name), folder / name)
     return [linked.text(_COMMANDS)]

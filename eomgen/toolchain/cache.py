@@ -6,8 +6,8 @@ extension module (``wrapper.o``), structures (``structure.json``), lanes and rou
 
 Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at
 all. In addition to the entries there are ``claims`` (builds under way), ``failed`` (sources of failed builds),
-``quarantine`` (damaged entries) and ``tmp-*`` (builds under way, or left by processes that were killed), all of which
-are cleared away in time, and ``sizes.txt``, by which is known when entries have to go.
+and ``tmp-*`` (builds under way, or left by processes that were killed), all of which are cleared away in time, and
+``sizes.txt``, by which is known when entries have to go. A damaged entry is removed.
 """
 
 from __future__ import annotations
@@ -33,9 +33,7 @@ from eomgen.base.files import belongs_to_others, make_private_folder, temporary_
 from eomgen.base.locks import claim, hold, is_abandoned
 from eomgen.errors import FileError, Problem, ToolchainError
 
-#: Bytes that the cache may hold; the least recently used entries go first.
-DEFAULT_LIMIT = 2_000_000_000
-#: Damaged entries, and failed builds, of which the newest are kept for diagnosis.
+#: Failed builds, of which the newest are kept for diagnosis.
 KEPT = 8
 #: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
 ABANDONED_AFTER = 60.0
@@ -115,7 +113,7 @@ class Cache:
         Bytes kept at most.
     """
 
-    def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
+    def __init__(self, folder: Path | str | None = None, limit: int = 2_000_000_000) -> None:
         """Open the cache in a folder; warn if other users can write there. A folder that cannot be written is noted as
         read-only."""
         self.limit = limit
@@ -137,8 +135,8 @@ class Cache:
             )
 
     def get(self, key: str) -> Entry | None:
-        """Return the entry of a key with all files as recorded, or None. An entry with changed files is moved to the
-        quarantine; one of another user is left."""
+        """Return the entry of a key with all files as recorded, or None. An entry with changed files is removed; one of
+        another user is left."""
         if self.read_only is not None:
             cached = _valid_entry(self.read_only / key)
             if cached is not None or self.folder == self.read_only:
@@ -147,7 +145,7 @@ class Cache:
         entry = _valid_entry(folder)
         if entry is None:
             if os.path.lexists(folder) and not _is_closed(folder):
-                self.quarantine(key)
+                self.remove(key)
             return None
         with contextlib.suppress(OSError):
             os.utime(folder / _META)
@@ -172,6 +170,11 @@ class Cache:
             make_private_folder(claims)
         with claim(claims / key):
             yield
+
+    def take(self, key: str, build: Callable[[Path], None]) -> Entry:
+        """Return the entry of a key; if there is none, one process fills it with ``build`` and others wait."""
+        with self.claim(key):
+            return self.get(key) or self.put(key, build)
 
     def put(self, key: str, build: Callable[[Path], None]) -> Entry:
         """Let ``build`` fill a private folder, keep the folder as the entry of the key, and return the entry.
@@ -228,7 +231,7 @@ class Cache:
                 private.rename(target)
                 return Entry(target, tuple(sums))
             except OSError as error:
-                present = self.get(key)  # puts a broken entry aside
+                present = self.get(key)  # removes a broken entry
                 if present is not None:
                     shutil.rmtree(private, ignore_errors=True)
                     return present
@@ -243,13 +246,9 @@ class Cache:
         shutil.rmtree(private, ignore_errors=True)
         return Entry(target, tuple(sums))
 
-    def quarantine(self, key: str) -> None:
-        """Move an entry out of the way, into ``quarantine``; if the move fails, remove the entry."""
-        shelf, entry = self.folder / "quarantine", self.folder / key
-        with contextlib.suppress(OSError):
-            make_private_folder(shelf)
-            entry.rename(_new_folder(f"{key[:16]}-", shelf) / "entry")
-            return
+    def remove(self, key: str) -> None:
+        """Remove the entry of a key, or a file in its place."""
+        entry = self.folder / key
         with contextlib.suppress(OSError):
             if entry.is_dir() and not entry.is_symlink():
                 shutil.rmtree(entry)
@@ -265,7 +264,7 @@ class Cache:
         entries = self._entries()
         for folder in [
             *entries,
-            *(self.folder / name for name in ("quarantine", "failed", "claims", TEMPLATES, READINGS)),
+            *(self.folder / name for name in ("failed", "claims", TEMPLATES, READINGS)),
         ]:
             shutil.rmtree(folder, ignore_errors=True)
         (self.folder / _SIZES).unlink(missing_ok=True)
@@ -364,10 +363,8 @@ class Cache:
             with contextlib.suppress(OSError):
                 if time.time() - folder.stat().st_mtime > ABANDONED_AFTER and is_abandoned(folder):
                     shutil.rmtree(folder, ignore_errors=True)
-        for shelf in ("quarantine", "failed"):
-            if (self.folder / shelf).is_dir():
-                for folder in _oldest_first((self.folder / shelf).iterdir())[:-KEPT]:
-                    shutil.rmtree(folder, ignore_errors=True)
+        for folder in _oldest_first(self.folder.glob("failed/*"))[:-KEPT]:
+            shutil.rmtree(folder, ignore_errors=True)
 
     def _keep_failed(self, private: Path, key: str) -> None:
         with contextlib.suppress(OSError):

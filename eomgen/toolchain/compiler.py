@@ -508,6 +508,12 @@ def _object_command(compiler: Compiler, source: Path, flags: Sequence[str]) -> l
     return [*compiler.command, *_COMMON, *flags, "-c", str(source), "-o", str(source.with_suffix(".o"))]
 
 
+def write_texts(folder: Path, files: Mapping[str, str]) -> None:
+    """Write files to a folder, by name."""
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
 def preprocess(compiler: Compiler, files: Mapping[str, str], name: str) -> str:
     """Return a file without directives of the preprocessor.
 
@@ -519,8 +525,7 @@ def preprocess(compiler: Compiler, files: Mapping[str, str], name: str) -> str:
     import tempfile  # noqa: PLC0415  # for lanes only
 
     with tempfile.TemporaryDirectory() as folder:
-        for file_name, text in files.items():
-            (Path(folder) / file_name).write_text(text, encoding="utf-8")
+        write_texts(Path(folder), files)
         output = Path(folder) / "preprocessed.i"
         flags = ["-E", "-P", "-undef", "-nostdinc", "-Dsize_t=long", f"-I{folder}"]
         command = [*compiler.command, *flags, str(Path(folder) / name), "-o", str(output)]
@@ -636,6 +641,7 @@ def run_compiler(
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
     where = location or f"C compiler, sources kept in {target.parent}"
+    called = shlex.join(command)
     try:
         with (
             _guard(command) as (words, options),
@@ -658,22 +664,16 @@ def run_compiler(
                 _end(process)
                 raise
     except subprocess.TimeoutExpired as error:
-        raise ToolchainError(
-            Problem(
-                where,
-                f"{shlex.join(command)} did not finish in time [E2110]",
-                "a longer timeout, fewer functions, or a smaller scene",
-            )
-        ) from error
+        hint = "a longer timeout, fewer functions, or a smaller scene"
+        raise ToolchainError(Problem(where, f"{called} did not finish in time [E2110]", hint)) from error
     except OSError as error:
-        raise ToolchainError(
-            Problem(where, f"{shlex.join(command)} does not run: {error.strerror} [E2111]", install_command())
-        ) from error
+        fault = f"{called} does not run: {error.strerror} [E2111]"
+        raise ToolchainError(Problem(where, fault, install_command())) from error
     if process.returncode != 0 and running is not None and running.is_stopped:
-        raise StoppedError(Problem(where, f"{shlex.join(command)} was ended with its process [E2112]"))
+        raise StoppedError(Problem(where, f"{called} was ended with its process [E2112]"))
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode in _NOT_RUN:
-        fault = f"{shlex.join(command)} does not run: {printed.rpartition(': ')[2]} [E2111]"
+        fault = f"{called} does not run: {printed.rpartition(': ')[2]} [E2111]"
         raise ToolchainError(Problem(where, fault, install_command()))
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
         import tempfile  # noqa: PLC0415  # for a fault only
@@ -682,14 +682,10 @@ def run_compiler(
         hint = "space there, or EOMGEN_CACHE=<another folder>, or TMPDIR=<another folder>"
         raise FileError(Problem(str(target.parent.parent), fault, hint))
     if process.returncode == 0 and not target.is_file():
-        fault = f"{shlex.join(command)} reported success but wrote no {target.name}, and said:\n{printed}\n [E2114]"
+        fault = f"{called} reported success but wrote no {target.name}, and said:\n{printed}\n [E2114]"
         raise ToolchainError(Problem(where, fault, "another compiler with CC=..."))
     if process.returncode != 0:
-        raise ToolchainError(
-            Problem(
-                where,
-                f"{shlex.join(command)} ended with status {process.returncode} and said:\n{printed}\n [E2115]",
-                "eomgen doctor; if the compiler is sound, report this with the folder",
-            )
-        )
+        fault = f"{called} ended with status {process.returncode} and said:\n{printed}\n [E2115]"
+        hint = "eomgen doctor; if the compiler is sound, report this with the folder"
+        raise ToolchainError(Problem(where, fault, hint))
     return str(complaints)

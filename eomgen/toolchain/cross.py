@@ -180,13 +180,10 @@ def code_bytes(data: bytes) -> int:
     if data[:4] == b"\xcf\xfa\xed\xfe":
         return sum(_mach_o_sizes(data))
     if data[:4] == b"\0asm":
-        return sum(size for kind, size in _wasm_sections(data) if kind == _WASM_CODE)
+        return sum(size for kind, size in _wasm_sections(data) if kind == 10)  # code
     if data[:2] == b"\x64\x86":
         return sum(_coff_sizes(data))
     raise ValueError("an object file of an unknown format")
-
-
-_EXECUTABLE, _COFF_CODE, _MACHO_SEGMENT, _MACHO_CODE, _WASM_CODE = 4, 0x20, 0x19, 0x80000400, 10
 
 
 def _elf_sizes(data: bytes) -> Iterator[int]:
@@ -199,7 +196,7 @@ def _elf_sizes(data: bytes) -> Iterator[int]:
             flags, length = struct.unpack_from("<8xQ16xQ", data, table + k * size)
         else:
             flags, length = struct.unpack_from("<8xI8xI", data, table + k * size)
-        if flags & _EXECUTABLE:
+        if flags & 4:  # SHF_EXECINSTR
             yield length
 
 
@@ -207,7 +204,7 @@ def _coff_sizes(data: bytes) -> Iterator[int]:
     """Yield the sizes of sections with code, which follow the header of 20 bytes."""
     for k in range(struct.unpack_from("<2xH", data)[0]):
         length, flags = struct.unpack_from("<16xI16xI", data, 20 + 40 * k)
-        if flags & _COFF_CODE:
+        if flags & 0x20:  # IMAGE_SCN_CNT_CODE
             yield length
 
 
@@ -216,10 +213,10 @@ def _mach_o_sizes(data: bytes) -> Iterator[int]:
     offset = 32
     for _ in range(struct.unpack_from("<16xI", data)[0]):
         kind, length = struct.unpack_from("<II", data, offset)
-        if kind == _MACHO_SEGMENT:
+        if kind == 0x19:  # LC_SEGMENT_64
             for k in range(struct.unpack_from("<64xI", data, offset)[0]):
                 size, flags = struct.unpack_from("<40xQ16xI", data, offset + 72 + 80 * k)
-                if flags & _MACHO_CODE:
+                if flags & 0x80000400:  # pure or some instructions
                     yield size
         offset += length
 

@@ -34,6 +34,8 @@ PACKAGES = (
 )
 #: Bytes that should be free for compiled models.
 ROOM = 50_000_000
+#: Makes another folder for temporary files.
+_TEMPORARY = 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
 _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n"
 
 
@@ -74,7 +76,7 @@ def _temporary() -> ToolchainCheck:
             return ToolchainCheck("temporary files", True, tempfile.gettempdir())
     except OSError as error:
         named = next((name for name in ("TMPDIR", "TEMP", "TMP") if os.environ.get(name)), "")
-        remedy = f"unset {named}" if named else 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
+        remedy = f"unset {named}" if named else _TEMPORARY
         return ToolchainCheck("temporary files", False, str(error.strerror or error), remedy)
 
 
@@ -98,12 +100,9 @@ def _compiles() -> ToolchainCheck:
         zig = find_compiler().is_zig
         first = _seconds_of_build()
         later = _seconds_of_build() if zig else first
-    except FileError as error:
-        return ToolchainCheck(
-            "compiles", False, error.problems[0].what, 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
-        )
     except EomgenError as error:
-        return ToolchainCheck("compiles", False, error.problems[0].what, _other_compiler())
+        remedy = _TEMPORARY if isinstance(error, FileError) else _other_compiler()
+        return ToolchainCheck("compiles", False, error.problems[0].what, remedy)
     result = f"a small library builds and links in {later:.2g} s"
     if first > later + 2.0:
         result += f"; zig took {first:.2g} s to make its C library for this machine, once"
@@ -123,18 +122,14 @@ def _seconds_of_build() -> float:
 
 def _headers() -> ToolchainCheck:
     folder = python_headers()
-    if folder is not None:
-        return ToolchainCheck("Python.h", True, str(folder), needed=False)
-    if sys.platform == "win32":
-        return ToolchainCheck(
-            "Python.h", True, "not used on Windows, whose models are loaded in ABI mode", needed=False
-        )
-    result = "missing; models are loaded in ABI mode, with a slower call"
+    if folder is not None or sys.platform == "win32":
+        result = str(folder or "not used on Windows, whose models are loaded in ABI mode")
+        return ToolchainCheck("Python.h", True, result, needed=False)
+    remedy = "the headers of this Python, from where it was installed"
     if shutil.which("apt-get") and sys.base_prefix == "/usr":
-        return ToolchainCheck("Python.h", False, result, as_root("apt-get install -y python3-dev"), needed=False)
-    return ToolchainCheck(
-        "Python.h", False, result, "the headers of this Python, from where it was installed", needed=False
-    )
+        remedy = as_root("apt-get install -y python3-dev")
+    result = "missing; models are loaded in ABI mode, with a slower call"
+    return ToolchainCheck("Python.h", False, result, remedy, needed=False)
 
 
 def _cache() -> ToolchainCheck:
@@ -142,13 +137,12 @@ def _cache() -> ToolchainCheck:
         folder = default_folder()
     except FileError as error:
         return ToolchainCheck("cache", False, error.problems[0].what, "unset EOMGEN_CACHE")
-    reason = refusal(folder)
-    if not reason and (others := writable_by_others(folder)):
+    if reason := refusal(folder):
+        return ToolchainCheck("cache", False, f"{folder} cannot be written: {reason}", _repair(folder), needed=False)
+    if others := writable_by_others(folder):
         fault = f"{folder} {others}, and its libraries are run"
         return ToolchainCheck("cache", False, fault, closing(folder) or _repair(folder), needed=False)
-    if not reason:
-        return ToolchainCheck("cache", True, str(folder), needed=False)
-    return ToolchainCheck("cache", False, f"{folder} cannot be written: {reason}", _repair(folder), needed=False)
+    return ToolchainCheck("cache", True, str(folder), needed=False)
 
 
 def _repair(folder: Path) -> str:
@@ -185,7 +179,6 @@ def _package(name: str) -> ToolchainCheck:
     except PackageNotFoundError:
         return ToolchainCheck(name, False, "not installed", f"{install} {name}")
     if importlib.util.find_spec(name) is None:
-        return ToolchainCheck(
-            name, False, f"{result} is recorded, but its files are gone", f"{install} --force-reinstall {name}"
-        )
+        fault = f"{result} is recorded, but its files are gone"
+        return ToolchainCheck(name, False, fault, f"{install} --force-reinstall {name}")
     return ToolchainCheck(name, True, result)

@@ -70,16 +70,6 @@ PROFILES = {row.name: row for row in _ROWS}
 #: Of the tape engine, which is compiled once: no fused products, so that results have the bits of ``reproducible``.
 ENGINE_FLAGS = ("-O2", "-ffp-contract=off")
 
-#: Seconds of compilers for a library, and for each operation of its functions, divided by the number of compilers at
-#: once; the same with the tape engine, of which the stepper alone is compiled (gcc 12, two processors: an arm of 7
-#: joints, a linkage of 4 bodies, a car of 18 bodies).
-_COMPILING, _OF_OPERATION = 0.5, 1.6e-4
-#: The same for an operation in the body of a loop over elements, as of exact beams.
-_OF_LOOP = 2.2e-4
-_ON_TAPE, _OF_TAPE = 0.25, 5e-6
-#: Seconds of an operation on the tape engine: 1e-9 to 3e-9, with the stepper, which is not optimised.
-_EVALUATED = 3e-9
-
 #: In place of ``-O2`` of gcc: the passes that change long functions without branches, at the same speed; without
 #: peepholes a step of a vehicle takes 5 % longer. The passes left out (search for dead stores, partial redundancies
 #: and equal values across blocks) take a quarter to a half of the compiler's time. Functions have the same bits; in
@@ -125,16 +115,9 @@ OF_ELIMINATION = (
     "-fno-tree-ch",
     "--param=sccvn-max-alias-queries-per-access=10",
 )
-#: Versions of gcc, on x86-64, that have passes and parameters by these names.
-_LAST_GCC = 14
 #: Characters of a source with branches from which on the slow passes are left out. Steps of shorter models were up to
 #: 5 % slower without these passes, and take at most a second to compile with them.
 _LONG = 130_000
-#: The same for a model with loops over elements: without the slow passes the bodies of loops, which are straight
-#: and most of the text, are as fast, of beams of 800 elements.
-_LONG_WITH_LOOPS = 60_000
-#: First gcc whose ``-O2`` turns loops into vectors, as these flags say; older versions are called with ``-O2``.
-_FIRST_GCC = 12
 _GCC = r"\S*g?cc\S* \(.*?\) (\d+)\."
 
 
@@ -148,7 +131,8 @@ def compiler_seconds(functions: Sequence[Mapping[str, Any]], compilers: int, loo
     loops : operations in the bodies of loops over elements
     """
     operations: int = sum(item["operations"] for item in functions)
-    return _COMPILING + (_OF_OPERATION * operations + _OF_LOOP * loops) / compilers
+    # gcc 12, two processors: an arm of 7 joints, a linkage of 4 bodies, a car of 18 bodies; loops of exact beams
+    return 0.5 + (1.6e-4 * operations + 2.2e-4 * loops) / compilers
 
 
 def run_seconds_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) -> float:
@@ -162,7 +146,8 @@ def run_seconds_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) ->
     """
     operations: int = sum(item["operations"] for item in functions)
     evaluated: int = sum(sum(item["counts"].values()) for item in functions)
-    return _ON_TAPE + _OF_TAPE * operations + 2.0 * steps * _EVALUATED * evaluated
+    # the stepper alone is compiled; an operation takes 1 to 3 ns, with the stepper, which is not optimised
+    return 0.25 + 5e-6 * operations + 2.0 * steps * 3e-9 * evaluated
 
 
 def profile(name: str) -> CompilerProfile:
@@ -182,9 +167,9 @@ def without_slow_passes(flags: Sequence[str], version: str, further: Sequence[st
     further : flags that leave out more passes, if the compiler has these
     """
     gcc = re.match(_GCC, version)
-    if gcc is None or int(gcc[1]) < _FIRST_GCC:
+    if gcc is None or int(gcc[1]) < 12:  # the first whose -O2 turns loops into vectors, as these flags say
         return tuple(flags)
-    known = int(gcc[1]) <= _LAST_GCC and platform.machine() in ("x86_64", "AMD64")
+    known = int(gcc[1]) <= 14 and platform.machine() in ("x86_64", "AMD64")
     passes = (*_WITHOUT_SLOW_PASSES, *(further if known else ()))
     return tuple(part for flag in flags for part in (passes if flag == "-O2" else (flag,)))
 
@@ -203,5 +188,6 @@ def passes_for(source: str, flags: Sequence[str], version: str, *, loops: bool =
     version : the first line of the compiler's text about its version
     loops : whether the source is of a model with loops over elements
     """
-    long = len(source) > (_LONG_WITH_LOOPS if loops else _LONG)
+    # the bodies of loops over elements, straight and most of the text, are as fast without (beams of 800 elements)
+    long = len(source) > (60_000 if loops else _LONG)
     return without_slow_passes(flags, version) if long else tuple(flags)

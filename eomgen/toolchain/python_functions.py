@@ -20,8 +20,6 @@ from eomgen.errors import EomgenError, ModelError, Problem
 from eomgen.toolchain.cffi_build import load_abi
 
 Array = NDArray[np.float64]
-#: Step of complex steps: its square is far below the rounding of any number.
-_COMPLEX = 1e-100
 _POINTER = "void (*{})(const double *, const double *, double *)"
 #: Callbacks by setter; a library may keep a pointer for as long as the process runs.
 _CALLBACKS: dict[str, tuple[Any, Any]] = {}
@@ -69,11 +67,11 @@ class PythonFunctions:
 
     def _by_complex_steps(self, x: Array) -> Array:
         n, _, m = self._sizes
-        slopes = np.zeros((m, n))
+        slopes, step = np.zeros((m, n)), 1e-100  # whose square is far below the rounding of any number
         for column in range(n):
             moved = [complex(number) for number in x]
-            moved[column] += complex(0.0, _COMPLEX)
-            slopes[:, column] = self._call(self._function, moved, m, complex).imag / _COMPLEX
+            moved[column] += complex(0.0, step)
+            slopes[:, column] = self._call(self._function, moved, m, complex).imag / step
         return slopes.ravel()
 
     def _call(self, function: Any, x: list[Any], size: int, kind: type) -> NDArray[Any]:
@@ -99,12 +97,10 @@ class PythonFunctions:
 
     def _failure(self, error: BaseException, x: list[Any]) -> ModelError:
         """Return the ModelError for an exception in a user's function, with file, line and arguments."""
-        file = str(self._data["file"])
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-        location = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
+        location, within = _place(error, str(self._data["file"]))
         point = ", ".join(f"{number.real:.6g}" for number in x)
         hint = "results for all numbers"
-        if isinstance(error, TypeError) and not lines:  # of the call
+        if isinstance(error, TypeError) and not within:  # of the call
             hint = f"a function of {counted(sum(self._sizes[:2]), 'number')}: the arguments, then the parameters"
         elif isinstance(error, TypeError) and "not subscriptable" in str(error):  # written as in C
             taken = ", ".join(f"u{k}" for k in range(self._sizes[0])) or "..."
@@ -127,6 +123,12 @@ class PythonFunctions:
         return made
 
 
+def _place(error: BaseException, file: str) -> tuple[str, bool]:
+    """Return the name of a file, with the last line on the way to an error if there is one, and whether there is."""
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    return f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name, bool(lines)
+
+
 class _Loader(importlib.abc.SourceLoader):
     """Imports a Python file from the text that was read with the scene, without files of bytecode."""
 
@@ -146,15 +148,12 @@ class _Loader(importlib.abc.SourceLoader):
 def _execute(label: str, file: str, text: str) -> types.ModuleType:
     """Return the module of a Python file ``text`` as it was read with the scene, executed once per process. Raises
     ModelError with the line that fails; ``label`` is the law in the message."""
-    loader = _Loader(file, text)
     module = types.ModuleType(Path(file).stem)
     module.__file__ = file
     try:
-        loader.exec_module(module)
+        _Loader(file, text).exec_module(module)
     except (Exception, SystemExit) as error:
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-        location = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
-        fault = f"{location}: {type(error).__name__}: {error} [E2233]"
+        fault = f"{_place(error, file)[0]}: {type(error).__name__}: {error} [E2233]"
         raise ModelError(Problem(label, fault, "a file that Python runs without an error")) from error
     return module
 

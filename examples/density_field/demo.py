@@ -54,7 +54,7 @@ def problem_of(cells: int, mean: float, transforms: str = "scipy") -> FieldProbl
     parameters = tuple(
         dataclasses.replace(item, value=mean if item.name == "mean" else item.value) for item in system.parameters
     )
-    sampling = dataclasses.replace(system.sampling, transforms=transforms, first="drift")
+    sampling = system.sampling.model_copy(update={"transforms": transforms, "first": "drift"})
     changed = dataclasses.replace(
         system, cells=(cells,) * 3, lengths=(cells * CELL,) * 3, parameters=parameters, sampling=sampling
     )

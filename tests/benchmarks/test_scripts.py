@@ -11,26 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-import eomgen
 from benchmarks import (
-    adaptive_steps,
     beam_kernels,
     beam_simulations,
-    build_scenes,
     build_time,
     equal_elements,
     frame_peers,
-    generation_time,
     implicit_steps,
     lane_steppers,
-    lanes,
     large_files,
-    large_scenes,
-    late_steps,
-    measure,
     real_time_steps,
     regressor,
-    relative_springs,
     robot_dynamics,
     sensitivities,
     solar_system,
@@ -41,7 +32,6 @@ from benchmarks import (
     steps_in_passes,
     time_derivatives,
 )
-from eomgen.integrators.families.register import method_named
 from tests.models.shear_frame import RESPONSE, SCALE
 
 
@@ -71,13 +61,6 @@ def test_the_regressor_is_pinocchios(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert regressor.main(["--quick", "--work", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(",")[0] for line in lines] == [f"panda eomgen {flags}: right" for flags in ("O3", "fast")]
-
-
-@pytest.mark.slow
-def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    (row,) = quick(lanes, tmp_path)["rows"]
-    assert capsys.readouterr().out == "panda inverse_dynamics: the same bits\n"
-    assert row["same_bits"] and row["operations"] > 500
 
 
 @pytest.mark.long
@@ -119,34 +102,6 @@ def test_a_wrong_result_is_not_timed() -> None:
 
 
 @pytest.mark.long
-def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]) -> None:
-    assert generation_time.main(["--quick"]) == 0
-    said = capsys.readouterr().out
-    assert "stages: import, read, derive, program, files, compile, CPU, wall, kB of C" in said
-    assert "first build: wall, CPU, Python, compilers" in said
-    assert "first step: import, read, build, first step, CPU, wall" in said
-    assert float(re.findall(r"difference from Kane's method: (\S+)", said)[0]) < 1e-12
-
-
-def test_scenes_of_build_time_have_the_sizes_of_their_names() -> None:
-    car = eomgen.load(build_scenes.wishbone_car())
-    rows = sum({"spherical": 3, "distance": 1}[item.type] for item in car.constraints)
-    driven = sum("drive" in joint for joint in build_scenes.wishbone_car()["joints"].values())
-    assert (len(car.bodies), rows + driven) == (18, 17)
-    linkages = eomgen.load(build_scenes.four_bar()), eomgen.load(build_scenes.seven_bodies())
-    assert [(len(item.bodies), item.coordinates) for item in linkages] == [(3, "absolute"), (7, "absolute")]
-
-
-def test_the_heaviest_link_of_a_robot_changes(tmp_path: Path) -> None:
-    before, after = (
-        {body.name: body.mass.value for body in eomgen.load(build_time.robot_file("ur5", factor, tmp_path)).bodies}
-        for factor in (1.0, build_time.STATES["one mass changed"])
-    )
-    changed = [name for name in before if before[name] != after[name]]
-    assert changed == [max(before, key=before.__getitem__)]
-
-
-@pytest.mark.long
 def test_build_time_measures_new_processes(tmp_path: Path) -> None:
     assert build_time.main(["--cases", "four_bar", "--repeats", "1", "--json", str(tmp_path / "made.json")]) == 0
     rows = json.loads((tmp_path / "made.json").read_text(encoding="utf-8"))["rows"]
@@ -168,22 +123,6 @@ def test_stepping_reaches_the_reference(capsys: pytest.CaptureFixture[str]) -> N
 def test_a_controlled_robot_moves_as_pinocchio_says(capsys: pytest.CaptureFixture[str]) -> None:
     assert stepper_overhead.main(["--quick"]) == 0
     assert "after 1000 samples: q differs from Pinocchio's by " in capsys.readouterr().out
-
-
-@pytest.mark.long
-def test_adaptive_steps_agree_with_radau() -> None:
-    for run, setting, bound in (
-        (adaptive_steps.own("generalized_alpha_adaptive"), 1e-4, 2e-4),
-        (adaptive_steps.own("generalized_alpha"), 4000.0, 1e-4),
-        (adaptive_steps.radau, 1e-5, 1e-6),
-    ):
-        times, q, _ = run(setting)
-        assert adaptive_steps.largest_error(times, q) < bound
-
-
-def test_tables_line_up() -> None:
-    text = measure.table(["name", "ns"], [["a", "1"], ["longer", "12345"]])
-    assert text.splitlines() == ["| name   | ns    |", "|--------|-------|", "| a      | 1     |", "| longer | 12345 |"]
 
 
 @pytest.mark.long
@@ -260,29 +199,6 @@ def test_compiled_rates_and_jacobian_serve_scipy_and_cvode() -> None:
     assert runs[0].steps() > 10 * runs[4].steps() > 1000
 
 
-def test_the_first_tolerance_that_meets_an_error_is_taken() -> None:
-    def run(tolerance: float, error: float | None) -> frame_peers.Run:
-        return frame_peers.Run(f"{tolerance:g}", lambda: None if error is None else np.array([error]), lambda: 1)
-
-    errors = {1.0: 0.5, 0.1: None, 0.01: 0.05, 0.001: 0.06, 0.0001: 0.001}
-    ways = iter([(lambda tolerance: run(tolerance, errors[tolerance]), list(errors))])
-    found = frame_peers.cheapest(ways, lambda end: float(end[0]), [0.1, 0.05, 0.01, 1e-9])
-    assert {error: (best.label, by) for error, (best, by) in found.items()} == {
-        0.1: ("0.01", 0.05),
-        0.05: ("0.01", 0.05),
-        0.01: ("0.0001", 0.001),
-    }
-
-
-@pytest.mark.slow
-def test_the_top_is_held_against_its_reference() -> None:
-    top = steps_in_passes.Top()
-    end = steps_in_passes.end_of(top.run(method="rk4", step=1e-4))
-    assert end is not None and 1e-9 < top.missed(end) < 1e-6
-    other_sign = np.concatenate([-2.0 * end[:4], end[4:]])
-    assert top.missed(other_sign) == pytest.approx(top.missed(end), rel=1e-3)
-
-
 @pytest.mark.long
 def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = quick(real_time_steps, tmp_path)
@@ -294,44 +210,6 @@ def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.
         assert np.log2(loop[method][-2] / loop[method][-1]) == pytest.approx(2.0, abs=0.1)
     assert found["corrected_predictor"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
     assert found["corrected_predictor"] != found["corrected_predictor, first matrix"]
-
-
-@pytest.mark.long
-def test_late_steps_are_those_of_the_run(tmp_path: Path) -> None:
-    model = eomgen.build(real_time_steps.EXAMPLES / "robot_arm" / "scene.toml")
-    solution = model.simulate(0.4, 1e-3, method="rosenbrock", error_estimate=False)
-    repeated = late_steps.LateSteps(model, solution, method_named("rosenbrock"))
-    found = repeated.lateness(3)
-    np.testing.assert_array_equal(repeated.state, np.concatenate([[0.4], solution.q[-1], solution.v[-1]]))
-    assert found.stepped.shape == found.empty.shape == (3, 400 - late_steps.WARMING)
-    assert {name: sum(counts.values()) for name, counts in found.histograms().items()} == {
-        "steps": 900,
-        "empty loops": 900,
-        "each step's median": 300,
-    }
-    late_steps.draw({"arm": found}, tmp_path / "late.png")
-    assert (tmp_path / "late.png").stat().st_size > 5000
-
-
-def test_late_steps_are_told_from_a_late_machine() -> None:
-    stepped, empty = np.full((5, 20_000), 1000.0), np.full((5, 20_000), 1000.0)
-    for repetition in range(5):  # the machine is late somewhere else each time
-        stepped[repetition, 100 * repetition : 100 * repetition + 50] = 9e4
-        empty[repetition, 100 * repetition + 50 : 100 * repetition + 100] = 8e4
-    found = late_steps.Lateness(stepped, empty).summary()
-    assert [round(item["late_by_median"], 3) for item in found.values()] == [90.0, 80.0, 1.0]
-    stepped[:, 777:800] = 1500.0  # the method is late at the same steps in all repetitions
-    found = late_steps.Lateness(stepped, empty).summary()
-    assert found["each step's median"]["late_by_median"] == 1.5
-    assert found["each step's median"]["beyond"] == pytest.approx(23 / 20_000)
-
-
-@pytest.mark.long
-def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = quick(relative_springs, tmp_path)["rows"]
-    assert "| 1e+30      | 7e+13   | 6.7e-01   |" in capsys.readouterr().out
-    assert [row["kappa"] for row in rows] == [1.0, 1e12, 1e30]
-    assert max(row["step"] for row in rows) < 1e-15 and max(row["tdg3"] for row in rows) < 1e-13
 
 
 @pytest.mark.long
@@ -364,14 +242,6 @@ def test_large_files_are_read_and_a_blade_is_linear(capsys: pytest.CaptureFixtur
     cells = [[cell.strip() for cell in line.split("|")] for line in capsys.readouterr().out.splitlines()]
     seconds = {row[1]: float(row[3]) for row in cells if len(row) > 3 and row[1] in large_files.CASES}
     assert seconds.keys() == large_files.CASES.keys() and all(0.0 < value < 600.0 for value in seconds.values())
-
-
-@pytest.mark.long
-def test_large_scenes_are_built(tmp_path: Path) -> None:
-    (chain,) = quick(large_scenes, tmp_path)["scenes"]
-    assert chain["bodies"] == 6 and chain["statements"] > 100 and chain["us per step and body"] > 0.0
-    net = large_scenes.scene_of("net", 30)
-    assert len(net.bodies) == 30 and len(net.elements) == 2 * 10 + 3 * 9 + 2 * 3
 
 
 @pytest.mark.long

@@ -77,25 +77,6 @@ def test_a_reference_that_is_missing_gives_way_to_the_next(tmp_path: Path) -> No
     assert [(one.state, one.error) for one in found] == [("measured", 0.0), ("wrong", None)]
 
 
-def test_peers_that_do_not_install_keep_their_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[tuple[str, ...]] = []
-
-    def pip(python: Path, requirements: tuple[str, ...]) -> str:
-        asked.append(tuple(requirements))
-        return "no wheel for this Python" if "jax>=0.4.35" in requirements else ""
-
-    monkeypatch.setattr(environments, "FOLDER", tmp_path)
-    monkeypatch.setattr(environments, "_pip", pip)
-    python = environments.interpreter("jax")
-    python.parent.mkdir(parents=True)
-    python.touch()
-    wanted = environments.GROUPS["jax"]
-    assert environments.install("jax") == {"jax>=0.4.35": "no wheel for this Python"}
-    assert asked == [tuple(wanted), *((one,) for one in wanted)]
-    assert environments.install("jax") == {"jax>=0.4.35": "no wheel for this Python"}  # nothing is asked anew
-    assert len(asked) == 1 + len(wanted)
-
-
 MACHINE = {
     "processor": "a processor", "family": "family 25, model 1", "vectors": "AVX2", "cores": 2, "load": 0.5,
     "system": "Linux 6", "compiler": "12.2.0", "python": "3.11.7", "date": "2026-11-22", "commit": "abcdef12",
@@ -193,12 +174,6 @@ def test_the_history_keeps_measurements_of_other_commits_and_replaces_equal_ones
 def test_the_stored_history_has_the_stored_results() -> None:
     kept = {one.key: one for one in history.read_history(history.HISTORY)}
     assert all(kept.get(one.key) == one for one in history.measurements(read(history.RESULTS).values()))
-
-
-def test_times_have_three_digits_and_a_unit() -> None:
-    assert [page.shown(value) for value in (1.2345e-8, 9.996e-7, 1.2e-4, 0.0123, 0.99996, 75.0, 1234.4)] == [
-        "12.3 ns", "1 us", "120 us", "12.3 ms", "1 s", "75 s", "1234 s",
-    ]  # fmt: skip  # a table
 
 
 def test_the_readme_has_ten_rows() -> None:

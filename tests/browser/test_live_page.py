@@ -100,14 +100,6 @@ def test_a_chart_that_grew_looks_as_one_drawn_at_once(browser: Browser, tmp_path
 
 
 @pytest.mark.slow
-def test_charts_of_a_run_without_a_step_are_a_second_long(browser: Browser, tmp_path: Path) -> None:
-    model, _ = run_of("bouncing_ball", 3.0)
-    page = model.live(tmp_path / "still.html", solution=model.simulate(0.0))
-    script = "play(false); drawCharts(); const told = charts.map(({ chart }) => chart.shown.x);"
-    assert answer(browser, page, script) == [[0, 1], [0, 1]]
-
-
-@pytest.mark.slow
 def test_a_page_that_plays_keeps_the_time_of_its_model(browser: Browser, tmp_path: Path) -> None:
     model, solution = run_of("bouncing_ball", 3.0)
     page = model.live(tmp_path / "ball.html", solution=solution)
@@ -119,12 +111,3 @@ def test_a_page_that_plays_keeps_the_time_of_its_model(browser: Browser, tmp_pat
     late = "tick(9000); told.push(state.time); play(false);"  # frames of the browser find a still page
     second, after = answer(browser, page, f"{clock} {frames} {late}")
     assert (second, after) == pytest.approx((1.0, 1.1), abs=1e-9)  # a late frame counts as 0.1 s
-
-
-@pytest.mark.slow
-def test_a_page_that_does_not_play_is_named(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(frame_rates, "PATIENCE", 1.0)
-    page = tmp_path / "empty.html"
-    page.write_text("<body></body>", encoding="utf-8")
-    with pytest.raises(RuntimeError, match=r"^empty\.html does not start to play$"):
-        frame_rates.count(page, 0.1, browser.command)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
 
 import eomgen
-from tests.browser.chromium import Browser
 
 pytestmark = pytest.mark.slow
 
@@ -52,18 +49,3 @@ def test_every_cell_shows_what_it_should(notebook: nbformat.NotebookNode) -> Non
     assert len(outputs_of(notebook, 3, "image/png")) == len(outputs_of(notebook, 5, "image/png")) == 1
     assert outputs_of(notebook, 1, "text/latex")
     assert outputs_of(notebook, 2, "text/html")[0] == "", "the bar of progress is gone when the run is over"
-
-
-@pytest.mark.long
-def test_the_page_is_laid_out(notebook: nbformat.NotebookNode, browser: Browser, tmp_path: Path) -> None:
-    from nbconvert import HTMLExporter
-
-    page, _ = HTMLExporter(template_name="lab", mathjax_url="", require_js_url="").from_notebook_node(notebook)
-    file = tmp_path / "notebook.html"
-    file.write_text(page, encoding="utf-8")
-    document = Browser(browser.command, 1100, 6000)
-    picture = document.picture(file)
-    inked = np.flatnonzero(np.any(picture < 200, axis=(1, 2)))
-    assert len(inked) > 1000, f"{sys.executable}: the page has hardly any rows with ink"
-    coloured = np.ptp(picture, axis=2) > 60
-    assert np.count_nonzero(coloured) > 2000, "there are no curves on the page"

@@ -72,9 +72,3 @@ def test_a_scene_stands_for_its_method_and_a_wrong_name_has_a_remedy(capsys: pyt
     assert "dormand_prince_1980" in json.loads(capsys.readouterr().out)
     assert main(["cite", "leapfrogg"]) == 2
     assert "leapfrog" in capsys.readouterr().err
-
-
-def test_the_citation_file_says_the_same() -> None:
-    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert 'title: "eomgen: equations of motion in separated form, as readable C"\n' in text
-    assert "  - name: the eomgen authors\n" in text

@@ -169,41 +169,6 @@ def test_interrupted(
     assert partial.interrupted and partial.message in message and 0 < partial.t[-1] < 1e4
 
 
-_LONG_RUN = """
-import sys
-import eomgen
-model = eomgen.build(sys.argv[1], profile="quick")
-started = []
-def progress(done, total):
-    if not started:
-        started.append(print("running", flush=True))
-run = model.simulate(1e6, 1e-3, record_every=1000, progress=progress)
-run.save(sys.argv[2])
-sys.exit(0 if run.success else 130)
-"""
-
-
-@pytest.mark.slow
-def test_ctrl_c_from_outside_leaves_a_partial_result(scene_file: Path, tmp_path: Path) -> None:
-    saved = tmp_path / "partial.npz"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    with subprocess.Popen(
-        [sys.executable, "-c", _LONG_RUN, str(scene_file), str(saved)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment,
-    ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "running\n"
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130, errors
-    assert errors == ""
-    partial = eomgen.Solution.load(saved)
-    assert partial.interrupted and partial.message.startswith("interrupted at t = ") and partial.t[-1] > 0.0
-
-
 @pytest.mark.slow
 def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(scene_file: Path) -> None:
     scene_file.write_text("format = 1\nname = \n", encoding="utf-8")

@@ -52,26 +52,3 @@ def test_generate_says_which_method_it_takes_for_auto(
     Path("scene.toml").write_text(PENDULUM_TOML + 'method = "auto"\n', encoding="utf-8")
     assert main(["info", "scene.toml"]) == 0
     assert "note" not in capsys.readouterr().err
-
-
-def test_info_has_notes_on_shapes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Compiled libraries are without these, since shapes are of pictures alone."""
-    file = tmp_path / "scene.toml"
-    file.write_text(
-        """
-        format = 1
-        name = "arm"
-        bodies.arm = { mass = 1, inertia = [0.01, 0.01, 0.001], center_of_mass = [0.2, 0, 0] }
-        joints.hinge = { type = "revolute", parent = "base", child = "arm", axis = [0, 1, 0] }
-        points.tip = { body = "arm", position = [0.4, 0, 0] }
-        outputs.tip = { position = "tip" }
-        shapes.wheel = { body = "arm", type = "sphere", radius = 310 }
-        """,
-        encoding="utf-8",
-    )
-    note = "shapes.wheel: the size of the shape is 310 m, and the scene is no larger than 0.4 m"
-    assert main(["info", str(file), "--json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["notes"]
-    assert found.startswith(note)
-    assert main(["info", str(file)]) == 0
-    assert "the size of the shape is 310 m" in " ".join(capsys.readouterr().out.split())

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import errno
 from pathlib import Path
 
 import click
 import pytest
 
 import eomgen
-from eomgen.base.files import write_file
 from eomgen.cli import commands, main
 
 
@@ -56,20 +54,3 @@ def test_the_place_is_looked_at_before_the_scene(tmp_path: Path, capsys: pytest.
         place = tmp_path / "file" / "page.html"
         assert main([verb, str(tmp_path / "missing.toml"), "--out", str(place)]) == eomgen.FileError.exit_code
         assert capsys.readouterr().err.startswith(f"input/output error: {place.parent}: this is a file, and a folder")
-
-
-@pytest.mark.slow
-def test_folders_of_results_are_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = Path(eomgen.__file__).parents[1] / "examples" / "spherical_pendulum" / "scene.toml"
-    place = tmp_path / "new" / "rest.json"
-    assert main(["equilibrium", str(scene), "--out", str(place)]) == 0, capsys.readouterr().err
-    assert place.is_file()
-
-
-def test_a_full_disk_under_a_page_is_no_matter_of_rows(tmp_path: Path) -> None:
-    def full(_: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    with pytest.raises(eomgen.FileError, match=r"about 9 bytes are needed; try: another disk$"):
-        write_file(tmp_path / "page.html", 9, full)
-    assert list(tmp_path.iterdir()) == []

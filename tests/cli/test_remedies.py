@@ -141,13 +141,3 @@ def test_values_of_another_option_are_named(
     with pytest.raises(UsageError) as raised:
         options.check_assigned(scene_of(), changes, signals, robot=robot)
     assert message in str(raised.value)
-
-
-def test_values_of_their_own_option_are_taken() -> None:
-    options.check_assigned(scene_of(), {"both": 1.0, "k": 2.0, "arm_mass": 3.0}, {"both": 1.0, "push": 2.0}, robot=True)
-    options.check_assigned(scene_of(), {"arm": 1.0}, {"hinge": 1.0}, robot=False)
-
-
-def test_names_are_separated_by_commas() -> None:
-    assert options.names_of(None, None, " a, b,,c ") == ["a", "b", "c"]  # type: ignore[arg-type]  # are not read
-    assert options.names_of(None, None, None) is None  # type: ignore[arg-type]  # are not read

@@ -5,10 +5,7 @@ from __future__ import annotations
 import pytest
 
 import eomgen
-from eomgen.codegen.series.functions import _line, breakpoints_in_time
-from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Tape
+from eomgen.codegen.series.functions import breakpoints_in_time
 
 
 def system_of(formula: str) -> eomgen.System:
@@ -67,23 +64,3 @@ def test_other_deciders_are_refused(formula: str, decider: str) -> None:
 
 def test_parameters_alone_decide_nothing_during_a_run() -> None:
     assert breakpoints_in_time(system_of("abs(level - 1) * t").tape) == ()
-
-
-def test_lines_of_sums_and_products() -> None:
-    tape = Tape()
-    algebra = Algebra(tape)
-    t, q = Scalar(tape, tape.input("t", 0)), Scalar(tape, tape.input("q", 0))
-    for expression, expected in (
-        (t * 2.0 + 1.0, (2.0, 1.0)),
-        ((t * 2.0 + 1.0) * 3.0 - t, (5.0, 3.0)),
-        ((t - 0.5) * (-4.0), (-4.0, 2.0)),
-        (t - (t * 3.0 - 7.0), (-2.0, 7.0)),
-        (t * t, None),
-        (t + q, None),
-        (q * 2.0, None),
-        (algebra.call(Op.SIN, t), None),
-        (algebra.scalar(2.5), (0.0, 2.5)),
-    ):
-        assert _line(tape, expression.ref) == expected
-        negative = None if expected is None else tuple(-x for x in expected)
-        assert _line(tape, -expression.ref) == negative

@@ -234,6 +234,14 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
         ),
         "have no common divisor that a counter of 32 bits can count; try: periods and delays that are whole multiples",
     ),
+    (
+        changed(
+            states=sampled("-q.hinge * mode_gear"),
+            modes={"gear": {"value": 1}},
+            events={"over": {"when": "q.hinge - 1", "action": "switch", "mode": "gear", "to": 2}},
+        ),
+        "the mode gear is switched by events, and the controller has no events",
+    ),
 ]
 
 
@@ -272,15 +280,3 @@ def test_other_documents_and_languages_are_refused() -> None:
     told = "only: a controller alone is written in C, not in Python; try: target c"
     with pytest.raises(eomgen.UsageError, match=told):
         _check_only("controller", Target("python", "Python", NAMES, lambda program: {}))
-
-
-def test_a_mode_that_events_switch_is_refused(tmp_path: Path) -> None:
-    data = changed(
-        states=sampled("-q.hinge * mode_gear"),
-        modes={"gear": {"value": 1}},
-        events={"over": {"when": "q.hinge - 1", "action": "switch", "mode": "gear", "to": 2}},
-    )
-    with pytest.raises(
-        eomgen.ModelError, match="the mode gear is switched by events, and the controller has no events"
-    ):
-        eomgen.generate(data, tmp_path / "c", only="controller")

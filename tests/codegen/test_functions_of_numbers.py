@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -15,7 +14,6 @@ from eomgen.codegen.targets.c.templates import environment
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function, System
-from eomgen.toolchain import builder
 from eomgen.toolchain.library import Library
 from tests.codegen.hand_made import call, compile_system, make_system
 
@@ -148,14 +146,3 @@ def test_special_arguments(functions: Callable[..., np.ndarray]) -> None:
     found = functions(x)
     for column, name in enumerate(("exp", "log", "sqrt", "first power")):
         np.testing.assert_allclose(found[:, column], expected[:, column], rtol=3e-16, err_msg=name)
-
-
-@pytest.mark.slow
-def test_more_lanes_than_a_register_has_give_the_same_bits(
-    libraries: dict[tuple[str, str], Library], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, rng: np.random.Generator
-) -> None:
-    flags = (*builder._REALS["lanes"], "-DEG_LANES=16")
-    monkeypatch.setitem(builder._REALS, "lanes", flags)
-    wide = compile_system(powers_and_roots(), tmp_path, profile="quick", real="lanes")
-    x, y = 10.0 ** rng.uniform(-30, 30, 101), rng.normal(size=101)
-    np.testing.assert_array_equal(values(wide, x, y), values(libraries["quick", "double"], x, y))

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import shlex
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -71,28 +68,6 @@ def test_the_code_starts_and_moves_as_a_run_with_these_parameters(
     state = np.column_stack([expected.t, expected.q, expected.v])
     np.testing.assert_allclose(rows[:, : state.shape[1]], state, rtol=1e-8, atol=1e-9)
     assert np.max(np.abs(own.q - expected.q)) > 1e-6
-
-
-@pytest.mark.slow
-def test_the_command_line_sets_values_with_units_and_the_number_type(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
-    given = ["--set", "length=300 mm", "--real", "float"]
-    assert main(["generate", "scene.toml", *given, "--out", "c"]) == 0, capsys.readouterr().err
-    manifest = json.loads(Path("c/manifest.json").read_text(encoding="utf-8"))
-    values = {item["name"]: item["value"] for item in manifest["quantities"]["parameters"]}
-    assert values["length"] == pytest.approx(0.3) and " -DEOMGEN_REAL_FLOAT " in manifest["compile"]
-    readme = Path("c/README.md").read_text(encoding="utf-8")
-    assert "`length` (0.3 m)" in readme and f"    {manifest['compile']}\n" in readme
-    assert "With the macro in the command numbers are floats, without it doubles." in readme
-    subprocess.run(shlex.split(manifest["compile"]), check=True, cwd="c")
-    last = [float(text) for text in run(Path("c/shaken"), "0.5", "1e-2").stdout.splitlines()[-1].split(",")]
-    model = eomgen.build("scene.toml", real="float")
-    found = model.simulate(0.5, 1e-2, parameters={"length": 0.3})
-    assert last[1:3] == pytest.approx([found.q[-1, 0], found.v[-1, 0]], rel=1e-5)
-    assert last[1] == np.float32(last[1])
 
 
 def test_the_number_type_is_the_scenes_unless_it_is_given(tmp_path: Path) -> None:

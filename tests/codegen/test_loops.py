@@ -128,15 +128,6 @@ def test_code_does_not_grow_with_the_elements(cache: Path) -> None:
     assert "/* springs of the chain: 100 elements. */" in text
 
 
-def test_loops_survive_chunks_and_files(cache: Path) -> None:
-    point = {"p": [1.3, 0.0], "q": np.linspace(0, 1, 10)}
-    whole = compile_program(to_program(chain_system(9, "loop")), cache, profile="reproducible")
-    cut = compile_program(
-        to_program(chain_system(9, "loop"), part_limit=1), cache, profile="reproducible", file_limit=2
-    )
-    assert [a.tobytes() for a in call(whole, "chain", point)] == [b.tobytes() for b in call(cut, "chain", point)]
-
-
 def test_runs_cover_every_place_once() -> None:
     places = [(0, 5), (1, 6), (2, 7), (3, 8), (9, 1), (4, 0), (6, 0), (8, 0), (10, 0), (11, 3)]
     found = list(runs(places))

@@ -61,23 +61,3 @@ def test_a_stiffness_that_is_fixed_is_folded_in(tmp_path: Path) -> None:
         constants(generated(tmp_path / str(k), stiffness)[0]) for k, stiffness in enumerate(("flexural", 1.4e4))
     )
     assert fixed["blade_k_0_0"] == pytest.approx(1.4e4 * tunable["blade_k_0_0"], rel=1e-15)
-
-
-@pytest.mark.slow
-def test_the_header_says_what_is_kept(tmp_path: Path) -> None:
-    texts = {}
-    for order, stiffening in ((1, True), (1, False), (2, True)):
-        header, _ = generated(tmp_path / f"{order}{stiffening}", order=order, stiffening=stiffening)
-        texts[order, stiffening] = re.sub(r"[\s*]+", " ", header)
-    assert (
-        "blade: elastic coordinates 2 of bending_y (clamped_free); order 1, kinetic energy to second" in texts[1, True]
-    )
-    assert "order 2, all that the kinematics has, the shortening of the bent axis kept" in texts[2, True]
-    assert "shortening of the bent axis left out" in texts[1, False]
-
-
-def test_rigid_scenes_have_none(tmp_path: Path) -> None:
-    builder = SceneBuilder("rigid").body("arm", 1.23456789, center_of_mass=[0.123456789, 0, 0])
-    eomgen.generate(builder.joint("hinge", "revolute", "base", "arm", axis=[0, 1, 0]).build(), tmp_path)
-    header = (tmp_path / "rigid.h").read_text()
-    assert "Magnitudes" not in header and "Elastic" not in header

@@ -12,7 +12,6 @@ import subprocess
 from pathlib import Path
 from typing import IO
 
-import numpy as np
 import pytest
 
 from eomgen.base.files import temporary_file
@@ -144,27 +143,6 @@ def test_headers_serve_cpp_and_take_no_names_of_the_caller(tmp_path: Path) -> No
     assert printed[1] == "3"
 
 
-def _macros(file: Path) -> set[str]:
-    """Return the names, without arguments, of all macros after a file."""
-    command = ["cc", "-std=c99", "-dM", "-E", str(file)]
-    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    return {line.split()[1].partition("(")[0] for line in lines}
-
-
-def test_headers_declare_prefixed_names_only(tmp_path: Path) -> None:
-    program = to_program(pendulum())
-    folder = write_folder(generate_files(program), tmp_path / "model")
-    probe = tmp_path / "probe.c"
-    before = tmp_path / "before.c"
-    standard = "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n"
-    before.write_text(standard, encoding="utf-8")
-    probe.write_text(f'{standard}#include "model/pendulum.h"\n', encoding="utf-8")
-    macros = [_macros(file) for file in (before, probe)]
-    assert (folder / "pendulum.h").is_file()
-    foreign = {name for name in macros[1] - macros[0] if not name.startswith(("EG_", "EOMGEN_", "PENDULUM_"))}
-    assert not foreign
-
-
 @pytest.mark.parametrize(
     "header", sorted((Path(__file__).parents[2] / "generated").glob("*/*.h")), ids=lambda path: path.name
 )
@@ -172,15 +150,6 @@ def test_headers_of_steppers_use_no_short_names(header: Path) -> None:
     code = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.DOTALL)
     public = re.sub(r"#if defined\(EOMGEN_SHORT_NAMES\).*?#endif", "", code, flags=re.DOTALL)
     assert not re.findall(r"\breal\b|\bK\(", public)
-
-
-def test_the_manifest_tells_how_to_compile_and_what_is_there() -> None:
-    files = generate_files(to_program(pendulum()))
-    manifest = json.loads(files["manifest.json"])
-    assert manifest["files"] == sorted(files)
-    assert manifest["compile"] == "cc -std=c99 -O2 -ffp-contract=off main.c pendulum.c -o pendulum -lm"
-    assert manifest["functions"]["mass"]["counts"]["multiplications"] == 4
-    assert manifest["compile"] in files["README.md"]
 
 
 def test_numbers_round_trip_through_the_text() -> None:
@@ -258,15 +227,6 @@ def test_a_manifest_cannot_remove_files_elsewhere(tmp_path: Path) -> None:
     )
     write_folder(generate_files(to_program(pendulum())), folder)
     assert outside.read_text(encoding="utf-8") == "stay"
-
-
-def test_the_fingerprint_changes_with_the_code_only() -> None:
-    def fingerprint(system: System) -> str:
-        return str(json.loads(generate_files(to_program(system))["manifest.json"])["fingerprint"])
-
-    assert fingerprint(pendulum()) == fingerprint(pendulum())
-    assert fingerprint(pendulum()) != fingerprint(hostile())
-    assert np.all([character in "0123456789abcdef" for character in fingerprint(pendulum())])
 
 
 def test_a_function_that_equals_another_has_outputs_of_its_own_shape() -> None:

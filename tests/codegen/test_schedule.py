@@ -11,9 +11,7 @@ import pytest
 
 from eomgen.codegen import convert
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.program import Program, Statement
-from eomgen.codegen.scheduling.scheduler import schedule
-from eomgen.codegen.targets.c.printer import Printer
+from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.errors import ModelError
 from eomgen.symbolic.evaluate import evaluate
@@ -111,36 +109,6 @@ def text_of(tape: Tape, inputs: tuple[str, ...], *blocks: Block) -> str:
     return generate_files(to_program(make_system("one", tape, [Function("f", "", inputs, blocks)])))["one.c"]
 
 
-def test_sine_and_cosine_of_one_argument_are_one_call() -> None:
-    tape = Tape()
-    angle = tape.mul(tape.input("q"), tape.input("v"))
-    refs = (tape.call(Op.COS, -angle), tape.call(Op.SIN, -angle), tape.call(Op.SIN, tape.input("t")))
-    text = text_of(tape, ("t", "q", "v"), Block("y", (3,), refs))
-    assert text.count("EG_SINCOS(") == 1
-    assert "EG_SINCOS(q[0] * v[0], &x1, &x2);" in text
-    assert "y[1] = -x1;" in text
-    assert text.count("EG_SIN(t)") == 1
-
-
-def test_named_values_keep_their_names_and_others_are_numbered() -> None:
-    tape = Tape()
-    q, v = tape.input("q"), tape.input("v")
-    cosine, sine, speed, other = tape.call(Op.COS, q), tape.call(Op.SIN, q), tape.mul(q, v), tape.add(q, v)
-    for ref, name in (
-        (cosine, "cos_hinge"),
-        (sine, "sin_hinge"),
-        (-speed, "v_tip_x"),
-        (speed, "late"),
-        (q, "an_input"),
-    ):
-        tape.name(ref, name)
-    refs = tuple(tape.mul(x, y) for x in (cosine, sine) for y in (speed, other))
-    text = text_of(tape, ("q", "v"), Block("y", (4,), refs))
-    assert "EG_SINCOS(q[0], &sin_hinge, &cos_hinge);" in text
-    assert "const real minus_v_tip_x = q[0] * v[0];" in text and "const real x4 = q[0] + v[0];" in text
-    assert "y[0] = cos_hinge * minus_v_tip_x;" in text and "late" not in text and "an_input" not in text
-
-
 @pytest.mark.parametrize(
     "name", ["x12", "w", "y_out", "EG_x", "angle", "é_x", "link_" + "a" * 40, "1_a", "taken_twice"]
 )
@@ -152,16 +120,6 @@ def test_names_that_are_in_the_way_are_left_out(name: str) -> None:
     product = tape.mul(first, second)
     block = Block("y_out", (2,), (tape.mul(product, first), tape.mul(product, second)))
     assert "const real x2 = q[1] * v[1];" in text_of(tape, ("q", "v"), block)
-
-
-def test_many_structural_zeros_become_a_loop_and_few_do_not() -> None:
-    tape = Tape()
-    refs = [ZERO] * 36
-    refs[7] = tape.input("q")
-    text = text_of(tape, ("q",), Block("sparse", (6, 6), tuple(refs)), Block("dense", (2,), (ZERO, tape.input("q"))))
-    assert "sparse[i] = K(0.0);" in text
-    assert text.count("sparse[") == 2
-    assert "dense[0] = K(0.0);" in text
 
 
 def test_the_base_function_fills_the_struct_and_others_read_it(cache: Path) -> None:
@@ -203,48 +161,3 @@ def test_a_function_that_would_overflow_the_stack_is_refused(monkeypatch: pytest
         ModelError, match=r"function tangle0 keeps \d+ values on the stack, more than 20; try: fewer elements"
     ):
         to_program(tangled(), part_limit=41)
-
-
-def test_named_values_of_earlier_parts_keep_the_names() -> None:
-    tape = Tape()
-    x = [tape.input("q", k) for k in range(4)]
-    length = tape.call(Op.SQRT, tape.add(tape.mul(x[0], x[0]), tape.mul(x[1], x[1])))
-    tape.name(length, "length")
-    other = tape.add(tape.mul(x[2], x[2]), tape.mul(x[3], x[3]))
-    last = [tape.mul(length, tape.add(other, tape.constant(float(k)))) for k in range(2, 5)]
-    first, second = schedule(tape, [[length, other, *last]], ("q",), part_limit=7, fill=False, reroll=False).parts
-    saved = {item.data[1]: item.data[0] for item in first.statements if item.kind == "save"}
-    (number, name), (again, name_again) = (*first.names, *second.names)
-    assert name == name_again == "length"
-    (load,) = (item.data for item in second.statements if item.kind == "let" and item.data[0] == again)
-    assert load == (again, ("w", saved[number]))  # once, though three products read the value
-    assert sum(str(item.data).count(f"('w', {saved[number]})") for item in second.statements) == 1
-
-
-def test_products_are_named_by_their_factors_and_other_values_by_their_paragraph() -> None:
-    tape = Tape()
-    q = [tape.input("q", k) for k in range(4)]
-    with tape.block("energy of link top"):
-        xx, xz = (tape.add(q[0], q[k]) for k in (1, 2))
-        tape.name(xx, "R_top_xx")
-        tape.name(xz, "R_top_xz")
-        values = [tape.mul(q[1], q[2]), tape.mul(xx, xz), tape.add(q[2], q[3]), tape.add(q[1], q[3])]
-    outputs = tuple(tape.add(x, y) for x in (xx, xz) for y in values)
-    text = text_of(tape, ("q",), Block("y", (8,), outputs))
-    assert "const real q1_q2 = q[1] * q[2];" in text
-    assert "const real R_top_xx_xz = R_top_xx * R_top_xz;" in text
-    assert "const real energy_1 = q[2] + q[3];" in text and "const real energy_2 = q[1] + q[3];" in text
-    assert "y[0] = R_top_xx + q1_q2;" in text and "y[7] = R_top_xz + energy_2;" in text
-
-
-def test_values_for_later_parts_are_stored_where_they_are_made() -> None:
-    added = ("ADD", ("in", "q", 0), ("in", "q", 1))
-    kept = Statement("let", (1, added)), Statement("save", (3, 1))
-    loaded = tuple(Statement("let", (k, ("w", k))) for k in (1, 2))
-    printer = Printer({"q": "q[{}]"}, ["y"], names={1: "sum_1", 2: "sum_2"})
-    assert printer.lines(kept) == ["w[3] = q[0] + q[1];"]  # compilers warn of a name that is not read
-    assert printer.lines((*kept, Statement("out", (0, 0, 1)))) == [
-        "const real sum_1 = w[3] = q[0] + q[1];",
-        "y[0] = sum_1;",
-    ]
-    assert printer.lines(loaded) == ["const real sum_1 = w[1], sum_2 = w[2];"]

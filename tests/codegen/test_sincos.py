@@ -4,7 +4,6 @@ arguments."""
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -102,11 +101,3 @@ def test_constants_are_minimax_polynomials_and_pieces_of_half_pi() -> None:
             assert mpmath.ldexp(mantissa, bits) == mpmath.floor(mpmath.ldexp(mantissa, bits))
             rest -= sign * mpmath.mpf(piece)
         assert abs(rest) * 2**33 < 1e-18
-
-
-def test_the_header_names_no_function_of_the_library_for_sine(tmp_path: Path) -> None:
-    """Own code gives the same bits everywhere; only the angle of two sides in complex numbers uses the library."""
-    code = re.sub(r"/\*.*?\*/", "", HEADER, flags=re.DOTALL)
-    assert [line.strip() for line in code.splitlines() if re.search(r"(?<![a-z_])(sin|cos)f?\(", line)] == [
-        "const double angle = atan2(creal(y), creal(x)), c = cos(angle), s = sin(angle);"
-    ]

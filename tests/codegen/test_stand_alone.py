@@ -7,7 +7,6 @@ import platform
 import re
 import shutil
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -96,19 +95,6 @@ def test_program_refuses_what_it_cannot_take(tmp_path: Path) -> None:
         assert text in result.stderr
 
 
-def test_readme_says_how_to_change_parameters_and_inputs(tmp_path: Path) -> None:
-    eomgen.generate(cart(), tmp_path / "c")
-    text = (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
-    assert "    ./cart 2.0 1e-3 10 drag=0.3 push=0\n" in text
-    assert "Tunable parameters: `drag` (0.3 N s/m).\nInputs, in the order of `u`: `push` (N), `tilt`.\n" in text
-    assert "    p.p_drag = 0.3;\n" in text and "real u_table[2 * 2] = {0};" in text
-    assert "NULL in place of a table: the scene's formulas." in text
-    eomgen.generate(cart(formula=False), tmp_path / "c")
-    text = (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
-    assert "Inputs that are not held are zero: the scene has no formula for them." in text
-    assert "This scene has no formulas, so a table is needed." in text
-
-
 def test_program_without_stepper_takes_parameters(tmp_path: Path) -> None:
     folder = write_folder(generate_files(to_program(pendulum())), tmp_path / "model")
     program = compiled(folder)
@@ -185,24 +171,3 @@ def test_sums_of_series_stay_in_registers_of_any_width_with_equal_bits(tmp_path:
             printed[width] = run(program, "0.01", "20").stdout
     assert len(printed[2].splitlines()) == 3
     assert len(set(printed.values())) == 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("scene", [cart_on_spring, top])
-def test_sums_of_series_have_the_bits_of_vectors_where_compilers_have_none(
-    scene: Callable[[], eomgen.Scene], tmp_path: Path
-) -> None:
-    eomgen.generate(scene(), tmp_path / "c", method="taylor")
-    step = next((tmp_path / "c").glob("*_step.c"))
-    printed = []
-    for number in range(2):
-        sources = sorted(str(path) for path in (tmp_path / "c").glob("*.c"))
-        program = tmp_path / f"program{number}"
-        words = [shutil.which("cc") or "gcc", *STRICT, "-O1", "-ffp-contract=off", *sources, "-o", str(program), "-lm"]
-        subprocess.run(words, check=True, capture_output=True)
-        printed.append(run(program, "0.01", "20").stdout)
-        text = step.read_text(encoding="utf-8")
-        assert text.count("#if defined(__GNUC__)") == 1 - number
-        step.write_text(text.replace("#if defined(__GNUC__)", "#if 0"), encoding="utf-8")
-    assert len(printed[0].splitlines()) == 3
-    assert printed[0] == printed[1]

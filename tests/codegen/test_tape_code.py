@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.codegen.program import FunctionPart, OutputArray, ProgramFunction, Statement
-from eomgen.codegen.targets.c.tape_code import _LONG_COPY, OPERATIONS, _Assembler, _without_negative
+from eomgen.codegen.targets.c.tape_code import OPERATIONS, _Assembler, _without_negative
 
 BLOCKS = {"q": np.array([0.3, -1.2, 2.0, 0.7, 5.0, -0.1]), "u": np.array([4.0, -2.5, 0.25])}
 SLOTS = 10
@@ -116,23 +116,6 @@ def test_short_copies_are_instructions() -> None:
     np.testing.assert_array_equal(first[[3, 13, 4]], [expected[1], expected[3], 99.0])
     np.testing.assert_array_equal(second, [-expected[8], -expected[9], 99.0])
     assert done == [Statement("run", (100,))]
-
-
-@pytest.mark.parametrize(
-    "statement",
-    [
-        Statement("gather", (0, 1, "q", 0, 1, _LONG_COPY + 1)),
-        Statement("circular", (0, 1, "q", 0, 1, _LONG_COPY + 1)),
-        Statement("spread", (0, 0, 1, 0, 1, _LONG_COPY + 1, 1)),
-        Statement("loop", (0, 1, 2)),
-    ],
-    ids=lambda statement: statement.kind,
-)
-def test_long_copies_and_loops_stay_statements_of_c(statement: Statement) -> None:
-    made = assembled(Statement("save", (0, ("K", 1.5))), statement, Statement("save", (1, ("in", "q", 0))))
-    kept = made.statements()
-    assert kept == [Statement("run", (100,)), statement, Statement("run", (108,))]
-    assert len(made.code) == 16
 
 
 def test_curves_stay_statements_of_c() -> None:

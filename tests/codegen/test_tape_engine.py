@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import eomgen
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.metadata import interface_layout, stack_bytes
+from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, fingerprint
 from eomgen.codegen.targets.c.tape_code import OPERATIONS, before_scheduling, functions_of_data, on_tape
@@ -149,14 +149,6 @@ def test_other_number_types_agree_with_c(real: str, cache: Path) -> None:
     engine, compiled = _on_engine(program, cache, real), compile_program(program, cache, real=real)
     one, other = call(engine, "tangle0", POINT)[0], call(compiled, "tangle0", POINT)[0]
     assert one == pytest.approx(other, rel=1e-12)
-
-
-def test_registers_count_as_stack() -> None:
-    program = to_program(tangled(operations=150, functions=1))
-    coded, tape = on_tape(program)
-    assert stack_bytes(coded) > stack_bytes(program)
-    assert len(tape.code) % 4 == 0
-    assert tape.code[-4] == OPERATIONS.index("END")
 
 
 @pytest.mark.parametrize("example", ["four_bar", "robot_arm"])

@@ -1,4 +1,4 @@
-"""The bytecode of templates is kept, and made anew where it is not whole or of another template."""
+"""The bytecode of templates is kept in a folder that can be written, and made anew where it is not whole."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from pathlib import Path
 import jinja2
 import pytest
 
-from eomgen.codegen.targets.c import templates
-from eomgen.codegen.targets.c.templates import TemplateBytecode, kept_bytecode
+from eomgen.codegen.targets.c.templates import kept_bytecode
 
 
 class Counting(jinja2.Environment):
@@ -23,70 +22,43 @@ class Counting(jinja2.Environment):
         return super()._generate(*arguments, **options)  # type: ignore[arg-type, no-any-return]
 
 
+@pytest.fixture(autouse=True)
+def _no_own_bytecode(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+
 def rendered(*folders: Path, text: str = "{{ 2 * x }}") -> tuple[str, int]:
     """Return what a template gives in a new environment, and how many templates were compiled for it."""
     Counting.compiled = 0
-    environment = Counting(loader=jinja2.DictLoader({"a": text}), bytecode_cache=TemplateBytecode(*folders))
+    environment = Counting(loader=jinja2.DictLoader({"a": text}), bytecode_cache=kept_bytecode(*folders))
     return environment.get_template("a").render(x=21), Counting.compiled
 
 
-def test_a_template_is_compiled_once(tmp_path: Path) -> None:
-    folder = tmp_path / "templates"
-    assert [rendered(folder), rendered(folder)] == [("42", 1), ("42", 0)]
-    assert rendered(folder, text="{{ 3 * x }}") == ("63", 1)
-
-
 @pytest.mark.parametrize("size", [0, 10, 40, -1])
-def test_bytecode_that_is_not_whole_is_made_anew(size: int, tmp_path: Path) -> None:
-    rendered(tmp_path)
+def test_bytecode_that_is_not_whole_or_of_another_text_is_made_anew(size: int, tmp_path: Path) -> None:
+    assert [rendered(tmp_path), rendered(tmp_path)] == [("42", 1), ("42", 0)]
     [file] = tmp_path.iterdir()
     file.write_bytes(file.read_bytes()[:size])
     assert [rendered(tmp_path), rendered(tmp_path)] == [("42", 1), ("42", 0)]
+    assert rendered(tmp_path, text="{{ 3 * x }}") == ("63", 1)
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root makes files of others")
-@pytest.mark.parametrize("whose", ["folder", "file"])
-def test_bytecode_that_another_user_has_put_there_is_not_run(whose: str, tmp_path: Path) -> None:
+def test_bytecode_in_a_folder_of_another_user_is_not_run(tmp_path: Path) -> None:
     tmp_path.chmod(0o777)
     folder = tmp_path / "templates"
     rendered(folder)
-    [file] = folder.iterdir()
-    os.chown(folder if whose == "folder" else file, 54321, 54321)
+    os.chown(folder, 54321, 54321)
     assert rendered(folder) == ("42", 1)
-
-
-@pytest.mark.parametrize(
-    ("written", "kept"),
-    [(True, "templates/__pycache__"), (False, "cache")],
-    ids=["as Python's own", "no files of Python's own"],
-)
-def test_bytecode_is_kept_in_the_folder_of_the_templates(
-    written: bool, kept: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "templates").mkdir()
-    monkeypatch.setattr(sys, "dont_write_bytecode", not written)
-    monkeypatch.setattr(templates, "template_folder", lambda: tmp_path / "templates")
-    cache = kept_bytecode(tmp_path / "cache")
-    jinja2.Environment(loader=jinja2.DictLoader({"a": "{{ x }}"}), bytecode_cache=cache).get_template("a")
-    [folder] = {file.parent for file in tmp_path.rglob("*") if file.is_file()}
-    assert folder == tmp_path / kept
 
 
 def test_bytecode_is_kept_in_the_next_folder_if_the_first_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
-    folders = tmp_path / "file" / "templates", tmp_path / "cache"
-    assert [rendered(*folders), rendered(*folders), rendered(folders[1])] == [("42", 1), ("42", 0), ("42", 0)]
-
-
-def test_templates_are_rendered_where_nothing_can_be_kept(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    assert rendered(tmp_path / "file" / "templates") == ("42", 1)
-    assert rendered(tmp_path / "nowhere" / "templates") == ("42", 1)
-    (tmp_path / "templates").mkdir()
-    folder = tmp_path / "templates"
-    rendered(folder)
-    [kept] = folder.iterdir()
+    first, second = tmp_path / "file" / "templates", tmp_path / "cache"
+    assert [rendered(first, second), rendered(first, second), rendered(second)] == [("42", 1), ("42", 0), ("42", 0)]
+    assert rendered(first) == ("42", 1)
+    [kept] = second.iterdir()
     kept.unlink()
     kept.mkdir()  # what is written cannot take this name
-    assert rendered(folder) == ("42", 1)
-    assert list(folder.iterdir()) == [kept]
+    assert rendered(second) == ("42", 1)
+    assert list(second.iterdir()) == [kept]

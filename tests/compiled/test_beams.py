@@ -55,19 +55,6 @@ def test_static_deflection_of_a_cantilever(scale: float) -> None:
     np.testing.assert_allclose(tip, [LENGTH, 0.0, -sinks], rtol=1e-9)
 
 
-@pytest.mark.parametrize("parameters", [{"EI": -1.0}, {"EI": 0.0}, [[STIFFNESS, DENSITY], [STIFFNESS, -1.0]]])
-def test_parameters_at_which_a_beam_is_none_are_refused(parameters: Any) -> None:
-    """Fixed values of these properties must be above 0, and so must what tunable parameters make of them."""
-    with pytest.raises(UsageError) as caught:
-        model().parameter_array(parameters)
-    key, what, at = (
-        ("bending_z.stiffness", "stiffness of bending_z", f"{parameters['EI']:g} at EI = {parameters['EI']:g}")
-        if isinstance(parameters, dict)
-        else ("mass_per_length", "mass per length", "-1 at mass_per_length = -1")
-    )
-    assert str(caught.value) == f"usage error: scene (beams.beam.{key}): the {what} is {at}; try: a number above 0"
-
-
 @pytest.mark.slow
 def test_a_run_beyond_order_1_blames_the_beam_and_not_the_step() -> None:
     scene: dict[str, Any] = {

@@ -47,17 +47,6 @@ def test_jacobians_take_velocities_to_twists_and_points(body: str, rng: np.rando
     assert point.acceleration is None
 
 
-def test_a_moving_base_adds_its_own_part(rng: np.random.Generator) -> None:
-    model = shaken()
-    q, v, _ = some_state(model, rng)
-    carried = model.point("link", R, q, np.zeros_like(v), T).velocity
-    found = model.point("link", R, q, v, T).velocity
-    assert carried is not None and found is not None and np.abs(carried).max() > 0.1
-    np.testing.assert_allclose(
-        np.einsum("nij,nj->ni", model.point_jacobian("link", R, q, T), v) + carried, found, atol=1e-14
-    )
-
-
 @pytest.mark.parametrize(("model", "body"), [(shaken, "link"), (flying, "arm")])
 def test_velocity_and_acceleration_are_differences_of_position(model, body: str, rng: np.random.Generator) -> None:
     """Central differences along q' = q tilde(v), v' = a and the base's law; their error is of the order of step

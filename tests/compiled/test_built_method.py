@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
 from eomgen.pipeline import content, requests
-from tests.models.scenes import PENDULUM_TOML, pendulum_scene
+from tests.models.scenes import pendulum_scene
 
 
 @pytest.mark.slow
@@ -24,19 +20,6 @@ def test_a_run_takes_the_method_that_the_model_was_built_with() -> None:
     plain = eomgen.build(pendulum_scene(), profile="quick")
     assert plain.simulate(0.2, 1e-2).metadata["method"] == "generalized_alpha"
     assert np.array_equal(plain.simulate(0.2, 1e-2, method="rk4").q, run.q)
-
-
-@pytest.mark.slow
-def test_the_command_line_takes_the_method_of_its_option(tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(PENDULUM_TOML, encoding="utf-8")
-    assert (
-        main(
-            ["simulate", str(scene), "--method", "rk4", "--t-end", "0.1", "--no-plots", "--out", str(tmp_path / "out")]
-        )
-        == 0
-    )
-    assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["method"] == "rk4"
 
 
 def test_another_method_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:

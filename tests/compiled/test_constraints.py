@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -54,33 +52,6 @@ def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None
         np.testing.assert_allclose(ends[1][4:], ends[0][4:], atol=2e-5)  # both have errors of order step^2
     assert found.multipliers.shape == (len(found.t), 8)
     assert found.stats["max_constraint"] <= 1e-12 and found.stats["max_constraint_velocity"] <= 1e-9
-
-
-def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
-    model = absolute()
-    q = model.initial_q.copy()
-    q[-1] += 0.01
-    solution = model.simulate(0.01, 1e-3, initial={"q": q, "v": model.initial_v})
-    assert solution.success and solution.stats["max_constraint"] <= 1e-12
-    assert any(line.startswith("initial position corrected: slide: ") for line in solution.metadata["corrections"])
-
-
-def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -> None:
-    builder = (
-        eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
-    )
-    builder.body("bob", mass=1.0, center_of_mass=[0, 0, -1], inertia=[0.01, 0.01, 0.01]).joint(
-        "ball", "spherical", "base", "bob"
-    )
-    builder.point("tip", "bob", [0, 0, -1]).output("tip", position="tip")
-    scene = builder.build()
-    in_joints = eomgen.build(scene, profile="quick")
-    absolute_scene = replace(scene, coordinates="absolute", name="shaken_absolute", content=scene.content + b"absolute")
-    in_world = eomgen.build(absolute_scene, profile="quick")
-    for shake in (0.0, 0.1, 0.3):
-        expected, found = (model.simulate(0.5, 1e-3, parameters={"shake": shake}) for model in (in_joints, in_world))
-        np.testing.assert_allclose(found.outputs["tip"][0], [shake, 0.0, -1.0], atol=1e-12)
-        np.testing.assert_allclose(found.outputs["tip"][-1], expected.outputs["tip"][-1], atol=1e-5)
 
 
 def test_a_model_of_few_terms_runs_by_its_own_method_and_by_others() -> None:

@@ -150,15 +150,3 @@ def test_a_driver_follows_a_table() -> None:
     assert np.allclose(solution.v[:, 3 + place], way(solution.t, 1), rtol=0, atol=1e-8)
     a = model.constrained_dynamics(solution.q[300], solution.v[300], solution.t[300])[0]
     assert a[3 + place] == pytest.approx(float(way(solution.t[300], 2)), rel=1e-9)
-
-
-def test_a_table_that_changes_makes_a_new_model(tmp_path: Path) -> None:
-    head = 'format = 1\nname = "cart"\n[bodies.cart]\nmass = 1\n[joints.rail]\ntype = "prismatic"\nparent = "base"\n'
-    head += 'child = "cart"\naxis = [1, 0, 0]\n'
-    text = '[inputs.push]\ntable = { file = "push.csv" }\n[efforts.push]\njoint = "rail"\neffort = "push"\n'
-    (tmp_path / "scene.toml").write_text(head + text)
-    found = []
-    for value in (1, 2):
-        (tmp_path / "push.csv").write_text(f"0,{value}\n1,{value}\n2,{value}\n")
-        found.append(eomgen.build(tmp_path / "scene.toml").input_values(0.5)[0])
-    assert found == pytest.approx([1.0, 2.0])

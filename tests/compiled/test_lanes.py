@@ -177,20 +177,6 @@ def test_a_companion_is_compiled_in_the_background_once_it_pays(
     assert in_lanes(model, "poses")
 
 
-def test_a_companion_in_the_cache_is_taken_without_a_compiler(
-    model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
-) -> None:
-    monkeypatch.setenv("EOMGEN_LANES", "now")
-    blocks = blocks_of(model, 50, rng)
-    expected = called(model, "poses", blocks)
-    model.library.kept.pop("lanes")
-    monkeypatch.delenv("EOMGEN_LANES")
-    monkeypatch.setattr(functions, "_LOOK", 0.0)
-    same(expected, called(model, "poses", blocks))
-    companion = LaneCompanions.of(model.library)._found["poses"]
-    assert companion.library is not None and companion.judged and not companion.begun
-
-
 @pytest.mark.slow
 def test_companions_of_models_with_other_numbers_are_one_compilation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator

@@ -34,19 +34,6 @@ def _support_acceleration(t: float, shake: float = SHAKE) -> float:
     return -shake * RATE**2 * float(np.sin(RATE * t))
 
 
-def test_sizes_and_names() -> None:
-    model = pendulum()
-    assert (model.nq, model.nv, model.nu, model.nz) == (1, 1, 1, 0)
-    assert dict(model.parameters) == {"length": LENGTH, "shake": SHAKE}
-    assert (model.q_names, model.v_names, model.q_units, model.v_units) == (
-        ["q.hinge"],
-        ["v.hinge"],
-        ["rad"],
-        ["rad/s"],
-    )
-    assert model.inputs == ("torque",) and model.bodies == ("link",)
-
-
 def test_separated_terms_of_the_pendulum() -> None:
     model = pendulum()
     s, c = np.sin(Q), np.cos(Q)
@@ -204,18 +191,6 @@ def test_quaternions_must_be_of_unit_length() -> None:
         match=r"q\[\.\.\., 7:11\]: the quaternion \(w, x, y, z\) of this joint has length 1\.1, not 1",
     ):
         flyer().mass(q)
-
-
-def test_a_term_that_was_not_built_is_named() -> None:
-    model = eomgen.build(pendulum_scene(), terms=["mass"], profile="quick")
-    assert model.terms == ("mass",)
-    np.testing.assert_allclose(model.mass(Q), pendulum().mass(Q), rtol=0)
-    with pytest.raises(eomgen.UsageError, match=re.escape('try: eomgen.build(scene, terms=[..., "coupling"])')):
-        model.coupling(Q, V)
-    with pytest.raises(
-        eomgen.UsageError, match="generalized_alpha needs the terms forward_dynamics, residual, partials"
-    ):
-        model.simulate(1.0)
 
 
 def test_only_the_terms_a_method_needs_are_enough_for_it() -> None:

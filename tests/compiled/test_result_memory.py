@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import gc
 import mmap
 import threading
 from pathlib import Path
@@ -93,23 +92,6 @@ def test_large_memory_is_kept_if_the_system_can_take_it_back(monkeypatch: pytest
     few = memory.empty(SHAPE, float)
     few.fill(3.0)
     assert (few == 3.0).all()
-
-
-@pytest.mark.slow
-def test_memory_outlives_its_owner_and_is_dropped_within_collections() -> None:
-    memory = ResultMemory()
-    array = memory.empty(SHAPE, float)
-    array.fill(5.0)
-    place, cycle = address(array), [array]
-    cycle.append(cycle)  # type: ignore[arg-type]
-    del array, cycle
-    gc.collect()
-    array = memory.empty(SHAPE, float)
-    assert address(array) == place
-    del memory
-    gc.collect()
-    array.fill(6.0)
-    assert (array == 6.0).all()
 
 
 def test_results_that_are_held_stay_as_they_are() -> None:

@@ -129,18 +129,6 @@ def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, b
         assert np.max(np.abs(products - products.T)) <= 1e-14 * size
 
 
-@pytest.mark.slow
-def test_weights_of_rows_and_several_functionals() -> None:
-    _, model = built(tree())
-    found = model.sensitivities(0.2, STEP, by=OF_TREE, initial=SWUNG)
-    weights = np.random.default_rng(1).normal(size=21)
-    last = np.zeros(21)
-    last[-1] = 1.0
-    one, two, both = found.hessians(["final(angle)", {"angle": weights}, {"angle": 2.0 * last - 3.0 * weights}])
-    np.testing.assert_allclose(both, 2.0 * one - 3.0 * two, atol=1e-13 * np.max(np.abs(both)))
-    np.testing.assert_allclose(found.hessian("final(angle)"), one, atol=1e-14 * np.max(np.abs(one)))
-
-
 def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
     _, model = built(tree())
     of, vectors = "integral(two[1])", np.eye(2)

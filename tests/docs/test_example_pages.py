@@ -87,7 +87,3 @@ def test_links_lead_somewhere(name: str) -> None:
     assert links
     for target in links:
         assert (PAGES / target).exists() or os.path.relpath(PAGES / target, ROOT) in built_pictures(), target
-
-
-def test_the_readme_leads_to_the_pages() -> None:
-    assert "(docs/examples/README.md)" in (ROOT / "README.md").read_text(encoding="utf-8")

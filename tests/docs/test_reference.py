@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 from typing import Annotated
 
 import pytest
@@ -16,7 +12,7 @@ from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, every_unit, key, meaning_of
 from eomgen.scene.reading.kinds import Triple, Value
-from tests.docs.parts import DOCS, parts, whole
+from tests.docs.parts import parts, whole
 
 DOCUMENT = every_document()
 SECTIONS = section_keys()
@@ -81,21 +77,6 @@ def test_a_table() -> None:
     linked = "| `others` | [list of tables](places.md) | none | where others are |"
     assert table(Sample, {"Place": "places.md"}).splitlines()[-1] == linked
     assert every_unit(meaning_of(Sample.model_fields["strength"])) == ("N/m", "N m/rad")
-
-
-@pytest.mark.slow
-def test_the_command_renews_a_page(tmp_path: Path) -> None:
-    shutil.copy(DOCS / "scene.md", tmp_path)
-    shutil.copytree(DOCS / "scene", tmp_path / "scene")
-    page = tmp_path / "scene" / "joints.md"
-    text = page.read_text(encoding="utf-8")
-    page.write_text(
-        text.replace("| kind of motion of the child against the parent |", "| older words |"), encoding="utf-8"
-    )
-    assert page.read_text(encoding="utf-8") != text
-    command = [sys.executable, *COMMAND.split()[1:-1], str(tmp_path / "scene.md")]
-    subprocess.run(command, check=True, timeout=60)
-    assert page.read_text(encoding="utf-8") == text
 
 
 def test_a_page_with_an_unknown_table_is_refused() -> None:

@@ -18,7 +18,6 @@ from benchmarks.example_pages import STUDIES
 from docs.site.__main__ import built_pages
 from docs.site.gallery import MOTIONS, built_pictures, copied, examples, files_of, gallery_pages, picture_of
 from docs.site.pages import (
-    HOW_TO,
     IN_PARTS,
     ROOT,
     Page,
@@ -158,18 +157,6 @@ def test_pages_of_verbs_show_output_of_commands() -> None:
     assert "## Example" not in pages["reference/command_line/info"]
 
 
-def test_every_how_to_page_has_a_subject() -> None:
-    pages = {place.rpartition("/")[2] for place in site().pages if place.startswith("how_to/")} - {"index"}
-    assert sorted(pages) == sorted(name for names in HOW_TO.values() for name in names)
-    front = site().pages["index"].text
-    assert all(f"](how_to/{name}.md)" in front for name in pages)
-    listed = site().pages["how_to/index"].text
-    assert (
-        "\n## Vibration\n\n- [Find natural frequencies and mode shapes](natural_frequencies_and_modes.md): " in listed
-    )
-    assert listed.count("\n- [") == len(pages) and ":hidden:\n\nnatural_" in listed
-
-
 @pytest.mark.slow
 def test_all_links_lead_to_pages_and_files(tmp_path: Path) -> None:
     write(site(), tmp_path, DRAWN)
@@ -232,14 +219,6 @@ def test_every_example_is_in_the_gallery_with_picture_animation_files_and_cost()
         assert site().anchors.get((f"docs/examples/{name}.md", "")) == (f"gallery/{name}" if name in STUDIES else None)
 
 
-def test_every_motion_of_the_gallery_is_of_a_scene_of_its_example() -> None:
-    for name, motion in MOTIONS.items():
-        assert (ROOT / "examples" / name / motion.file).is_file()
-    assert STUDIES.keys() < MOTIONS.keys() <= set(examples())
-    scene = MOTIONS["frame_in_earthquake"].scene(ROOT / "examples" / "frame_in_earthquake")
-    assert scene.name == "frame_in_earthquake"
-
-
 def test_the_first_page_is_short() -> None:
     """One and a half screens: 1328 px of text 830 px wide in Chromium, with 332 words and 33 lines of code."""
     text = re.sub(r"<details>.*?</details>", "", read("README.md"), flags=re.DOTALL)
@@ -256,12 +235,6 @@ def words(text: str) -> int:
     text = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r"<!-- (?:keys of \w+|units) -->.*?<!-- end -->", "", text, flags=re.DOTALL)
     return len(re.findall(r"[A-Za-z']+", text))
-
-
-def test_pages_of_measured_data_are_short() -> None:
-    """Benchmarks, robots and verification: their numbers are data in the repository."""
-    pages = [read(f"docs/{name}.md") for name in ("benchmarks", "urdf_robots", "verification")]
-    assert sum(len(page.split()) for page in pages) <= 8000
 
 
 def test_no_page_is_too_long() -> None:
@@ -315,13 +288,3 @@ def test_sphinx_builds_pages_of_each_kind_without_a_warning(tmp_path: Path) -> N
     (tmp_path / "html" / "wide.html").write_text(wide, encoding="utf-8")
     assert len(faults(tmp_path / "html", ["/wide.html"], 400)) == 3
     assert 'id="eomgen.linear.modes.Modes"' in modes and "Participation" not in modes.partition("<body")[0]
-
-
-@pytest.mark.slow
-def test_subscripts_of_dotted_letters_stand_beside_them_in_displays() -> None:
-    from docutils.utils.math import latex2mathml
-
-    from docs.site.mathml import beside  # imports Sphinx, as the test before
-
-    tree = beside(latex2mathml.tex2mathml(r"\dot v_{n+1} = \int_0^1 a_n", as_block=True))
-    assert "munderover" not in tree.partition("=")[0] and '<msub><mover accent="true"><mi>v</mi>' in tree

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +16,8 @@ from eomgen.base.message_codes import code_of_finding
 from eomgen.cli import main
 from eomgen.products.doubts import unseen_laws
 from eomgen.simulation import bounded_steps
-from eomgen.simulation.stepping.stepper import Stepper
 from tests.doubts.test_laws_between_steps import LAWS, off, sliders
 from tests.models.library import scene_file
-from tests.simulation.rails import built, on_rail
 
 NEVER = {"largest_step": 0.0}
 
@@ -51,29 +48,10 @@ def test_steps_are_bounded_for_a_law_that_they_pass_over(law: str, method: str) 
     assert np.array_equal(again.q, run.q)  # what the message names is what was done
 
 
-@pytest.mark.slow_cases("box")
-@pytest.mark.parametrize("law", ["kick at a tunable time", "box", "linear table over place"])
-def test_a_balance_that_no_row_shows_is_not_known_without_an_estimate(law: str) -> None:
-    given, _, _ = LAWS[law]
-    left_out = sliders().simulate(2.0, 0.1, method="rk45", parameters=given, error_estimate=False)
-    assert not names(left_out) and "the search for laws that act between the steps" in str(left_out.error)
-    bound = {"largest_step": 0.002}
-    run = sliders().simulate(2.0, 0.1, method="rk45", parameters=given, settings=bound, error_estimate=False)
-    assert off(run, given) < 1e-2 and not names(run), run.message
-
-
 @pytest.mark.slow
 def test_a_bound_that_allows_too_few_steps_is_named() -> None:
     run = sliders().simulate(0.02, 0.01, method="rk45", settings={"largest_step": 1e-9}, error_estimate=False)
     assert not run.success and "; try: a largest_step of more than 1e-08 s" in run.message
-
-
-def test_the_bound_that_a_resumed_run_lacks_is_one_of_the_whole_run(tmp_path: Path) -> None:
-    given, _, _ = LAWS["linear table over place"]
-    sliders().simulate(0.1, 0.1, method="rk45", parameters=given, checkpoint=tmp_path / "run.ckpt")
-    resumed = sliders().resume(tmp_path / "run.ckpt", 2.0)
-    assert names(resumed) == {"unseen_law"}
-    assert "; try: largest_step = 0.00065 in the settings of a run from the start" in resumed.message
 
 
 def test_a_bound_that_costs_too_much_is_left_to_the_user() -> None:
@@ -103,26 +81,6 @@ def test_a_bounded_run_that_takes_many_more_steps_is_given_up(tmp_path: Path, mo
     assert names(run) == {"unseen_law"} and run.metadata["settings"]["largest_step"] == 0.0
     assert "; try: largest_step = " in run.message
     assert sliders().resume(kept, 2.5).metadata["settings"]["largest_step"] == 0.0
-
-
-@pytest.mark.slow
-def test_other_runs_pay_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs of fixed steps, with a bound of the caller, and of scenes without narrow laws are not examined."""
-    plain, taken = built(on_rail("-3*q.x - 0.1*v.x", velocity=1.0)), []
-    original = Stepper.__init__
-
-    def init(self: Stepper, library: Any, settings: Mapping[str, float], *others: Any) -> None:
-        taken.append(settings)
-        original(self, library, settings, *others)
-
-    monkeypatch.setattr(Stepper, "__init__", init)
-    monkeypatch.setattr(unseen_laws, "_Examination", lambda *_: pytest.fail("examined"))
-    given, _, _ = LAWS["kick at a tunable time"]
-    plain.simulate(1.0, 0.1, method="rk45")
-    sliders().simulate(0.8, 0.1, method="rk4", parameters=given)
-    for settings in (NEVER, {"largest_step": 0.01}):
-        sliders().simulate(0.8, 0.1, method="rk45", parameters=given, settings=settings)
-    assert len(taken) == 4
 
 
 @pytest.mark.slow
@@ -178,12 +136,3 @@ def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.
     assert found["value"] < 0.01 and told["stats"]["largest_step"] <= found["value"] * (1.0 + 1e-9)
     rows = np.genfromtxt(next(tmp_path.glob("**/*.csv")), delimiter=",", names=True)
     assert rows["vslide"][-1] == pytest.approx(speed, rel=1e-4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("width", [0.008, 0.013])
-def test_a_rate_that_rises_from_the_smallest_numbers_stops_no_run(width: float) -> None:
-    """A Gaussian pulse underflows to 0 and to numbers of few digits far from its centre. Reference: its integral."""
-    dosed = on_rail("z").state("z", rate=f"200*exp(-((t - 0.5)/{width})**2)")
-    run = built(dosed).simulate(1.0, 0.1, method="rk45", tolerance=1e-5)
-    assert run.success and run.z[-1, 0] == pytest.approx(200.0 * width * math.sqrt(math.pi), rel=1e-5)

@@ -4,12 +4,10 @@ error. References: SciPy's DOP853 in small steps on equations typed here."""
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,11 +16,8 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
-from eomgen.formula.features import Feature, features, may_be_fast, summands
-from eomgen.formula.nodes import Formula, Number
-from eomgen.products.doubts import fast_motions
-from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import TIME, SceneNames
+from eomgen.formula.features import Feature
+from eomgen.formula.nodes import Number
 from tests.simulation.rails import built, on_rail
 
 #: Findings that say that a run may be wrong.
@@ -108,27 +103,6 @@ LAWS = {  # parameters, step at which it is not seen, and one that resolves it
 }
 
 
-@pytest.mark.parametrize(("force", "shown"), [(lambda t: 3.0 - 2.0 * t, True), (lambda t: t * t, False)])
-def test_a_force_that_is_linear_in_time_is_seen_by_the_ends_of_steps(
-    force: Callable[[float], float], shown: bool
-) -> None:
-    library = SimpleNamespace(layout={"functions": [{"name": "inverse_dynamics", "inputs": ["q", "t"]}]})
-    model = SimpleNamespace(
-        library=library, functions=["inverse_dynamics"], nu=0, v_names=["v.x"], v_units=["m/s"],
-        inverse_dynamics=lambda q, v, a, t, u, z, parameters: force(t)[:, np.newaxis],
-    )  # fmt: skip  # a table
-    method = SimpleNamespace(chooses_steps=False, inputs="nodes")
-    run = SimpleNamespace(model=model, method=method, settings={"step": 0.5}, takes_rows=False)
-    t, none = np.linspace(0.0, 2.0, 5), np.zeros((5, 1))
-    states = SimpleNamespace(t=t, q=none, v=none, z=none)
-    parts = SimpleNamespace(ends=np.zeros(0))
-    finished = SimpleNamespace(run=run, states=states, present=np.zeros(0), parts=parts)
-    (law,) = fast_motions._forces(cast(Any, finished))
-    np.testing.assert_allclose(law.ends, [force(t[:-1]), force(t[1:])], atol=1e-15)
-    np.testing.assert_allclose(law.between, force(t[:-1] + 0.382 * 0.5), atol=1e-15)
-    assert np.allclose(law.shown, law.between, atol=1e-14) == shown
-
-
 @pytest.mark.parametrize("period", [0.0, 0.7])
 def test_places_between_two_values_are_the_places_of_every_period(period: float) -> None:
     """Against a list of the places of many periods; ``sides`` counts the places that lie below a value."""
@@ -187,16 +161,6 @@ def test_the_message_names_law_time_size_and_step() -> None:
     assert str(found) in run.message
 
 
-@pytest.mark.slow
-def test_steps_between_sparse_rows_are_examined_and_not_the_rows() -> None:
-    cogging = {"cog": 2.0, "period": 0.126}  # rows see one in three periods
-    resolved = sliders().simulate(0.8, 2e-3, method="rk4", record_every=20, parameters=cogging)
-    assert off(resolved, cogging) < 1e-3 and resolved.message == "reached t = 0.8 s in 400 steps"
-    passed, _, _ = LAWS["cogging, whole periods"]
-    run = sliders().simulate(0.8, 0.01, method="rk4", record_every=20, parameters=passed)
-    assert off(run, passed) > 0.1 and "is not seen by them" in run.message
-
-
 ESCAPES = {  # effort, velocity (m/s), method, end, rows (s), tolerance, true place at the end (m)
     "finer runs go another way": ("-27 if t0 < t < t0 + 0.11 else 0", 1.0, "rk45", 2.5, 0.25, 1e-3, -3.75),
     "barrier as long as a step": (BARRIER, 1.35, "generalized_alpha", 2.0, 0.1, None, None),
@@ -219,24 +183,6 @@ def test_a_law_does_not_escape_by_what_the_examination_compares_with(escape: str
         assert resolved.q[-1, 0] == pytest.approx(place, abs=0.02)
         assert abs(run.q[-1, 0] - place) > 1.0
     assert "unseen_law" not in outcome(resolved), resolved.message
-
-
-@cache
-def machine_at_rest() -> eomgen.Model:
-    points = [[0, 0], [0.5, 0], [0.505, 5], [0.51, 10], [0.515, 5], [0.52, 0], [3, 0]]
-    return built(on_rail("bump(t)").curve("bump", points=points, interpolation="linear"))
-
-
-@pytest.mark.slow_cases("0.1")
-@pytest.mark.parametrize("step", [0.1, 0.04])
-def test_known_bends_that_enclose_a_bump_are_not_passed_by(step: float) -> None:
-    run = machine_at_rest().simulate(2.0, step, method="generalized_alpha")
-    assert abs(run.q[-1, 0]) < 1e-12  # the true motion goes 0.149 m
-    assert "the formula bump(t) acts between the steps" in run.message
-    # steps of fourth order end at bends; the power of the bump is between rows, which is no failure of the run
-    exact = machine_at_rest().simulate(2.0, step, method="rk4")
-    assert exact.success and exact.q[-1, 0] == pytest.approx(0.149, rel=1e-6)
-    assert exact.message == f"reached t = 2 s in {round(2.0 / step)} steps"
 
 
 @cache
@@ -268,14 +214,6 @@ def test_few_steps_are_not_compared_with_themselves(method: str, start: float, s
         assert f"the discretisation error is not known: {run.error.reason}; try: a step smaller" in run.message
 
 
-def test_rest_and_uniform_motion_are_exact_and_quiet() -> None:
-    for method in ("generalized_alpha", "rk4", "rk45"):
-        for parameters, end, step in (({}, 2.0, 0.01), ({}, 1.0, 1.0), ({}, 4.0, 1.0)):
-            run = sliders().simulate(end, step, method=method, parameters=parameters)
-            assert run.success and run.error.available and run.error.relative < 1e-9
-            assert {finding.name for finding in run.findings} <= {"doubtful_call"}, run.message
-
-
 @pytest.mark.slow
 def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> None:
     given = {"wave": 1e3, "period": 0.005, "stiffness": 1.0}
@@ -283,17 +221,6 @@ def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> No
     assert np.ptp(run.z) < 1e-3  # and moves by 1.6 between the rows
     assert run.error.relative < 1e-3 and off(run, given) < 1e-3
     assert run.message.endswith("taken again)")
-
-
-def test_formulas_that_cannot_be_fast_are_not_examined() -> None:
-    def formula(text: str) -> Formula:
-        return read_formula(text, SceneNames(), TIME)
-
-    assert not any(may_be_fast(formula(text)) for text in ("2*t + 1", "t**3 - 4*t", "-t*t"))
-    assert all(may_be_fast(formula(text)) for text in ("sin(t)", "1/t", "t**9", "abs(t)", "1 if t < 3 else 0"))
-    assert [len(list(summands(formula(text)))) for text in ("1 + t - (t*t - sin(t))", "t*(1 + t)")] == [4, 1]
-    (one,) = features(formula("exp(-((t - 0.5)/0.01)**2)"))
-    assert one.sides(np.array([-1.0, 1.0])).tolist() == [0.0, 1.0]
 
 
 @pytest.mark.slow
@@ -324,33 +251,6 @@ def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet()
             error = off(run, given)
             assert outcome(run) & DOUBTS or error < 0.1, (given, method, step, every, error, run.message)
             assert error > 0.01 or "unseen_law" not in outcome(run), (given, method, step, every, error, run.message)
-
-
-@pytest.mark.slow
-def test_a_run_is_right_with_the_largest_step_that_its_message_names() -> None:
-    law = {"barrier": 100.0, "width": 0.02}
-    options: dict[str, Any] = {"parameters": law, "method": "generalized_alpha_adaptive"}
-    run = sliders().simulate(2.0, 0.1, settings={"largest_step": 0.0}, **options)
-    (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
-    named = re.match(r"largest_step = (\S+) in the settings", found.hint)
-    assert named and off(run, law) > 0.1
-    bound = float(named[1])
-    again = sliders().simulate(2.0, 0.1, settings={"largest_step": bound}, **options)
-    assert not outcome(again) & DOUBTS
-    assert again.stats["largest_step"] <= bound * (1.0 + 1e-9)
-    assert off(again, law) < 0.02 and again.error.relative > off(again, law) / 3.0
-
-
-@pytest.mark.slow_cases("rk45", "taylor", "generalized_alpha_adaptive")
-@pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha_adaptive"])
-def test_own_steps_are_as_long_as_the_bound_at_most(method: str) -> None:
-    """Free motion of 100 s: without a bound steps of all methods reach over several rows of 1 s."""
-    model, bound = built(on_rail(velocity=1.0)), 0.1
-    run = model.simulate(100.0, 1.0, method=method, settings={"largest_step": bound}, error_estimate=False)
-    steps = run.stats.get("own_steps", run.stats.get("expansions", 0))
-    assert 100.0 / bound <= steps * (1.0 + 1e-9) and steps < 3.0 * 100.0 / bound
-    freely = model.simulate(100.0, 1.0, method=method, error_estimate=False)
-    assert freely.stats.get("own_steps", freely.stats.get("expansions", 0)) < 60
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "-2 ms"])
@@ -417,24 +317,6 @@ def test_a_held_force_is_no_law_between_the_steps() -> None:
     held.state("force", sample=0.02, delay=0.01, formula="-400*q.rail - 30*v.rail", quantum=2.0)
     run = built(held).simulate(2.0, 0.005, initial={"rail": 0.1})
     assert "unseen_law" not in outcome(run), run.message
-
-
-@pytest.mark.slow_cases("10000.0")
-@pytest.mark.parametrize("stiffness", [1e4, 1e8])
-def test_a_stiff_contact_that_adaptive_steps_resolve_is_no_finding(stiffness: float) -> None:
-    """Contacts last 30 to 0.3 ms; the method's steps there are far shorter than its average step of 20 ms.
-
-    Reference: without losses each bounce ends at the height of the drop, half a period of the contact after its begin;
-    gravity within the contact is a correction of 1e-3 and less.
-    """
-    ball = on_rail(f"{stiffness:.0f}*max(0, -q.h)", "h", axis=[0, 0, 1], position=1.0, gravity=9.81)
-    run = built(ball).simulate(1.0, 1e-3, method="rk45", tolerance=1e-9)
-    assert "unseen_law" not in outcome(run), run.message
-    assert run.stats["own_steps"] < 1000
-    fall, speed, omega = math.sqrt(2.0 / 9.81), math.sqrt(2.0 * 9.81), math.sqrt(stiffness)
-    contact = (2.0 * math.pi - 2.0 * math.atan2(speed * omega, 9.81)) / omega  # of h'' = -omega^2 h - g
-    later = 1.0 - fall - contact
-    assert float(run.q[-1, 0]) == pytest.approx(speed * later - 0.5 * 9.81 * later**2, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -11,8 +11,7 @@ import eomgen
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.doubts import momentum
 from eomgen.products.doubts.momentum import momentum_drift
-from tests.models.cosserat import beam_scene
-from tests.models.scenes import flyer, jointed_chain, pendulum
+from tests.models.scenes import jointed_chain
 
 
 def tumbling(gravity: float = 0.0) -> eomgen.Model:
@@ -73,36 +72,6 @@ def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch:
         assert said is not None
         drifts.append(said.share)
     assert 3.0 < drifts[0] / drifts[1] < 5.0  # of order 2
-
-
-@pytest.mark.slow
-def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
-    model = two_bodies("pinned")
-    said = drift_of(model, model.simulate(0.5, 0.02))
-    assert said is not None and said.name == "angular momentum about z"
-
-
-@pytest.mark.slow
-def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
-    for model, step in ((flyer(), 0.02), (tumbling(9.81), 0.01)):  # they fall, and parts push one another
-        said = drift_of(model, model.simulate(1.0, step, method="rk4"))
-        assert said is not None and said.share < 1e-6
-    assert drift_of(pendulum(), pendulum().simulate(0.1, 1e-3)) is None
-
-
-@pytest.mark.slow
-def test_what_rounding_leaves_of_a_momentum_that_is_none_is_not_drift() -> None:
-    """A beam whose first node is at the origin falls without turning: its moments about the origin are rounding."""
-    data = beam_scene(2, {"force": [0.0, 0.0, 0.0]}, type="free")
-    made = eomgen.build({**data, "gravity": [0, 0, -9.81]}, profile="quick")
-    run = made.simulate(0.05, 1e-3, method="tdg3", error_estimate=False)
-    assert run.message == "reached t = 0.05 s in 50 steps"
-    momenta = made.mass(run.q) @ run.v[..., None]
-    assert abs(momenta[1:, 1]).max() > 0.0  # so that some of it is there to be told
 
 
 @pytest.mark.slow_cases("60-terms1")

@@ -72,25 +72,6 @@ def test_steps_that_pass_over_friction_are_told_and_those_that_resolve_it_are_ri
         assert off < max(3.0 * float(run.error.outputs["x"]) / np.ptp(exact), 1e-6)
 
 
-@pytest.mark.slow_cases("0.004")
-@pytest.mark.parametrize("step", [4e-3, 2e-3])
-def test_friction_that_steps_leave_at_once_is_no_doubt(step: float) -> None:
-    """A block that starts at rest and is pulled away: its friction is steep at rest alone, where no step stays."""
-    level, width, pull = 3.0, 2e-4, 400.0
-    builder = eomgen.SceneBuilder("away", gravity=[0, 0, 0]).body("block", MASS)
-    builder.joint("rail", "prismatic", "base", "block", axis=[1, 0, 0], friction={"coulomb": level, "velocity": width})
-    builder.effort("spring", "rail", f"{pull} * (0.3 - q.rail)")
-    run = eomgen.build(builder.build(), method="rk4", profile="quick").simulate(0.1, step)
-
-    def rates(t: float, y: Array) -> list[float]:
-        return [y[1], (pull * (0.3 - y[0]) - level * math.tanh(y[1] / width)) / MASS]
-
-    exact = solve_ivp(rates, (0.0, float(run.t[-1])), [0.0, 0.0], "Radau", run.t, rtol=1e-9, atol=1e-12).y[0]
-    off = float(np.max(np.abs(run.q[:, 0] - exact)) / np.ptp(exact))
-    assert run.message == f"reached t = 0.1 s in {round(0.1 / step)} steps"
-    assert off < max(3.0 * run.error.relative, 1e-6)
-
-
 def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     model = eomgen.build(belt(2e-4, 1e-5, driven=False), method="rk4", profile="quick")
     run = model.simulate(0.5, 5e-3, error_estimate=False)
@@ -124,19 +105,3 @@ def test_a_check_factorizes_no_more_systems_than_the_run_has_steps(steps: int, m
     run = eomgen.build(builder.build(), method="generalized_alpha", profile="quick").simulate(0.01 * steps, 0.01)
     assert "unseen_law" in names_of(run)
     assert sum(states) <= max(24, steps)
-
-
-@pytest.mark.slow_cases("1e-06")
-@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
-def test_motion_and_forces_of_rounding_are_measured_by_those_at_work(unit: float) -> None:
-    """The slider rests, since sin^2 + cos^2 = 1: it moves by the rounding of the sum alone, in any unit of length."""
-    builder = eomgen.SceneBuilder("rest", gravity=[0, 0, -9.81 * unit])
-    builder.body("arm", 1.0, center_of_mass=[0.5 * unit, 0, 0], inertia=[0.01 * unit**2, 0.1 * unit**2, 0.1 * unit**2])
-    builder.joint("hinge", "revolute", "base", "arm", axis=[0, 1, 0], initial={"position": 0.3})
-    builder.body("still", 2.0).joint("slide", "prismatic", "base", "still", axis=[1, 0, 0])
-    force = f"{1e3 * unit} * (sin(q.hinge)**2 + cos(q.hinge)**2 - 1)"
-    builder.effort("balance", "slide", force).output("force", formula=force, unit="N")
-    run = eomgen.build(builder.build(), profile="quick").simulate(2.0, 1e-2)
-    assert run.message == "reached t = 2 s in 200 steps"
-    assert run.error.largest is not None and run.error.largest.name == "q.hinge"
-    assert run.error.largest_output is not None and run.error.largest_output.share < 1e-3

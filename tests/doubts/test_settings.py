@@ -149,14 +149,6 @@ def test_a_note_of_a_strict_scene_has_place_and_code(entry: str, place: str, cod
     assert problem.where.endswith(f"scene.toml:{place}") and problem.code == code
 
 
-@pytest.mark.parametrize(
-    ("line", "hint"),
-    [('strict = "yes"', "true"), ('quiet = "unused names"', '["unused names"]'), ("quiet = [1]", '["unused names"]')],
-)
-def test_wrong_values_have_an_example(line: str, hint: str, tmp_path: Path) -> None:
-    assert problem_of(f"{PENDULUM_TOML}\n[doubts]\n{line}\n", tmp_path).hint == hint
-
-
 #: A mass on a soft spring.
 SOFT = """format = 1
 name = "soft"

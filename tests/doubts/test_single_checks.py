@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,15 +14,14 @@ from eomgen.formula.nodes import Number, Symbol
 from eomgen.integrators.families.register import method_named
 from eomgen.products.doubts import accuracy, remarks, rests
 from eomgen.products.doubts.accuracy import linear_range_exceeded
-from eomgen.products.doubts.fast_motions import _chosen, _Law
+from eomgen.products.doubts.fast_motions import _Law
 from eomgen.products.doubts.places import shortest
 from eomgen.simulation.accuracy.fastest_rates import FastestRates, Rate
 from eomgen.simulation.judgement.finished_run import FACTS
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS
 from eomgen.simulation.stepping.time_grid import TimeGrid
 from eomgen.system.description import Wheel
-from tests.rest.test_state_warnings import NO, line, machine, point, softening
-from tests.simulation.test_thresholds_of_checks import ESTIMATE, run_of
+from tests.rest.test_state_warnings import NO, machine, point, softening
 
 STILL = Rate()
 DECAYING = FastestRates(Rate(1e6, 0.05, "v.hinge"), STILL, STILL, STILL)
@@ -48,23 +46,6 @@ def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(me
         assert not [*check(cast(Any, SimpleNamespace(**vars(run), states=none)))]
 
 
-@pytest.mark.parametrize(("travel", "reach", "told"), [(1.0, 1.0, True), (1e-3, 1e6, False), (1.001e-3, 1e6, True)])
-def test_travel_below_a_billionth_of_the_reach_is_rounding(
-    travel: float, reach: float, told: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The hinge moves by travel with an error of 0.125 rad."""
-    monkeypatch.setattr(accuracy, "reach_at_work", lambda *_: np.array([reach]))
-    names = {"q_units": ("rad",), "q_names": ("q.hinge",), "z_names": (), "z_units": ()}
-    model = SimpleNamespace(factors=(SimpleNamespace(group="R", q_start=0, v_start=0),), **names)
-    states = SimpleNamespace(q=np.array([[0.0], [travel]]), z=np.zeros((2, 0)))
-    given = {"single": False, "rows_are_sparse": False, "trajectory": SimpleNamespace(rows=None), "present": None}
-    error = replace(ESTIMATE, relative=0.0, increment_at=np.array([[0.125]]))
-    found = accuracy.unresolved_coordinates(
-        run_of(run=SimpleNamespace(model=model), error=error, states=states, **given)
-    )
-    assert found == ([accuracy.UnresolvedComponent("q.hinge", travel, 0.125, " rad")] if told else [])
-
-
 def test_steps_longer_than_their_run_are_told_and_exchanged_ones_written_down() -> None:
     for span, step, told in ((1.0, 1.0, ""), (1.0, 1.1, "longer"), (1.0, 200.0, "simulate(200, 1)"), (0.0, 1.0, "")):
         notes = remarks.exchanged_times(cast(TimeGrid, SimpleNamespace(start=2.0, end=2.0 + span, step=step)))
@@ -87,26 +68,6 @@ def test_laws_without_values_and_laws_of_rounding_are_seen() -> None:
     assert not _Law("f", "N", np.array([shown, shown]), np.full(100, np.nan), shown).unseen
     for off, told in ((0.99e-6, False), (1.1e-6, True)):
         assert _Law("f", "N", np.ones((2, 100)), 1.0 + off * shown, np.ones(100)).unseen == told
-
-
-def test_steps_that_are_looked_into_are_whole_and_at_most_two_hundred() -> None:
-    times = np.arange(11.0)
-    assert _chosen(times, 1.0, 10.0, np.zeros(0)).tolist() == [*range(10)]
-    assert _chosen(times, 1.0, 10.0, np.array([3.5, 7.0])).tolist() == [0, 1, 2, 4, 5, 6, 7, 8, 9]
-    many = np.arange(1001.0)
-    places = _chosen(many, 1.0, 1000.0, np.zeros(0))
-    assert len(places) == 200 and places[0] == 0 and places[-1] == 999
-
-
-def test_springs_are_seen_from_both_of_their_bodies() -> None:
-    """A spring that turns with its bodies as one keeps its place in both of them: it has not passed anything."""
-    drawn = {"points": (point("a", "one"), point("b", "two")), "lines": (line("spring", "a", "b"),)}
-    angles = [0.0, 0.5 * math.pi, math.pi]
-    places = [(math.cos(angle), math.sin(angle), 0.0) for angle in angles]
-    measures, path = machine({"one": [(0.0, 0.0, 0.0)] * 3, "two": places}, {"one": angles, "two": angles}, **drawn)
-    assert equilibrium_notes(measures, path, None) == [
-        "farther from the start than the whole scene is large, 1 m: the body two, by 2 m"
-    ]
 
 
 def test_few_names_are_listed() -> None:

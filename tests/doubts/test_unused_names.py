@@ -3,13 +3,12 @@ stands."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 import eomgen
-from eomgen.scene.load import from_data, load
+from eomgen.scene.load import from_data
 
 BASE: dict[str, Any] = {
     "format": 1,
@@ -64,32 +63,3 @@ def test_what_is_said() -> None:
 )
 def test_who_is_used(sections: dict[str, Any], left: set[str]) -> None:
     assert unused(**sections) == left
-
-
-def test_names_of_included_files(tmp_path: Path) -> None:
-    """A parameter that replaces one of an included file counts where that file uses it; a file's own carry their
-    prefix."""
-    wheel = (
-        'format = 1\nname = "wheel"\n[parameters]\nmass = 1.0\nspare = 2.0\nown = 3.0\n[inputs]\nwind ='
-        ' {}\n[bodies.hub]\nmass = "mass"\n[joints.travel]\ntype = "prismatic"\nparent = "base"\nchild = "hub"\naxis ='
-        " [0, 0, 1]\n"
-    )
-    car = (
-        'format = 1\nname = "car"\n[parameters]\nheavy = { value = 2.0, tunable = true }\nidle = 1.0\n'
-        '[include.left]\nfile = "wheel.toml"\nparameters = { mass = "2 * heavy", spare = "idle" }\n'
-    )
-    (tmp_path / "wheel.toml").write_text(wheel, encoding="utf-8")
-    (tmp_path / "car.toml").write_text(car, encoding="utf-8")
-    notes = [note for note in load(tmp_path / "car.toml").notes if "no formula" in note]
-    assert notes == [
-        "the parameters idle, left_own change nothing: no formula mentions them",
-        "the input left_wind changes nothing: no formula mentions it",
-    ]
-
-
-@pytest.mark.slow
-def test_examples_have_neither_unused_names_nor_doubtful_beams() -> None:
-    words = ("no formula", "rigid arm", "rounding of positions", "as long as its sections", "more than the length")
-    for path in (Path(__file__).parents[2] / "examples").rglob("*.toml"):
-        if "[joints" in path.read_text(encoding="utf-8"):
-            assert not [note for note in load(path).notes if any(word in note for word in words)], path

@@ -15,10 +15,11 @@ NORMAL = read_distribution("vary x", "normal(0, 1)")
 PILOT = SimpleNamespace(columns=lambda: ["t", "q.x", "output.force"])
 
 SEAS = [SimpleNamespace(name="sea", variables=()), SimpleNamespace(name="swell", variables=("swell_z1",))]
+GUST = SimpleNamespace(follows="wind", own_variables=())
 MODEL: Any = SimpleNamespace(
     description=SimpleNamespace(
         parts={"waves": SEAS},
-        inputs=[SimpleNamespace(name="gust", given=True, road=None, series=SimpleNamespace(follows="wind"))],
+        inputs=[SimpleNamespace(name="gust", given=True, road=None, series=GUST)],
     ),
     scene=SimpleNamespace(curves=()), parameters={}, inputs=("gust",), input_units={}, states=(), z_units=(),
     q_names=("q.free[0]",), q_units=("1",), v_names=("v.free[0]",), v_units=("rad/s",),
@@ -57,9 +58,9 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "vary x: linspace takes 3 numbers, not 2; try: linspace(low, high, count)",
     ),
     "latin hypercube": (
-        lambda: designs.random_design("latin_hypercube", [NORMAL] * 2, designs._MOST_AT_ONCE // 2 + 1, 0),
-        f"samples: latin_hypercube makes all of its {designs._MOST_AT_ONCE + 2} numbers at once,"
-        f" {designs._MOST_AT_ONCE} at most; try: fewer of them, or sobol",
+        lambda: designs.random_design("latin_hypercube", [NORMAL] * 2, 50_000_001, 0),
+        "samples: latin_hypercube makes all of its 100000002 numbers at once, 100000000 at most; try: fewer of them, or"
+        " sobol",
     ),
     "no columns": (
         lambda: simulate_many._columns(cast(Any, PILOT), []),
@@ -78,11 +79,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "input force: it is not a random road; try: an input with a road of a class",
     ),
     "sample beyond the last": (
-        lambda: simulate_many._numbers([2, 3], 3),
+        lambda: simulate_many._kept_samples([2, 3], 3, "npz", None),
         "keep: 3 is not the number of a sample; try: 0 to 2",
     ),
     "sample of a truth value": (
-        lambda: simulate_many._numbers([True], 3),
+        lambda: simulate_many._kept_samples([True], 3, "npz", None),
         "keep: True is not the number of a sample; try: 0 to 2",
     ),
     "Sobol with a failure": (

@@ -95,8 +95,7 @@ def local(cart: eomgen.Model) -> Ensemble:
 def test_a_killed_worker_costs_its_part_alone(
     cart: eomgen.Model, local: Ensemble, client: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "_FIRST", 4)  # parts that divide no block
-    monkeypatch.setattr(cluster, "_PART", 1e-9)
+    monkeypatch.setattr(cluster, "PART", 1e-9)  # parts that divide no block
     one, other = client.run(os.getpid).values()
     killed: list[int] = []
 
@@ -120,11 +119,9 @@ def test_a_machine_without_the_model_compiles_it_once(cart: eomgen.Model, local:
     assert len(made) == 1
 
 
-def _rooms() -> int:
+def _rooms(dask_worker: Any) -> int:
     """Return how many ensembles a worker holds."""
-    from eomgen.products.ensembles import worker
-
-    return len(worker._ROOMS)
+    return sum(name.startswith("eomgen-") for name in dask_worker.plugins)
 
 
 @pytest.mark.long

@@ -36,12 +36,6 @@ def test_each_slice_of_a_latin_hypercube_has_one_sample() -> None:
         assert sorted((column * 50).astype(int).tolist()) == list(range(50))
 
 
-def test_monte_carlo_is_uniform_and_its_columns_are_independent() -> None:
-    found = random_design("monte_carlo", [UNIT] * 5, 20000, seed=3).values(0, 20000)
-    np.testing.assert_allclose(found.mean(axis=0), 0.5, atol=0.01)
-    np.testing.assert_allclose(np.cov(found.T), np.eye(5) / 12, atol=0.003)
-
-
 def test_saltelli_mixes_the_columns_of_two_samples() -> None:
     design = random_design("saltelli", [UNIT] * 3, 8, seed=4)
     assert design.samples == 40

@@ -84,22 +84,6 @@ def test_lanes_hold_samples_of_similar_values(count: int) -> None:
         assert np.median(widths) < 0.2
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_samples_have_the_same_bits_in_any_lane(monkeypatch: pytest.MonkeyPatch) -> None:
-    two = SCENE | {"bodies": {**SCENE["bodies"], "leg": SCENE["bodies"]["rod"]}}
-    two["joints"] = {
-        **SCENE["joints"],
-        "knee": {"type": "revolute", "parent": "rod", "child": "leg", "axis": [0, 1, 0]},
-    }
-    model = eomgen.build(two, method="rk45", profile="quick")
-    options = {"method": "rk45", "tolerance": 1e-8, "step": 0.5, "samples": 40}
-    sorted_in_lanes = found(model, **options)
-    monkeypatch.setattr("eomgen.products.ensembles.samples.neighbours", lambda values, lanes: np.arange(len(values)))
-    same(sorted_in_lanes, found(model, **options))
-    assert sorted_in_lanes.how.startswith("side by side")
-
-
 @pytest.mark.long_cases("{'record_every': 25, 'points': 2}")
 @pytest.mark.slow_except("{'t_end': 0.37, 'points': 5}")
 @pytest.mark.parametrize(

@@ -1,14 +1,15 @@
-"""Ensembles in parts on a cluster, by a stand-in for Dask that runs parts at once and hands back the last one first."""
+"""Ensembles in parts on a cluster, by a stand-in for Dask that runs parts at once."""
 
 from __future__ import annotations
 
 import pickle
 import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ import eomgen
 from eomgen.base.version import __version__
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.products.ensembles import cluster
-from eomgen.products.ensembles.parts import EnsemblePart
+from eomgen.products.ensembles.samples import EnsemblePart
 from tests.ensembles.carts import VARY, bits, built_cart, small_blocks
 from tests.models.cache import shared_cache
 
@@ -28,24 +29,24 @@ WORKER = "eomgen.products.ensembles.worker"
 
 
 class Future:
-    status = "finished"
+    """The result of a part, or an error."""
 
-    def __init__(self, key: str) -> None:
-        self.key = key
+    def __init__(self, made: object, raised: Exception | None = None) -> None:
+        self.made, self.raised = made, raised
 
-    def release(self) -> None:
-        pass
+    def result(self) -> object:
+        if self.raised is not None:
+            raise self.raised
+        return self.made
 
 
 class Client:
     """A client of two workers with a thread each."""
 
-    asynchronous, scheduler, loop, version = False, None, None, __version__
+    asynchronous, scheduler, version, older = False, None, __version__, ""
 
     def __init__(self, *place: object, **options: object) -> None:
         self.place, self.options = place, options
-        self.results: dict[Future, object] = {}
-        self.plugins: dict[str, Any] = {}
         self.sizes: list[int] = []
         self.cancelled: list[Future] | None = None
         if options.get("address") == "tcp://nowhere:1":
@@ -65,45 +66,32 @@ class Client:
         return {"tcp://here:1": 1, "tcp://there:1": 1}
 
     def register_plugin(self, plugin: Any, name: str) -> None:
-        self.plugins[name] = type(plugin)(pickle.loads(pickle.dumps(plugin._shipment)))
-        self.plugins[name].setup(None)
+        PLUGINS[name] = pickle.loads(pickle.dumps(plugin))
+        PLUGINS[name].version = self.older or plugin.version
+        PLUGINS[name].setup(None)
 
     def unregister_worker_plugin(self, name: str) -> None:
-        self.plugins.pop(name).teardown(None)
+        PLUGINS.pop(name).teardown(None)
 
     def submit(self, function: Callable[..., object], name: str, first: int, values: Any, **options: object) -> Future:
         assert options == {"key": f"{name}-{first}", "pure": False, "retries": 3}
         self.sizes.append(len(values))
-        future = Future(f"{name}-{first}")
-        self.results[future] = pickle.loads(pickle.dumps(function(name, first, values)))
-        return future
+        return Future(pickle.loads(pickle.dumps(function(name, first, values))))
 
     def cancel(self, futures: list[Future], *, force: bool) -> None:
         self.cancelled = futures
 
 
-class Completed:
-    """Futures, the last one first."""
-
-    def __init__(self, **_: object) -> None:
-        self.waiting: list[Future] = []
-
-    def add(self, future: Future) -> None:
-        self.waiting.append(future)
-
-    def __next__(self) -> tuple[Future, object]:
-        future = self.waiting.pop()
-        return future, CLIENTS[-1].results[future]
-
-
-CLIENTS: list[Client] = []
+#: Plugins of the worker, by name.
+PLUGINS: dict[str, Any] = {}
 
 
 @pytest.fixture(autouse=True)
 def dask(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
     """The stand-in; code of workers is imported with it, and forgotten."""
     made: Any = ModuleType("distributed")
-    made.Client, made.as_completed, made.Worker, made.WorkerPlugin = Client, Completed, object, object
+    made.Client, made.Worker, made.WorkerPlugin = Client, object, object
+    made.get_worker = lambda: SimpleNamespace(plugins=PLUGINS)
     monkeypatch.setitem(sys.modules, "distributed", made)
     before = sys.modules.pop(WORKER, None)
     yield made
@@ -114,8 +102,7 @@ def dask(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
 
 @pytest.fixture
 def client() -> Client:
-    CLIENTS.append(Client())
-    return CLIENTS[-1]
+    return Client()
 
 
 @pytest.fixture
@@ -135,7 +122,7 @@ def test_parts_have_the_bits_failures_and_solutions_of_local_runs(
     assert bits(there) == bits(here) and there.failed == here.failed and len(there.failed) == 1
     assert (there.how, there.done) == (here.how, 40) and not there.notes == here.notes is None
     assert client.sizes[0] == 10 and sum(client.sizes) == 40  # a quarter of the rest for each of two threads
-    assert client.cancelled == [] and not client.plugins
+    assert client.cancelled == [] and not PLUGINS
     for number in (2, 33):
         files = [tmp_path / place / "runs" / f"sample_{number:07d}.npz" for place in ("here", "there")]
         solutions = [eomgen.Solution.load(file) for file in files]
@@ -147,27 +134,22 @@ def test_an_interrupted_ensemble_leaves_nothing_on_the_cluster(cart: eomgen.Mode
         raise KeyboardInterrupt
 
     part = cart.simulate_many(**OPTIONS, cluster=client, progress=interrupt)
-    assert part.interrupted and 0 < part.done < 40 and not client.plugins
+    assert part.interrupted and 0 < part.done < 40 and not PLUGINS
     assert client.cancelled is not None
 
 
-def test_other_versions_are_refused(cart: eomgen.Model, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_versions_are_refused(cart: eomgen.Model, client: Client) -> None:
     client.version = "0.0.1"
     fault = f"its eomgen is 0.0.1, and here it is {__version__}; try: pip install eomgen=={__version__}"
     with pytest.raises(UsageError, match=f"worker tcp://there:1: {fault} where it runs"):
         cart.simulate_many(**OPTIONS, cluster=client)
-    client.version = __version__
-    monkeypatch.setattr("eomgen.products.ensembles.parts.__version__", "0.0.2")
-    with pytest.raises(
-        UsageError, match=r"eomgen is 0\.0\.2 here, and makes other C than at the start of the ensemble"
-    ):
+    client.version, client.older = __version__, "0.0.2"
+    with pytest.raises(UsageError, match=r"makes other C than at the start of the ensemble; try: eomgen 0\.0\.2, with"):
         cart.simulate_many(**OPTIONS, cluster=client)
 
 
 def machines(threads: int = 2) -> cluster.Machines:
-    made = cluster.Machines(SimpleNamespace(nthreads=lambda: {"one": threads}), "here")
-    made._count()
-    return made
+    return cluster.Machines(SimpleNamespace(nthreads=lambda: {"one": threads}), "here")
 
 
 @pytest.mark.parametrize(
@@ -183,50 +165,39 @@ def machines(threads: int = 2) -> cluster.Machines:
     ],
 )
 def test_parts_take_two_seconds(per_sample: float, left: int, of_sample: int, size: int) -> None:
-    made = machines()
-    made._per_sample = per_sample
-    assert made._size(left, of_sample) == size
-
-
-def test_times_of_samples_are_averaged() -> None:
-    made = machines()
-    block: Any = None
-    for seconds in (4.0, 8.0):
-        made._take_result(0, 4, "finished", EnsemblePart(block, {}, seconds, "code", "alone"))
-    assert made._per_sample == pytest.approx(0.7 * 1.0 + 0.3 * 2.0)
-    assert made.how == {"alone"} and made._codes == {"code"}
+    made, block = machines(), cast(Any, None)
+    if per_sample:
+        made._result(0, 4, Future(EnsemblePart(block, {}, 4.0 * per_sample, "code", "alone")))
+    assert made._size(2, left, of_sample) == size
 
 
 @pytest.mark.parametrize(
-    ("status", "result", "error", "said"),
+    ("future", "error", "said"),
     [
-        ("finished", UsageError(Problem("scene", "fails")), UsageError, "cluster here: scene: fails"),
-        ("finished", UsageError(Problem("", "fails")), UsageError, "cluster here: fails"),
-        ("error", type("KilledWorker", (Exception,), {})("x"), FileError, "workers died over and over while they ran"),
-        ("error", ModuleNotFoundError("no module"), FileError, "a worker lacks a part that the ensemble needs: no mod"),
+        (Future(UsageError(Problem("", "fails"))), UsageError, "cluster here: fails"),
         (
-            "error",
-            (int, ValueError("wrong.\nmore")),
+            Future(None, type("KilledWorker", (Exception,), {})()),
             FileError,
-            "samples 8 to 11 cannot be run: ValueError: wrong; try",
+            "workers died over and over while they ran",
         ),
-        ("lost", None, FileError, "the scheduler, or the connection to it, is lost; try: resume"),
+        (
+            Future(None, ModuleNotFoundError("no module")),
+            FileError,
+            "a worker lacks a part that the ensemble needs: no",
+        ),
+        (Future(None, ValueError("wrong.\nmore")), FileError, "samples 8 to 11 cannot be run: ValueError: wrong; try"),
+        (Future(None, CancelledError()), FileError, "the scheduler, or the connection to it, is lost; try: resume"),
     ],
 )
-def test_parts_without_a_result_say_why(status: str, result: object, error: type[EomgenError], said: str) -> None:
+def test_parts_without_a_result_say_why(future: Future, error: type[EomgenError], said: str) -> None:
     with pytest.raises(error) as caught:
-        machines()._take_result(8, 4, status, result)
+        machines()._result(8, 4, future)
     assert said in str(caught.value) and "cluster here" in str(caught.value)
-    with pytest.raises(error) as caught:
-        machines()._take_result(8, 1, status, result)
-    assert ("sample 8" in str(caught.value)) == (status == "error" and "lacks" not in said)
 
 
 def test_a_cluster_without_workers_is_waited_for_with_a_warning() -> None:
-    made = cluster.Machines(SimpleNamespace(nthreads=dict), "here")
     with pytest.warns(RuntimeWarning, match="cluster here has no workers: the samples wait for the first one"):
-        assert made._count() == 0
-    assert made._count() == 0  # said once
+        assert machines(0)._thread_count() == 1
 
 
 @contextmanager

@@ -55,16 +55,6 @@ def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
     return np.asarray(run["output.x"] - 0.1 * np.cos(np.sqrt(k) * run.t))
 
 
-@pytest.mark.parametrize(("samples", "varied"), [(3, 1), (40, 1), (40, 3), (200, 20)])
-def test_examined_samples_are_spread_over_the_design(samples: int, varied: int) -> None:
-    values = np.random.default_rng(samples + varied).standard_normal((samples, varied)) * 10.0 ** np.arange(varied)
-    chosen = spread_samples(values, 4)
-    assert len(set(chosen)) == min(4, samples)
-    if varied == 1:
-        assert {int(values.argmin()), int(values.argmax())} <= set(chosen)
-    np.testing.assert_equal(spread_samples(np.ones((5, 2)), 3), [0, 1, 2])
-
-
 @pytest.mark.slow_cases("60", "0.6", "-200")
 @pytest.mark.parametrize("damage", ["reduced", "part", 60, 0.4, 0.6, -200])
 def test_damaged_parts_are_run_again(tmp_path: Path, damage: str | float) -> None:

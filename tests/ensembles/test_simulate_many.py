@@ -94,11 +94,10 @@ def test_bits_do_not_depend_on_workers_or_interruptions(cart: eomgen.Model, tmp_
 def test_blocks_by_time_change_no_bit_and_ctrl_c_keeps_finished_samples(
     cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Runs so long that a block has one sample, of which 16 are reduced together."""
+    """Runs so long that a block has one sample."""
     options = {"vary": VARY, "samples": 40, "seed": 1}
-    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_BLOCKS", 3)
     straight = bits(cart.simulate_many(**options))
-    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_PART", 0.0)
+    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "PART", 0.0)
     done: list[int] = []
 
     def interrupt(number: int, total: int) -> None:
@@ -118,7 +117,7 @@ def test_blocks_by_time_change_no_bit_and_ctrl_c_keeps_finished_samples(
 
 
 def test_the_plan_and_its_time_are_told_first(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    for setting in ("_SELDOM", "_PART"):
+    for setting in ("_SELDOM", "PART"):
         monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), setting, -1.0)
     told: list[object] = []
     reporter = Reporter(lambda *done: told.append(done), told.append)
@@ -168,22 +167,12 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     assert again.done == 60 and bits(again) == straight
 
 
-@pytest.mark.long_cases("0.0001-5")
-@pytest.mark.slow_except("0.5-64")
-@pytest.mark.parametrize(("step", "block"), [(0.5, 64), (1e-3, 16), (1e-4, 5)])
-def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block: int) -> None:
-    """Runs of a few evaluations, of some 1000, and of some 10 000 of the 50 000 that are worth a block."""
-    done: list[int] = []
-    cart.simulate_many(1.0, step, vary=VARY, samples=64, progress=lambda number, _: done.append(number))
-    assert done[-1] == 64 and max(np.diff([0, *done])) == block  # a busy machine ends blocks earlier
-
-
-def test_blocks_of_short_runs_keep_to_some_memory(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    """640 runs of one step, of which two numbers each are kept."""
-    done: list[int] = []
-    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_NUMBERS_OF_A_BLOCK", 100)
-    cart.simulate_many(0.1, 0.1, vary=VARY, samples=640, points=2, progress=lambda number, _: done.append(number))
-    assert done == [*range(50, 640, 50), 640]
+@pytest.mark.parametrize(
+    ("samples", "work", "numbers", "size"),
+    [(10_000, 1, 1, 2500), (100_000, 1, 1, 4096), (10_000, 1, 2**14, 256), (10_000, 10**6, 1, 256), (64, 10**6, 1, 4)],
+)
+def test_blocks_of_short_runs_keep_to_some_memory(samples: int, work: int, numbers: int, size: int) -> None:
+    assert import_module("eomgen.products.ensembles.simulate_many")._block(samples, work, numbers) == size
 
 
 @pytest.mark.slow_cases("BlockJournal-write", "BlockJournal-keep")
@@ -196,7 +185,7 @@ def test_a_killed_ensemble_goes_on_to_the_same_bits(
 ) -> None:
     """Killed by the system at the seventh block, before it is kept, written, or reduced whole."""
     options = {"vary": VARY, "samples": 60, "seed": 1}
-    for setting in ("_SELDOM", "_RARELY", "_WORTH_A_BLOCK"):  # what is reduced is written at once; several blocks
+    for setting in ("_SELDOM", "_WORTH_A_BLOCK"):  # what is reduced is written at once; several blocks
         monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), setting, 0)
     straight = bits(cart.simulate_many(**options))
     if not (child := os.fork()):

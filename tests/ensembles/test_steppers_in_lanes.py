@@ -28,6 +28,7 @@ CASES = [
     ("digital", "rk4"),
     ("digital", "generalized_alpha"),
     ("quarter_car", "generalized_alpha"),  # held inputs
+    ("hanging_chain", "rk4"),  # blocks in loops
 ]
 #: Scenes whose events lanes meet at times of their own, and the step.
 WITH_EVENTS = [

@@ -1,9 +1,8 @@
-"""Cables and nets of equal knots: their rest is a polygon of forces, and their stepper does not grow with them."""
+"""Cables and nets of equal knots: their rest is a polygon of forces."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -87,55 +86,3 @@ def test_every_cable_of_the_net_rests_as_one_alone() -> None:
     places = knots_of(model.equilibrium().q).reshape(10, 10, 3)
     np.testing.assert_allclose(places[..., 1], np.repeat(0.1 * np.arange(10.0)[:, np.newaxis], 10, axis=1), atol=1e-10)
     np.testing.assert_allclose(places[..., ::2], [polygon(10, 0.0, 0.02, 200.0, 0.095)] * 10, rtol=0.0, atol=1e-10)
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_the_net_loses_the_energy_that_its_dampers_take() -> None:
-    errors = []
-    model = eomgen.build(EXAMPLE)
-    for step in (2e-3, 1e-3):
-        run = model.simulate(0.2, step, record_every=1, error_estimate=False)
-        energy = run.outputs["energy"]
-        power = np.array([model.energy(q, v)["power"] for q, v in zip(run.q, run.v, strict=True)])
-        taken = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2.0 * np.diff(run.t))])
-        errors.append(np.abs(energy - energy[0] - taken).max())
-    assert errors[1] < 1e-4 and 3.0 < errors[0] / errors[1] < 5.0
-
-
-@pytest.mark.long
-def test_the_stepper_of_a_cable_does_not_grow_with_its_knots(tmp_path: Path) -> None:
-    """The text is the same but for the counts in it: whatever has the loops of 40 knots has those of 60."""
-    sizes, statements = [], []
-    for knots in (40, 60):
-        files = eomgen.generate(cable(knots), tmp_path / f"{knots}", method="generalized_alpha")
-        (text,) = (path.read_text(encoding="utf-8") for path in files if path.name == "cable_step.c")
-        sizes.append(len(text))
-        statements.append(text.count(";"))
-    assert statements[0] == statements[1] and abs(sizes[1] - sizes[0]) < 100
-
-
-@pytest.mark.long
-def test_the_search_for_rest_of_a_net_takes_all_eigenvalues_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For the verdict on stability, without eigenvectors; steps on the way take narrow factors of matrices."""
-    sizes: list[tuple[str, int]] = []
-
-    def count(name: str) -> None:
-        function = getattr(np.linalg, name)
-
-        def counted(matrix: Array) -> Any:
-            sizes.append((name, matrix.shape[-1]))
-            return function(matrix)
-
-        monkeypatch.setattr(np.linalg, name, counted)
-
-    model = eomgen.build(EXAMPLE, profile="quick")
-    for name in ("eigh", "eigvalsh"):
-        count(name)
-    found = model.equilibrium()
-    assert found.stable
-    assert [item for item in sizes if item[1] > 60] == [("eigvalsh", 300)]
-    held = found.frequencies[found.frequencies > 0.0]
-    assert len(held) == 300
-    linear = model.linearize(at=found)
-    np.testing.assert_allclose(held, linear.undamped_frequencies[-300:], rtol=1e-9)

@@ -190,17 +190,6 @@ def test_its_c_stands_alone_and_gives_the_rows_of_the_run(tmp_path: Path) -> Non
     assert np.array_equal(rows, run.q)
 
 
-@pytest.mark.long
-def test_ensembles_in_lanes_have_the_bits_of_single_runs() -> None:
-    model = eomgen.build(SCENE)
-    values = np.linspace(0.0, 20.0, 9)
-    many = model.simulate_many(t_end=0.5, table={"gust": values})
-    for place in (0, 5, 8):
-        single = model.simulate(t_end=0.5, parameters={"gust": values[place]})
-        assert many.results["output.offset.final"][place] == single.outputs["offset"][-1]
-        assert many.results["output.front_tyres[1].final"][place] == single.outputs["front_tyres"][-1, 1]
-
-
 @pytest.mark.slow
 def test_a_gust_moves_the_car_out_of_its_lane() -> None:
     """First tier: still air leaves the car straight; in the gust it goes with the wind, and comes back."""

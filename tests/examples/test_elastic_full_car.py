@@ -3,7 +3,6 @@ ways."""
 
 from __future__ import annotations
 
-import json
 import runpy
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ import pytest
 from scipy.integrate import simpson
 
 import eomgen
-from eomgen.cli import main
 from tests.models.cache import shared_cache
 from tests.oracles.elastic_full_car import ACROSS, ALONG, BODY, PITCH, ROLL, TYRE, WHEEL, FullCar, full_car, height
 
@@ -140,17 +138,6 @@ def test_covariance_is_the_integral_of_the_spectrum(model: eomgen.Model, script:
         wanted.append(np.sqrt(simpson(squares * density / (2 * np.pi) * omega, x=np.log(omega))))
     found = script["expected"](model, car, parameters_of(model, script, "LQR"))
     np.testing.assert_allclose(found, car.factors * wanted, rtol=1e-4)
-
-
-@pytest.mark.long
-def test_info_counts_what_the_body_does_not_do(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info", str(FOLDER / "scene.toml"), "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert any("bending_y, stretch, torsion of beam body" in note for note in data["dropped"])
-    saved = {(item["what"], item["term"]): (item["operations"], item["without"]) for item in data["savings"]}
-    for what in ("beams deform only as the scene asks", "fixed parameters folded"):
-        operations, without = saved[what, "forward_dynamics"]
-        assert operations < without
 
 
 @pytest.mark.long

@@ -178,21 +178,6 @@ def tape_engine(case: Example, _: Path) -> None:
     assert_close(other.q[-1], case.run.q[-1], 1e-6)
 
 
-def absolute_coordinates(case: Example, _: Path) -> None:
-    other = case.simulate(eomgen.build(eomgen.load(case.path, coordinates="absolute"), profile="quick"))
-    assert np.isfinite(other.q).all() and other.message
-
-
-def report_page(case: Example, folder: Path) -> None:
-    case.model.report(folder / "report.html", case.run)
-    assert (folder / "report.html").stat().st_size > 10_000
-
-
-def animation(case: Example, folder: Path) -> None:
-    case.run.animate(folder / "animation.html")
-    assert (folder / "animation.html").stat().st_size > 10_000
-
-
 def functional_mock_up_unit(case: Example, folder: Path) -> None:
     import fmpy
 
@@ -223,7 +208,7 @@ FEATURES: Mapping[str, Callable[[Example, Path], None]] = {
     feature.__name__: feature
     for feature in (
         all_terms_without_warnings, casadi, jax, derivatives_of_a_run, samples, saved_model, tape_engine,
-        absolute_coordinates, report_page, animation, functional_mock_up_unit,
+        functional_mock_up_unit,
     )
 } | {name: verb(name) for name in ("equilibrium", "info", "linearize")}  # fmt: skip  # a table
 COVERING = covering(mechanical_scenes())

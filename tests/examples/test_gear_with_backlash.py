@@ -10,9 +10,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.mechanics.derive import derive
-from eomgen.scene.load import load_toml
-from tests.oracles.evaluation import tape_evaluator
 
 SCENE = Path(eomgen.__file__).parents[1] / "examples" / "gear_with_backlash" / "scene.toml"
 RATIO, PLAY, STIFFNESS, DAMPING = 3.0, np.radians(0.6), 8e3, 4.0
@@ -65,20 +62,6 @@ def reference(times: Array) -> Array:
         t, y = run.t_events[which][0], run.y_events[which][0]
         side = 0 if side else (1, -1)[which]
     return np.array(rows)
-
-
-@pytest.mark.parametrize(
-    ("twist", "rate"), [(0.002, 1.0), (-0.004, 2.0), (0.008, 0.5), (0.008, -9.0), (-0.008, 0.5), (-0.008, 16.0)]
-)
-def test_teeth_push_and_never_pull(twist: float, rate: float) -> None:
-    """Torques of the teeth in the play, and of flanks that are pressed in or come off."""
-    evaluate = tape_evaluator(derive(load_toml(SCENE.read_text(encoding="utf-8")), ["outputs"]))
-    p = [PLAY, STIFFNESS, DAMPING, TORQUE, FREQUENCY]
-    state = {"q": [[RATIO * twist, 0.0]], "v": [[RATIO * rate, 0.0]], "t": [[0.0]], "p": [p]}
-    y = np.array([RATIO * twist, 0.0, RATIO * rate, 0.0])
-    own = sum(side * _push(y, side) for side in (1, -1) if _contact(y, side) > 0.0)
-    outputs = evaluate("outputs", {name: np.array(value) for name, value in state.items()})
-    assert outputs["y"][0] == pytest.approx([twist, own], abs=1e-12)
 
 
 @pytest.mark.long

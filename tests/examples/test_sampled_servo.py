@@ -58,11 +58,3 @@ def test_orders_are_kept_between_samples(method: str, order: int, step: float) -
     """At steps whose errors do not move the encoder onto another line."""
     coarse, fine = error_of(method, step), error_of(method, step / 2)
     assert np.log2(coarse / fine) == pytest.approx(order, abs=0.1), (coarse, fine)
-
-
-@pytest.mark.slow
-def test_it_settles_within_its_encoder() -> None:
-    solution = eomgen.build(SCENE).simulate(error_estimate=False)
-    assert solution.success, solution.message
-    assert abs(solution.q[-1, 1] - 1.0) < 5 * QUANTUM
-    assert abs(by_hand(1500)[-1, 1] - 1.0) < 5 * QUANTUM

@@ -148,19 +148,6 @@ def test_small_steps_of_third_degree_meet_their_threshold() -> None:
     assert error_of_pulse("tdg3", 240) < 3e-7
 
 
-@pytest.mark.slow
-def test_discontinuous_steps_are_as_exact_as_average_accelerations_where_both_are_coarse() -> None:
-    """12 % worse at 440 solves, 4 % at 300, as exact at 700, 0.56 of the error at 1500."""
-    for solves, most in ((300, 1.1), (440, 1.15), (600, 1.1), (700, 1.0), (1500, 0.6)):
-        assert error_of_pulse("tdg1", solves // 4) < most * error_of_pulse("trapezoidal", solves)
-
-
-@pytest.mark.slow
-def test_average_accelerations_keep_the_energy() -> None:
-    run = pulse().simulate(1.5, 1.5 / 300, **options("trapezoidal"))
-    assert np.ptp(run.energy["total"]) < 1e-8 * run.energy["total"][0]
-
-
 @pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.long_cases("trapezoidal")
@@ -185,20 +172,6 @@ def test_the_statements_of_its_c_do_not_grow_with_its_elements(mass: str, method
         return sum(text.count(";") for text in files.values())
 
     assert statements(2000) == statements(1000) < statements(20)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (((0.0, 0.0), "heavy"), "bar.mass: 'heavy' is no mass of an element; try: consistent or lumped"),
-        (((0.0,),), "bar.displacements: 1 nodes that move are too few; try: at least 2"),
-        (((0.0, np.inf),), "bar.displacements: all of them must be finite numbers"),
-    ],
-)
-def test_bars_that_are_none_are_refused(arguments: tuple[Any, ...], message: str) -> None:
-    with pytest.raises(eomgen.DescriptionError) as caught:
-        bar.Bar("bar", *arguments)
-    assert str(caught.value).endswith(message)
 
 
 @pytest.mark.long

@@ -13,7 +13,6 @@ import eomgen
 from tests.anchors import anchor
 from tests.examples.demos import run_demo
 from tests.models.cache import shared_cache
-from tests.models.shear_frame import RESPONSE
 
 __all__ = ["shared_cache"]
 
@@ -54,15 +53,6 @@ def test_weak_and_strong_shaking_have_the_digits_of_another_solver() -> None:
     np.testing.assert_allclose(ends(run), AT_20, rtol=0, atol=5e-12)
     run = frame().simulate(5.0, 0.05, method="taylor", tolerance=1e-14, parameters=STRONG)
     np.testing.assert_allclose(ends(run), STRONG_AT_5, rtol=0, atol=2e-11)
-
-
-@pytest.mark.slow
-def test_the_scene_runs_as_its_file_says() -> None:
-    run = frame().simulate()
-    assert run.metadata["method"] == "rosenbrock" and run.t[-1] == pytest.approx(20.0)
-    assert run.stats["factorizations"] == 4000
-    assert np.abs(ends(run, 2000) - RESPONSE).max() < 1e-2
-    assert np.array_equal(run.outputs["floors"], run.q[:, :3]) and np.array_equal(run.outputs["angle"], run.q[:, 3])
 
 
 @pytest.mark.slow

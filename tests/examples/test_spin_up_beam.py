@@ -1,5 +1,4 @@
-"""The spin-up beam: published digits, its linear equation by other means, EXUDYN's beams, and what is not in its
-code."""
+"""The spin-up beam: published digits, its linear equation by other means, and EXUDYN's beams."""
 
 from __future__ import annotations
 
@@ -112,21 +111,6 @@ def test_our_geometrically_exact_beams_go_where_exudyns_are() -> None:
     theirs = spin_up(SET_A, 16, steps=7200).at(times)[:, 1]
     assert np.abs((4.0 * tips[1] - tips[0]) / 3.0 - theirs).max() < 4e-4
     assert np.abs(tips[1] - theirs).max() < 2e-3
-
-
-def test_planar_scene_holds_nothing_of_the_spatial_beam() -> None:
-    more = {
-        "bending_z": {"modes": 3, "stiffness": "bending_stiffness"},
-        "stretch": {"modes": 1, "stiffness": 2.8e7},
-        "torsion": {"modes": 1, "stiffness": 1e4},
-        "polar_inertia": 1.2e-3,
-    }
-    changes = {f"beams__blade__{key}": value for key, value in more.items()}
-    planar, spatial = eomgen.derive(FOLDER / "scene.toml"), eomgen.derive(scene("spin_up_beam/scene", **changes))
-    assert [planar.nv, spatial.nv] == [3, 8]
-    assert planar.counts["coupling"].flops == 0  # along the beam nothing moves, so nothing quadratic is left
-    assert planar.counts["inverse_dynamics"].flops == 46
-    assert spatial.counts["inverse_dynamics"].flops == 122
 
 
 @pytest.mark.long

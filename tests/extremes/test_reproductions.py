@@ -52,19 +52,6 @@ def test_1_an_axis_beside_a_coordinate_axis_turns_about_itself(joint: str, besid
     assert askew.force(q, 0 * q) == pytest.approx(straight.force(q, 0 * q), abs=1e-6)
 
 
-def test_3_values_that_a_scene_refuses_are_refused_at_the_run() -> None:
-    spring = {**SLIDER, "stiffness": 4.0, "initial": {"position": 1.0}}
-    model = eomgen.build(one(spring, body={"mass": "m"}, parameters=tunable(m=1.0)))
-    with pytest.raises(eomgen.UsageError, match=r"bodies\.b\.mass\): the mass -1 is negative at m = -1"):
-        model.simulate(1.0, 1e-3, parameters={"m": -1.0})
-    lag = {"f": {"type": "low_pass", "signal": "-q.h", "time_constant": "T"}}
-    model = eomgen.build(
-        one(spring, parameters=tunable(T=0.01), controllers=lag, efforts={"e": {"joint": "h", "effort": "f"}})
-    )
-    with pytest.raises(eomgen.UsageError, match=r"controllers\.f\.time_constant"):
-        model.simulate(1.0, 1e-3, parameters={"T": -0.01})
-
-
 @pytest.mark.parametrize(("place", "step"), [(0.0, 1e-3), (0.0, 1e-7), (1e4, 1e-5), (1e6, 1e-4)])
 def test_4_multipliers_of_index_3_are_those_of_the_equations_or_doubted(place: float, step: float) -> None:
     joint = {"type": "spherical", "position": ["X", 0, 0], "initial": {"velocity": [1, 2, 3]}}

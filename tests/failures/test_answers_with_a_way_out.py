@@ -30,17 +30,6 @@ def test_a_quantity_that_is_called_has_a_dot(called: str, meant: str) -> None:
         eomgen.load(slide(outputs={"o": {"formula": called}}))
 
 
-def test_all_kinds_of_constraints_are_listed() -> None:
-    with pytest.raises(EomgenError) as refused:
-        eomgen.load(slide(constraints={"c": {"type": "clamp", "first": "block", "second": "base"}}))
-    assert "distance" in str(refused.value) and " more" not in str(refused.value)
-
-
-def test_a_list_of_a_thousand_names_is_short() -> None:
-    with pytest.raises(EomgenError, match=r"and [0-9]+ more"):
-        eomgen.load(slide(outputs={"o": {"formula": "speedy(t)"}}))
-
-
 @pytest.mark.parametrize("verb", [["plot"], ["info"], ["animate", "--out", "page.html"]])
 def test_a_path_that_is_missing_is_called_missing(
     verb: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -66,7 +66,6 @@ def noise_held_over_steps() -> Callable[[float], float]:
     "push",
     [
         sine(20.0),
-        sine(200.0),  # five steps to a period: errors, which comparison runs tell
         lambda t: float(t > 0.5003),
         lambda t: float(t % 0.1 < 0.03),
         lambda t: 5.0,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eomgen.errors import DescriptionError, Problem
+from eomgen.errors import DescriptionError
 from eomgen.scene.load import from_data
 
 
@@ -25,12 +25,3 @@ def test_formulas_in_place_of_tables_are_counted() -> None:
     assert "outputs.e0): a table is needed here, not '0 * q.j'; try: e0 = { formula" in "\n".join(lines)
     assert sum(line.startswith("     and 44 more like it: ") and line.endswith(", ...") for line in lines) == 1
     assert any("forces.push.force" in line for line in lines)
-
-
-def test_few_problems_and_different_ones_are_listed_one_by_one() -> None:
-    few = [Problem(f"a.toml:{k} (outputs.e{k})", f"{k} is not a number") for k in range(5)]
-    assert len(str(DescriptionError(few)).splitlines()) == 6
-    others = [Problem(f"a.toml (s{k}.e)", "it is not a number") for k in range(9)]
-    assert len(str(DescriptionError(others)).splitlines()) == 10
-    kinds = [Problem("a.toml (outputs.e)", f"it is {word}") for word in "abcdefgh"]
-    assert len(str(DescriptionError(kinds)).splitlines()) == 9

@@ -161,23 +161,7 @@ def test_shapes_that_leave_their_points_are_told(body: str, first: str, told: st
     [
         (
             {"maps": {"motor": MOTOR}, "efforts": {"e": {"joint": "hinge", "effort": "map.motor(12, v.hinge)"}}},
-            "map.motor is given a value in rad/s as y, and x is the argument in rad/s; try: map.motor(x, y), with both"
-            " arguments exchanged",
-        ),
-        (
-            {
-                "definitions": {"error": "0.2 - servo / 100"},
-                "controllers": {"servo": {"type": "pid", "signal": "error", "proportional": 10}},
-            },
-            "controllers.servo uses controllers.servo (in the definition error), with no state between",
-        ),
-        (
-            {"definitions": {"drag": "drag = -3 * v.rail"}},
-            "'=' is not part of formulas (column 6); try: the right side",
-        ),
-        (
-            {"states": {"angle": {"sample": "1 ms", "next": "q.hinge", "quantum": "12 bit"}}},
-            "there is no unit 'bit'; try: the range divided by the number of steps, as 2**12 of 12 bits",
+            "map.motor takes x in rad/s, and y is given in rad/s; try: map.motor(x, y), with both arguments exchanged",
         ),
         (
             {"states": {"angle": {"sample": "1 ms", "next": "q.hinge"}}},
@@ -209,23 +193,9 @@ BY_PLANE = {"first": {"body": "base", "axis": [0, 0, -1]}, "radius": 0.1}
     [
         (
             ARM,
-            on_rail("map.motor(v.rail, 50)", maps={"motor": {**MOTOR, "y": [0, 1], "x_unit": ""}}),
-            "efforts.e.effort: map.motor along y is asked at 50, and its points are from 0 to 1: the value at an end is"
-            " taken always; try: the argument in the unit of the points, 0 to 1",
-        ),
-        (ARM, on_rail("map.motor(v.rail, 0.5)", maps={"motor": {**MOTOR, "y": [0, 1], "x_unit": ""}}), ""),
-        (
-            ARM,
             on_rail("-min(position.tip[2] + 400, 0)"),
             "efforts.e.effort: position.tip[2] stands against 400 m, and the size of the scene is 0.5 m: lengths in"
             ' formulas are in m; try: a parameter of "400 mm" in its place',
-        ),
-        (ARM, on_rail("-min(position.tip[2] + 4, 0)"), ""),
-        (
-            ARM,
-            {"shapes": {"s": {"type": "sphere", "body": "arm", "radius": 0.05, "position": [0, 0, -400]}}},
-            "shapes.s.position: the distance from the body's origin is 400 m, and the scene is no larger than 0.5 m;"
-            " numbers without a unit are in m",
         ),
         (
             ARM,
@@ -233,14 +203,12 @@ BY_PLANE = {"first": {"body": "base", "axis": [0, 0, -1]}, "radius": 0.1}
             "base.rotation[0].angle goes to and fro over 60 rad, 9.55 turns: angles in formulas are radians; try: a"
             ' parameter of "30 deg" as the amplitude',
         ),
-        (ARM, {"base": {"rotation": [{"axis": [0, 0, 1], "angle": "30*t"}]}}, ""),
         (
             ARM,
             {"curves": ROAD, "base": {"position": [0, 0, "road(t)"]}, "simulation": {"duration": 0.3, "step": 1e-3}},
             "base.position[2] shakes the base over 22.59 m, and the size of the scene is 0.5 m: numbers without a"
             " unit are in m; try: the unit of the curve's values, or a factor of 0.001",
         ),
-        (ARM, {"base": {"position": [0, 0, "7e3*sin(0.1*t)"]}}, ""),  # slow, as of an orbit
         (
             BALL,
             {"constraints": {"c": {"type": "formula", "equation": "q.ball[3] - 0.1", "unit": "rad"}}},
@@ -270,14 +238,3 @@ def test_angles_and_quaternions_at_the_start_are_no_lengths(radius: float) -> No
     data["shapes"] = {"s": {"type": "sphere", "body": "arm", "radius": f"{radius} / 1000"}}
     note = "shapes.s: the size of the shape is 0.4 m, and the scene is no larger than 0.004 m; numbers without a unit"
     assert any(text.startswith(note) for text in from_data(data).notes) == (radius == 400)
-
-
-def test_an_equation_without_a_solution_is_told() -> None:
-    scene = from_data({**ARM, "constraints": {"c": {"type": "formula", "equation": "q.rail**2 + 1", "unit": "m"}}})
-    with pytest.raises(ModelError, match=r"c: formula by 1; try: .* equation that is 0 in some state: q\*\*2 \+ 1"):
-        pipeline.derive(scene, ["forward_dynamics"])
-
-
-def test_norms_are_written_out() -> None:
-    with pytest.raises(DescriptionError, match=r"unknown function 'norm' \(column 1\); try: sqrt\(x\*\*2 \+ y\*\*2"):
-        from_data({**ARM, "definitions": {"h": "norm(position.tip)"}})

@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tomllib
 import warnings
 from pathlib import Path
 
@@ -14,8 +13,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
-from eomgen.results.error_estimate import LargestError
 from eomgen.scene.load import load_toml
 
 SLIDER = """\
@@ -114,26 +111,6 @@ def test_what_is_refused_says_what_to_write(
         eomgen.load(tmp_path / "scene.toml")
     assert any(what in problem.what and hint in problem.hint for problem in error.value.problems), str(error.value)
     assert all("scene.toml:" in problem.where for problem in error.value.problems)
-
-
-@pytest.mark.parametrize("verb", ["info", "load", "data"])
-def test_an_unknown_method_is_told_with_all_other_problems(
-    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    broken = SLIDER.replace("mass = ", "mas = ") + '[simulation]\nmethod = "ode45"\n'
-    line = broken.splitlines().index('method = "ode45"') + 1
-    path = tmp_path / "scene.toml"
-    path.write_text(broken)
-    if verb == "info":
-        assert main(["info", str(path)]) == 3
-        told = capsys.readouterr().err
-    else:
-        with pytest.raises(eomgen.DescriptionError) as error:
-            eomgen.load(path if verb == "load" else tomllib.loads(broken))  # type: ignore[arg-type]
-        told = str(error.value)
-        assert [problem.where.endswith("(simulation.method)") for problem in error.value.problems].count(True) == 1
-    where = "scene (simulation.method)" if verb == "data" else f"scene.toml:{line} (simulation.method)"
-    assert f"{where}: there is no method 'ode45'; try: rk45, or taylor for small errors" in told and "mas" in told
 
 
 @pytest.mark.parametrize("points", ["[0, 0, 0], [1, 0, 0], [0, 0, 0]", "[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 0.01]"])
@@ -286,21 +263,6 @@ def test_a_motion_that_grows_beyond_the_largest_number_is_told_without_a_warning
     assert "try: other signs or sizes of gains, damping and stiffnesses" in solution.message
 
 
-@pytest.mark.parametrize("share", [1e-3, 0.5, 2.0, 35.0, 9.9e3, 1e5, 1.6e172, float("inf")])
-def test_percentages_of_errors_are_short(share: float) -> None:
-    told = str(LargestError("q.x", 7.1, "m", 2.0, share)).partition("s, ")[2].partition(" %")[0]
-    assert len(told) <= 8
-    assert float(told) == pytest.approx(100.0 * share, rel=0.06)
-
-
-@pytest.mark.slow
-def test_a_tyre_on_a_raised_road_is_measured_from_there() -> None:
-    text = CAR.replace("damping = 500", 'road = "0.2 + 0.1 * position.hub[0]"')
-    assert "starts 0.21 m deep in its road" in load_toml(text).notes[0]
-    message = eomgen.build(load_toml(text), profile="quick").simulate(0.01, 1e-3).message
-    assert "starts 0.21 m deep in its road" in message
-
-
 @pytest.mark.slow_cases("words1")
 @pytest.mark.parametrize("words", [["--help"], ["simulate", "--help"]])
 def test_a_reader_of_the_output_that_has_gone_is_no_error(words: list[str], tmp_path: Path) -> None:
@@ -313,31 +275,3 @@ def test_a_reader_of_the_output_that_has_gone_is_no_error(words: list[str], tmp_
     finally:
         os.close(writing)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.parametrize(
-    ("method", "what", "hint"),
-    [
-        ("", "the method has no name", 'method = "omf4", or no key'),
-        ("ode45", "there is no method 'ode45' of Hamiltonian systems", "one of leapfrog"),
-    ],
-)
-def test_methods_of_hamiltonian_files_are_checked_when_they_are_read(
-    method: str, what: str, hint: str, tmp_path: Path
-) -> None:
-    text = f"""\
-format = 1
-kind = "hamiltonian"
-name = "oscillator"
-hamiltonian = "p_x**2/2 + x**2/2"
-[coordinates]
-x = {{ initial = [1, 0] }}
-[simulation]
-method = "{method}"
-"""
-    (tmp_path / "oscillator.toml").write_text(text)
-    with pytest.raises(eomgen.DescriptionError) as error:
-        eomgen.load(tmp_path / "oscillator.toml")
-    (problem,) = error.value.problems
-    assert what in problem.what and hint in problem.hint
-    assert problem.where.startswith("oscillator.toml") and problem.where.endswith("(simulation.method)")

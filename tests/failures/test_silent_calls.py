@@ -98,15 +98,6 @@ def test_a_function_of_other_packages_is_told_from_here() -> None:
         _ = eomgen.buildModelFromUrdf  # type: ignore[attr-defined]
 
 
-def test_arrays_of_a_simulator_are_read_only() -> None:
-    run = started()
-    for array in (run.q, run.v, run.a):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0.9
-    run.set_state({"q": run.q + 0.9})
-    assert run.q == [0.9]
-
-
 def test_a_step_in_the_place_of_the_time_is_noted() -> None:
     note = r"its third argument is t, on which nothing .* try: integrate\(q, v \* dt\)"
     with pytest.warns(RuntimeWarning, match=note) as told:

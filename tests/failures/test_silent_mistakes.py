@@ -54,16 +54,6 @@ def joint(keys: str) -> str:
             "bodies.upper.mass): the parameter weight is a force (N), a mass in kg is expected",
         ),
         (
-            changed(('value = 0.5, unit = "m" }', 'value = 0.5, unit = "m" }\nk = { value = 80, unit = "N/m" }'))
-            + CORD
-            + 'stiffness = 80\ndamping = "k"\n',
-            "springs.cord.damping): the parameter k is a stiffness (N/m), a damping in N s/m is expected",
-        ),
-        (
-            changed(('{ value = 0.5, unit = "m" }', '"20 deg"'), ('"-length / 2"', "0")),
-            "points.tip.position[2]): the parameter length is an angle (deg), a length in m is expected",
-        ),
-        (
             changed(HELICAL, (SHOULDER, SHOULDER + 'pitch = "5 mm"\n')),
             'a length, a quantity in m/rad is expected; try: "5 mm/rev", the travel of a turn',
         ),
@@ -108,12 +98,6 @@ def test_degrees_without_their_unit_are_noted(text: str, note: str) -> None:
     assert note in notes(text)
 
 
-def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> None:
-    assert "turns" not in notes(joint('limits = { lower = "-720 deg", upper = inf, stiffness = 50 }'))
-    rail = changed(('"revolute"', '"prismatic"'), (SHOULDER, SHOULDER + "stiffness = 5\nrest = 90\n"))
-    assert "turns" not in notes(rail)
-
-
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
 
@@ -121,10 +105,6 @@ def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> Non
     ("text", "note"),
     [
         (SCENE + CORD + "stiffness = -80\n", "springs.cord.stiffness: the stiffness -80 is negative, and pushes away"),
-        (
-            SCENE + CORD.replace('"base"', '"upper"') + "stiffness = 80\n",
-            "springs.cord: both its points are fixed in upper, so the spring moves nothing",
-        ),
         (
             changed(more="[curves.push]\npoints = [[0, 0], [1, 5]]\n"),
             "the curve push changes nothing: no formula mentions it",
@@ -137,12 +117,6 @@ def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> Non
 )
 def test_what_is_hardly_meant_is_noted(text: str, note: str) -> None:
     assert note in notes(text)
-
-
-def test_a_curve_that_a_formula_mentions_has_no_note() -> None:
-    used = changed(('"motor"', '"motor + push(t)"'), more="[curves.push]\npoints = [[0, 0], [1, 5]]\n")
-    assert "push" not in notes(used)
-    assert not scene_of(SCENE + CORD + "stiffness = 80\nlength = 0.3\n").notes
 
 
 def test_a_spring_of_negative_length_is_refused() -> None:
@@ -195,11 +169,6 @@ def test_damping_in_percent_of_critical_is_noted() -> None:
 )
 def test_what_is_meant_is_told(text: str, piece: str) -> None:
     assert piece in refused(text)
-
-
-def test_terms_in_one_text_are_told_as_a_list() -> None:
-    with pytest.raises(eomgen.UsageError, match=r'try: terms=\["mass", "coupling"\]'):
-        eomgen.build(scene_of(SCENE), terms="mass,coupling")
 
 
 def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -34,12 +34,6 @@ def test_other_bytes_are_no_solution(file: Path, data: bytes) -> None:
     assert refusal(file) == ARCHIVE
 
 
-def test_a_single_array_is_no_solution(file: Path) -> None:
-    with file.open("wb") as stream:
-        np.save(stream, np.zeros(3))
-    assert refusal(file) == ARCHIVE
-
-
 @pytest.mark.parametrize(
     ("arrays", "text"),
     [

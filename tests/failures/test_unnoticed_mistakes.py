@@ -139,15 +139,6 @@ def notes(builder: eomgen.SceneBuilder) -> str:
     return " ".join(builder.build().notes)
 
 
-def test_what_changes_nothing_is_noted() -> None:
-    unused = slider().controller("c", type="sampled", sample="1 ms", signals={"x": "q.x"}).mode("gear", 1)
-    assert "the controller c changes nothing: no formula mentions what it gives" in notes(unused)
-    assert "the mode gear changes nothing: no formula mentions it" in notes(unused)
-    assert not notes(unused.effort("e", "x", "c * mode.gear"))
-    effort = "efforts.e: the joint x is driven, so the effort changes nothing of its motion, only drive_effort.x"
-    assert notes(slider(drive="0.1*sin(t)").effort("e", "x", 1.0)) == effort
-
-
 def test_smoothing_without_jumps_is_noted() -> None:
     assert "joints.x.drive: smooth has no effect" in notes(slider(drive="0.1*sin(t)", smooth="10 ms"))
     assert not notes(slider(drive="1 if t > 1 else 0", smooth="10 ms"))
@@ -167,8 +158,3 @@ def test_a_delay_of_whole_seconds_is_noted() -> None:
     assert "states.f.delay: the delay 1 is 1 s, 500 samples" in delayed(1) and '"0.002 s"' in delayed(1)
     assert not delayed("1 s") and not delayed(0.004)
     assert not notes(slider().state("f", sample="100 ms", formula="q.x", delay=1))
-
-
-def test_turns_with_a_unit_are_meant() -> None:
-    assert not notes(disc(initial={"position": "720 deg"}))
-    assert "12 rad, 1.91 turns" in notes(disc(initial={"position": 12}))

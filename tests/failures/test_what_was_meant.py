@@ -127,21 +127,17 @@ RUN = "--out o --no-plots"
     ("words", "answer"),
     [
         (f"simulate s.toml {RUN} --duration 1", "no such option '--duration'; try: --t-end; eomgen simulate --help"),
-        (f"simulate s.toml {RUN} --recordevery 1", "no such option '--recordevery'; try: --record-every; eomgen"),
-        ("latex s.toml --terms mass", "no such option '--terms'; try: eomgen latex --help [E0008]"),  # not --verbose
         (f"simulate s.toml {RUN} --set load=0.5,motor=2", "try: --set load=0.5 --set motor=2"),
         (f"simulate s.toml {RUN} --set motor=2", "--set motor: motor is an input; try: --input motor=2"),
         (f"simulate s.toml {RUN} --input motor=sin(t)", 'try: [inputs] motor = { formula = "sin(t)" } in the scene'),
         (f"simulate s.toml t.toml {RUN}", "unexpected extra argument (t.toml); try: one scene, and a command for each"),
         (f"simulate r.urdf {RUN} --set rod_mass=5", "inertia of rod are fixed in the code; try: --tunable rod, which"),
         ("info s.toml --terms mass force", "argument (force); try: --terms mass,force, with commas; eomgen info"),
-        ("info s.toml --json out.json", "unexpected extra argument (out.json); try: --json > out.json; eomgen info"),
         ("info r.urdf --root floating", "'floating' is not one of 'fixed', 'free'; try: --root free; eomgen info"),
         ("info r.urdf --lock lift,lift", "r.urdf has no joint 'lift,lift' to lock; try: lift"),
         ("schema s.toml", "unexpected extra argument (s.toml); try: eomgen schema alone: it takes no scene"),
         ("tune s.toml --error 5%", "'5%' is not a valid float; try: --error 0.05; eomgen tune --help lists all"),
         ("animate solution.csv --out a.html", "a stored solution is needed; try: {folder}/solution.npz"),
-        ("animate {folder} --out a.html", "a folder, and a scene or a stored solution is needed; try: {folder}"),
         ("animate empty --out a.html", "try: the scene, or the solution.npz of eomgen simulate"),
     ],
 )  # fmt: skip  # a table
@@ -200,9 +196,7 @@ def robot(old: str, new: str) -> Callable[[], Any]:
     [
         (changed('mass = "1 + load"', "mass = 2 kg"), 'try: mass = "2 kg": a number with a unit is a text'),
         (changed("value = 0.5,", "value = 0.5 m,"), 'try: value = "0.5 m": a number with a unit is a text'),
-        (changed("tunable = true", "tunable = True"), "try: true and false, in small letters"),
         (changed('"1 + load"', '"2,5"'), "operation or a function (column 1); try: 2.5 with a decimal point"),
-        (changed('"1 + load"', '"2,5 kg"'), "try: \"2.5 kg\""),
         (changed("[parameters]", '[parameters]\nhalf = "length / 2"'), "a number is needed here, not 'length / 2'; tr"),
         (changed('"2 * sin(t)"', '"2 * g * sin(t)"'), "unknown name 'g' (column 5); try: 9.81, or a parameter: g = {"),
         (joint("rotation = [90, 0, 0]"), 'try: rotation = [{ axis = [1, 0, 0], angle = "90 deg" }]'),
@@ -211,16 +205,12 @@ def robot(old: str, new: str) -> Callable[[], Any]:
         (joint("friction = { mu = 0.3, velocity = 0.01 }"), "'mu' is unknown here; try: coulomb, a force in N or a to"),
         (joint('mimic = "elbow"'), "a table is needed here, not 'elbow'; try: mimic = { joint = \"elbow\", multiplier"),
         (entry("base", "follow = true"), 'not a boolean (true); try: follow = { waves = "NAME" }'),
-        (entry("loops.c", 'type = "distance"'), "(loops): the key 'loops' is unknown here; try: constraints"),
         (entry("links.c", "mass = 1"), "the key 'links' is unknown here; try: bodies"),
         (servo("kp = 20"), "the key 'kp' is unknown here; try: proportional"),
         (entry("controllers.hold", 'type = "state_feedback"\ncoordinates = ["shoulder"]\nposition_gains = [400]'),
             "a table is needed here, not a list; try: position_gains = { JOINT = 400 }"),
-        (entry("states.x", 'derivative = "v.shoulder"'), "the key 'derivative' is unknown here; try: rate"),
-        (entry("inputs.u", 'wave = { shape = "square", frequency = 2 }'), "'frequency' is unknown here; try: period ="),
         (entry("inputs.u", 'wave = { shape = "sine", period = 2 }'), "'sine' is not known here; try: formula = \"sin("),
         (entry("forces.push", 'body = "tip"\nforce = [1, 0, 0]'), "(forces.push.body): tip is a point of upper, not a"),
-        (entry("springs.s", 'first = "upper"\nsecond = "tip"\nstiffness = 20'), "(springs.s.first): upper is a body,"),
         (lambda: slider(k=10.0), "there is no argument 'k'; try: stiffness"),
         (lambda: eomgen.build({"format": 1, "name": "x", "bodies": [{"name": "w", "mass": 1}]}),
             "(bodies): a table is needed here, not a list; try: [bodies.NAME] and its keys, a table for each"),
@@ -228,7 +218,7 @@ def robot(old: str, new: str) -> Callable[[], Any]:
             "(parameters): a table is needed here, not ''; try: [parameters] and a line for each: NAME = 1.0"),
         (robot('xyz="0 0 0.2"', 'xyz="0,0,0.2"'), "3 numbers are needed here, not '0,0,0.2'; try: blanks between the "
             "numbers: 0 0 0.2"),
-        (lambda: eomgen.load("r.urdf", fixed_base=False), 'no argument \'fixed_base\'; try: root="fixed", or root="fr'),
+        (lambda: eomgen.load("r.urdf", fixed_base=False), 'no argument \'fixed_base\'; try: root="fixed" or "fr'),
     ],
 )  # fmt: skip  # a table
 def test_what_a_file_was_meant_to_say_is_told(call: Callable[[], Any], piece: str) -> None:
@@ -244,21 +234,9 @@ def free_robot() -> eomgen.Model:
 
 
 @cache
-def robot_without_motors() -> eomgen.Model:
-    return eomgen.build(scene_of(ROBOT, "r.urdf"), profile="quick")
-
-
-@cache
 def ball() -> eomgen.Model:
     builder = eomgen.SceneBuilder("ball").body("ball", mass=1.0, inertia=[1, 1, 1])
     return eomgen.build(builder.joint("h", "spherical", "base", "ball").build(), profile="quick")
-
-
-def closed_arm() -> eomgen.Scene:
-    """Return the arm with its tip held at a distance from a point of the base."""
-    more = '[points.mount]\nbody = "base"\nposition = [0.5, 0, 0]\n'
-    more += '[constraints.close]\ntype = "distance"\nfirst = "mount"\nsecond = "tip"\nlength = 0.7\n'
-    return scene_of(f"{SCENE}\n{more}")
 
 
 def runs(**options: Any) -> Callable[[], Any]:
@@ -273,7 +251,6 @@ TIMES = np.linspace(0.0, 0.01, 5)
     [
         (lambda: free_robot().mass(np.zeros(free_robot().nq)), "has length 0, not 1; try: neutral(), for the joints'"),
         (lambda: arm().simulate(0.01, initial=arm().equilibrium(u={"motor": 0.0})), "not Equilibrium; try: its .initi"),
-        (lambda: arm().simulate(0.01, initial=solution()), 'not Solution; try: its last row: initial={"q": solution.q'),
         (runs(inputs={"motor": "2 * sin(t)"}), "'2 * sin(t)' is neither a number nor a number with a unit; try: a "
             "function, lambda t: ..., or [inputs] motor = { formula = ... } in the scene"),
         (runs(inputs={"motor": np.column_stack([TIMES, TIMES])}), "try: lambda t: np.interp(t, times, values)"),
@@ -284,14 +261,10 @@ TIMES = np.linspace(0.0, 0.01, 5)
         (lambda: arm().mass(np.array([0.1 + 1e-20j])), "try: real numbers; partials(...) has derivatives without step"),
         (lambda: arm().mass({"shoulder": 0.1}), "try: a list of numbers, in the order of the model's q_names"),
         (lambda: arm().simulate(0.01, 1e-3, settings={"max_iter": 50}), "'max_iter'; try: max_iterations"),
-        (lambda: solution().plot("tip[3]"), "has no curve 'tip[3]'; try: tip[0] or tip[1] or tip[2]"),
         (lambda: ball().simulate(0.01, 1e-3, initial={"h": [0.6, 0.0, 0.6, 0.0]}),
             "has length 0.848528137, not 1; try: it divided by its length, [0.707106781, 0, 0.707106781, 0]"),
-        (lambda: ball().simulate(0.01, 1e-3, initial={"h": [0.1, 0, 0]}),
-            "the shape is (3,), (4,) is needed; try: a unit quaternion (w, x, y, z), [1, 0, 0, 0] for none; of"),
         (lambda: list(solution()), "there is no column 0; try: t, q and v by their names: solution.q[0] is the first"),
         (lambda: solution().save("a.npz", format="csv"), "no argument 'format'; try: save(\"run.csv\"), by the ending"),
-        (lambda: solution().animate("a.html", fps=30), "no argument 'fps'; try: animate(path), whose page has its own"),
     ],
 )  # fmt: skip  # a table
 def test_what_a_call_was_meant_to_be_is_told(call: Callable[[], Any], piece: str) -> None:
@@ -392,7 +365,7 @@ def test_the_size_of_a_step_is_no_input() -> None:
         arm().start(step=1e-3).step(2e-3)
         arm().start(step=1e-3).step([1e-3])
     text = refused(lambda: eomgen.build(slider().build(), profile="quick").start(step=1e-3).step(1e-3))
-    assert "u: these are the inputs of a step, and the scene has none; a step is 0.001 s long" in text
+    assert "u: these are inputs, and the scene has none; a step is 0.001 s long" in text
     assert "the size of steps is set by start(step=...)" in text
 
 
@@ -432,7 +405,7 @@ def test_options_of_robots_have_their_counterparts_in_scenes(tmp_path: Path) -> 
 
 
 def test_transmissions_that_are_missing_are_noted() -> None:
-    none = "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint"
+    none = "the file has no <transmission>; actuated=True gives an input for each joint"
     assert none in load_urdf(ROBOT, transmissions=True).notes
     assert none not in load_urdf(ROBOT).notes
 

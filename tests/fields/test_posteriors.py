@@ -32,7 +32,7 @@ from eomgen.fields import (
     split_r_hat,
     white,
 )
-from tests.fields.density import counted, density
+from tests.fields.density import density
 
 AXES = (0, 1, 2)
 MESHES = [Mesh((9,), 40.0), Mesh((8, 6), (40.0, 25.0)), Mesh((6, 5, 7), 40.0)]
@@ -131,45 +131,6 @@ def test_derivatives_against_differences(case: str) -> None:
         assert np.abs(product - change).max() <= 2e-9 * np.abs(product).max()
 
 
-@pytest.mark.slow
-def test_a_likelihood_of_ones_own_is_one_line() -> None:
-    """Student's distribution about a density with a threshold, C of which nobody has written."""
-    mesh = MESHES[2]
-    operator = amplitude(mesh, spectrum_of)
-    data = {"seen": stream(2).random(mesh.cells)}
-    line = "3*log(1 + (seen - exp(1.4*s - 0.2*exp(-0.5*s)))**2/5)"
-    posterior = FieldPosterior(mesh, line, {"s": operator}, data)
-    x = mesh.white(stream())
-    s = np.fft.irfftn(operator.symbol * x, mesh.cells, AXES, norm="ortho")
-    mean = np.exp(1.4 * s - 0.2 * np.exp(-0.5 * s))
-    off = data["seen"] - mean
-    residual = 6 * off / (5 + off**2) * -mean * (1.4 + 0.1 * np.exp(-0.5 * s))
-    exact = x + operator.symbol * np.fft.rfftn(residual, norm="ortho")
-    assert posterior.gradient(x) == pytest.approx(exact, abs=1e-12)
-    sampler = Sampler(posterior, start="zero", seed=1)
-    sampler.warm_up(20)
-    assert sampler.draw(20).acceptance > 0.3
-
-
-@pytest.mark.slow
-def test_what_is_not_asked_for_is_not_in_the_c() -> None:
-    posterior, truth = counted(16, 0.04)
-    cells = posterior.source[posterior.source.index("Sum of the energies") :]
-    assert "pow" not in cells.lower() and "data[1]" not in cells
-    ones = np.ones(posterior.mesh.cells)
-    whole = FieldPosterior(
-        posterior.mesh,
-        poisson(0.04, posterior.operators["s"].variance, response=True),
-        posterior.operators,
-        {**posterior.data, "response": ones},
-    )
-    assert "data[1]" in whole.source
-    assert whole.gradient(truth) == pytest.approx(posterior.gradient(truth), abs=1e-13)
-    none = FieldPosterior(posterior.mesh, "0", posterior.operators)
-    assert none.prior_alone and "field_residual" not in none.source
-    assert none.gradient(truth) == pytest.approx(truth, abs=0)
-
-
 def test_energies_are_summed_with_compensation() -> None:
     large = 1e10 * stream().standard_normal(5003)
     values = np.concatenate([large, [1.0], -large])  # cells that fill no whole vectors at the end
@@ -220,15 +181,6 @@ def test_the_mode_is_where_the_gradient_is_nought(case: str) -> None:
     if case in ("poisson", "biased"):  # convex: one mode, from anywhere
         other = posterior.mode(3.0 * MESHES[2].white(stream()))
         assert other.spectrum == pytest.approx(mode.spectrum, abs=1e-6)
-
-
-def test_a_cell_with_very_many_counts_has_a_mode() -> None:
-    posterior, _ = counted(16, 0.04)
-    counts = posterior.data["counts"].copy()
-    counts[3, 4, 5] = 1e4
-    energy = poisson(0.04, posterior.operators["s"].variance)
-    posterior = FieldPosterior(posterior.mesh, energy, posterior.operators, {"counts": counts})
-    assert posterior.mode().gradient <= 1e-8
 
 
 MESH = MESHES[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pytest
@@ -80,71 +80,10 @@ def test_energy_errors_of_counts_have_mean_weight_one(method: str, step: float) 
     assert 0.3 < samples.acceptance < 0.99
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("method", "step"), [("suzuki4", 0.7), ("minimum_norm2", 0.75)])
-def test_samples_of_many_cells(method: str, step: float) -> None:
-    """Identities on 600 trajectories, and gradients for each independent sample (check 6 of the research dossier;
-    its prototype has 17.8 and 5.5 for cells).
-
-    Bins of k are alike, and the estimate of each has an error of a fifth: their mean is held against the bound, and
-    each of them with its error.
-    """
-    posterior, truth = counted(32, 0.04)
-    options: Any = {"method": method, "step": step, "first": "drift", "start": [truth], "seed": 3}
-    samples = Sampler(posterior, **options, watched=range(0, 32**3, 109)).draw(600)
-    check_identities(samples)
-    assert abs(samples.acceptance - samples.expected_acceptance) <= 0.03
-    of_cells, worst = samples.gradients_per_sample
-    assert of_cells <= 1.2 * {"suzuki4": 17.8, "minimum_norm2": 5.5}[method]
-    bound = {"suzuki4": 20.0, "minimum_norm2": 8.0}[method]
-    each = float(np.mean(samples.gradients)) * autocorrelation_time(samples.power)
-    assert each.mean() <= bound
-    assert worst == pytest.approx(each.max()) and worst <= bound * (1.0 + 2.0 * samples.autocorrelation_error)
-
-
 def test_few_samples_have_no_autocorrelation_time() -> None:
     chains = np.random.default_rng(1).standard_normal((3, 7))
     assert all(np.isnan(autocorrelation_time(chains[:, :count])) for count in (4, 5, 6))
     assert autocorrelation_time(chains) > 0.0
-
-
-@pytest.mark.long_cases("32-steps1-60-1.73-0.15")
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("cells", "steps", "trajectories", "expected", "within"),
-    [
-        (16, {"leapfrog": 0.15, "suzuki4": 0.265}, 100, 2.05, 0.15),
-        (32, {"leapfrog": 0.08, "suzuki4": 0.19}, 60, 1.73, 0.15),
-    ],
-)
-def test_leapfrogs_win_where_stability_bounds_steps(
-    cells: int, steps: dict[str, float], trajectories: int, expected: float, within: float
-) -> None:
-    """Check 7: one object in a cell and the mass of the prior, gradients for each accepted trajectory of order 4 over
-    those of leapfrogs, at the steps that are best on a grid."""
-    posterior, truth = counted(cells, 1.0)
-    costs = []
-    for method in ("leapfrog", "suzuki4"):
-        sampler = Sampler(posterior, method=method, mass="prior", step=steps[method], first="drift", start=[truth],
-                          seed=3, guard=math.inf)  # fmt: skip
-        samples = sampler.draw(trajectories)
-        taken = np.exp(-np.maximum(samples.energy_errors, 0.0))
-        costs.append(float(np.mean(samples.gradients)) / float(taken.mean()))
-    assert costs[1] > costs[0]
-    assert costs[1] / costs[0] == pytest.approx(expected, rel=within)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("method", "step"), [("suzuki4", 0.75), ("leapfrog", 0.14)])
-def test_chains_of_scattered_starts_come_together(method: str, step: float) -> None:
-    """Random splitting: four chains from 0 to 1.2 times the prior agree within 220 samples (check 8)."""
-    posterior, _ = counted(16, 0.04)
-    drawn = posterior.mesh.white(np.random.Generator(np.random.Philox(8)))
-    starts = [size * drawn for size in (0.0, 0.5, 1.0, 1.2)]
-    cells = range(0, 16**3, 5)
-    sampler = Sampler(posterior, method=method, step=step, start=starts, chains=4, seed=9, watched=cells)
-    sampler.draw(20)
-    assert sampler.draw(200).r_hat < 1.06
 
 
 @pytest.mark.slow

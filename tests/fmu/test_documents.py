@@ -12,7 +12,6 @@ import pytest
 from eomgen.products.fmu.export import fmu_files
 from tests.browser.chromium import MISSING, Browser, chromium
 from tests.fmu.test_calls import ranged_ball
-from tests.fmu.test_fmu import pendulum
 from tests.models.library import scene
 
 ROOT = Path(__file__).parents[2]
@@ -39,18 +38,6 @@ def test_the_page_has_a_table_of_variables() -> None:
     weight = {"value": 0.25, "unit": "kg", "description": "of <one>"}
     fixed = scene("balls", parameters={"weight": weight}, bodies__one__mass="weight")
     assert cells(page_of(fixed), "weight") == ["weight", "0.25", "kg", "of &lt;one&gt;"]
-
-
-def test_the_page_says_only_sentences_of_this_fmu() -> None:
-    balls = page_of(scene("balls"), types="CS")
-    for absent in ("Model exchange", "constraint", "uaternion", "Inputs", "Differential-algebraic", "Sampled"):
-        assert absent not in balls, absent
-    assert "Events of the scene act within steps." in balls
-    pushed = page_of(pendulum(), dae=True, arrays=True)
-    assert "Inputs are held over a communication step" in pushed and "Events of the scene" not in pushed
-    assert cells(pushed, "tip[3]")[2:4] == ["output", "m"]
-    assert cells(pushed, "dae")[4] == "false" and "FMI-LS-DAE, draft 1.0.0-alpha.1" in pushed
-    assert cells(pushed, "dae.algebraic[0]")[3] == "rad/s^2" and cells(pushed, "dae.residual[0]")[3] == "N m"
 
 
 @pytest.mark.slow

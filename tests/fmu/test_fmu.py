@@ -1,4 +1,4 @@
-"""FMUs of a pendulum: validated by FMPy, run as co-simulation to the bits of ``simulate``, and as model exchange."""
+"""FMUs of a pendulum: held inputs, the bytes of the archive, names and units, mistakes in options."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.products.fmu.export import fmu_files
-from tests.fmu.importers import Unit, columns, messages_of, names_of, recorded, run, written
+from tests.fmu.importers import Unit, messages_of, names_of, written
 from tests.models.doubtful_scenes import UNRESOLVED, stuck
 from tests.models.scenes import PENDULUM_TOML
 
@@ -39,18 +39,6 @@ def file_of(version: int) -> Path:
 @cache
 def model() -> eomgen.Model:
     return eomgen.build(pendulum())
-
-
-@pytest.mark.slow
-def test_co_simulation_has_the_bits_of_simulate_and_model_exchange_meets_a_refined_run() -> None:
-    file = file_of(3)
-    rows = run(file, "CoSimulation", END, STEP)
-    for name, values in columns(model().simulate(END, STEP, error_estimate=False), recorded(file)).items():
-        assert np.array_equal(rows[name], values), name
-    rows = run(file_of(2), "ModelExchange", END, 1e-2, relative_tolerance=1e-11)
-    refined = model().simulate(END, 1e-2, method="taylor", tolerance=1e-13, error_estimate=False)
-    for name, values in columns(refined, recorded(file)).items():
-        assert np.max(np.abs(rows[name] - values)) <= 1e-8, name
 
 
 @pytest.mark.slow

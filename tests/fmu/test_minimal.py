@@ -132,17 +132,6 @@ def test_states_without_a_solution_are_discarded(version: int) -> None:
     assert unit.rates(inside) == 0
 
 
-@pytest.mark.slow
-def test_co_simulation_of_the_same_fmu_has_the_states_too() -> None:
-    name = "four_bar/scene.toml"
-    step = eomgen.load(EXAMPLES / name).simulation.step
-    rows = run(minimal_of(name), "CoSimulation", 20 * step, step, output=["q.drive", "v.drive", "minimal.q[0]"])
-    solution = model_of(name).simulate(20 * step, record_every=1, error_estimate=False)
-    for column, values in columns(solution, ["q.drive", "v.drive"]).items():
-        assert np.array_equal(rows[column], values)
-    assert np.array_equal(rows["minimal.q[0]"], rows["q.drive"])
-
-
 def test_scenes_without_minimal_coordinates_are_refused() -> None:
     plain: dict[str, Any] = {"binary": False, "reference": False, "minimal": True}
     with pytest.raises(ModelError, match="of a scene without constraints are minimal already; try: no option"):

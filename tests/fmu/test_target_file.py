@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import zipfile
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.errors import FileError, ToolchainError
+from eomgen.errors import FileError
 from eomgen.products.fmu import export
 from tests.models.scenes import PENDULUM_TOML
 
@@ -45,15 +44,3 @@ def test_targets_that_are_no_files_are_refused_before_the_work(
     text = f"input/output error: {path}: this is {kind}, and a file is to be written; try: the name of a new file"
     assert str(caught.value) == text
     assert path.exists() and not path.is_file()
-
-
-def test_a_compiler_that_fails_leaves_the_sources_where_the_message_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("CC", "false")
-    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
-    with pytest.raises(ToolchainError) as caught:
-        eomgen.fmu(scene_file(tmp_path), tmp_path / "pendulum.fmu", reference=False)
-    folder = re.search(r"sources kept in (\S+):", str(caught.value))
-    assert folder is not None
-    assert list(Path(folder[1]).glob("*.c"))

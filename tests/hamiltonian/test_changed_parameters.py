@@ -140,7 +140,7 @@ def test_a_method_of_a_file_is_named_with_its_line(
 
 
 def test_an_empty_method_of_a_call_is_refused() -> None:
-    with pytest.raises(eomgen.UsageError, match='method: the name of the method is empty; try: "omf4", or no'):
+    with pytest.raises(eomgen.UsageError, match="a method is called by its name, not ''; try: \"omf4\", or no"):
         oscillator().simulate(method="")
 
 

@@ -18,9 +18,9 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.formula.evaluate import evaluate
-from eomgen.products.fields.commands import _numbers, _print_data, show
+from eomgen.products.fields.commands import _numbers, show
 from eomgen.products.fields.documents.document import NamedNumber
-from eomgen.products.fields.documents.reading import hamiltonian_from_data, load_hamiltonian
+from eomgen.products.fields.documents.reading import hamiltonian_from_data
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
 from eomgen.products.fields.hamiltonian.code import derive_hamiltonian, library_files, program_of
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
@@ -181,18 +181,6 @@ def test_a_run_says_energies_outputs_and_what_it_cost() -> None:
 
 
 @pytest.mark.slow
-def test_compensated_sums_lose_less_over_many_steps() -> None:
-    compiled = model("henon_heiles")
-    options: dict[str, Any] = {"method": "yoshida8", "record_every": 1000, "initial": {"x": 0.05, "p_x": 0.1}}
-    errors = [
-        compiled.simulate(2000.0, 0.02, compensated=compensated, **options).energy_error
-        for compensated in (False, True)
-    ]
-    assert errors[1] < errors[0] / 3
-    assert errors[1] < 2e-14
-
-
-@pytest.mark.slow
 def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     document = hamiltonian_from_data(BODIES)
     assert [item.name for item in document.parameters] == ["m0", "m1", "m2"]
@@ -342,22 +330,6 @@ def test_info_says_the_terms_the_functions_and_the_method(capsys: pytest.Capture
     assert "separable False" in table and "coupled turning" in table and "k = 40" in table
 
 
-def test_tables_show_the_first_entries_of_long_lists(capsys: pytest.CaptureFixture[str]) -> None:
-    _print_data(
-        {
-            "name": "n",
-            "files": ["f"],
-            "few_numbers": [1.5, 2.0],
-            "none": [],
-            "many": list(range(23)),
-            "t": {"a": [1, 2]},
-        }
-    )
-    rows = capsys.readouterr().out.splitlines()
-    assert [row.split() for row in rows[:2]] == [["n"], ["few", "numbers", "1.5,", "2"]]
-    assert " ".join(" ".join(rows[2:]).split()) == f"many {' '.join(map(str, range(20)))} 3 more t a = 1, 2"
-
-
 def test_numbers_of_the_command_line_have_the_unit_of_their_label() -> None:
     items = [NamedNumber("length", 1.0, "m"), NamedNumber("w", 2.0)]
     assert _numbers("--set", ["length=250 mm", "w=-3"], items) == {"length": 0.25, "w": -3.0}
@@ -394,7 +366,7 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert main(["linearize", str(file)]) == 3
     assert "this is a Hamiltonian system, and this command or function is for mechanical" in capsys.readouterr().err
     assert main([*arguments, "--rho-inf", "0.5"]) == 2
-    assert "--rho-inf: this option belongs to mechanical scenes" in capsys.readouterr().err
+    assert "rho_inf belongs to mechanical scenes" in capsys.readouterr().err
     assert main([*arguments, "--tolerance", "1e-6", "--method", "rk45", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["tolerance"] == 1e-6
 
@@ -410,8 +382,6 @@ def test_python_takes_such_files_by_the_same_verbs(tmp_path: Path) -> None:
         eomgen.UsageError, match="terms belongs to mechanical scenes, and henon_heiles is a Hamiltonian"
     ):
         eomgen.build(document, ["mass"])
-    with pytest.raises(eomgen.UsageError, match=r"read from a \.toml file"):
-        load_hamiltonian(tmp_path / "system.json")
 
 
 def test_definitions_of_copies_stand_in_their_terms() -> None:
@@ -521,8 +491,8 @@ POLAR = {"coordinates": {"x": {**START, "momentum": "p", "masss": 1}, "y": START
         (changed(definitions={"x": "y"}), r"the name x is given twice, in \[coordinates\] too; try: another name$"),
         (changed(definitions={"sin": "y"}), r"\(definitions.sin\): the name sin is a word of formulas; try: sin_value"),
         (changed(definitions={"a": "sqrt("}), r"\(definitions.a\): "),
-        (chained(200, "sin(d)"), r"more than 50 definitions are within one another .*; try: shorter definitions, or"),
-        (chained(17, "d + d*x"), r"the formula has \d+ operations in \d+ levels with its definitions written out, of"),
+        (chained(200, "sin(d)"), r"the formula has 150 operations in 151 levels, .*; try: shorter definitions, or"),
+        (chained(17, "d + d*x"), r"the formula has \d+ operations in \d+ levels, of"),
         (changed(simulation={"tolerance": 1e-6}), 'a tolerance belongs to rk45, .*; try: method = "rk45"'),
         (
             changed(simulation={"tolerance": 0.5, "method": "rk45"}),
@@ -545,7 +515,7 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
         ({"method": "bcss2"}, "method: the method bcss2 was removed; try: bcss3"),
         ({"method": "Velocity-Verlet"}, 'try: leapfrog, which first="kick" begins with a kick'),
         ({"method": "ias15"}, "try: gauss12 or kahan_li8, or rk45, which chooses its steps"),
-        ({"t_end": 1e10, "step": 1e-300}, r"inf steps of 1e-300 would lead to 1e\+10, and 1e\+15 are"),
+        ({"t_end": 1e10, "step": 1e-300}, r"inf steps of 1e-300 would lead to 1e\+10; 1e\+15 are"),
         ({"t_end": 1e300}, r"1e\+301 steps of 0\.1 .*; try: a step of 1e\+285 or more, or an earlier end"),
         ({"first": "swing"}, "a step begins with a drift or a kick, not with 'swing'"),
         ({"tolerance": 1e-6}, r'omf4 takes equal steps, and .* to rk45; try: method="rk45"'),

@@ -70,21 +70,6 @@ def test_it_refuses_what_is_refused(data: dict[str, Any], text: str) -> None:
     assert len(found) == 1 and text in found[0], found
 
 
-def test_names_of_entries_are_legal_names() -> None:
-    """Names of copies have indices in braces, and of terms of H they are free."""
-    for schema, sections in (
-        (COORDINATES, {"parameters", "coordinates", "definitions", "outputs"}),
-        (FIELDS, {"parameters", "definitions", "operators", "data"}),
-    ):
-        restricted = {key for key, entry in schema["properties"].items() if "patternProperties" in entry}
-        assert restricted == sections
-        assert all(schema["properties"][key]["additionalProperties"] is False for key in sections)
-        assert [*schema["properties"]["operators" if "operators" in sections else "outputs"]["patternProperties"]] == [
-            schema["properties"]["name"]["pattern"]
-        ]
-    assert "patternProperties" not in json.dumps(COORDINATES["$defs"]["Copies"])
-
-
 def test_the_command_prints_it(capsys: pytest.CaptureFixture[str]) -> None:
     for kind, schema in (("hamiltonian", COORDINATES), ("fields", FIELDS)):
         assert main(["schema", "--kind", kind]) == 0

@@ -18,8 +18,6 @@ from eomgen.simulation.stepping.settings import stepper_library, stepper_setting
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.integrators import similar_scenes
 from tests.integrators.test_taylor import SCENES as TREES
-from tests.simulation.test_angles_over_turns import model as wound_spring
-from tests.simulation.test_angles_over_turns import started
 
 Array = NDArray[np.float64]
 #: R with a moving base and an input; R3xSO3 and SO3; internal states and an input; loops on both groups; rolling.
@@ -50,19 +48,6 @@ def errors(found: eomgen.Solution, true: eomgen.Solution) -> Array:
     names = ("q", "v", "a", "multipliers", "z")
     pairs = ((getattr(found, name), getattr(true, name)) for name in names)
     return np.array([np.abs(ours - other).max() for ours, other in pairs if ours.size])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "case", [{"rho_inf": 0.0}, {"rho_inf": 1.0}, {"method": "hht", "alpha": 0.2}, {"method": "wbz"}]
-)
-def test_every_damping_keeps_the_order(case: dict[str, Any]) -> None:
-    true = exact("controlled")
-    coarse, fine = (
-        errors(model("controlled").simulate(0.4, 0.02, tolerance=tolerance, **case, **QUIET), true)
-        for tolerance in (1e-5, 1e-7)
-    )
-    assert np.log10(coarse / fine) == pytest.approx(2.0, abs=0.25)
 
 
 def true_step(made: eomgen.Model, rows: eomgen.Solution, index: int, step: float) -> tuple[Array, Array, Array]:
@@ -184,15 +169,6 @@ def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
     assert 5 * ours.stats["own_steps"] < fixed.stats["steps"]
 
 
-@pytest.mark.slow
-def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
-    made = eomgen.build(TREES["controlled"]())
-    given = made.simulate(0.4, 0.1, rho_inf=0.5, tolerance=1e-4, **QUIET)
-    assert (given.metadata["method"], given.metadata["settings"]["rho_inf"]) == (ADAPTIVE, 0.5)
-    assert made.simulate(0.4, 0.1, method="hht", tolerance=1e-4, **QUIET).metadata["method"] == "hht_adaptive"
-    assert made.simulate(0.4, 0.1, **QUIET).metadata["method"] == "generalized_alpha"
-
-
 @pytest.mark.slow_cases("generalized_alpha_index3-velocities lie off the constraints by the square of the step")
 @pytest.mark.parametrize(
     ("method", "text"),
@@ -212,25 +188,6 @@ def test_what_cannot_follow_a_tolerance_says_why_and_what_can(method: str, text:
     with pytest.raises(eomgen.UsageError) as raised:
         model("controlled").simulate(0.4, 0.1, method=method, tolerance=1e-4)
     assert f"tolerance: {method} takes no tolerance: " in str(raised.value) and text in str(raised.value)
-
-
-@pytest.mark.slow
-def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
-    made = wound_spring()
-    turning = started(0.0, 40.0)
-    fixed = made.simulate(2.0, 1e-3, record_every=500, initial=turning, **QUIET)
-    found = made.simulate(2.0, 0.5, tolerance=1e-5, initial=turning, **QUIET)
-    assert np.ptp(fixed.outputs["angle"]) > 4.0 * np.pi
-    assert found.outputs["angle"] == pytest.approx(fixed.outputs["angle"], abs=1e-2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", [ADAPTIVE, "rk45"])
-def test_single_precision_takes_the_tolerances_it_can(method: str) -> None:
-    made = eomgen.build(TREES["flyer"](), method=method, real="float")
-    found = made.simulate(0.4, 0.02, method=method, tolerance=1e-9, **QUIET)
-    assert found.success, found.message
-    assert np.abs(found.q - exact("flyer").q).max() < 3e-4 and found.stats["own_steps"] < 1000
 
 
 @pytest.mark.slow

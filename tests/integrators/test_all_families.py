@@ -129,19 +129,3 @@ def test_order_on_a_long_chain(method: str, order: int) -> None:
     ends = [made.simulate(0.05, 0.05 / n, method=method, error_estimate=False).q[-1] for n in counts]
     errors = [np.abs(end - exact).max() for end in ends]
     assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.4 if order == 5 else 0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["tdg2", "rattlie"])
-def test_a_step_within_which_a_body_turns_all_around_ends_the_run(method: str) -> None:
-    found = spinning().simulate(1.0, 0.2, method=method, error_estimate=False)
-    assert not found.success and len(found.t) == 1
-    assert "a body turns by more than 0.9 of a full turn within one step" in found.message
-    assert "try: a step smaller than 0.2 s" in found.message
-
-
-@cache
-def spinning() -> eomgen.Model:
-    builder = eomgen.SceneBuilder("top", gravity=[0, 0, 0]).body("top", 1.0, inertia=[1.0, 1.0, 1.5])
-    builder.joint("pivot", "spherical", "base", "top", initial={"velocity": [0.1, 0.0, 30.0]})
-    return eomgen.build(builder.build(), profile="quick")

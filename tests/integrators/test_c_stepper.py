@@ -15,7 +15,6 @@ from eomgen.lie import numeric, product
 from eomgen.lie.groups import SE3
 from tests.anchors import anchor
 from tests.integrators.stepper_models import (
-    BAD_ARGUMENT,
     EDGE_PARAMETERS,
     PROGRAMS,
     build,
@@ -125,28 +124,6 @@ def test_poor_factors_are_renewed(built):
     assert state["halvings"] == 0
 
 
-@METHODS
-def test_a_step_in_which_time_does_not_move_on_is_refused(built, method):
-    model = heavy_top()
-    stepper = built(model, method)
-    assert stepper.initialize(model.q, model.v, t=1e17, step=0.5).status == 0
-    outcome = stepper.run(3)
-    assert (outcome.status, outcome.text, outcome.state["count"]) == (4, BAD_ARGUMENT, 0)
-
-
-@pytest.mark.slow_except("rkmk")
-@METHODS
-def test_inputs_without_formula_need_a_table(tmp_path, method):
-    model = tied_body()
-    del model.functions["inputs"]
-    model.c_text = model.c_text.replace("void tied_inputs", "static inline void unused_inputs")
-    stepper = build(tmp_path, model, method, TIED)
-    outcome = stepper.initialize(model.q, model.v)
-    assert (outcome.status, outcome.text) == (4, BAD_ARGUMENT)
-    assert stepper.initialize(model.q, model.v, table=np.ones((3, 2))).status == 0
-    assert stepper.run(3).status == 4
-
-
 @pytest.mark.slow
 @METHODS
 def test_quaternions_keep_their_length_and_are_not_flipped(built, method):
@@ -220,13 +197,3 @@ def test_iteration_matrix_in_c_is_the_derivative_of_the_step(tmp_path, rng):
     pointers = [np.ascontiguousarray(x).ctypes.data_as(ctypes.c_void_p) for x in (q, model.v, D)]
     library.test_inverse(*pointers, ctypes.c_double(step), inverse.ctypes.data_as(ctypes.c_void_p))
     assert inverse @ np.array(columns) == pytest.approx(np.eye(7), abs=1e-8)  # both transposed
-
-
-@pytest.mark.slow
-def test_other_number_types_leave_the_stepper_out(tmp_path):
-    for name in ("COMPLEX", "LANES"):
-        model = heavy_top()
-        flags = [f"-DEOMGEN_REAL_{name}", "-Wno-psabi"]
-        stepper = build(tmp_path / name, model, ALPHA, flags=flags)
-        assert stepper.sizes["state"] == 0
-        assert stepper.library.eomgen_status_text(4) == b"this model was compiled without a stepper"

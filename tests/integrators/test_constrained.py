@@ -9,8 +9,6 @@ import pytest
 from eomgen.errors import UsageError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.generalized_alpha_cases import hht
-from eomgen.integrators.newton.matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
-from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_layout import default_settings, row_layout
 from tests.anchors import anchor
 from tests.integrators.constrained_models import (
@@ -120,26 +118,6 @@ def test_consistent_start_of_the_heavy_top(compiled, group, linear):
 
 
 @pytest.mark.slow
-def test_algorithmic_acceleration_starts_with_the_right_derivative(compiled):
-    # J w' = m X x f - w x J w with f = R^T gravity, f' = -w x f
-    stepper, errors = top(compiled, "SE3"), []
-    J, X, f, w = (
-        np.array([15.234375, 0.46875, 15.234375]),
-        np.array([0.0, 15.0, 0.0]),
-        np.array([0.0, 0, -9.81]),
-        np.array(FAST),
-    )
-    w_dot = (np.cross(X, f) - np.cross(w, J * w)) / J
-    vddot = (np.cross(X, -np.cross(w, f)) - np.cross(w_dot, J * w) - np.cross(w, J * w_dot)) / J
-    for step in (1e-4, 5e-5):
-        state = stepper.start(step=step).state
-        share = float(STABILISED.alpha_m - STABILISED.alpha_f) * step
-        errors.append(np.linalg.norm(((state["a"] - state["vdot"]) / share)[:3] - vddot) / np.linalg.norm(vddot))
-    assert errors[0] < 1e-3
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
-
-
-@pytest.mark.slow
 def test_a_state_off_the_constraints_is_brought_onto_them(compiled):
     stepper = top(compiled, "R3xSO3")
     q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
@@ -200,30 +178,6 @@ def test_the_spatial_variant_is_of_second_order_with_small_constants(compiled, g
         assert slope([4.0, 2.0, 1.0], [error[column] for error in errors]) == pytest.approx(2.0, abs=0.12)
     assert errors[-1][1] <= SPATIAL[group, form] * TABLE[group, form][13][1]
     assert errors[0][1] <= SPATIAL[group, form] * TABLE[group, form][11][1]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("group", "form"), SPATIAL)
-def test_the_spatial_variant_bears_turns_of_a_third_of_a_radian_per_step(compiled, group, form):
-    stepper = top(compiled, group, GeneralizedAlpha(0.9, form, "spatial"))
-    stepper.start(step=2.0**-9)
-    outcome = stepper.run(2**9, every=2**5)
-    assert outcome.status == 0
-    assert top_errors(outcome.rows)[1] <= 0.03
-    assert outcome.state["max_constraint"] <= 1e-12
-
-
-@pytest.mark.slow
-def test_without_rotations_the_spatial_variant_is_the_plain_one(compiled):
-    plain, spatial = (
-        compiled("hinges", lambda: chain(2), GeneralizedAlpha(0.9, "stabilised", variant))
-        for variant in ("F0", "spatial")
-    )
-    rows = []
-    for stepper in (plain, spatial):
-        stepper.start(step=1e-3)
-        rows.append(stepper.run(20).rows)
-    assert np.array_equal(rows[0], rows[1])
 
 
 @pytest.mark.slow
@@ -294,9 +248,7 @@ def test_the_stabilised_form_takes_every_spectral_radius(compiled, group, rho):
 
 @pytest.mark.slow
 def test_index_3_refuses_spectral_radii_near_one(compiled):
-    with pytest.raises(
-        UsageError, match=r"does not bear a spectral radius of 0\.99: .* after 351 steps .* form stabilised"
-    ):
+    with pytest.raises(UsageError, match=r"does not bear a spectral radius of 0\.99, .* form stabilised"):
         GeneralizedAlpha(0.99, "index3")
     assert "damps multipliers too little" in GeneralizedAlpha(0.95, "index3").warnings(True)[0]
     assert INDEX_3.warnings(True) == GeneralizedAlpha(1.0).warnings(True) == ()
@@ -317,75 +269,6 @@ def test_a_group_of_rigid_motions_needs_one_factorization(compiled):
             assert state["factorizations"] <= 5
             assert state["newton_iterations"] <= 3200
     assert counts["R3xSO3", "index3"] >= 50 * counts["SE3", "index3"]
-
-
-@pytest.mark.slow
-def test_exact_partials_save_iterations(compiled, tmp_path):
-    means = []
-    without = {"weights.C = step * c->g;": "weights.C = K(0.0);", "weights.K = step * step;": "weights.K = K(0.0);"}
-    for stepper in (top(compiled, "SE3"), compile_scene(tmp_path, heavy_top("SE3"), STABILISED, edits=without)):
-        stepper.start(step=1e-3, **PUBLISHED)
-        means.append(stepper.run(1000).state["newton_iterations"][0] / 1000)
-    assert means[0] <= 3.1
-    assert means[1] >= 1.8 * means[0]
-
-
-@pytest.mark.slow
-def test_index_3_on_se3_keeps_a_joint_to_ground_exactly(compiled):
-    stepper = top(compiled, "SE3", INDEX_3)
-    stepper.start(step=5e-3)
-    outcome = stepper.run(200)
-    assert outcome.state["max_constraint_velocity"] <= 1e-10
-    plain = compiled("joint", lambda: heavy_top(coordinates="joint"))
-    plain.start(step=5e-3)
-    rows = plain.run(200).rows
-    for one, other in zip(outcome.rows, rows, strict=True):
-        p = other[1:5]
-        y = [2 * (p[1] * p[2] - p[0] * p[3]), 1 - 2 * (p[1] ** 2 + p[3] ** 2), 2 * (p[2] * p[3] + p[0] * p[1])]
-        assert one[5:8] == pytest.approx(y, abs=1e-11)
-
-
-@pytest.mark.slow
-def test_small_steps_do_not_spoil_the_matrix(compiled):
-    stepper, conditions = top(compiled, "R3xSO3"), []
-    samples, unknowns = samples_of(stepper.system), Unknowns(6, 3, 3, True)
-    terms = iteration_terms(unknowns, stepper.system.factors, samples.packing)
-    start, count = samples.packing.blocks["B"]
-    for step in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
-        T = tangent_numbers(stepper.system.factors, terms, step * samples.v)
-        weights = [3.971, 1.995 * step, step * step, 1.995, step, 1.0, 1.0]
-        entries = evaluate_terms(terms, samples.numbers, T, samples.numbers[:, start : start + count], weights)
-        S = np.zeros((12, 12))
-        for place, values in entries.items():
-            S[place] = values[0]
-        conditions.append(np.linalg.cond(S))
-    assert max(conditions) < 2.0 * min(conditions)
-    stepper.start(step=1e-6)
-    rows = stepper.run(100).rows
-    exact = np.array([top_solution(FAST)(row[0])[3] for row in rows])
-    assert np.abs(rows[:, -3:] - exact).max() < 1e-6 * np.abs(exact).max()
-
-
-def test_a_state_says_how_it_meets_the_constraints(compiled):
-    stepper = top(compiled, "R3xSO3", INDEX_3)
-    stepper.start(step=1e-3)
-    drift = stepper.run(100).state["max_constraint_velocity"]
-    assert 1e-2 < drift < 4e-2
-    stepper.start(step=5e-4)
-    assert stepper.run(200).state["max_constraint_velocity"] == pytest.approx(drift / 4.0, rel=0.1)
-
-
-def test_a_step_that_turns_too_far_is_refused(compiled):
-    stepper = top(compiled, "SE3")
-    assert stepper.start(step=0.0375).status == 0
-    outcome = stepper.run(3)
-    assert stepper.start(step=0.038).status == 0
-    outcome = stepper.run(1)
-    assert (outcome.status, outcome.text) == (
-        5,
-        "a body turns by more than 0.9 of a full turn within one step; reduce the step",
-    )
-    assert outcome.state["halvings"] == 0
 
 
 @pytest.mark.slow

@@ -13,7 +13,6 @@ from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.integrators.stepper_data import method_data
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.system.system import Facts
 from tests.integrators.stepper_models import BAD_ARGUMENT, EDGE_PARAMETERS, build, edge, free_motion, tied_body
 
 ALPHA, RKMK = GeneralizedAlpha(0.9), RUNGE_KUTTA_MUNTHE_KAAS_4
@@ -174,18 +173,3 @@ def test_what_a_model_lacks_is_named_before_any_code_exists():
         UsageError, match=r"method\.step: the step must be a positive number of seconds, not 0; try: 1e-3"
     ):
         method_data(ALPHA, tied_body(), 0)
-
-
-def test_needs_are_checked_before_any_code_exists():
-    class Constrained:
-        facts = Facts(constant_mass=True, velocity_forces=True, smooth=True, moving_base=False, constraints=True)
-        factors, functions = tied_body().factors, tied_body().functions
-        multipliers, holonomic = ("row",), 1
-
-    with pytest.raises(
-        ModelError, match=r"runge_kutta needs a system without constraints: .*try: rk4_partitioned, which"
-    ):
-        method_data(RKMK, Constrained())
-    calls = "constraint_bias, constraint_size, equations, iteration, jacobian_values"
-    with pytest.raises(ModelError, match=f"calls {calls}, which the model"):
-        method_data(ALPHA, Constrained())

@@ -82,15 +82,6 @@ def test_mistakes_are_answered_as_those_of_other_methods(options, said: str) -> 
 
 
 @pytest.mark.usefixtures("installed")
-def test_a_run_in_two_parts_has_the_bits_of_one(tmp_path: Path) -> None:
-    model, file = pendulum(), tmp_path / "run.ckpt"
-    one = model.simulate(0.2, STEP, method=METHOD, order=2)
-    first = model.simulate(0.1, STEP, method=METHOD, order=2, checkpoint=file)
-    whole = first.followed_by(model.resume(file, 0.2))
-    assert np.array_equal(whole.q, one.q) and np.array_equal(whole.v, one.v) and np.array_equal(whole.a, one.a)
-
-
-@pytest.mark.usefixtures("installed")
 def test_states_between_rows_and_changed_parameters() -> None:
     run = pendulum().simulate(0.2, STEP, method=METHOD, record_every=10, parameters={"length": 1.2 * LENGTH})
     fine = pendulum().simulate(0.2, STEP, method=METHOD, record_every=1, parameters={"length": 1.2 * LENGTH})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -60,17 +59,6 @@ OSCILLATOR = {
     "coordinates": {"x": {"initial": [1.0, 0.0]}},
     "simulation": {"duration": 10.0, "step": 0.25},
 }
-
-
-@pytest.mark.slow
-@pytest.mark.long_except("yoshida12", "creutz_gocksch12_1")
-@pytest.mark.parametrize("name", HIGHEST)
-def test_runs_of_order_12_take_seconds(name: str) -> None:
-    model = eomgen.build(OSCILLATOR)
-    began = time.process_time()
-    run = model.simulate(method=name)
-    assert time.process_time() - began < 8.0  # 27 s before
-    assert run.success and run.q[-1, 0] == pytest.approx(math.cos(10.0), abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from scipy.optimize import root
 import eomgen
 from tests.integrators.test_taylor import SCENES, error, model, reference
 from tests.models.distributions import distribution, register
-from tests.models.scenes import breaking_scene
 from tests.models.shear_frame import shear_frame
 
 pytestmark = pytest.mark.slow
@@ -64,16 +63,3 @@ def test_steps_solve_the_midpoint_equations() -> None:
     end = made.simulate(20 * h, h, method=METHOD)
     np.testing.assert_allclose(end.q[-1], q, rtol=0, atol=1e-11)
     np.testing.assert_allclose(end.v[-1], v, rtol=0, atol=1e-10)
-
-
-def test_statistics_settings_and_statuses_are_its_own() -> None:
-    end = frame().simulate(1.0, 0.01, method="gauss_2", error_estimate=False)
-    assert end.metadata["method"] == METHOD
-    assert (end.stats["steps"], end.stats["factorizations"]) == (100, 100)
-    assert end.stats["newton_iterations"] == end.stats["evaluations"] <= 100 * end.stats["most_iterations"]
-    few = frame().simulate(1.0, 0.01, method=METHOD, settings={"max_iterations": 2}, error_estimate=False)
-    assert not few.success and "corrections do not become small" in few.message
-    broken = eomgen.build(breaking_scene(), profile="quick").simulate(1.0, 0.01, method=METHOD)
-    assert not broken.success and "became infinite or not a number" in broken.message
-    with pytest.raises(eomgen.UsageError, match="midpoint has no setting 'rtol'"):
-        frame().simulate(1.0, 0.01, method=METHOD, settings={"rtol": 1e-3})

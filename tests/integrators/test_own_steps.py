@@ -91,28 +91,6 @@ def test_a_jump_ends_a_step_and_the_end_is_exact(method: str, spacing: float, to
     assert found.stats["rejections"] < 30
 
 
-def test_inputs_from_outside_end_steps_at_rows() -> None:
-    made = model("controlled")
-    true = made.simulate(1.05, 0.01, tolerance=1e-11)
-    for signal in (lambda t: np.sin(2 * t) + 0.3 * t, np.sin(2 * true.t) + 0.3 * true.t):
-        found = made.simulate(1.05, 0.01, tolerance=1e-9, inputs={"wish": signal})
-        assert found.stats["own_steps"] >= 105
-        assert np.abs(found.q - true.q).max() < (2e-7 if callable(signal) else 3e-6)
-    held = made.simulate(1.05, 0.5, tolerance=1e-10, inputs={"wish": 0.7})
-    again = made.simulate(1.05, 0.05, tolerance=1e-10, inputs={"wish": lambda t: 0.7})
-    assert np.abs(held.q[-1] - again.q[-1]).max() < 1e-10
-
-
-def test_a_run_ends_where_it_is_asked_to_and_gives_states_between_rows() -> None:
-    found, true = (
-        made.simulate(1.05, 0.1) for made in (model("flyer"), eomgen.build(SCENES["flyer"](), method="taylor"))
-    )
-    assert found.t[-1] == 1.05
-    assert found.message.startswith("reached t = 1.05 s in 11 steps (")
-    at = np.array([0.0, 0.033, np.nextafter(0.1, 1.0), 0.51, 1.049])
-    assert np.abs(found.at(at).q - true.at(at).q).max() < 1e-8
-
-
 @pytest.mark.long_cases("rods_se3-rk45_partitioned-0.1", "rods_se3-rk45_partitioned-1e-13")
 @pytest.mark.parametrize(
     ("name", "method", "tolerance"),

@@ -3,7 +3,6 @@ failures."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,19 +10,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.errors import ModelError
 from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
-from eomgen.integrators.stepper_data import method_data
-from eomgen.mechanics.derive import derive
-from eomgen.scene.joints.model import Constraint, Frame
-from eomgen.scene.load import from_data
 from tests.integrators.constrained_models import (
-    chain,
     compile_scene,
     heavy_top,
-    shaking_base,
     top_errors,
-    two_links,
 )
 from tests.oracles.placed_loops import windows
 from tests.simulation.test_singular_positions import error
@@ -174,53 +165,6 @@ def test_a_start_off_the_constraints_is_corrected_along_the_dependent_components
     independent = [i for i in range(6) if i not in dependent]
     assert np.array_equal(outcome.state["v"][independent], v[independent])
     assert np.abs(outcome.state["v"][dependent] - v[dependent]).max() > 0.5
-
-
-def test_rows_that_repeat_each_other_are_singular_from_the_start(compiled):
-    again = Constraint("again", "spherical", Frame("base"), Frame("top"))
-    outcome = compiled("repeated", replace(heavy_top("R3xSO3"), constraints=(again,))).start(step=1e-3)
-    assert outcome.status == 2 and outcome.text.startswith("the constraints are singular here")
-    system = derive(from_data(double_rocker()))
-    with pytest.raises(ModelError, match="5 constraint rows for 3 velocity components"):
-        method_data(PARTITIONED_RUNGE_KUTTA_4, system)
-
-
-def test_numbers_that_leave_the_finite_ones_leave_the_state_alone(compiled):
-    stepper = compiled("R3xSO3", heavy_top("R3xSO3"))
-    q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
-    assert stepper.initialize(q, np.full(6, np.nan), step=1e-3).status == 3
-    assert stepper.initialize(q, v, step=-1.0).status == 4
-    assert stepper.initialize(q, v, step=1e-3).status == 0
-    before = stepper.run(10).state
-    stepper.state[stepper.layout["vdot"]] = 1e300
-    outcome = stepper.run(5)
-    assert outcome.status == 3 and len(outcome.rows) == 0
-    for key in ("t", "q", "v", "dependent"):
-        assert np.array_equal(outcome.state[key], before[key])
-
-
-@pytest.mark.long
-def test_a_start_that_no_correction_reaches_is_refused(compiled):
-    stepper = compiled("shaken", two_links(base=shaking_base()))
-    q = np.array(stepper.system.initial_q)
-    q[11:14] += 1e4
-    outcome = stepper.initialize(q, np.zeros(stepper.system.nv), step=1e-3)
-    assert (outcome.status, outcome.text) == (6, "the initial configuration cannot be brought onto the constraints")
-
-
-def test_needs_are_said():
-    free = derive(chain(2))
-    with pytest.raises(
-        ModelError, match=r"partitioned needs a system with constraints: .* rk4 does the same work .*try: rk4"
-    ):
-        method_data(PARTITIONED_RUNGE_KUTTA_4, free)
-    lacking = derive(heavy_top(), ("residual", "constraint"))
-    with pytest.raises(ModelError, match="calls constraint_bias, constraint_jacobian, constraint_size, constraint_vel"):
-        method_data(PARTITIONED_RUNGE_KUTTA_4, lacking)
-    with pytest.raises(ModelError, match="rk45 does the same work if there are none"):
-        eomgen.build("examples/spherical_pendulum/scene.toml").simulate(0.1, method="rk45_partitioned")
-    with pytest.raises(ModelError, match=f"{NAME} cannot run on this scene: it needs a system with constraints"):
-        eomgen.build("examples/spherical_pendulum/scene.toml").simulate(0.1, method=NAME)
 
 
 # -- anywhere, in any plane --------------------------------------------------------------------------------------------

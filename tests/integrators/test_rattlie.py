@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import EomgenError
 from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.integrators import rattlie_oracle as oracle
-from tests.integrators.constrained_models import heavy_top, rolling_disc, top_solution
+from tests.integrators.constrained_models import heavy_top, top_solution
 from tests.integrators.stepper_models import rotation
 from tests.models.scenes import flyer
 
@@ -266,34 +265,7 @@ def test_order_at_steps_that_vary() -> None:
     assert orders[2] > 1.8
 
 
-@pytest.mark.slow
-def test_a_simulator_goes_to_any_time_with_whole_steps_and_shorter_ones() -> None:
-    made, ends = four_bar(), []
-    exact = made.simulate(0.2, 5e-5, method="rk4_partitioned", record_every=4000, error_estimate=False)
-    for count in (100, 200, 400):
-        run_ = made.start(method="rattlie", step=0.2 / count)
-        for t in np.linspace(0.0, 0.2, int(count / 1.6) + 1)[1:]:
-            run_.advance(float(t))
-        ends.append(float(np.abs(run_.q - exact.q[-1]).max()))
-    assert slopes(ends) == pytest.approx(2.0, abs=0.15)
-
-
 # -- the house ---------------------------------------------------------------------------------------------------------
-
-
-def refusal(made: eomgen.Model) -> str:
-    with pytest.raises(EomgenError) as caught:
-        made.simulate(0.1, 1e-3, method="rattlie")
-    return str(caught.value)
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_constraints_of_velocities_alone_are_refused_with_what_to_take() -> None:
-    text = refusal(eomgen.build(rolling_disc(), profile="quick"))
-    assert "rattlie cannot run on this scene" in text
-    assert "rolling, skates and other constraints of velocities alone have no positions to hold" in text
-    assert "try: generalized_alpha" in text
 
 
 def test_an_iteration_that_is_not_let_converge_is_said() -> None:
@@ -314,12 +286,3 @@ def test_light_spins_on_heavy_chains_are_solved_by_differences() -> None:
         assert end.success, end.message
         errors.append(float(np.abs(end.v[-1] - exact.v[-1]).max()))
     assert slopes(errors)[-1] == pytest.approx(2.0, abs=0.1)
-
-
-@pytest.mark.slow
-def test_a_machine_at_rest_stays_there() -> None:
-    """Corrections are nothing but rounding then, which no size of the motion tells."""
-    made = eomgen.build("examples/quarter_car_on_bump/scene.toml", profile="quick")
-    end = made.simulate(0.06, 1e-4, method="rattlie", error_estimate=False)
-    assert end.success, end.message
-    assert np.abs(end.q).max() < 1e-12

@@ -9,7 +9,6 @@ import pytest
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.integrators.stepper_data import method_data
-from eomgen.integrators.stepper_layout import default_settings, state_layout
 from tests.integrators.stepper_models import free_motion, heavy_top, tied_body
 
 ALPHA, RKMK = GeneralizedAlpha(0.8), RUNGE_KUTTA_MUNTHE_KAAS_4
@@ -45,16 +44,6 @@ def test_rows_of_the_table_of_inputs():
     alpha, rkmk = data_of(ALPHA, heavy_top()), data_of(RKMK, heavy_top())
     assert (alpha["rows_per_step"], alpha["input_times"]) == (1, [0.0, 1.0])
     assert (rkmk["rows_per_step"], rkmk["input_times"], rkmk["input_rows"]) == (2, [0.0, 0.5, 1.0], [0, 1, 1, 2])
-
-
-def test_settings_and_state_by_name():
-    data = data_of(ALPHA, heavy_top(), 2e-3)
-    settings = default_settings(data)
-    assert list(settings) == ["step", "rho_inf", "rtol", "atol", "max_iterations", "max_halvings", "reuse"]
-    assert (settings["step"], settings["rho_inf"], settings["reuse"]) == (2e-3, 0.8, 1.0)
-    layout = state_layout(data)
-    assert (layout["q"], layout["a"], layout["max_residual"]) == (slice(1, 5), slice(11, 14), slice(31, 32))
-    assert default_settings(data_of(RKMK, heavy_top())) == {"step": 1e-3}
 
 
 def test_factors_are_worth_more_where_they_cost_more():

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import signal
-from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +15,6 @@ from scipy.special import ellipj, ellipk, erf
 import eomgen
 from eomgen.errors import EomgenError
 from eomgen.lie import product
-from tests.models.cosserat import beam_scene
 from tests.models.scenes import flyer_scene, pendulum_scene
 
 Array = NDArray[np.float64]
@@ -105,19 +100,6 @@ def test_order_of_fixed_steps(name: str, order: int) -> None:
     assert slope == pytest.approx(order, abs=0.2)
 
 
-@pytest.mark.slow_cases("7-0.02-0.03-flyer")
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize(("order", "short", "long"), [(7, 0.02, 0.03), (8, 0.03, 0.04), (10, 0.05, 0.06)])
-def test_local_error_of_high_orders(name: str, order: int, short: float, long: float) -> None:
-    made = model(name)
-    errors = [
-        error(made, made.simulate(h, h, method="taylor", order=order, tolerance=0), reference(name, h))
-        for h in (short, long)
-    ]
-    assert errors[0] > 5e-14, "round-off would hide the order"
-    assert np.log(errors[1] / errors[0]) / np.log(long / short) == pytest.approx(order + 1, abs=0.2)
-
-
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_errors_follow_the_tolerance(name: str, tolerance: float) -> None:
@@ -143,24 +125,6 @@ def test_pendulum_against_elliptic_functions() -> None:
     total = solution.energy["total"]
     assert np.ptp(total) < 1e-14 * 20 * gravity * length
     assert solution.stats["expansions"] < 170
-
-
-def test_steps_do_not_depend_on_the_grid_of_records() -> None:
-    made = model("pendulum")
-    fine = made.simulate(1.6, 0.01, method="taylor", tolerance=1e-11)
-    coarse = made.simulate(1.6, 0.4, method="taylor", tolerance=1e-11)
-    assert fine.stats["expansions"] == coarse.stats["expansions"]
-    assert np.abs(fine.q[::40] - coarse.q).max() < 1e-15  # 40 * 0.01 is not 0.4
-    assert np.abs(fine.a[::40] - coarse.a).max() < 1e-12
-
-
-def test_parameters_and_held_inputs_reach_the_series() -> None:
-    made = model("pendulum")
-    options: dict[str, Any] = {"parameters": {"length": 0.8, "shake": 0.1}, "inputs": {"torque": 0.35}}
-    ours = made.simulate(1.0, 0.1, method="taylor", **options)
-    other = made.simulate(1.0, 1e-4, method="rk4", record_every=1000, **options)
-    assert np.abs(ours.q - other.q).max() < 1e-11
-    assert np.abs(ours.q - made.simulate(1.0, 0.1, method="taylor").q).max() > 0.01
 
 
 LATE = 0.503
@@ -210,24 +174,6 @@ def test_steps_end_at_known_corners(said: str) -> None:
     assert fine.stats["rejections"] == 0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("formula", "curve"),
-    [
-        ("told(t)", {"outside": "periodic"}),
-        ("told(t - 0.1)", {"outside": "hold"}),
-        ("told(2 * t)", {"outside": "periodic", "interpolation": "linear"}),
-    ],
-)
-def test_curves_that_repeat_or_hold(formula: str, curve: dict[str, Any]) -> None:
-    made = eomgen.build(pushed(formula, points=[[0, 0], [0.2, 1], [0.5, -2], [0.7, 0]], **curve), method="taylor")
-    ours = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-13)
-    other = made.simulate(1.2, 1e-4, method="rk4", record_every=1000)
-    assert ours.success, ours.message
-    assert np.abs(ours.q - other.q).max() < 1e-11
-    assert ours.stats["rejections"] == 0
-
-
 UNKNOWN = "decided by a tunable parameter or a formula that is not linear in time"
 REFUSED = {
     "the motion": ("abs(v.rail)", "abs(), decided by the motion"),
@@ -255,31 +201,6 @@ def test_corners_at_unknown_times_are_refused(said: str) -> None:
 
 
 @pytest.mark.slow
-def test_beams_are_refused_with_what_in_them_has_corners() -> None:
-    made = eomgen.build(beam_scene(1, {"force": [0.0, 0.0, 1.0]}), profile="quick")
-    with pytest.raises(EomgenError) as caught:
-        made.simulate(1.0, 0.1, method="taylor")
-    assert (
-        "; here are max(), decided by the motion; lt(), decided by the motion (elements of geometrically exact beams"
-        " have these: the rotation vector between two nodes is one formula next to no rotation and another next to half"
-        " a turn); try: "
-    ) in str(caught.value)
-
-
-BAD: list[tuple[dict[str, Any], str]] = [
-    ({"inputs": {"torque": np.sin}}, "input torque: taylor needs the time derivatives of inputs, which a function "),
-    ({"rho_inf": 0.5}, "rho_inf: taylor takes no rho_inf; try: only order, tolerance"),
-]
-
-
-@pytest.mark.parametrize(("options", "text"), BAD)
-def test_what_a_run_cannot_take(options: dict[str, Any], text: str) -> None:
-    with pytest.raises(EomgenError) as caught:
-        model("pendulum").simulate(1.0, 0.1, method="taylor", **options)
-    assert text in str(caught.value)
-
-
-@pytest.mark.slow
 def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
     builder = eomgen.SceneBuilder("explosion", gravity=[0, 0, 0]).body("mass", 1.0)
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 1.0, "velocity": 1.0})
@@ -294,40 +215,6 @@ def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
         " for the time to move on: the motion has a singularity near, or a corner; try: the forces and formulas"
         " near that time, or another method"
     )
-
-
-@pytest.mark.slow
-def test_a_false_small_coefficient_is_found_out() -> None:
-    builder = eomgen.SceneBuilder("late", gravity=[0, 0, 0]).body("mass", 1.0)
-    builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0])
-    made = eomgen.build(builder.effort("push", "rail", "t**24").build(), method="taylor")
-    # all coefficients kept are zero at first
-    solution = made.simulate(1.5, 1.5, method="taylor", order=8, tolerance=1e-10)
-    assert solution.success, solution.message
-    assert solution.q[-1, 0] == pytest.approx(1.5**26 / (25 * 26), rel=1e-6)
-
-
-SOFT: dict[str, tuple[str, Callable[[float], float]]] = {
-    "wall": ("-100 * exp((q.rail - 1) / 0.01)", lambda x: -100 * float(np.exp((x - 1) / 0.01))),
-    "soft step": ("-5 * (1 + tanh((q.rail - 1) / 0.02))", lambda x: -5 * (1 + float(np.tanh((x - 1) / 0.02)))),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("said", SOFT)
-@pytest.mark.parametrize("spacing", [0.5, 0.1, 0.01])
-def test_forces_that_are_not_felt_at_first(said: str, spacing: float) -> None:
-    formula, force = SOFT[said]
-    builder = eomgen.SceneBuilder("late", gravity=[0, 0, 0]).body("ball", 1.0)
-    builder.joint("rail", "prismatic", "base", "ball", axis=[1, 0, 0], initial={"velocity": 1.0})
-    made = eomgen.build(builder.effort("push", "rail", formula).build(), method="taylor")
-    solution = made.simulate(2.0, spacing, method="taylor")
-    assert solution.success, solution.message
-    way = solve_ivp(lambda t, y: [y[1], force(y[0])], (0, 2), [0, 1], "DOP853", rtol=1e-13, atol=1e-13, max_step=1e-3)
-    assert solution.q[-1, 0] == pytest.approx(way.y[0, -1], abs=1e-9)
-    assert solution.v[-1, 0] == pytest.approx(-1.0, abs=1e-9)
-    assert solution.at(way.t).q[:, 0] == pytest.approx(way.y[0], abs=1e-9)
-    assert solution.stats["expansions"] < 60
 
 
 @pytest.mark.slow_except("0.02-0.8-1e-12")
@@ -368,27 +255,6 @@ def test_a_row_that_would_not_end_stops_the_run(options: dict[str, Any]) -> None
     )
 
 
-def test_an_interrupt_between_slow_rows_is_heard() -> None:
-    def progress(done: int, total: int) -> None:
-        if done == 1:
-            os.kill(os.getpid(), signal.SIGINT)
-
-    made = model("pendulum")
-    made.simulate(1.0, 1e-5, method="taylor")  # its rows cost little, and say nothing of those that follow
-    solution = made.simulate(1.0, 1e-5, method="taylor", order=2, tolerance=1e-16, progress=progress)
-    assert solution.interrupted
-    assert len(solution.t) == 2
-
-
-def test_the_only_row_of_a_run_without_steps_is_a_state() -> None:
-    solution = model("pendulum").simulate(0.0, 0.1, method="taylor")
-    found = solution.at([0.0])
-    assert np.array_equal(found.q, solution.q)
-    assert np.array_equal(found.a, solution.a)
-    with pytest.raises(EomgenError, match="at: the solution has 1 row, two are needed"):
-        solution.at([0.1])
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_states_between_rows_are_those_of_the_method(name: str) -> None:
     made = model(name)
@@ -400,16 +266,6 @@ def test_states_between_rows_are_those_of_the_method(name: str) -> None:
     assert np.abs(found.a - fine.a[1::2]).max() < 1e-9
     assert np.abs(found.z - fine.z[1::2]).max(initial=0.0) < 1e-12
     assert np.array_equal(coarse.at(coarse.t[1:]).q, coarse.q[1:])
-
-
-def test_states_of_a_stored_solution_are_interpolated(tmp_path: Path) -> None:
-    solution = model("pendulum").simulate(0.8, 0.02, method="taylor")
-    stored = eomgen.Solution.load(solution.save(tmp_path / "run.npz"))
-    times = np.linspace(0.0, 0.8, 33)
-    difference = np.abs(stored.at(times).q - solution.at(times).q).max()
-    assert 1e-13 < difference < 1e-7
-    again = model("pendulum").attach(stored)
-    np.testing.assert_array_equal(again.at(times).q, solution.at(times).q)
 
 
 def test_states_between_rows_across_a_corner() -> None:

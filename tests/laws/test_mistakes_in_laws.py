@@ -9,7 +9,6 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError, ModelError, ToolchainError
-from eomgen.formula.evaluate import symbols
 from eomgen.products.laws import checks
 from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
 from tests.models.cache import shared_cache
@@ -236,7 +235,7 @@ def test_a_mark_of_byte_order_is_no_fault(folder: Path) -> None:
     """Editors of Windows write one in front of UTF-8."""
     scene = wheel_scene(TYRE_LAW, folder)
     (folder / "tyre.c").write_text(TYRE_C, encoding="utf-8-sig")
-    assert eomgen.load(scene).parts["laws"][0].source.text == TYRE_C
+    assert eomgen.load(scene).parts["laws"][0].code.source.text == TYRE_C
 
 
 def test_functions_of_one_name_in_two_files(folder: Path) -> None:
@@ -282,43 +281,3 @@ def test_a_law_that_is_not_a_number_is_named_by_the_run(folder: Path) -> None:
     }
     run = eomgen.build(scene, method="rk4", profile="quick").simulate(0.1, 1e-2)
     assert "where in a formula law.spin is nan at speed = 3;" in run.message
-
-
-PART = """\
-format = 1
-name = "part"
-[parameters]
-c = { value = 2, tunable = true }
-[bodies.jaw]
-mass = 1
-[joints.slide]
-type = "prismatic"
-parent = "base"
-child = "jaw"
-axis = [1, 0, 0]
-initial = { velocity = 1 }
-[laws.drag]
-source = "drag.c"
-function = "drag"
-arguments = { speed = "m/s" }
-results = { force = "N" }
-parameters = { c = "c" }
-[efforts.drag]
-joint = "slide"
-effort = "law.drag(v.slide)"
-"""
-DRAG_C = "void drag(const double *a, const double *p, double *r)\n{\n    r[0] = -p[0] * a[0];\n}\n"
-
-
-def test_parameters_of_laws_in_included_files(folder: Path) -> None:
-    """The parameters of a law have the names of the scene already when a formula of the included file calls the law."""
-    (folder / "drag.c").write_text(DRAG_C, encoding="utf-8")
-    (folder / "part.toml").write_text(PART, encoding="utf-8")
-    for name, prefix in (("left", "left_"), ("c", "c_"), ("bare", "")):
-        scene = f'format = 1\nname = "whole"\n[include.{name}]\nfile = "part.toml"\nprefix = "{prefix}"\n'
-        (folder / "whole.toml").write_text(scene, encoding="utf-8")
-        [effort] = eomgen.load(folder / "whole.toml").efforts
-        assert {(symbol.kind, symbol.name) for symbol in symbols(effort.effort)} == {
-            ("v", f"{prefix}slide"),
-            ("parameter", f"{prefix}c"),
-        }

@@ -31,16 +31,6 @@ def test_series_have_the_values_of_their_functions(name: str, x: float) -> None:
     assert made.polynomial(getattr(made, name), x * x) == pytest.approx(expected, rel=3e-16)
 
 
-def test_f6_and_f8_are_the_cotangent_and_its_slope() -> None:
-    for x in (0.01, 1.0, 3.0, 6.0):
-        with mpmath.workdps(40):
-            f6 = lambda y: (1 - mpmath.sqrt(y) / 2 * mpmath.cot(mpmath.sqrt(y) / 2)) / y  # noqa: E731
-            y = mpmath.mpf(x) ** 2
-            expected = [float(f6(y)), float(2 * mpmath.diff(f6, y))]
-        np.testing.assert_allclose(made.f6_f8(x * x), expected, rtol=2e-15)
-    assert made.f6_f8(1.0, up_to=6) == made.f6_f8(1.0)[:1]
-
-
 @pytest.mark.parametrize("exponent", [2, 3, 4, 10, 36])
 def test_tails_are_those_of_the_zeta_function(exponent: int) -> None:
     assert made._tail(exponent) == pytest.approx(float(mpmath.zeta(exponent, 3)), rel=2e-16)

@@ -111,18 +111,6 @@ def test_adjoint_of_exp_is_exp_of_bracket(group, rng):
     assert numeric.adjoint(group, numeric.exp(group, theta)) == pytest.approx(expected, abs=1e-14)
 
 
-def test_bracket_is_alternating_and_jacobi(group, rng):
-    x, y, z = (rng.normal(size=group.v_size) for _ in range(3))
-
-    def bracket(u, w):
-        return numeric.bracket_matrix(group, u) @ w
-
-    assert bracket(x, y) == pytest.approx(-bracket(y, x), abs=1e-15)
-    assert bracket(x, bracket(y, z)) + bracket(y, bracket(z, x)) + bracket(z, bracket(x, y)) == pytest.approx(
-        0, abs=1e-14
-    )
-
-
 @pytest.mark.parametrize("angle", ANGLES)
 def test_tangent_is_its_power_series(group, angle, rng):
     theta = increment(group, rng, angle)

@@ -92,22 +92,6 @@ def test_ends_are_met_and_quaternions_are_of_unit_length(group):
         np.testing.assert_allclose(np.linalg.norm(q[:, :4], axis=1), 1.0, atol=4e-16)
 
 
-@pytest.mark.parametrize("group", GROUPS)
-def test_velocity_and_acceleration_are_those_of_the_curve(group):
-    # by differences of the curve itself, in the algebra
-    factors = motion(group)[0]
-    first, last, h = state(group, np.array([0.2])), state(group, np.array([0.7])), np.array([0.5])
-
-    def at(s):
-        return group_curve(factors, first, last, h, np.array([s]))
-
-    e = 1e-4
-    before, here, after = at(0.4 - e), at(0.4), at(0.4 + e)
-    step = product.difference(factors, before[0], after[0])
-    np.testing.assert_allclose(step / (2 * e * h), here[1], atol=1e-6)
-    np.testing.assert_allclose((after[1] - before[1]) / (2 * e * h), here[2], atol=1e-6)
-
-
 def test_the_cubic_meets_values_and_derivatives():
     first, last = (np.array([[1.0, 2.0]]), np.array([[0.5, -1.0]])), (np.array([[3.0, 1.0]]), np.array([[2.0, 0.0]]))
     for s, (value, rate) in ((0.0, first), (1.0, last)):

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,7 +20,6 @@ from eomgen.scene.scene import Scene
 from eomgen.system.terms import PURPOSES
 from tests.control.plants import first_order
 from tests.linear.by_hand import linear_model
-from tests.models.toml_text import toml_text
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "active_quarter_car" / "scene.toml"
 
@@ -110,26 +106,6 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
 
 
 @pytest.mark.slow
-def test_the_loop_closes_in_the_linear_model(cart: eomgen.Model) -> None:
-    """Gains on: the open loop's matrices plus B G, and the regulator's eigenvalues."""
-    rest = {"q": [0.0, 0.0]}
-    closed = cart.linearize(**rest)
-    none = dict.fromkeys(gains_of(0.6), 0.0)
-    opened = cart.linearize(**rest, parameters=none)
-    B = np.zeros((2, 1))
-    B[closed.coordinates.index("rail")] = 1.0
-    G_p, G_v = (
-        np.array([[cart.parameters[f"hold_{kind}_gain_{name}"] for name in closed.coordinates]])
-        for kind in ("position", "velocity")
-    )
-    np.testing.assert_allclose(closed.K0, opened.K0 + B @ G_p, rtol=0.0, atol=1e-12 * np.abs(closed.K0).max())
-    np.testing.assert_allclose(closed.C0, opened.C0 + B @ G_v, rtol=0.0, atol=1e-12 * np.abs(closed.C0).max())
-    values = np.linalg.eigvals(closed.state_space().A)
-    for value in upright(0.6).eigenvalues:
-        assert np.abs(values - value).min() < 1e-8 * abs(value)
-
-
-@pytest.mark.slow
 def test_gains_are_those_of_the_plant_by_hand_for_any_parameters(cart: eomgen.Model) -> None:
     assert {name: cart.parameters[name] for name in gains_of(0.6)} == pytest.approx(gains_of(0.6), rel=1e-9)
     found = cart.calibrate(parameters={"length": 1.1})
@@ -143,47 +119,6 @@ def test_gains_are_those_of_the_plant_by_hand_for_any_parameters(cart: eomgen.Mo
     )
     with pytest.raises(eomgen.UsageError, match="lenght"):
         cart.calibrate(parameters={"lenght": 1.0})
-
-
-@pytest.mark.slow
-def test_the_folder_of_c_has_the_gains(cart: eomgen.Model, tmp_path: Path) -> None:
-    """The program that stands alone runs the closed loop from its default parameters, to the digits that it prints."""
-    eomgen.generate(CART, tmp_path / "cart_c")
-    readme = (tmp_path / "cart_c" / "README.md").read_text()
-    assert "controllers.hold: gains by lqr about the equilibrium" in readme
-    sources = [str(path) for path in sorted((tmp_path / "cart_c").glob("*.c"))]
-    program = tmp_path / "cart"
-    subprocess.run(["cc", "-std=c99", "-O1", "-o", str(program), *sources, "-lm"], check=True)
-    printed = subprocess.run([str(program), "2", "0.002"], check=True, capture_output=True, text=True).stdout
-    last = [float(number) for number in printed.strip().splitlines()[-1].split(",")]
-    run = cart.simulate(2.0, 2e-3)
-    np.testing.assert_allclose(last[1:5], [*run.q[-1], *run.v[-1]], rtol=1e-6, atol=1e-9)
-
-
-@pytest.mark.long
-def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(toml_text(CART))
-    code = (
-        f"import sys, eomgen; model = eomgen.build({str(path)!r}, profile='quick'); "
-        "print(model.parameters['hold_position_gain_rail'], "
-        "[name for name in ('sympy', 'scipy', 'jinja2') if name in sys.modules])"
-    )
-    environment = {
-        **os.environ,
-        "EOMGEN_CACHE": str(tmp_path / "cache"),
-        "PYTHONPATH": str(Path(eomgen.__file__).parents[1]),
-    }
-
-    def said() -> list[str]:
-        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-        return done.stdout.split(maxsplit=1)
-
-    first = said()
-    later = [said() for _ in range(2)]  # an edit of the checkout in between builds anew
-    assert "scipy" in first[1]  # the solver is there where gains are found
-    assert any(rest.strip() == "[]" for _, rest in later), later
-    assert {value for value, _ in later} == {first[0]}
 
 
 def row_data(asked: dict[str, Any]) -> dict[str, Any]:
@@ -323,12 +258,6 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
     assert np.abs(values - first * (-0.3 + 1j * np.sqrt(1.0 - 0.09))).min() < 1e-8 * first
     with pytest.raises(eomgen.ModelError, match="the modes 1, 2 cannot be placed each by itself"):
         mast([1, 2])
-
-
-@pytest.mark.slow
-def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
-    with pytest.raises(eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2"):
-        mast([1]).simulate(0.1, initial={"mast": 0.01})
 
 
 @pytest.mark.slow

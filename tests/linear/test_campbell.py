@@ -170,16 +170,6 @@ def test_orbits_between_the_frequencies_of_unequal_bearings_are_lines() -> None:
     assert np.all(diagram.whirl == 0) and [item.whirl for item in diagram.crossings] == ["", ""]
 
 
-@pytest.mark.slow
-def test_speeds_may_be_values_of_a_parameter() -> None:
-    builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).parameter("speed", 10.0, unit="rad/s", tunable=True)
-    builder.body("disc", 3.0).joint("x", "prismatic", "base", "disc", axis=[1, 0, 0], stiffness=3e4)
-    builder.effort("whirl", "x", "1e-9 * speed * v.x")  # a parameter has to do something
-    diagram = eomgen.build(builder.build(), profile="quick").campbell("speed", [40.0, 190.0])
-    np.testing.assert_allclose(diagram.critical_speeds, [100.0], rtol=1e-7)
-    assert diagram.unit == "rad/s"
-
-
 def test_modes_and_frequencies_of_a_picture_are_chosen() -> None:
     diagram = campbell("spin", "rad/s", [0.0, 100.0], overhung_by_hand, (1, 2), PLANES)
     chosen = Figure().subplots()
@@ -208,11 +198,11 @@ def test_modes_and_frequencies_of_a_picture_are_chosen() -> None:
 @pytest.mark.parametrize(("unit", "scale"), [("rad/s", 1.0), ("rpm", 30.0 / math.pi), ("Hz", 0.5 / math.pi)])
 def test_the_speed_has_the_unit_that_is_asked_for(unit: str, scale: float) -> None:
     axis = Figure().subplots()
-    plot_campbell(synthetic([1.0, 1.4], crossings=[(1.0, 8.0, 1)]), axis, CampbellView(speed_unit=unit))
+    plot_campbell(synthetic([1.0, 1.4], crossings=[(1.0, 8.0, 1)]), axis, CampbellView(letter="P", speed_unit=unit))
     assert axis.get_xlabel() == f"speed, {unit}" and axis.get_xlim() == pytest.approx((0.0, 10.0 * scale))
     dots = next(line for line in axis.lines if line.get_marker() == "o")
     assert dots.get_xdata() == pytest.approx([8.0 * scale]) and dots.get_ydata() == pytest.approx([8.0 / 2 / math.pi])
-    assert f"{8.0 * scale:.4g}" in {text.get_text() for text in axis.texts}
+    assert {f"{8.0 * scale:.4g}", "1P"} <= {text.get_text() for text in axis.texts}
     assert [text.get_text() for text in axis.get_legend().get_texts()] == [f"crossing, {unit}"]
 
 
@@ -244,13 +234,6 @@ def synthetic(
         parameter="speed", unit="rad/s", values=speeds, frequencies=frequencies, orders=orders, crossings=dots,
         whirl=np.zeros(frequencies.shape, int), numbers=(), number=lambda mode: mode + 1,
     )  # fmt: skip  # a table
-
-
-def test_orders_are_labelled_with_the_letter_that_is_asked_for() -> None:
-    """Orders of wind turbines are 1P, 3P; the 3P leaves through the top."""
-    axis = Figure(figsize=(8.6, 5.6)).subplots()
-    plot_campbell(synthetic([1.0, 1.4], (1.0, 3.0)), axis, CampbellView(frequencies=(0.0, 2.0), letter="P"))
-    assert {"1P", "3P"} <= {text.get_text() for text in axis.texts}
 
 
 def test_boxes_of_labels_overlap_up_to_the_sum_of_their_half_sides() -> None:
@@ -352,23 +335,6 @@ def test_a_value_without_a_linear_model_is_left_out_and_named() -> None:
         campbell("spin", "rad/s", [50.0, 60.0, 70.0], linearized)
 
 
-def jeffcott(eccentricity: float) -> dict[str, object]:
-    """Return a disc on equal springs along x and y, with a force on its hub."""
-    along = {"type": "prismatic", "stiffness": 2e6, "damping": 150.0}
-    disc = {"mass": 20, "inertia": [0.25, 0.25, 0.45], "center_of_mass": [eccentricity, 0, 0]}
-    joints = {
-        "x": {"parent": "base", "child": "along_x", "axis": [1, 0, 0], **along},
-        "y": {"parent": "along_x", "child": "along_y", "axis": [0, 1, 0], **along},
-        "spin": {"type": "revolute", "parent": "along_y", "child": "disc", "axis": [0, 0, 1]},
-    }
-    return {
-        "format": 1, "name": "jeffcott", "gravity": [0, 0, 0], "joints": joints,
-        "inputs": {"push_x": {"unit": "N"}, "push_y": {"unit": "N"}},
-        "bodies": {"along_x": {"mass": 0}, "along_y": {"mass": 0}, "disc": disc},
-        "forces": {"push": {"body": "disc", "force": ["push_x", "push_y", 0]}},
-    }  # fmt: skip  # a table
-
-
 def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
     disc = linear_model(20.0 * np.eye(2), 150.0 * np.eye(2), 2e6 * np.eye(2), ("x", "y"))
     for whirl in ([("x", "y")], [("y", "x")]):
@@ -381,7 +347,12 @@ def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
 
 @pytest.mark.slow
 def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
-    model = eomgen.build(jeffcott(2e-4), profile="quick")
+    builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).body("along_x", 0).body("along_y", 0)
+    builder.body("disc", 20, inertia=[0.25, 0.25, 0.45], center_of_mass=[2e-4, 0, 0])
+    builder.joint("x", "prismatic", "base", "along_x", axis=[1, 0, 0], stiffness=2e6, damping=150.0)
+    builder.joint("y", "prismatic", "along_x", "along_y", axis=[0, 1, 0], stiffness=2e6, damping=150.0)
+    builder.joint("spin", "revolute", "along_y", "disc", axis=[0, 0, 1])
+    model = eomgen.build(builder.build(), profile="quick")
     with pytest.raises(NumericalError) as refusal:
         model.campbell("spin", np.linspace(0.0, 800.0, 5))
     hint = (
@@ -402,27 +373,12 @@ def test_a_bending_shaft_that_spins_in_a_standing_bearing_has_no_diagram_of_froz
     model = eomgen.build(builder.build(), profile="quick")
     with pytest.raises(NumericalError, match=r"the linear model changes with the turn of spin.*model\.floquet"):
         model.campbell("spin", [10.0, 100.0, 200.0])
-    with pytest.raises(NumericalError, match="the linear model changes with the turn of spin"):
-        model.campbell("spin", [0.0, 100.0, 200.0])  # at rest alone there are modes
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("spin", [200.0, 316.0, 500.0])
-def test_the_response_to_unbalance_is_that_to_a_force_that_turns(spin: float) -> None:
-    """The recipe of the documentation: x = m e w^2 / (k - m w^2 + i c w), and y a quarter turn behind."""
-    model = eomgen.build(jeffcott(0.0), profile="quick")
-    lin = model.linearize(at=model.steady_motion({"spin": spin}))
-    expected = 20 * 2e-4 * spin**2 / (2e6 - 20 * spin**2 + 150j * spin)
-    for output, factor in (("x", 1.0), ("y", -1j)):
-        by_x, by_y = (lin.frequency_response(spin, force, output) for force in ("push_x", "push_y"))
-        np.testing.assert_allclose(20 * 2e-4 * spin**2 * (by_x - 1j * by_y), factor * expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
     ("heights", "top", "words"),
     [
         ([1.0, 1.5], 1.08 * 1.65, ""),
-        ([1.0, 1.5, 100.0], 15.0 / (2.0 * np.pi), "1 mode above 2.39 Hz"),
         ([1.0, 1.5, 90.0, 300.0], 15.0 / (2.0 * np.pi), "2 modes above 2.39 Hz"),
         ([3.0, 100.0], 1.2 * 3.3, "1 mode above 3.96 Hz"),
     ],

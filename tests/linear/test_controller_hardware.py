@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -166,31 +164,6 @@ def test_limits_of_a_continuous_law_are_limits_of_the_observer_too(plant: StateS
     np.testing.assert_allclose(run.q[:, 0], expected.y[0], rtol=0, atol=1e-7)
     of_state = with_controller(cart(), regulator, limits={"push": (1.5, None)})["controllers"]["push"]
     assert of_state["minimum"] == 1.5 and "maximum" not in of_state
-
-
-@pytest.mark.filterwarnings("ignore:delay of (place|x)")
-@pytest.mark.slow
-def test_the_written_scene_is_generated_as_c(plant: StateSpace, tmp_path: Path) -> None:
-    """The standalone program of the closed loop, and the controller alone, without a warning."""
-    law = OutputFeedback(
-        lqr(plant, {"place": 4000.0}, {"push": 0.01}, sample=PERIOD, delay=0.005),
-        kalman(plant, {"push": 5.0}, {"place": 1e-6}, sample=PERIOD, delay=0.005),
-    )
-    data = with_controller(cart(), law, **HARDWARE["all"])
-    data["simulation"] = {"method": "rk4"}
-    expected = by_hand(law, HARDWARE["all"], 30, 40)
-    for only, folder in ((None, tmp_path / "model"), ("controller", tmp_path / "controller")):
-        eomgen.generate(data, folder, only=only)
-        flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2"]
-        sources = sorted(file.name for file in folder.glob("*.c"))
-        subprocess.run(["cc", *flags, *sources, "-o", "program", "-lm"], cwd=folder, check=True)
-    span = ["0.3", repr(PERIOD / 40), "1"]
-    ended = subprocess.run(["./program", *span], cwd=tmp_path / "model", capture_output=True, text=True, check=True)
-    lines = [line.split(",") for line in ended.stdout.splitlines() if line and not line.startswith("#")]
-    columns = {name: k for k, name in enumerate(lines[0])}
-    values = np.array([[float(line[columns[name]]) for name in ("q0", "v0")] for line in lines[1:]])
-    assert len(values) == len(expected)
-    np.testing.assert_allclose(values, expected, rtol=0, atol=1e-12)
 
 
 @pytest.mark.slow_cases("hardware0-limits: 'pusch' is neither an input of the law nor a signal")

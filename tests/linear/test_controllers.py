@@ -102,20 +102,10 @@ def test_gains_that_are_rounding_are_not_written(units: float) -> None:
         assert sorted(entry["signal_gains"]) == ["heave", "roll", "v_heave", "v_roll"]
 
 
-@pytest.mark.slow
-def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path) -> None:
-    law = OutputFeedback(lqr(car, WEIGHTS, FORCE, sample=0.002), kalman(car, NOISE, MEASURED, sample=0.002))
-    closed = with_controller(EXAMPLE, law)
-    assert tomllib.loads(toml_text(closed)) == closed
-    path = tmp_path / "closed.toml"
-    path.write_text(toml_text(closed), encoding="utf-8")
-    assert eomgen.load(path).content == eomgen.load(closed).content
-
-
 def test_text_of_nested_data_is_read_back() -> None:
     odd = {"a": {"b c": 'quote " and \\', "d": [1, 2.5, True], "e": {"f": "x", "g": {"h i": 1e-300}}}, "name": "n"}
     assert tomllib.loads(toml_text(odd)) == odd
-    assert tomllib.loads(toml_text(POLE)) == POLE and toml_text(POLE).endswith('method = "rk4"\n')
+    assert tomllib.loads(toml_text(POLE)) == POLE and 'method = "rk4"\n' in toml_text(POLE)
 
 
 @pytest.mark.parametrize("sample", [None, 0.02])
@@ -146,18 +136,6 @@ def test_feedback_is_written_with_the_names_of_the_scene(sample: float | None) -
             text = text.replace(name, repr(value))
         assert eval(text, {}) == pytest.approx(5.0 - 10.0 * 0.1 - 2.0 * 3.0 - 0.5 * 0.5 - 7.0 * 0.25)
         assert (entry["sample"], entry["initial"]) == (0.02, 5.0)
-
-
-@pytest.mark.parametrize(
-    ("scene", "law", "message"),
-    [
-        (3, None, "the path of a scene file, or its nested data, is needed, not int; try: with_controller("),
-        ({"format": 1, "name": "one"}, [[1.0]], "a Regulator or an OutputFeedback is needed, not list; try: the"),
-    ],
-)
-def test_arguments_of_other_types_are_refused(scene: Any, law: Any, message: str) -> None:
-    with pytest.raises(UsageError, match=re.escape(f"with_controller: {message}")):
-        with_controller(scene, law)
 
 
 @pytest.mark.slow

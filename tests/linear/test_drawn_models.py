@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +12,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from eomgen.products.linear import campbell_plot, eigenvalue_loci, plots
+from eomgen.products.linear import eigenvalue_loci, plots
 from eomgen.products.linear import modes as linear_modes
 from eomgen.products.linear.control.margins import Margins
 from eomgen.products.linear.control.notebook import plot_margins
@@ -23,7 +22,6 @@ from typing import cast
 
 from matplotlib import pyplot
 
-from eomgen.products.linear.campbell_plot import Campbell, CampbellView
 from eomgen.products.linear.eigenvalue_loci import RootLocus
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.modes import Modes, oscillating_first
@@ -127,14 +125,6 @@ def test_shapes_of_modes_are_bars_with_amplitudes_and_phases(count: int, rng: np
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(1.0, "0°"), (-1.0, "180°"), (complex(-1.0, -1e-9), "180°"), (1j, "90°"), (-1j, "-90°"), (1 - 1j, "-45°")],
-)
-def test_phases_are_whole_degrees_above_minus_180(value: complex, text: str) -> None:
-    assert f"{linear_modes.degrees(value)}°" == text
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
     [(0.5, "grows with 0.5 1/s"), (-0.25, "decays with 0.25 1/s"), (1e-3, "no stiffness"), (-1e-3, "no stiffness")],
 )
 def test_motions_that_do_not_oscillate_are_captioned_by_their_rate(value: float, text: str) -> None:
@@ -190,20 +180,17 @@ def oscillators(count: int) -> Linearization:
 
 def test_figures_are_saved_under_their_titles(monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[tuple[Any, Path]] = []
-    for module in (plots, linear_modes, eigenvalue_loci, campbell_plot):
+    for module in (plots, linear_modes, eigenvalue_loci):
         monkeypatch.setattr(module, "save_figure", lambda figure, path: kept.append((figure, path)) or path)
     few, many, path = oscillators(3).modes(), oscillators(15).modes(), Path("a.png")
     f = np.array([1.0, 2.0])
     spectra = [PowerSpectrum("travel", "m", f, f, "a road"), PowerSpectrum("load", "N", f, 2.0 * f)]
     locus = RootLocus("c", np.array([1.0, 2.0]), np.array([[1j, -1j], [2j, -2j]]), ("marginal",) * 2)
-    diagram = Campbell("spin", "rad/s", f, np.array([[1j], [2j]]), np.zeros((2, 1), int), (1.0,), (), ("stable",) * 2)
     for returned in (
         linear_modes.draw_modes(few, "rig", path),
         linear_modes.draw_modes(many, "rig", path),
         plots.draw_spectra(spectra, "rig", path),
         eigenvalue_loci.draw_root_locus(locus, "N s/m", "rig", path),
-        campbell_plot.draw_campbell(diagram, "rig", path, CampbellView(speed_unit="Hz")),
-        campbell_plot.draw_campbell(replace(diagram, numbers=(4,)), "rig", path),
     ):
         assert returned == path
     figures = [figure for figure, _ in kept]
@@ -212,7 +199,6 @@ def test_figures_are_saved_under_their_titles(monkeypatch: pytest.MonkeyPatch) -
         "rig: shapes of modes (4 more are not drawn; of 15 coordinates, of each mode the 14 with most kinetic energy)",
         "rig: spectra on a random road",
         "rig: roots over c",
-        *["rig: Campbell diagram"] * 2,
     ]
     shapes = [axis for axis in figures[0].axes if axis.get_visible()]
     assert [axis.get_title("left").split(":")[0] for axis in shapes] == [f"mode {k + 1}" for k in range(len(few))]
@@ -221,19 +207,3 @@ def test_figures_are_saved_under_their_titles(monkeypatch: pytest.MonkeyPatch) -
     assert [axis.get_title("left") for axis in figures[2].axes] == ["travel; a road", "load"]
     assert [axis.get_ylabel() for axis in figures[2].axes] == [f"power spectral density, {u}^2/Hz" for u in "mN"]
     assert figures[3].axes[1].get_ylabel() == "c, N s/m"
-    notes = ["oscillations, by frequency at the first speed", "numbers of the table of modes"]
-    assert [figure.texts[-1].get_text() for figure in figures[4:]] == [f"modes: {note}" for note in notes]
-    assert figures[4].axes[0].get_xlabel() == "spin, Hz" and figures[5].axes[0].get_xlabel() == "spin, rad/s"
-
-
-def test_modes_of_one_hundred_coordinates_are_those_of_their_chain() -> None:
-    """Between walls: w = 2 sin(k pi / (2 (n + 1))), with a damping proportional to the masses."""
-    n = 100
-    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
-    lin = linear_model(np.eye(n), 0.01 * np.eye(n), K, [f"x{k}" for k in range(n)])
-    found = lin.modes()
-    frequencies = 2.0 * np.sin(np.arange(1, n + 1) * math.pi / (2.0 * (n + 1)))
-    np.testing.assert_allclose(found.angular_frequency, frequencies, rtol=1e-9)
-    np.testing.assert_allclose(found.eigenvalues.real, -0.005, rtol=1e-6)
-    assert found.coordinates == lin.coordinates
-    np.testing.assert_allclose(found.damping_ratio, 0.005 / frequencies, rtol=1e-6)

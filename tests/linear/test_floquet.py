@@ -3,9 +3,7 @@ constant."""
 
 from __future__ import annotations
 
-import contextlib
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,8 +15,6 @@ from scipy.special import mathieu_a, mathieu_b
 
 import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
-from eomgen.lie.product import Factor, update
-from eomgen.products.linear.analyses.periodic_motions import _TRIED, _Orbit
 from eomgen.products.linear.floquet import Floquet, monodromy, multipliers
 from tests.models.library import scene
 
@@ -103,16 +99,6 @@ def test_a_periodic_motion_is_found_and_its_multipliers_are_differences_of_runs(
 
 
 @pytest.mark.slow
-def test_a_start_of_several_turns_is_warned_of() -> None:
-    text = (
-        r'floquet: the joint hinge starts at 180 rad, 28\.6 turns: angles without a unit are radians, "30 deg" is in '
-    )
-    with pytest.warns(RuntimeWarning, match=text) as caught, contextlib.suppress(NumericalError):
-        pendulum("joint").floquet(math.pi, initial={"hinge": 180})
-    assert caught[0].filename == __file__
-
-
-@pytest.mark.slow
 def test_constraints_leave_the_multipliers_of_the_joint() -> None:
     expected = pendulum("joint").floquet(math.pi)
     result = pendulum("absolute").floquet(math.pi)
@@ -125,25 +111,16 @@ def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> Non
         (lambda: mathieu.floquet(0.0), UsageError, r"period: 0\.0 is not a positive number"),
         (lambda: mathieu.floquet(math.pi, tolerance=-1), UsageError, r"the tolerance must lie in 0\.\.0\.1, not -1"),
         (lambda: mathieu.floquet(math.pi, tolerance=0.1), UsageError, r"the tolerance must lie in 0\.\.0\.1, not 0\.1"),
-        (lambda: mathieu.floquet(1e-6), NumericalError, r"the equations do not change within 1e-06 s, and later they"),
-        (lambda: mathieu.floquet(1.0), NumericalError, "the equations do not have the period 1 s: the coefficients at"),
+        (lambda: mathieu.floquet(1e-6), NumericalError, r"the equations do not change within 1e-06 s, and the coef"),
+        (
+            lambda: mathieu.floquet(1.0),
+            NumericalError,
+            "the equations do not have the period 1 s: the coeff",
+        ),
         (lambda: mathieu.floquet(math.pi, tolerance=1e-300), NumericalError, "the monodromy matrix is known to "),
     ):
         with pytest.raises(error, match=text):
             call()
-
-
-@pytest.mark.slow
-def test_a_free_spin_that_slows_is_to_be_driven(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "eomgen.products.linear.analyses.periodic_motions._CORRECTIONS", 0
-    )  # corrections find the wheel at rest
-    builder = eomgen.SceneBuilder("wheel", gravity=[0, 0, -9.81])
-    builder.body("wheel", 1.0, center_of_mass=[0, 0, 0.1], inertia=[1, 1, 1])
-    builder.joint("spin", "revolute", "base", "wheel", axis=[0, 1, 0], damping=0.5, initial={"velocity": 6.5})
-    with pytest.raises(NumericalError) as caught:
-        eomgen.build(builder.build(), profile="quick").floquet(1.0)
-    assert 'if spin turns freely, a drive of this joint such as "w*t", for forces slow a free spin' in str(caught.value)
 
 
 def sliding(axis: list[int], gravity: float = 0.0, **joint: Any) -> eomgen.SceneBuilder:
@@ -151,33 +128,21 @@ def sliding(axis: list[int], gravity: float = 0.0, **joint: Any) -> eomgen.Scene
     return builder.joint("x", "prismatic", "base", "mass", axis=axis, **joint)
 
 
-SWINGING = {"stiffness": 39.47841760435743, "initial": {"position": 0.1}}
+SWINGING, OFF = {"stiffness": 39.47841760435743, "initial": {"position": 0.1}}, {"initial": {"position": 2.0}}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("builder", "error", "text"),
+    ("builder", "text"),
     [
-        (
-            sliding([0, 0, 1], -9.81),
-            NumericalError,
-            r"the motion is not periodic: in 1 s v\.x changes by -9\.81; try: the",
-        ),
-        (
-            sliding([1, 0, 0], **SWINGING).event("middle", "q.x"),
-            ModelError,
-            "has an event, middle, at which deviations",
-        ),
-        (
-            sliding([1, 0, 0], initial={"position": 2.0}).effort("away", "x", "20 * q.x**3"),
-            NumericalError,
-            "floquet: the motion ends early: ",
-        ),
+        (sliding([0, 0, 1], -9.81), r"the motion is not periodic: in 1 s v\.x changes by -9\.81; try: the"),
+        (sliding([1, 0, 0], **SWINGING).event("middle", "q.x"), "has an event, middle, at which deviations"),
+        (sliding([1, 0, 0], **OFF).effort("away", "x", "20 * q.x**3"), "floquet: the motion ends early: "),
     ],
     ids=["falling", "event", "runaway"],
 )
-def test_motions_that_do_not_return_are_refused(builder: eomgen.SceneBuilder, error: Any, text: str) -> None:
-    with pytest.raises(error, match=text):
+def test_motions_that_do_not_return_are_refused(builder: eomgen.SceneBuilder, text: str) -> None:
+    with pytest.raises((ModelError, NumericalError), match=text):
         eomgen.build(builder.build(), profile="quick").floquet(1.0)
 
 
@@ -214,20 +179,6 @@ def test_a_start_beside_the_periodic_motion_is_corrected_and_progress_is_told(ma
     np.testing.assert_allclose(later.monodromy, shifted, atol=3e-6)
 
 
-@pytest.mark.slow
-def test_a_search_that_does_not_come_nearer_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The forced wheel runs away from each start; all corrections would take four times as long."""
-    tried: list[int] = []
-    corrected = _Orbit.correct
-    monkeypatch.setattr(_Orbit, "correct", lambda *given: tried.append(1) or corrected(*given))
-    builder = eomgen.SceneBuilder("wheel", gravity=[0, 0, 0]).body("wheel", 1.0, inertia=[1, 1, 1])
-    builder.joint("spin", "revolute", "base", "wheel", axis=[0, 1, 0], initial={"velocity": 6.5})
-    builder.effort("push", "spin", "1 + 0.1 * sin(q.spin)")
-    with pytest.raises(NumericalError, match="the motion is not periodic"):
-        eomgen.build(builder.build(), profile="quick").floquet(1.0)
-    assert len(tried) <= _TRIED + 3
-
-
 # -- results, from numbers alone ---------------------------------------------------------------------------------------
 
 
@@ -245,14 +196,9 @@ def test_exponents_and_frequencies_are_logarithms_over_the_period() -> None:
     np.testing.assert_allclose(result.exponents, exponents, rtol=1e-14)
     np.testing.assert_allclose(result.frequencies, [2.0 / math.pi, 2.0 / math.pi, 0.0], rtol=1e-14)
     size = math.exp(-0.15)
+    pair = f"{size * math.cos(2.0):.9g} ± {size * math.sin(2.0):.9g}j"
     assert result.rows == [
-        (
-            f"{size * math.cos(2.0):.9g} ± {size * math.sin(2.0):.9g}j",
-            f"{size:.9g}",
-            "1e-06",
-            "-0.3",
-            f"{2.0 / math.pi:.6g}",
-        ),
+        (pair, f"{size:.9g}", "1e-06", "-0.3", f"{2.0 / math.pi:.6g}"),
         (f"{math.exp(-1.0):.9g}", f"{math.exp(-1.0):.9g}", "1e-06", "-2", "0"),
     ]
     assert f"<Floquet: 3 multipliers over 0.5 s; stable; largest multiplier {size:.9g}, error 1e-09>" == repr(result)
@@ -311,34 +257,3 @@ def test_double_multipliers_are_uncertain_by_the_root_of_the_change() -> None:
     values, _, _ = multipliers(*[np.array([[0.0, -2.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, -3.0]])] * 3)
     np.testing.assert_allclose(values, [-3.0, 1.0j, -1.0j], atol=1e-14)  # the largest first, then upper ones
     assert multipliers(*[np.zeros((0, 0))] * 3)[2] == 0.0
-
-
-def test_errors_are_parts_of_large_matrices() -> None:
-    matrix = np.diag([4.0, 0.5])
-    _, bounds, error = multipliers(matrix, matrix + 4e-6 * np.eye(2), matrix + 4e-6 * np.eye(2))
-    assert error == pytest.approx(1e-6)
-    np.testing.assert_allclose(bounds, 4e-6 + 64.0 * EPSILON, rtol=1e-6)
-
-
-def test_changes_over_a_period_leave_out_whole_turns_of_angles(rng: np.random.Generator) -> None:
-    """They are measured by one more than the reach of each coordinate and the largest velocity."""
-    factors = [Factor("R", "slide", 0, 1, 0, 1), Factor("R", "spin", 1, 1, 1, 1), Factor("SO3", "ball", 2, 4, 2, 3)]
-    units = ("m/s", "rad/s", *("rad/s",) * 3)
-    names = ("v.slide", "v.spin", *(f"v.ball[{k}]" for k in range(3)))
-    model: Any = SimpleNamespace(nv=5, factors=factors, v_units=np.array(units), v_names=names, states=("lag",))
-    orbit: Any = SimpleNamespace(model=model)
-    v, z = rng.normal(size=(4, 5)), rng.normal(size=(4, 1))
-    off = np.array([6.4, 0.02, 0.0, 0.1, -0.3])
-    rows = [np.array([0.5, 1.0, 1.0, 0.0, 0.0, 0.0])]
-    rows += [update(factors, rows[0], share * np.array([12.0, -15.0, 0.1, 0.2, 0.3])) for share in (0.4, 1.0)]
-    rows.append(update(factors, rows[0], off - 4.0 * math.pi * np.eye(5)[1]))
-    run: Any = SimpleNamespace(q=np.array(rows), v=v, z=z)
-    found = _Orbit.change_over_period(orbit, run)
-    np.testing.assert_allclose(found.changes, [*off, *(v[3] - v[0]), *(z[3] - z[0])], atol=1e-12)
-    np.testing.assert_allclose(found.turns, [0.0, -4.0 * math.pi, 0.0, 0.0, 0.0])
-    reach = [1.0 + np.ptp(run.q[:, 0]), 1.0 + np.ptp(run.q[:, 1]), 1.0, 1.0, 1.0]
-    np.testing.assert_allclose(found.sizes, [*reach, *(1.0 + np.abs(v).max(axis=0)), *(1.0 + np.abs(z).max(axis=0))])
-    assert found.names == [*(f"q.{name[2:]}" for name in names), *names, "z.lag"]
-    parts = np.abs(found.changes) / found.sizes
-    k = int(np.argmax(parts))
-    assert found.largest == (parts[k], f"{found.names[k]} changes by {found.changes[k]:.3g}")

@@ -9,31 +9,22 @@ import csv
 import json
 import math
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 
 from eomgen.products.linear import files as linear_files
-from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus
-from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.modes import Modes
+from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.products.linear.spectra import PowerSpectrum, RideTable
+from tests.linear.by_hand import linear_model
 
-VALUES = np.array([-0.5 + 0j, -0.2 + 3j, 0.1 + 7j])
-SHAPES = np.array([[1.0, 0.25 - 0.5j, 0.125j], [0.5, 1.0, -0.75 + 0.375j]])
-TURN = 2.0 * math.pi
-MODES = Modes(
-    eigenvalues=VALUES,
-    angular_frequency=np.abs(VALUES),
-    frequency=np.abs(VALUES) / (2.0 * math.pi),
-    damping_ratio=-VALUES.real / np.abs(VALUES),
-    uncertainty=np.array([1e-9, 2e-9, 3e-9]),
-    shapes=SHAPES,
-    state_shapes=np.zeros((4, 3), complex),
-    coordinates=("lift", "tilt"),
-    weights=np.ones(2),
-)
+#: Two coordinates, of which one oscillates; every matrix has numbers of its own.
+LINEAR = linear_model(
+    [[2.0, 0.5], [0.5, 1.0]], [[0.3, 0.1], [0.2, 40.0]], [[50.0, 3.0], [4.0, 9.0]], ["lift", "tilt"],
+    {"u1": [1.0, 0.25]}, {"w1": [0.5, 2.0], "w2": [3.0, -1.0]},
+    {"y1": {"q": [1.0, -2.0], "u": [0.7], "w": [0.4, 0.6]}},
+    t=2.5, q=np.array([21.0, 31.0]), v=np.array([22.0, 32.0]), a=np.array([23.0, 33.0]), u=np.array([25.0]),
+)  # fmt: skip  # a table
+MODES = LINEAR.modes()
 
 
 def columns_of(path: Path) -> dict[str, list[float]]:
@@ -43,80 +34,50 @@ def columns_of(path: Path) -> dict[str, list[float]]:
     return {name: [float(row[k]) for row in rows] for k, name in enumerate(headings)}
 
 
-def linear_model() -> Linearization:
-    """Return a linear model of two coordinates, as far as files hold it: every matrix has numbers of its own."""
-    space: dict[str, Any] = {name: np.full((2, 2), k + 1.0) for k, name in enumerate("ABECDF")}
-    space |= {"states": ("s",), "inputs": ("u1",), "disturbances": ("w1", "w2"), "outputs": ("y1",)}
-    second = {name: np.full((2, 2), k + 11.0) for k, name in enumerate(("M0", "C0", "K0", "B0", "E0", "Z0"))}
-    reference = {name: np.array([k + 21.0]) for k, name in enumerate("qvazu")} | {"what": "equilibrium", "t": 2.5}
-    return cast(
-        Linearization,
-        SimpleNamespace(
-            **second,
-            reference=SimpleNamespace(**reference),
-            coordinates=("lift", "tilt"),
-            multiblade=None,
-            names=SimpleNamespace(components=("v.lift", "v.tilt")),
-            free=SimpleNamespace(holonomic=True, R=np.eye(2)),
-            modes=lambda: MODES,
-            state_space=lambda: SimpleNamespace(**space),
-            undamped_frequencies=np.array([0.5, 1.25]),
-        ),
-    )
-
-
-def test_crossings_name_the_first_mode_one() -> None:
-    crossings = (Crossing(1.0, 10.0, 10.0, 0, "forward"), Crossing(2.0, 7.0, 14.0, 3, ""))
-    diagram = cast(Campbell, SimpleNamespace(crossings=crossings, number=lambda mode: mode + 1))
-    assert linear_files.to_json_data(linear_model(), "car", None, diagram)["campbell"] == [
-        {"order": 1.0, "speed": 10.0, "frequency": 10.0, "mode": 1, "whirl": "forward"},
-        {"order": 2.0, "speed": 7.0, "frequency": 14.0, "mode": 4, "whirl": ""},
-    ]
-
-
 def test_modes_are_rows_with_real_and_imaginary_parts_of_each_coordinate(tmp_path: Path) -> None:
+    values, shapes = MODES.eigenvalues, dict(zip(("lift", "tilt"), MODES.shapes, strict=True))
+    expected = {"damping_ratio": -values.real / np.abs(values), "damped frequency [Hz]": values.imag / (2.0 * math.pi)}
+    expected |= {"undamped frequency [Hz]": np.abs(values) / (2.0 * math.pi)}
+    expected |= {"real [1/s]": values.real, "imaginary [rad/s]": values.imag}
+    expected |= {f"{name} real": shape.real for name, shape in shapes.items()}
+    expected |= {f"{name} imaginary": shape.imag for name, shape in shapes.items()}
     columns = columns_of(linear_files.write_modes(MODES, tmp_path / "modes.csv"))
-    assert columns == {
-        "undamped frequency [Hz]": MODES.frequency.tolist(),
-        "damped frequency [Hz]": (np.abs(MODES.eigenvalues.imag) / (2.0 * math.pi)).tolist(),
-        "damping_ratio": MODES.damping_ratio.tolist(),
-        "real [1/s]": [-0.5, -0.2, 0.1],
-        "imaginary [rad/s]": [0.0, 3.0, 7.0],
-        "lift real": [1.0, 0.25, 0.0],
-        "lift imaginary": [0.0, -0.5, 0.125],
-        "tilt real": [0.5, 1.0, -0.75],
-        "tilt imaginary": [0.0, 0.0, 0.375],
-    }
+    assert set(columns) == set(expected) and 0.0 < MODES.frequency[0] < MODES.frequency[-1]
+    for name, column in columns.items():
+        np.testing.assert_allclose(column, expected[name], rtol=1e-13)
 
 
 def test_json_data_of_a_linear_model_hold_its_numbers() -> None:
-    data = linear_files.to_json_data(linear_model(), "car")
+    data = linear_files.to_json_data(LINEAR, "car")
     assert json.loads(json.dumps(data)) == data and not {"ride", "campbell"}.intersection(data)
-    assert (data["scene"], data["about"], data["t"], data["stability"]) == ("car", "equilibrium", 2.5, "unstable")
-    assert [data[name] for name in "qvz"] == [[21.0], [22.0], [24.0]]
-    assert data["disturbances"] == ["w1", "w2"] and data["undamped_frequencies"] == [0.5, 1.25]
-    assert {name: rows[0][0] for name, rows in data["second_order"].items()} == {
-        "M0": 11.0, "C0": 12.0, "K0": 13.0, "B0": 14.0, "E0": 15.0,
-    }  # fmt: skip
-    first, _, last = data["modes"]
-    assert (first["eigenvalue"], first["oscillating"], last["oscillating"]) == ([-0.5, 0.0], False, True)
-    assert last["shape"] == {"lift": [0.0, 0.125], "tilt": [-0.75, 0.375]}
-    assert (last["angular_frequency"], last["uncertainty"]) == (abs(0.1 + 7j), 3e-9)
-    frequencies = [last[f"{kind}damped_frequency"] for kind in ("un", "")]
-    assert frequencies == [MODES.undamped_frequency[2], MODES.damped_frequency[2]] == [abs(0.1 + 7j) / TURN, 7.0 / TURN]
+    assert (data["scene"], data["about"], data["t"], data["stability"]) == ("car", "equilibrium", 2.5, "stable")
+    assert [data[name] for name in "qvz"] == [[21.0, 31.0], [22.0, 32.0], []]
+    assert data["disturbances"] == ["w1", "w2"] and data["undamped_frequencies"] == LINEAR.undamped_frequencies.tolist()
+    assert data["second_order"] == {name: getattr(LINEAR, name).tolist() for name in ("M0", "C0", "K0", "B0", "E0")}
+    assert [mode["oscillating"] for mode in data["modes"]] == MODES.oscillating.tolist()
+    for k, mode in enumerate(data["modes"]):
+        value, (lift, tilt) = MODES.eigenvalues[k], MODES.shapes[:, k]
+        assert mode["eigenvalue"] == [value.real, value.imag]
+        assert mode["shape"] == {"lift": [lift.real, lift.imag], "tilt": [tilt.real, tilt.imag]}
+        assert (mode["angular_frequency"], mode["uncertainty"]) == (MODES.angular_frequency[k], MODES.uncertainty[k])
+        sizes = np.array([abs(value), value.imag]) / (2.0 * math.pi)
+        np.testing.assert_allclose([mode[f"{kind}damped_frequency"] for kind in ("un", "")], sizes, rtol=1e-13)
 
 
 def test_matrices_are_stored_under_their_names(tmp_path: Path) -> None:
-    with np.load(linear_files.write_matrices(linear_model(), "car", tmp_path / "car.npz")) as stored:
+    with np.load(linear_files.write_matrices(LINEAR, "car", tmp_path / "car.npz")) as stored:
         arrays = dict(stored)
     metadata = next(json.loads(str(value)) for value in arrays.values() if value.dtype.kind == "U")
-    names = ("A", "B", "E", "C", "D", "F", "M0", "C0", "K0", "B0", "E0", "Z0", "q", "v", "a", "z", "u")
-    assert [float(arrays[name].ravel()[0]) for name in names] == [*range(1, 7), *range(11, 17), *range(21, 26)]
+    for owner, names in ((LINEAR.state_space(), "ABECDF"), (LINEAR.reference, "qvazu")):
+        for name in names:
+            np.testing.assert_array_equal(arrays[name], getattr(owner, name))
+    for name in ("M0", "C0", "K0", "B0", "E0", "Z0"):
+        np.testing.assert_array_equal(arrays[name], getattr(LINEAR, name))
     assert (metadata["scene"], metadata["about"], metadata["t"]) == ("car", "equilibrium", 2.5)
     assert metadata["names"] == {
-        "states": ["s"], "inputs": ["u1"], "disturbances": ["w1", "w2"], "outputs": ["y1"],
-        "coordinates": ["lift", "tilt"], "components": ["v.lift", "v.tilt"],
-    }  # fmt: skip
+        "states": ["lift", "tilt", "v.lift", "v.tilt"], "inputs": ["u1"], "disturbances": ["w1", "w2"],
+        "outputs": ["y1"], "coordinates": ["lift", "tilt"], "components": ["lift", "tilt"],
+    }  # fmt: skip  # names
 
 
 def test_roots_and_diagrams_are_columns_over_the_parameter(tmp_path: Path) -> None:
@@ -156,7 +117,7 @@ def test_spectra_and_responses_are_columns_over_frequencies(tmp_path: Path) -> N
 def test_rides_are_rows_by_class_and_speed(tmp_path: Path) -> None:
     speeds, values = np.array([10.0, 20.0]), np.arange(8.0).reshape(2, 2, 2)
     table = RideTable(("x", "y"), ("m", ""), ("A", "B"), speeds, values, ("", "Wk"))
-    assert linear_files.to_json_data(linear_model(), "car", table)["ride"][1:3] == [
+    assert linear_files.to_json_data(LINEAR, "car", table)["ride"][1:3] == [
         {"class": "A", "speed": 20.0, "rms": {"x": 2.0, "y": 3.0}},
         {"class": "B", "speed": 10.0, "rms": {"x": 4.0, "y": 5.0}},
     ]

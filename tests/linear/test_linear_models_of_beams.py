@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pytest
 
 import eomgen
-from eomgen.compiled.functions import Functions
 from eomgen.pipeline.model import Model
 from tests.anchors import anchor
 from tests.models.cosserat import beam_scene
@@ -66,28 +64,6 @@ def test_constraints_leave_sparse_partials_as_they_are() -> None:
     }
     found = [slender(n, **ends).linearize().modes().angular_frequency[:4:2] * UNIT for n in (8, 16)]
     assert extrapolated(*found) == pytest.approx([3.92660**2, 7.06858**2], rel=2e-3)
-
-
-@pytest.mark.long
-def test_forces_at_later_turns_of_a_base_are_one_compiled_call(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Gravity across the axis changes as the base turns; along it does not."""
-    base = {"rotation": [{"axis": [0, 0, 1], "angle": "omega * t"}]}
-    parameters = {name: {"value": 0.0, "tunable": True} for name in ("omega", "across", "along")}
-    model = slender(3, base=base, parameters=parameters, gravity=["across", 0, "-along"])
-    batches: list[int] = []
-    evaluated = Functions.__call__
-
-    def counted(functions: Functions, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
-        if name == "residual":
-            batches.append(max(len(np.atleast_2d(blocks[block])) for block in functions.inputs(name) if block != "t"))
-        return evaluated(functions, name, blocks)
-
-    monkeypatch.setattr(Functions, "__call__", counted)
-    linear = model.linearize(parameters={"omega": 0.1, "along": 1e-3})
-    assert linear.reference.what == "steady motion"
-    assert [rows for rows in batches if rows > 1] == [4]
-    with pytest.warns(RuntimeWarning, match=r"forces change as the base turns: at t = 6\.91\S+ s they would move"):
-        model.linearize(parameters={"omega": 0.1, "across": 1e-3})
 
 
 @pytest.mark.long

@@ -40,41 +40,6 @@ def top(tmp_path: Path) -> str:
     return str(path)
 
 
-@pytest.mark.slow
-def test_a_table_of_modes(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["linearize", QUARTER_CAR, "--t", "30"]) == 0
-    shown = capsys.readouterr()
-    lines = [line.rstrip() for line in shown.out.splitlines()]
-    assert lines[0] == "quarter_car about the equilibrium at t = 30 s"
-    assert re.fullmatch(r" +1 +1\.25065358 +0\.217823 +-1\.71167332 ± 7\.66940185j +body 1", lines[2])
-    assert re.fullmatch(
-        r" +2 +11\.0246889 +0\.201257 +-13\.9411045 ± 67\.8527903j +wheel 1, body 0\.0592 at -112°", lines[3]
-    )
-    assert shown.err == "stable: every mode decays, the slowest with e^(-1.712 t)\n"
-
-
-@pytest.mark.slow_cases("words0-equilibrium", "words1-buckling_loads")
-@pytest.mark.parametrize(
-    ("words", "called"),
-    [
-        (["equilibrium"], "equilibrium"),
-        (["equilibrium", "--buckling", "damper"], "buckling_loads"),
-        (["linearize"], "linearize"),
-    ],
-)
-def test_ctrl_c_is_one_line(
-    words: list[str], called: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def interrupting(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(eomgen.Model, called, interrupting)
-    verb, *more = words
-    assert main([verb, QUARTER_CAR, *more]) == 130
-    told = capsys.readouterr()
-    assert (told.out, told.err.strip()) == ("", "interrupted")  # on a line of its own, behind the ^C of a terminal
-
-
 @pytest.mark.parametrize("words", [["equilibrium"], ["linearize"]])
 def test_an_interrupted_search_tells_how_far_it_has_come(
     words: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -102,11 +67,13 @@ def test_an_interrupted_search_tells_how_far_it_has_come(
 def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
     words = ["--root-locus", "damper=100:6000:7:log", "--band", "0.5:20", "--response", "road:tyre_load"]
-    words += ["--response", "road:body", "--set", "skyhook=300", "--json", "--out", str(folder)]
+    words += ["--response", "road:body", "--ride", "body_acceleration", "--set", "skyhook=300", "--json"]
+    words += ["--out", str(folder)]
     assert main(["linearize", QUARTER_CAR, "--t", "30", *words]) == 0
     data = json.loads(capsys.readouterr().out)
     files = ["modes.json", "modes.csv", "matrices.npz", "modes.png", "root_locus.csv", "root_locus.png"]
-    assert data["files"] == [*files, "responses.csv", "responses.png"]
+    files += ["responses.csv", "responses.png", "ride.csv", "spectra.csv", "spectra.png"]
+    assert data["files"] == files and all((folder / name).is_file() for name in files)
     model = eomgen.build(QUARTER_CAR)
     lin = model.linearize(t=30.0, parameters={"skyhook": 300.0})
     values = lin.modes().eigenvalues.tolist()
@@ -166,7 +133,7 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
 
 @pytest.mark.slow
 def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
-    """The row of the scene's road has the number of Python; classes are refused, speeds are not."""
+    """The row of a road with a gap of 1 m has the number of Python, which a run has, too; classes are refused."""
     car = str(Path(QUARTER_CAR).parents[1] / "half_car_on_measured_road" / "scene.toml")
     words = ["linearize", car, "--ride", "body_acceleration:Wk"]
     assert main([*words, "--speeds", "10,15", "--json"]) == 0
@@ -175,6 +142,7 @@ def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
     model = eomgen.build(car)
     expected = model.linearize().rms("body_acceleration", model.road_excitation(), weighting="Wk")
     assert ride[0]["rms"]["body_acceleration"] == pytest.approx(expected, rel=1e-9)
+    assert expected == pytest.approx(model.simulate().rms("body_acceleration", weighting="Wk"), rel=0.05)
     assert main(words) == 0
     heading, row = (line.split() for line in capsys.readouterr().out.splitlines()[-2:])
     assert heading == ["class", "speed", "[m/s]", "rms", "body_acceleration", "(Wk)", "[m/s^2]"]

@@ -24,7 +24,7 @@ from tests.linear.by_hand import linear_model
 
 #: A mass on a spring and a damper that an input pushes.
 LINEAR = linear_model(2.0, 0.5, 50.0, ["x"], {"f": [1.0]}, None, {"place": {"q": [1.0]}}, ["m"])
-SPACE = LINEAR.state_space()
+SPACE, FREE = LINEAR.state_space(), linear_model(1.0, 0.0, 4.0, ["x"], {"f": [1.0]})
 
 
 def regulator(**options: Any) -> Any:
@@ -42,54 +42,29 @@ def unpacked(result: Any) -> None:
 NARROW = PowerSpectrum("y", "m", np.array([1.0, 5.0]), np.ones(2))
 ONE = np.ones((1, 1))
 CALLS: list[tuple[Callable[[], Any], str]] = [
-    (
-        lambda: linear_model(1.0, 0.0, 4.0, ["x"], {"f": [1.0]}).frequency_response([1.0, 2.0], "f", "x"),
-        "a frequency is equal to the frequency of a mode without damping, whose response has no bound",
-    ),
+    (lambda: FREE.frequency_response([1.0, 2.0], "f", "x"), "a frequency is equal to the frequency of an undamped mod"),
     (lambda: delay_line("u", "y", 0, 0.1), "samples: a whole number from 1 on is needed, not 0; try: 1"),
     (lambda: delay_line("u", "y", 2, 0.0), "sample: the time between two samples is 0 s; try: a time above zero"),
     (lambda: shaping_filter([1.0], [0.0, 0.0], "w", "u"), "shaping_filter: the coefficients are not finite numbers"),
     (lambda: shaping_filter(["one"], [1.0, 2.0], "w", "u"), "numerator: an array of real numbers is needed, not list"),
-    (
-        lambda: OutputFeedback(observer(), regulator()),
-        "OutputFeedback: a Regulator comes first, not an Observer; try: Output",
-    ),
+    (lambda: OutputFeedback(observer(), regulator()), "OutputFeedback: a Regulator comes first, not an Observer; try:"),
     (lambda: stationary_covariance(SPACE, {"wind": 1.0}), "noise: there is no disturbance or input 'wind'"),
     (lambda: stationary_covariance(SPACE, 1.0), "noise: a mapping is needed, not float"),  # type: ignore[arg-type]
     (lambda: SPACE.unit("outputs", "z"), "unit: there is no output 'z'; try: one of place"),
     (lambda: SPACE.reference("output", "y"), "reference: there is no kind 'output' of signals; try: outputs"),
     (lambda: regulator().gain("f", "z"), "gain: there is no 'z' among the gains; try: one of x, v.x"),
-    (
-        lambda: without_cross_terms(ONE, 1.1 * ONE),
-        "the cost has no minimum: its cross terms outweigh the weights of st",
-    ),
-    (
-        lambda: placed_modal_gains([2.0], [0.1], [0.0], [0.5]),
-        "a frequency of 0 rad/s is asked for; try: a number above",
-    ),
-    (
-        lambda: InputSpectrum("w", [0.0, 1.0], [1, 1]),
-        "InputSpectrum: w: frequencies have to be two or more positive",
-    ),
-    (lambda: NARROW.rms(4.0, 2.0), "rms: the band from 4 to 2 Hz is reversed; try: low <= high"),
-    (lambda: NARROW.rms("4"), "low, high: an array of real numbers is needed, not list"),  # type: ignore[arg-type]
-    (
-        lambda: MeasuredRoad([1.0, 2.0], [1.0, -1e-9]),
-        "MeasuredRoad: frequencies have to be two or more",
-    ),
+    (lambda: without_cross_terms(ONE, 1.1 * ONE), "the cost has no minimum: its cross terms outweigh the weights of"),
+    (lambda: placed_modal_gains([2.0], [0.1], [0.0], [0.5]), "a frequency of 0 rad/s is asked for; try: a number"),
+    (lambda: InputSpectrum("w", [0.0, 1.0], [1, 1]), "InputSpectrum: w: frequencies have to be two or more positive"),
+    (lambda: NARROW.rms(4.0, 2.0), "rms: 4 to 2 Hz is reversed; try: low <= high"),
+    (lambda: MeasuredRoad([1.0, 2.0], [1.0, -1e-9]), "MeasuredRoad: frequencies have to be two or more"),
     (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
     (
         lambda: eomgen.with_controller(LINEAR, regulator()),  # type: ignore[arg-type]
         "with_controller: the path of a scene file, or its nested data, is needed, not Linearization; try: with_cont",
     ),
-    (
-        lambda: eomgen.with_controller("scene.toml", regulator().gains),
-        "with_controller: a Regulator or an OutputFeedback is",
-    ),
-    (
-        lambda: unpacked(regulator()),
-        "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga",
-    ),
+    (lambda: eomgen.with_controller("scene.toml", regulator().gains), "with_controller: a Regulator or an OutputFeed"),
+    (lambda: unpacked(regulator()), "a Regulator is one object, and not several to be unpacked; try: law = ..., and"),
     (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),
     (lambda: LINEAR.rms("place", "C"), "rms: an excitation is needed, not 'C'"),
     (lambda: LINEAR.psd("place", 3.0), "psd: an excitation is needed, not float"),
@@ -151,25 +126,6 @@ def test_speeds_of_rides_have_units() -> None:
     road = RoadExcitation(Road("C"), 20.0, {"u": 0.0})
     assert road.at("72 km/h") == road
     assert "RoadExcitation: speed" in refused(lambda: road.at("72 kg"))
-
-
-def test_references_are_shown_in_a_line() -> None:
-    assert repr(LINEAR.reference) == "<Reference: equilibrium at t = 0 s>"
-
-
-@pytest.mark.parametrize(
-    ("call", "text"),
-    [
-        (lambda m: m.frequency_response(1.0, "u"), "frequency_response: the argument output is missing; try: output="),
-        (eomgen.control.lqr, "lqr: the arguments Q, R are missing; try: Q=..., R=..."),
-        (lambda m: eomgen.control.lqr(m, {"x": 1}, {"u": 1}, weight=2), "lqr: there is no argument 'weight'; try: one"),
-    ],
-)
-def test_linear_models_and_designs_answer_wrong_arguments(call: Callable[[StateSpace], object], text: str) -> None:
-    one, none = np.ones((1, 1)), np.zeros((1, 0))
-    space = StateSpace(-one, one, none, one, 0.0 * one, none, ("x",), ("u",), (), ("y",))
-    with pytest.raises(eomgen.UsageError, match=re.escape(text)):
-        call(space)
 
 
 def test_modules_within_a_moved_one_are_imported_by_their_earlier_names() -> None:

@@ -129,7 +129,7 @@ def test_points_of_a_road_at_a_speed_are_measured_and_other_curves_are_not() -> 
     curve = {"points": points, "outside": "hold"}
     squared = {"formula": "2 * track(10 * t)", "unit": "m"}
     other = quarter_car({"road": squared, "rate": rate}, curves={"track": curve})
-    with pytest.raises(UsageError, match="no input of the scene is a random road, nor a measured one: a curve at"):
+    with pytest.raises(UsageError, match="no input of the scene is a road: a random one, or a curve at a speed"):
         road_excitation(other)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from html import unescape
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,6 @@ import pytest
 
 from eomgen.products.linear.control import notebook as control
 from eomgen.products.linear.control.margins import Margins
-from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.state_space import StateSpace, with_more
 from eomgen.products.linear.state_space import labels as labels_of
 
@@ -47,42 +44,6 @@ def test_signals_of_a_state_space_are_numbered_by_kind() -> None:
         ["w[0]", "road", "", "disturbance"], ["y[0]", "tip", "m", "output"],
     ]  # fmt: skip
     assert heading(html).startswith("State space") and heading(html).endswith(", stable")
-
-
-def modes_of(**changes: Any) -> Any:
-    class Written(SimpleNamespace):
-        _repr_html_ = Modes._repr_html_
-
-        def __len__(self) -> int:
-            return len(self.eigenvalues)
-
-        def dominant(self, mode: int) -> list[tuple[str, complex]]:
-            return [(f"c{mode}", 1.0), ("d", 0.5j)]
-
-    return Written(
-        eigenvalues=np.array([-0.5 + 2j, 1e-9 + 3j, -0.25, 1e-9, 4.0]), frequency=np.arange(1.0, 6.0) / 8.0,
-        damping_ratio=np.array([0.25, 1e-10, 1.0, 1.0, -1.0]), uncertainty=np.full(5, 1e-8),
-        oscillating=np.array([True, True, False, False, False]), stability="unstable", **changes,
-    )  # fmt: skip
-
-
-def test_modes_are_listed_without_parts_that_are_rounding() -> None:
-    html = modes_of()._repr_html_()
-    assert heading(html) == "5 modes, unstable"
-    assert cells(html) == [
-        ["mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy"],
-        ["1", "0.125", "0.25", "-0.5 ± 2j", "c0 1, d 0.5 at 90°"], ["2", "0.25", "0", "0 ± 3j", "c1 1, d 0.5 at 90°"],
-        ["3", "", "1", "-0.25", "c2 1, d 0.5 at 90°"], ["4", "0", "", "0", "c3 1, d 0.5 at 90°"],
-        ["5", "", "-1", "4", "c4 1, d 0.5 at 90°"],
-    ]  # fmt: skip
-    model: Any = SimpleNamespace(
-        reference=SimpleNamespace(what="equilibrium", t=1.5), coordinates=["hinge", "slide"], modes=modes_of
-    )
-    page = Linearization._repr_html_(model)
-    assert heading(page) == "Linear model about the equilibrium at t = 1.5 s"
-    assert "coordinates: hinge, slide<" in page and cells(page) == cells(html)
-    model.coordinates = []
-    assert "no coordinates are free<" in Linearization._repr_html_(model)
 
 
 def test_gains_deviations_and_eigenvalues_are_listed_by_state() -> None:

@@ -76,29 +76,15 @@ def test_proportional_damping_takes_symmetric_matrices_alone(
     np.testing.assert_allclose(np.sort_complex(modes.eigenvalues), roots, rtol=1e-7)
 
 
-def test_damping_of_one_symmetry_couples_modes_of_this_symmetry(decomposed: list[int]) -> None:
-    """A chain between walls with two equal dampers: modes even and odd about its middle."""
+@pytest.mark.parametrize(("dampers", "parts"), [([10, 39], [50, 50]), ([3], [100])], ids=["one symmetry", "all"])
+def test_damping_is_decomposed_with_the_modes_that_it_couples(
+    dampers: list[int], parts: list[int], decomposed: list[int]
+) -> None:
+    """A chain between walls, whose modes are even and odd about its middle, as are two equal dampers."""
     n = 50
-    C = np.zeros((n, n))
-    C[10, 10] = C[n - 11, n - 11] = 0.7
+    C = np.diag(np.where(np.isin(np.arange(n), dampers), 0.7, 0.0))
     checked(np.eye(n), C, chain(n))
-    assert sorted(decomposed) == [n, n]
-
-
-def test_damping_that_couples_all_modes_is_decomposed_as_a_whole(decomposed: list[int]) -> None:
-    n = 30
-    C = np.zeros((n, n))
-    C[3, 3] = 0.5
-    checked(np.eye(n), C, chain(n))
-    assert decomposed == [2 * n]
-
-
-def test_follower_forces_and_gyroscopic_terms_are_decomposed_as_a_whole(rng: np.random.Generator) -> None:
-    n = 30
-    skew = rng.normal(size=(n, n))
-    skew = 0.1 * (skew - skew.T)
-    checked(np.eye(n), np.zeros((n, n)), chain(n) + 0.01 * skew)
-    checked(np.eye(n), skew + 0.01 * np.eye(n), chain(n))
+    assert sorted(decomposed) == parts
 
 
 def test_unstable_modes_have_real_eigenvalues_of_both_signs() -> None:
@@ -136,6 +122,7 @@ def _edges() -> dict[str, tuple[Array, Array, Array]]:
     damper[4, 4] = 0.3
     root = np.asarray(scipy.linalg.sqrtm(chain(n)).real)
     signs = np.diag(np.where(np.arange(n) < 3, -1.0, 1.0))
+    skew = 0.1 * (np.tri(n) - np.tri(n).T) * np.cos(np.add.outer(np.arange(n), np.arange(n)))
     return {
         "one coordinate": (2.0 * one, 0.1 * one, 3.0 * one),
         "one free coordinate": (one, 0.0 * one, 0.0 * one),
@@ -143,6 +130,8 @@ def _edges() -> dict[str, tuple[Array, Array, Array]]:
         "free chain with one damper": (unit, damper, chain(n, held=False)),
         "nearly critical damping": (unit, 2.001 * root, chain(n)),
         "damping without stiffness": (unit, chain(n), np.zeros((n, n))),
+        "follower forces": (unit, np.zeros((n, n)), chain(n) + 0.01 * skew),
+        "gyroscopic terms": (unit, skew + 0.01 * unit, chain(n)),
         "inertia of both signs": (signs, 0.1 * unit, chain(n)),
     }
 

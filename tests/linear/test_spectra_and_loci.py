@@ -15,12 +15,10 @@ from eomgen.products.linear.eigenvalue_loci import (
     Campbell,
     Crossing,
     MergedWarnings,
-    RootLocus,
-    _continue_roots,
     root_locus,
 )
 from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.spectra import PowerSpectrum, RideTable
+from eomgen.products.linear.spectra import PowerSpectrum
 from eomgen.products.linear.spectra.power_spectrum import weighting_response
 from tests.linear.by_hand import linear_model
 
@@ -60,17 +58,6 @@ def test_spectra_are_drawn_where_logarithms_exist() -> None:
     assert axis.get_legend() is None
 
 
-def test_rides_are_tables_of_class_and_speed() -> None:
-    values = np.arange(8.0).reshape(2, 2, 2)
-    table = RideTable(("x", "y"), ("m", ""), ("A", "C"), np.array([10.0, 20.0]), values, ("", "Wk"))
-    assert table.headings == ("class", "speed [m/s]", "rms x [m]", "rms y (Wk)")
-    assert table.rows == [("A", "10", "0", "1"), ("A", "20", "2", "3"), ("C", "10", "4", "5"), ("C", "20", "6", "7")]
-    assert repr(table).splitlines()[:2] == [
-        "class  speed [m/s]  rms x [m]  rms y (Wk)",
-        "    A           10          0           1",
-    ]
-
-
 DIAGRAM = Campbell(
     "spin", "rad/s", np.array([0.0, 10.0, 20.0]),
     np.array([[-1.0 + 6.0j, -2.0 + 40.0j], [-3.0 + 4.0j, math.nan], [-1.0 + 2.0j, -2.0 + 60.0j]]),
@@ -98,13 +85,6 @@ def test_campbell_diagrams_have_rows_in_hertz_and_turns_per_minute() -> None:
     assert repr(nothing).endswith("no crossings; none at 5, 7.5; interrupted>") and ", 0 to 20, up" in repr(nothing)
 
 
-def test_roots_are_followed_by_the_least_sum_of_distances() -> None:
-    last = np.array([1.0 + 0.0j, 2.0, 3.0])
-    assert _continue_roots(last, np.array([3.1 + 0.0j, 1.1, 2.2])).tolist() == [1.1, 2.2, 3.1]
-    locus = RootLocus("c", np.array([0.0, 1.0]), np.zeros((2, 3), complex), ("stable", "stable"))
-    assert repr(locus) == "<RootLocus: 3 roots at 2 values of c, 0 to 1; stable>"
-
-
 def test_roots_over_damping_are_closed_forms_in_columns() -> None:
     """x'' + c x' + 4 x = 0: a pair that meets at c = 4, and two real roots beyond."""
     values, told, before = [0.5, 1.0, 2.0, 3.0, 5.0], list[tuple[int, int]](), list[Any]()
@@ -116,6 +96,7 @@ def test_roots_over_damping_are_closed_forms_in_columns() -> None:
     locus = root_locus("c", values, linearized, lambda *done: told.append(done))
     half = np.array(values)[:, np.newaxis] / 2.0
     roots = -half + np.sqrt((half**2 - 4.0).astype(complex)) * [1.0, -1.0]
+    assert repr(locus) == "<RootLocus: 2 roots at 5 values of c, 0.5 to 5; stable>"
     for found, expected in zip(locus.eigenvalues, roots, strict=True):
         np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), atol=1e-12)
     assert np.all(np.sign(locus.eigenvalues[:4].imag) == np.sign(locus.eigenvalues[0].imag))

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import eomgen
 from eomgen.base.arrays import Array
@@ -46,16 +45,6 @@ def test_a_sine_is_a_line_of_its_mean_square(unit: str, squared: str) -> None:
     assert late.rms() == pytest.approx(0.3 / math.sqrt(2.0), rel=2e-3)
     moved = replace(run, outputs={"force": run.outputs["force"] + 100.0})
     np.testing.assert_allclose(moved.psd("force").density, run.psd("force").density, atol=1e-9)
-
-
-def test_it_draws_on_axes_of_the_caller() -> None:
-    axis, run = Figure().subplots(), oscillation()
-    assert run.psd("force").plot(axis, label="run") == [axis]
-    run.psd("force", segments=30).plot(axis, label="smoother")
-    assert len(axis.lines) == 2 and axis.get_ylabel() == "power spectral density, N^2/Hz"
-    assert axis.get_xscale() == axis.get_yscale() == "log" and "0 to 64 s of a run" in axis.get_title(loc="left")
-    with pytest.raises(UsageError, match="axes of matplotlib are needed, not int"):
-        run.psd("force").plot(3)
 
 
 def test_columns_without_a_spectrum() -> None:

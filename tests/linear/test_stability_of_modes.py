@@ -12,7 +12,6 @@ from scipy.optimize import linear_sum_assignment
 from eomgen.base.arrays import Array
 from eomgen.products.linear.eigenvalues import decomposition
 from eomgen.products.linear.modes import Modes, modes
-from eomgen.products.linear.second_order_modes import second_order_modes
 from eomgen.products.linear.state_space import StateSpace
 
 
@@ -58,23 +57,6 @@ def test_the_verdict_follows_from_damping_and_stiffness(pairs: list[tuple[float,
     assert f", {verdict}" in repr(found)
     for sample in (None, 0.01):
         assert _space(_matrix(pairs), sample).stability == verdict
-
-
-@pytest.mark.parametrize("sample", [None, 0.01], ids=["in time", "sampled"])
-def test_free_chains_are_marginal_though_rounding_splits_their_double_zero(sample: float | None) -> None:
-    random = np.random.default_rng(3)
-    for _ in range(20):
-        n = int(random.integers(2, 9))
-        stretches = np.diff(np.eye(n), axis=0)
-        change = np.eye(n) + 0.3 * random.normal(size=(n, n)) / np.sqrt(n)
-        M = change.T @ np.diag(random.uniform(0.5, 3.0, n)) @ change
-        K = change.T @ stretches.T @ np.diag(random.uniform(50.0, 300.0, n - 1)) @ stretches @ change
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), np.zeros((n, n))]])
-        assert _space(A, sample).stability == "marginal"
-
-
-def test_a_linear_model_without_states_is_stable() -> None:
-    assert _space(np.zeros((0, 0))).stability == _space(np.zeros((0, 0)), 0.01).stability == "stable"
 
 
 def test_oscillations_frequencies_and_the_band_are_of_the_modes_that_are_not_zero() -> None:
@@ -125,12 +107,6 @@ def test_gains_between_parts_make_no_rounding_errors(A: Array, sample: float | N
     none, names = np.zeros((n, 0)), tuple("abcd"[:n])
     space = StateSpace(np.array(A), none, none, none.T, none[:0], none[:0], names, (), (), (), sample=sample)
     assert space.stability == verdict and (space.decay > 0.0) == (verdict == "stable")
-
-
-def test_fast_parts_do_not_blur_modes_of_slow_parts() -> None:
-    assert _oscillators((1e-8, 1.0), (1e5, 1e14)).stability == "stable"
-    parts = second_order_modes(np.eye(2), np.diag([1e-8, 1e5]), np.diag([1.0, 1e14]), ["slow", "fast"])
-    assert parts.stability == "stable"
 
 
 @pytest.mark.parametrize("size", [3, 5, 20])

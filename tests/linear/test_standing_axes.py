@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Callable
 from functools import cache
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -155,15 +154,3 @@ def test_blades_and_shafts_that_bend_in_one_plane_keep_the_frequencies_of_their_
             np.sort(diagram.eigenvalues[-1].imag), np.sort(modes.eigenvalues.imag[modes.oscillating])
         )
         assert not said and not diagram.whirl.any()
-
-
-@pytest.mark.slow
-def test_the_dots_of_crossings_have_a_legend_with_their_unit_and_labels_end_within_the_figure() -> None:
-    model = springs()
-    diagram = model.campbell("spin", np.linspace(0.0, 200.0, 3))
-    for axis in (diagram.plot(speed_unit="rpm")[0], diagram.plot(plt.figure().subplots(), speed_unit="rpm")[0]):
-        axis.figure.canvas.draw()
-        assert axis.get_legend().get_texts()[-1].get_text() == "crossing, rpm"
-        ends = [text.get_window_extent().x1 for text in axis.texts if text.get_text().startswith("mode")]
-        assert ends and max(ends) < axis.figure.bbox.x1
-        plt.close(axis.figure)

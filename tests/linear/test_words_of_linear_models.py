@@ -7,7 +7,6 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,13 +14,11 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.products.linear import campbell_plot, eigenvalue_loci, plots
 from eomgen.products.linear import command as linearize
-from eomgen.products.linear import modes as modes_module
 from eomgen.products.linear.campbell_plot import Campbell, Crossing
 from eomgen.products.linear.command import CampbellRequest
 from eomgen.products.linear.modes import Modes, modes, table_row
-from eomgen.products.linear.spectra import PowerSpectrum, RideTable
+from eomgen.products.linear.spectra import RideTable
 from eomgen.products.statics import command
 from tests.linear.by_hand import linear_model
 
@@ -147,40 +144,6 @@ DIAGRAM = Campbell(
 TABLE = RideTable(("place",), ("m",), ("A", "B"), np.array([10.0]), np.array([[[0.5]], [[1.0]]]), ("",))
 
 
-def test_files_of_a_linear_model_have_their_names_and_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[str] = []
-    for module in (modes_module, plots, eigenvalue_loci, campbell_plot):
-        monkeypatch.setattr(module, "save_figure", lambda figure, path: drawn.append(path.name) or path)
-    scene = SimpleNamespace(parameters=[SimpleNamespace(name="c", unit="N s/m")])
-    layout = SimpleNamespace(layout={"axes": []})
-    description = SimpleNamespace(exact_beams=())
-    request = object.__new__(linearize._Request)
-    request.model = cast(Any, SimpleNamespace(name="rig", scene=scene, library=layout, description=description))
-    lin = linear_model(2.0, 0.5, 50.0, ["x"], {"f": [1.0]}, None, {"place": {"q": [1.0]}}, ["m"])
-    locus = eigenvalue_loci.RootLocus("c", np.array([1.0, 2.0]), np.array([[1j, -1j], [2j, -2j]]), ("marginal",) * 2)
-    f = np.array([0.5, 2.0])
-    spectra = [PowerSpectrum("place", "m", f, f)]
-    pairs, folder = [("f", "place")], tmp_path / "out"
-    view = campbell_plot.CampbellView()
-    files = request.write(lin, {"a": 1}, folder, locus, pairs, (0.5, 20.0), (DIAGRAM, view), (TABLE, spectra))
-    assert [file.name for file in files] == [
-        "modes.json", "modes.csv", "matrices.npz", "modes.png", "root_locus.csv", "root_locus.png", "responses.csv",
-        "responses.png", "campbell.csv", "campbell.png", "ride.csv", "spectra.csv", "spectra.png",
-    ]  # fmt: skip  # names
-    assert drawn == [file.name for file in files if file.suffix == ".png"]
-    assert all((folder / file.name).is_file() == (file.suffix != ".png") for file in files)
-    table = np.loadtxt(folder / "responses.csv", delimiter=",", skiprows=1)
-    assert len(table) == 600 and (table[0, 0], table[-1, 0]) == pytest.approx((0.5, 20.0))
-    w = 2.0 * math.pi * table[:, 0]
-    np.testing.assert_allclose(table[:, 1] + 1j * table[:, 2], 1.0 / (50.0 - 2.0 * w**2 + 0.5j * w), rtol=1e-9)
-    few = request.write(lin, {}, tmp_path / "few", None, pairs, None, (None, None), (None, []))
-    assert [file.name for file in few][4:] == ["responses.csv", "responses.png"]
-    band = np.loadtxt(tmp_path / "few" / "responses.csv", delimiter=",", skiprows=1)[[0, -1], 0]
-    np.testing.assert_allclose(band, np.array([0.1, 10.0]) * 5.0 / (2.0 * math.pi), rtol=1e-9)
-    request.model = cast(Any, SimpleNamespace(name="rig", library=layout, description=description))
-    assert len(request.write(lin, {}, tmp_path / "none", None, [], None, (None, None), (None, []))) == 4
-
-
 def test_rides_and_crossings_are_printed_behind_the_modes(capsys: pytest.CaptureFixture[str]) -> None:
     linearize._print_tables(TABLE, DIAGRAM)
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
@@ -199,32 +162,24 @@ def test_ctrl_c_in_a_diagram_or_a_locus_is_told_with_what_there_is() -> None:
     request: Any = object.__new__(linearize._Request)
     request.velocities, request.held, request.inputs, request.multiblade = {"tail": 2.0, "spin": 1.0}, {}, {}, None
     request.parameters, request.initial, request.time, request.at = {"c": 1.0}, {}, 0.5, "steady"
-    asked, calls = CampbellRequest.read("spin=1:5:3", None, (), None, None), list[dict[str, Any]]()
-    for result, said in (
-        (
-            replace(DIAGRAM, interrupted=True),
-            "interrupted: the Campbell diagram has 2 of 3 values of spin and 1 crossing",
-        ),
-        (DIAGRAM, ""),
-    ):
-        campbell_of = lambda name, values, result=result, **given: calls.append(given) or result  # noqa: E731
-        request.model = SimpleNamespace(name="rig", parameters={"c": 1.0}, campbell=campbell_of)
-        assert request.campbell(asked, "reference") == (result, said)
+    request.asked, request.band = CampbellRequest.read("spin=1:5:3", None, (), None, None), None
+    calls = list[dict[str, Any]]()
+    request.model = SimpleNamespace(name="rig", parameters={"c": 1.0})
+    request.model.campbell = lambda *_, **given: calls.append(given) or replace(DIAGRAM, interrupted=True)
+    said = "interrupted: the Campbell diagram has 2 of 3 values of spin and 1 crossing"
+    assert request.campbell("reference") == said and request.diagram.interrupted
     assert calls[0] == {
         "parameters": {"c": 1.0}, "initial": None, "t": 0.5, "velocities": {"tail": 2.0}, "coordinates": {}, "u": None,
         "multiblade": None, "reference": "reference", "orders": None, "whirl": [], "progress": True,
     }  # fmt: skip  # a table
     request.model.campbell = interrupted
-    assert request.campbell(asked, None) == (None, "interrupted before there was a Campbell diagram")
-    assert request.campbell(None, None) == (None, "")
-    request.linearize = interrupted
-    assert request.roots("c", [1.0, 2.0]) == (None, "interrupted before there was a root locus")
-    request.linearize = lambda given, _: (
-        linear_model(1.0, given["c"], 4.0, ["x"]) if given["c"] < 3.0 else interrupted()
-    )
-    locus, told = request.roots("c", [1.0, 2.0, 3.0])
-    assert told == "interrupted: the root locus has 2 of 3 values of c" and locus.values.tolist() == [1.0, 2.0]
-    assert request.roots("c", [1.0, 2.0])[1] == ""
+    assert request.campbell(None) == "interrupted before there was a Campbell diagram"
+    request.linearize, request.sweep = interrupted, ("c", [1.0, 2.0, 3.0])
+    assert request.roots() == "interrupted before there was a root locus" and request.locus is None
+    at = {c: linear_model(1.0, c, 4.0, ["x"]) for c in (1.0, 2.0)}
+    request.linearize = lambda given, _: at.get(given["c"]) or interrupted()
+    assert request.roots() == "interrupted: the root locus has 2 of 3 values of c"
+    assert request.locus.values.tolist() == [1.0, 2.0]
 
 
 def test_views_have_the_modes_of_the_table() -> None:
@@ -238,22 +193,6 @@ def test_views_have_the_modes_of_the_table() -> None:
 
 
 # -- modes of matrices -------------------------------------------------------------------------------------------------
-
-
-def test_modes_of_a_chain_in_closed_form() -> None:
-    """Two equal masses between three equal springs: w^2 = 1 and 3, in phase and in opposite phase."""
-    stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
-    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -0.2 * np.eye(2)]])
-    found = modes(A, np.eye(2, 4), ("x", "y"), np.array([4.0, 9.0]))
-    assert len(found) == 2 and found.stability == "stable" and found.oscillating.tolist() == [True, True]
-    np.testing.assert_allclose(found.angular_frequency, [1.0, math.sqrt(3.0)], rtol=1e-13)
-    np.testing.assert_allclose(found.frequency, np.array([1.0, math.sqrt(3.0)]) / (2.0 * math.pi), rtol=1e-13)
-    np.testing.assert_allclose(found.damping_ratio, [0.1, 0.1 / math.sqrt(3.0)], rtol=1e-12)
-    np.testing.assert_allclose(np.abs(found.shapes), np.ones((2, 2)), rtol=1e-12)
-    np.testing.assert_allclose(found.shapes[1] / found.shapes[0], [1.0, -1.0], rtol=1e-12)
-    np.testing.assert_allclose(found.state_shapes[2:], found.shapes * found.eigenvalues, rtol=1e-12)
-    assert found.weights.tolist() == [2.0, 3.0] and [name for name, _ in found.dominant(0)] == ["y", "x"]
-    assert found.band == pytest.approx((0.1 / (2.0 * math.pi), 10.0 * math.sqrt(3.0) / (2.0 * math.pi)))
 
 
 def test_modes_of_inner_states_have_shapes_of_their_own() -> None:

@@ -22,7 +22,7 @@ from eomgen.system.signals import Output
 from eomgen.system.system import System
 from tests.models.elements import elements_with
 from tests.models.scenes import flyer_scene
-from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
+from tests.oracles.constrained import absolute_state, kkt, mixed_groups, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, rigid_body, vector
 from tests.oracles.random_scenes import NUMBERS, point_outputs, random_scene, with_base, with_loads
@@ -147,18 +147,6 @@ def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
 
 LOOPS = [("distance", False, "SE3"), ("point_on_line", False, "R3xSO3"), ("cylindrical", True, "mixed")]
 LOOPS += [("rolling", False, "R3xSO3")]
-
-
-@pytest.mark.slow_except("point_on_line-False-R3xSO3", "cylindrical-True-mixed")
-@pytest.mark.parametrize(("kind", "driven", "groups"), LOOPS)
-def test_loops_mean_the_same_in_both(kind: str, driven: bool, groups: str, rng) -> None:
-    """A constraint on the tree gives the same multipliers whether the tree's joints are coordinates or constraints."""
-    scene = with_base(loaded(3, 6), 3)
-    still = {"initial_position": (1.0, *(0.0,) * 6), "initial_velocity": (0.0,) * 6}
-    free = Joint("free", "free", scene.bodies[0].name, "wheel", **still)
-    scene = replace(scene, bodies=(*scene.bodies, small_body("wheel")), joints=(*scene.joints, free))
-    scene = replace(scene, constraints=(constraint(rng, kind, BASE, "wheel", driven=driven),))
-    check_same_motion(*both(scene, groups, rng))
 
 
 def with_followers(seed: int) -> Scene:

@@ -13,7 +13,7 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.mechanics import scene_tape
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.tree import alike
+from eomgen.mechanics.tree import alike, links
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import GENERIC, ONE, ZERO, Tape
 from eomgen.system.system import System
@@ -77,8 +77,7 @@ def test_inverse_and_forward_dynamics_are_those_of_pinocchio(kind: str, rng: np.
 def test_all_functions_are_those_of_links_written_one_by_one(
     kind: str, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(alike, "MANY", 6)
-    monkeypatch.setattr(scene_tape, "MANY", 6)
+    monkeypatch.setattr(links, "MANY", 6)
     of_links = [
         "inverse_dynamics",
         "forward_dynamics",
@@ -100,17 +99,6 @@ def test_all_functions_are_those_of_links_written_one_by_one(
         for block, values in tape_evaluator(made)(name, state).items():
             wanted = tape_evaluator(alone)(name, state)[block]
             assert relative_error(values, wanted, values.ndim - 1 or 1) <= 1e-12, (name, block)
-
-
-@pytest.mark.parametrize("axes", [AXES[1:2], AXES])
-def test_chains_that_repeat_as_they_are_have_no_generic_constants(axes: list[list[float]]) -> None:
-    builder = eomgen.SceneBuilder("chain")
-    for k in range(70):
-        builder.body(f"rod{k}", 1.0, center_of_mass=[0.25, 0, 0], inertia=[0.0005, 0.02, 0.02])
-        parent, axis = f"rod{k - 1}" if k else "base", axes[k % len(axes)]
-        builder.joint(f"joint{k}", "revolute", parent, f"rod{k}", axis=axis, position=[0.5 if k else 0.0, 0, 0])
-    tape = derive(builder.build(), ["inverse_dynamics"]).tape
-    assert not generics(tape)
 
 
 def test_generic_constants_prune_nothing_and_fold_to_generic_constants() -> None:

@@ -227,24 +227,6 @@ def test_hessians_of_robots_are_those_of_casadi(name: str, operations: int, rng:
         assert len(values) == len(rows)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("term", DYNAMICS)
-def test_structural_nonzeros_are_the_nonzeros_at_some_of_1000_states(term: str, rng: np.random.Generator) -> None:
-    model = model_of("double_pendulum")
-    q, v, a = (rng.normal(size=(1000, model.nv)) for _ in range(3))
-    arguments = {"q": q, "v": v, "a": a, "t": rng.uniform(0.0, 5.0, 1000)}
-    arguments |= {} if term == "inverse_dynamics" else {"a": None}
-    for order in (1, 2):
-        pattern = model.sparsity(term, order)
-        if order == 1:
-            values = model.derivatives(term, **arguments, sparse=True)
-        else:
-            values = model.hessian(term, rng.normal(size=(1000, model.nv)), **arguments, sparse=True)
-        assert values.shape == (1000, len(pattern.rows))
-        assert np.all(np.any(values != 0.0, axis=0)), (order, pattern.rows, pattern.columns)
-        assert pattern.starts[-1] == len(pattern.rows) and len(pattern.starts) == pattern.shape[1] + 1
-
-
 def test_every_term_has_a_case() -> None:
     assert {term for _, term in CASES} == set(DIFFERENTIATED)
 

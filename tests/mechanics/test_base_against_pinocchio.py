@@ -3,7 +3,6 @@ own law."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 from eomgen.mechanics.derive import derive
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_of_tree
-from tests.oracles.random_scenes import random_scene, shaking_base, with_base
+from tests.oracles.random_scenes import random_scene, with_base
 from tests.oracles.robots import panda
 from tests.oracles.states import random_states, random_unit_quaternions
 
@@ -58,29 +57,3 @@ def test_every_term_is_what_a_prescribed_carrier_adds(name: str, rng: np.random.
     carried = without_gravity(carrier).inverse_dynamics(on_carrier(state))[:, 6:]
     fixed = without_gravity(oracle_of_tree(scene)).inverse_dynamics(state)
     assert relative_error(evaluate("base_motion", state)["b"], carried - fixed) <= 1e-12
-
-
-def test_translating_base_needs_no_orientation(rng) -> None:
-    scene = replace(panda(), base=shaking_base(rng, turning=False))
-    system = derive(scene, TERMS)
-    symbols = system.tape.depends_on(system.functions["inverse_dynamics"].refs)
-    used = {symbol.index for symbol in symbols if symbol.block == "base"}
-    assert used == {16, 17, 18}, "of a base that only translates, nothing but its acceleration may enter"
-    state = random_states(system, STATES, rng)
-    state["base"] = prescribed(STATES, rng)
-    state["base"][:, :4], state["base"][:, 7:10], state["base"][:, 13:16] = (1, 0, 0, 0), 0, 0
-    expected = oracle_of_tree(scene, pin.Inertia.Random()).inverse_dynamics(on_carrier(state))[:, 6:]
-    assert relative_error(tape_evaluator(system)("inverse_dynamics", state)["tau"], expected) <= 1e-12
-
-
-def test_mass_and_coupling_do_not_know_the_base(rng) -> None:
-    scene = random_scene(3, 5)
-    bases = [None, shaking_base(rng), shaking_base(rng), shaking_base(rng, turning=False)]
-    found = []
-    for base in bases:
-        system = derive(replace(scene, base=base), ["mass", "coupling"])
-        state = random_states(system, STATES, np.random.default_rng(5))
-        evaluate = tape_evaluator(system)
-        counts = system.counts["mass"], system.counts["coupling"]
-        found.append((evaluate("mass", state)["M"].tobytes(), evaluate("coupling", state)["h"].tobytes(), counts))
-    assert all(item == found[0] for item in found), "M and h must be the same operations on every base, bit for bit"

@@ -1,6 +1,6 @@
 """Centre of mass and centroidal momentum: sums over the bodies' poses and twists, and complex steps of them.
 
-Pinocchio's are compared in ``test_urdf_frames.py``; here are moving bases, absolute coordinates and beams.
+On moving bases, in absolute coordinates and with beams.
 """
 
 from __future__ import annotations
@@ -10,13 +10,11 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from tests.mechanics.checks import states_of
 from tests.mechanics.test_jacobians import in_absolute_coordinates, scene_of
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
-from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import derivative, jacobian, random_states, rotation_of
 
 TERMS = [
@@ -115,24 +113,3 @@ def test_beams_have_momentum(rng: np.random.Generator) -> None:
     found = evaluate("center_of_mass_jacobian", state)["J"]
     assert relative_error(found, expected, 2) <= 1e-12 and np.abs(found[..., 1:4]).max() > 1e-2
     check_rates(system, evaluate, state)
-
-
-#: term, exact operations for the Panda with a fixed root and solo12 with a free one
-COUNTS = {
-    "center_of_mass": (74, 143),
-    "center_of_mass_jacobian": (191, 387),
-    "center_of_mass_jacobian_rate": (486, 867),
-    "center_of_mass_drift": (474, 856),
-    "centroidal_momentum": (654, 1552),
-    "centroidal_momentum_rate": (1605, 3684),
-    "centroidal_drift": (932, 1574),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("term", TERMS)
-def test_number_of_operations(term: str) -> None:
-    panda = load(robot_file("panda_description/urdf/panda.urdf"))
-    solo = load(robot_file("solo_description/robots/solo12.urdf"), root="free")
-    found = tuple(derive(scene, [term]).counts[term].flops for scene in (panda, solo))
-    assert found == COUNTS[term]

@@ -13,7 +13,6 @@ from eomgen.mechanics.rates.jets import base_rates
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.rates import closed_block, inverse_dynamics_rates
 from eomgen.mechanics.tree.base import base_law
-from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from eomgen.system.system import INPUT_BLOCKS, Block, Facts, Function, System
 from eomgen.system.terms import CLOSED_MATRICES
@@ -21,7 +20,6 @@ from tests.mechanics.test_internal_states import scene as drone
 from tests.oracles import robots
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.motions import along_motion, random_motions
-from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 
 TREES, CHUNKS = 48, 4
@@ -138,39 +136,6 @@ def test_matrices_and_their_derivatives(name: str, rng: np.random.Generator) -> 
     assert np.max(np.abs(difference + np.swapaxes(difference, -1, -2))) <= 1e-13 * size
 
 
-HUMANOIDS = {
-    "g1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", 35, 13543),
-    "talos": ("talos_data/robots/talos_reduced.urdf", 38, 13721),
-}
-
-
-@pytest.mark.slow_cases("talos")
-@pytest.mark.parametrize("name", HUMANOIDS)
-def test_humanoids(name: str, rng: np.random.Generator) -> None:
-    """Some 400 operations per degree of freedom for tau and two derivatives, by both derivations the same numbers."""
-    file, nv, statements = HUMANOIDS[name]
-    system = derive(load(robot_file(file), root="free"), ["rates", "rates_closed"])
-    assert system.nv == nv and system.counts["rates"].statements == statements
-    run = tape_evaluator(system)
-    state = random_motions(system, run, 2, rng)
-    found, stepped = run("rates", state), along_motion(system, run, "rates", state)
-    for block, closed in run("rates_closed", state).items():
-        assert relative_error(found[block], closed) <= 1e-12
-    for below, above in (("tau", "tau_dot"), ("tau_dot", "tau_ddot")):
-        assert relative_error(found[above], stepped[below]) <= 1e-12
-
-
-def test_the_first_factorisation_is_not_the_passive_one(rng: np.random.Generator) -> None:
-    """On the Panda, as published: the symmetric part of M' - 2 C is of the size of C itself."""
-    system = derive(robots.panda(), ["coriolis", "coriolis_skew", "mass_rates"])
-    run = tape_evaluator(system)
-    state = robots.panda_state(1.0)
-    M_dot = run("mass_rates", state)["M_dot"]
-    for term, least, most in (("coriolis", 0.1, np.inf), ("coriolis_skew", 0.0, 1e-13)):
-        difference = M_dot - 2.0 * run(term, state)["C"]
-        assert least <= np.max(np.abs(difference + difference.T)) <= most
-
-
 @pytest.mark.slow
 def test_system_matrices_are_what_they_are_called(rng: np.random.Generator) -> None:
     """J = A X, twists J v, brackets of them, and J' = A a X - A a J with balls and free joints among the joints."""
@@ -206,3 +171,12 @@ def block_diagonal(blocks: Array) -> Array:
     for k, block in enumerate(blocks):
         found[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = block
     return found
+
+
+def test_both_ways_bear_applied_wrenches(rng: np.random.Generator) -> None:
+    system = derive(SCENES["based"], ["rates", "rates_closed"])
+    run = tape_evaluator(system)
+    state = random_motions(system, run, 2, rng)
+    found = run("rates", state)
+    for block, closed in run("rates_closed", state).items():
+        assert relative_error(found[block], closed) <= 1e-12, block

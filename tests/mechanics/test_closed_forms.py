@@ -34,20 +34,6 @@ def test_gyroscopic_moment_of_a_wheel_on_a_turning_base() -> None:
     np.testing.assert_allclose(b, [[axial * 50.0 * 3.0, 0.0]], rtol=1e-14, atol=1e-14)
 
 
-def test_bead_on_a_turning_rod() -> None:
-    """m (x'' - W^2 x) along the rod: the base's centrifugal force and nothing of h."""
-    bead, joint = rigid_body("bead", 0.4), Joint("slide", "prismatic", "base", "bead", (1, 0, 0))
-    table = Base(rotations=(Rotation((0, 0, 1), times(5.0, TIME)),))
-    system = derive(Scene("bead", (bead,), (joint,), base=table))
-    evaluate = tape_evaluator(system)
-    state = on_base(
-        evaluate, {"q": np.array([[0.3]]), "v": np.array([[2.0]]), "a": np.array([[1.0]]), "t": np.array([[0.2]])}
-    )
-    np.testing.assert_allclose(evaluate("base_motion", state)["b"], [[-0.4 * 25.0 * 0.3]], rtol=1e-14)
-    np.testing.assert_allclose(evaluate("partials", state)["K"], [[[-0.4 * 25.0]]], rtol=1e-14)
-    np.testing.assert_array_equal(evaluate("coupling", state)["h"], [[0.0]])
-
-
 def test_unknown_term_is_named() -> None:
     rod = rigid_body("rod", 1.0, (0.5, 0, 0), (0, 0, 0.1, 0, 0, 0))
     scene = Scene("pendulum", (rod,), (Joint("hinge", "revolute", "base", "rod", (0, 0, 1)),))

@@ -12,7 +12,6 @@ import pytest
 
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.target import generate_files
-from eomgen.lie import product
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data
 from eomgen.system.system import System
@@ -92,22 +91,6 @@ def test_what_follows_from_the_rows_are_their_derivatives(model: str, joint: str
 def test_tangents_with_multipliers_are_exact(model: str, elements: int, joint: str, rng: np.random.Generator) -> None:
     system = constrained_beam(model, elements, joint)
     check_partials(system, states(system, rng))
-
-
-@pytest.mark.parametrize(("model", "group"), [("kirchhoff", "R3xSO3"), ("inextensible", "SE3")])
-def test_absolute_coordinates_have_the_same_rows(model: str, group: str, rng: np.random.Generator) -> None:
-    data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, {**section_of(model), "group": group}, type="free")
-    system = derive(from_data({**data, "coordinates": "absolute"}), TERMS)
-    assert {factor.group for factor in system.factors} == ({"SE3"} if group == "SE3" else {"R", "SO3"})
-    evaluate = tape_evaluator(system)
-    theta = 0.3 * rng.normal(size=(4, system.nv))
-    q = product.update(system.factors, np.broadcast_to(system.initial_q, (4, system.nq)), theta)
-    found, poses = evaluate("constraint", {"q": q})["Phi"], evaluate("poses", {"q": q})["pose"]
-    at_rest = 10.0 / 3.0 * np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    check_logarithms(model, found, poses, at_rest)
-    state = {"q": q, "v": rng.normal(size=(4, system.nv)), "lam": 100.0 * rng.normal(size=(4, len(system.multipliers)))}
-    state |= {"a": rng.normal(size=(4, system.nv)), "p": np.ones((4, 1))}
-    check_partials(system, state)
 
 
 @pytest.mark.parametrize("model", list(WITHOUT))

@@ -92,16 +92,6 @@ def test_a_law_that_jumps_is_refused() -> None:
     assert of_a_law("tanh((t - 0.5) / 0.01)") == []
 
 
-def test_an_angle_that_jumps_by_whole_turns_is_the_same_angle() -> None:
-    """A law by atan2 in joint coordinates: its equation is within half a turn."""
-    law = "atan2(sin(3 * t), cos(3 * t))"
-    assert of_a_law(law) == []
-    scene = load_toml(ARM.format(top="", joint=WAYS["tree"][1].replace(LAW, f'"{law}"')))
-    evaluate = tape_evaluator(derive(scene, TERMS))
-    Phi = evaluate("constraint", {"q": np.array([[6.3]]), "v": np.zeros((1, 1)), "t": np.array([[2.1]])})["Phi"]
-    assert abs(Phi[0, 0]) <= 1e-14
-
-
 ROPE = """format = 1
 name = "winch"
 bodies.load = {{ mass = 3.0, inertia = [0.1, 0.1, 0.1] }}
@@ -181,3 +171,13 @@ def test_what_is_said_of_drives(joint: str, said: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         load_toml(text)
     assert said in str(caught.value)
+
+
+def test_an_angle_that_jumps_by_whole_turns_is_the_same_angle() -> None:
+    """A law by atan2 in joint coordinates: its equation is within half a turn."""
+    law = "atan2(sin(3 * t), cos(3 * t))"
+    assert of_a_law(law) == []
+    scene = load_toml(ARM.format(top="", joint=WAYS["tree"][1].replace(LAW, f'"{law}"')))
+    evaluate = tape_evaluator(derive(scene, TERMS))
+    Phi = evaluate("constraint", {"q": np.array([[6.3]]), "v": np.zeros((1, 1)), "t": np.array([[2.1]])})["Phi"]
+    assert abs(Phi[0, 0]) <= 1e-14

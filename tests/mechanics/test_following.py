@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joints.model import Joint, Mimic
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.constrained import constraint
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.formulas import number, value_of
+from tests.oracles.formulas import value_of
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 from tests.oracles.states import derivative, jacobian, on_base, random_states
 
@@ -92,30 +92,6 @@ def test_a_random_tree_against_its_projection(seed: int, rng) -> None:
     scene = with_mimics(with_loads(random_scene(seed, 6), seed), seed)
     assert sum(joint.mimic is not None for joint in scene.joints) >= 2
     check_reduced(with_base(scene, seed) if seed % 2 else scene, rng)
-
-
-@pytest.mark.slow
-def test_parents_tell_which_components_are_coupled(rng) -> None:
-    """M of scenes whose branches meet in a follower is factored without losing an entry."""
-    scene = random_scene(9, 8)
-    revolute = [joint.name for joint in scene.joints if joint.type in ("revolute", "prismatic")]
-    assert len(revolute) >= 3, [joint.type for joint in scene.joints]
-    follower = replace(
-        next(joint for joint in scene.joints if joint.name == revolute[0]),
-        mimic=Mimic(revolute[-1], number(0.7)),
-        initial_position=(),
-        initial_velocity=(),
-    )
-    scene = replace(scene, joints=tuple(follower if joint.name == follower.name else joint for joint in scene.joints))
-    reduced, state = check_reduced(scene, rng)
-    M = tape_evaluator(reduced)("mass", state)["M"]
-    for i in range(reduced.nv):
-        above = set()
-        k = i
-        while (k := reduced.dof_parent[k]) >= 0:
-            above.add(k)
-        for j in range(i):
-            assert j in above or np.abs(M[:, i, j]).max() == 0.0
 
 
 @pytest.mark.slow_except("distance")

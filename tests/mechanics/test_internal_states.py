@@ -94,20 +94,3 @@ def test_a_scene_without_states_has_none_of_it() -> None:
     assert not {"internal_rate", "internal_partials", "equations", "iteration"} & set(system.functions)
     assert all("z" not in function.inputs for function in system.functions.values())
     assert any(line.startswith("internal states: ") for line in system.dropped)
-
-
-def test_energies_can_be_used_by_forces_and_rates(rng: np.random.Generator) -> None:
-    builder = eomgen.SceneBuilder("swing").body("bob", 2.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
-    builder.joint("pin", "revolute", "base", "bob", axis=[0, 1, 0], stiffness=3.0)
-    builder.effort("pump", "pin", "0.1 * energy.total * v.pin").state("mean", "energy.kinetic - mean")
-    system = derive(builder.build(), ["force", "energy", "internal_rate", "residual", "partials"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, STATES, rng) | {"z": rng.normal(size=(STATES, 1))}
-    kinetic, potential, power, _ = evaluate("energy", state)["energy"].T
-    q, v = state["q"][:, 0], state["v"][:, 0]
-    pump = 0.1 * (kinetic + potential) * v
-    assert np.allclose(evaluate("force", state)["Q"][:, 0], pump - 3.0 * q - 9.81 * np.sin(q), rtol=1e-12)
-    assert np.allclose(power, pump * v, rtol=1e-12)
-    assert np.allclose(evaluate("internal_rate", state)["zdot"][:, 0], kinetic - state["z"][:, 0], rtol=1e-12)
-    expected = jacobian(evaluate, system.factors, "residual", "r", state, "q")
-    assert relative_error(evaluate("partials", state)["K"], expected, 2) < 1e-12

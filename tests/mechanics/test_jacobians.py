@@ -6,20 +6,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
 from tests.mechanics.checks import states_of
-from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_of_tree
+from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.random_scenes import random_scene, with_base
-from tests.oracles.states import angular_velocity, derivative, jacobian, random_states, rotation_of
+from tests.oracles.states import angular_velocity, derivative, jacobian, rotation_of
 
 STATES = 5
-SWAP = [3, 4, 5, 0, 1, 2]
 
 
 def scene_of(seed: int) -> Scene:
@@ -34,28 +31,6 @@ def in_absolute_coordinates(scene: Scene) -> Scene:
     # it takes no massless ones
     bodies = tuple(replace(body, mass=Number(1.0), inertia=massive) for body in scene.bodies)
     return replace(scene, coordinates="absolute", groups=groups, joints=joints, bodies=bodies)
-
-
-def local_jacobian(oracle: PinocchioOracle, q: Array, joint: int) -> Array:
-    """Return a joint's Jacobian in its own axes, angular first, columns in the scene's order."""
-    J = pin.computeJointJacobian(oracle.model, oracle.data, oracle.q(q), joint)
-    return J[np.ix_(SWAP, oracle.order)]
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_against_pinocchio_on_random_trees(seed: int, rng: np.random.Generator) -> None:
-    scene = random_scene(seed, 3 + seed)
-    system = derive(scene, ["jacobians"])
-    evaluate, oracle = tape_evaluator(system), oracle_of_tree(scene)
-    state = random_states(system, STATES, rng)
-    found = evaluate("jacobians", state)["J"]
-    carried = {joint.child: joint for joint in scene.joints if joint.type != "fixed"}
-    assert carried
-    for k, name in enumerate(system.bodies):
-        if name in carried:
-            number = oracle.model.getJointId(carried[name].name)
-            expected = np.array([local_jacobian(oracle, q, number) for q in state["q"]])
-            assert relative_error(found[:, k], expected, 2) <= 1e-13, name
 
 
 @pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])

@@ -131,26 +131,6 @@ def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.ran
     np.testing.assert_allclose(tape_evaluator(system)("force", {"q": q, "v": v})["Q"], expected, rtol=1e-12, atol=1e-12)
 
 
-def test_absolute_coordinates_give_the_same_generalized_forces(rng: np.random.Generator) -> None:
-    """Stops and friction of a hinge in absolute coordinates: a torque about the axis, the same effort on joint
-    coordinates."""
-    limits = {**LIMITS, "lower": -2.0, "upper": -1.0}
-    scenes = []
-    for coordinates in ("joint", "absolute"):
-        builder = SceneBuilder("disc", gravity=[0, 0, 0], coordinates=coordinates).body(
-            "disc", 1.0, inertia=[0.1, 0.1, 0.1]
-        )
-        builder.joint("hinge", "revolute", "base", "disc", axis=[0, 0, 1], limits=limits, friction=FRICTION)
-        scenes.append(derive(builder.build(), ["force"]))
-    angles, rates = rng.uniform(-1.5, 3.0, 30), rng.normal(size=30)
-    joint = evaluated(scenes[0], "force", angles, rates)["Q"]
-    q, v = np.zeros((30, 8)), np.zeros((30, 6))
-    q[:, 0], q[:, 3], q[:, 7], v[:, 2] = np.cos(angles / 2), np.sin(angles / 2), angles, rates
-    absolute = tape_evaluator(scenes[1])("force", {"q": q, "v": v})["Q"]
-    np.testing.assert_allclose(absolute[:, 2:3], joint, rtol=1e-10, atol=1e-10)
-    assert np.abs(np.delete(absolute, 2, axis=1)).max() < 1e-12 and np.ptp(joint) > 1.0
-
-
 # -- motions -----------------------------------------------------------------------------------------------------------
 
 

@@ -90,17 +90,3 @@ def test_tape_and_text_of_long_chains_grow_as_they_may() -> None:
     few, more, most = (statements(system) for system in systems)
     assert most <= 1.02 * more
     assert more <= 1.1 * few
-
-
-@pytest.mark.long
-def test_a_run_stays_on_the_joints() -> None:
-    model = eomgen.build(chain("revolute", 20, axis=[0, 1, 0]), profile="instant")
-    run = model.simulate(0.05, 1e-3, method="generalized_alpha", error_estimate=False)
-    assert run.success, run.message
-    in_joints = eomgen.build(chain("revolute", 20, axis=[0, 1, 0], coordinates="joint"), profile="instant")
-    other = in_joints.simulate(0.05, 1e-3, method="generalized_alpha", error_estimate=False)
-    assert np.max(np.abs(model.evaluate("constraint", run.q[-1], t=0.05)["Phi"])) < 1e-11
-    tip, expected = (
-        of.evaluate("poses", at.q[-1], t=0.05)["pose"][-1, 4:] for of, at in ((model, run), (in_joints, other))
-    )
-    np.testing.assert_allclose(tip, expected, atol=1e-6)

@@ -3,22 +3,15 @@ accelerations."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import eomgen
-from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.forces.forces import Effort
 from eomgen.scene.scene import Scene
-from eomgen.system.signals import Input
 from tests.mechanics.checks import states_of
-from tests.models.elements import elements_with
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.random_scenes import random_scene
-from tests.oracles.robots import panda
 from tests.oracles.states import STEP, jacobian
 
 STATES = 4
@@ -164,19 +157,3 @@ def test_names_of_columns_stand_in_the_generated_code() -> None:
         ", ".join(f"base.{kind}[{k}]" for k in range(3)) for kind in ("angular_acceleration", "acceleration")
     )
     assert outputs["E0"] == f"d(Q - b)/dw, w: gust, {angular}, {linear}"
-
-
-def test_what_it_costs() -> None:
-    """Of a robot whose joints are driven: the partials and nothing more, for inputs that are efforts have constant
-    columns."""
-    arm = panda()
-    efforts = tuple(
-        Effort(f"motor{k}", joint.name, Symbol("input", f"tau{k}"), 0) for k, joint in enumerate(arm.joints)
-    )
-    inputs = tuple(Input(f"tau{k}") for k in range(len(arm.joints)))
-    system = derive(
-        replace(arm, elements=elements_with(arm, efforts=efforts), inputs=inputs), ["partials", "linearization"]
-    )
-    (B0,) = (block for block in system.functions["linearization"].outputs if block.name == "B0")
-    assert B0.shape == (7, 7)
-    assert system.counts["linearization"].flops == system.counts["partials"].flops == 3067

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data
@@ -14,7 +13,7 @@ from eomgen.system.system import System
 from tests.mechanics.test_cosserat_beams import states_near
 from tests.models.cosserat import beam_scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
-from tests.oracles.states import derivative, jacobian, on_base, rotation_of
+from tests.oracles.states import derivative, jacobian, on_base
 
 pytestmark = pytest.mark.slow
 
@@ -68,32 +67,6 @@ def states_of(system: System, rng: np.random.Generator) -> dict[str, Array]:
 
 def system_of(data: dict[str, Any], *more: str) -> System:
     return derive(from_data(data), (*TERMS, *more))
-
-
-def oracle(q: Array, v: Array, time: float, load: float, axes: str) -> Array:
-    """Return the wrenches on the nodes, (30,), moment first, in their own axes, by NumPy and SciPy."""
-    wrenches = []
-    for node, weight in enumerate((1.25, 2.5, 2.5, 2.5, 1.25)):
-        pose, twist, s = q[7 * node :][:7], v[6 * node :][:6], node / 4.0
-        R, x = rotation_of(pose[:4]), pose[4:]
-        turn = Rotation.from_matrix(R).as_rotvec()
-        w, u = twist[:3], twist[3:]
-        x, w, u = (R.T @ x, w, u) if axes == "beam" else (x, R @ w, R @ u)
-        force = [-0.3 * u[0] * np.sqrt(1 + u[1] ** 2) + 0.1 * time, -load * x[1] * (1 + s), 0.2 * w[0] * x[2]]
-        moment = [-0.4 * turn[0], -load * w[1], s * turn[2] * u[0]]
-        back = np.eye(3) if axes == "beam" else R.T
-        wrenches += [weight * back @ moment, weight * back @ force]
-    return np.concatenate(wrenches)
-
-
-@pytest.mark.parametrize("axes", ["world", "beam"])
-def test_nodes_bear_what_their_own_motion_says(axes: str, rng: np.random.Generator) -> None:
-    scene = loaded(axes, "free")
-    bare = {key: value for key, value in scene.items() if key != "distributed_loads"}
-    state = states_near(system_of(scene), rng) | {"t": np.full((6, 1), 0.7)}
-    with_load, without = (tape_evaluator(system_of(data))("force", state)["Q"] for data in (scene, bare))
-    expected = [oracle(q, v, 0.7, 1.0, axes) for q, v in zip(state["q"], state["v"], strict=True)]
-    np.testing.assert_allclose(with_load - without, expected, atol=1e-10)
 
 
 @pytest.mark.parametrize(

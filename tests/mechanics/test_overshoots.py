@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-import eomgen
 from eomgen.formula.curves import Curve, Outside
 from eomgen.mechanics.discontinuities import overshoots
 
@@ -41,19 +38,3 @@ def test_a_step_through_a_spline_is_noted_with_place_and_size_and_other_curves_a
     t = np.linspace(0.0, 1.0, 9)
     smooth = [Curve("sine", t, np.sin(2.0 * np.pi * t), outside="periodic"), Curve("flat", t, np.ones(9))]
     assert not list(overshoots([*smooth, Curve("two", t[:2], t[:2])]))
-
-
-@pytest.mark.slow
-def test_a_run_tells_the_note() -> None:
-    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
-    points = [[0, 0], [1, 0], [1.1, 1], [2, 1]]
-    scene: dict[str, Any] = {
-        "format": 1,
-        "name": "slider",
-        "bodies": {"b": {"mass": 1.0}},
-        "joints": {"x": joint},
-        "curves": {"step": {"points": points}},
-        "efforts": {"e": {"joint": "x", "effort": "step(t)"}},
-    }
-    run = eomgen.build(scene, profile="quick").simulate(0.1, 0.01, error_estimate=False)
-    assert any(note.startswith("step: the spline is") for note in run.metadata["notes"])

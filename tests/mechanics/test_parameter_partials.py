@@ -111,20 +111,6 @@ def machine(coordinates: str = "joint", *, looped: bool = False) -> Scene:
     return builder.build()
 
 
-@pytest.mark.slow_except("loop-joint")
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-@pytest.mark.parametrize("looped", [False, True], ids=["tree", "loop"])
-def test_a_machine_with_a_controller_a_road_and_a_moving_base(
-    coordinates: str, looped: bool, rng: np.random.Generator
-) -> None:
-    found = check(machine(coordinates, looped=looped), rng)
-    everywhere = {name: np.abs(values).max(axis=(0, 1)) for name, values in found.items()}
-    used = np.maximum.reduce(list(everywhere.values()))
-    assert np.all(used[:10] > 1e-3)  # each parameter is in some equation
-    assert (used[10] > 1e-3) == looped
-    assert everywhere["Fp"][6] > 0.1  # the height of the road, which only the input's law knows
-
-
 @pytest.mark.slow_except("1")
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees(seed: int, rng: np.random.Generator) -> None:
@@ -145,36 +131,6 @@ def model() -> eomgen.Model:
 
 
 @pytest.mark.slow
-def test_compiled_partials(model: eomgen.Model, rng: np.random.Generator) -> None:
-    """In C, of a batch and of single states, the values of the tape."""
-    q, v, a, z = rng.uniform(-1.0, 1.0, size=(4, 3, 2))
-    t, lam, z = np.array([0.2, 0.9, 1.4]), np.full((3, 1), 2.0), z[:, :1]
-    found = model.parameter_partials(q, v, a, t, {"command": 0.3}, z=z, multipliers=lam)
-    chosen = model.parameter_partials(
-        q[1], v[1], a[1], 0.9, {"command": 0.3}, z=z[1], multipliers=[2.0], of=["lag", "mass"]
-    )
-    places = [list(model.parameters).index(name) for name in ("lag", "mass")]
-    assert all(np.array_equal(one, every[1][:, places]) for one, every in zip(chosen, found, strict=True))
-    system = derive(machine(looped=True), ["parameter_partials"])
-    state = {"q": q, "v": v, "a": a, "z": z, "lam": lam, "t": t[:, np.newaxis]}
-    state |= {"p": np.tile(model.parameter_array(), (3, 1)), "u": np.full((3, 2), 0.3)}
-    evaluate = tape_evaluator(system)
-    for block, values in zip(
-        found, evaluate("parameter_partials", prescribed(system, evaluate, state)).values(), strict=True
-    ):
-        np.testing.assert_allclose(block, values, rtol=1e-10, atol=1e-11)
-
-
-@pytest.mark.slow
-def test_compiled_partials_of_outputs(model: eomgen.Model) -> None:
-    found = model.output_parameter_partials([0.3, -0.2], [1.0, 0.5], [0.1, 0.2], 0.7, of=["height", "mass"])
-    assert list(found) == ["felt"] and found["felt"].shape == (2, 2)
-    position = model.point("lower", [0.0, 0.0, 0.8], [0.3, -0.2], t=0.7).position
-    assert found["felt"][1, 1] == pytest.approx(position[2], rel=1e-12)
-    assert found["felt"][1, 0] == pytest.approx(np.sin(2.0 * 0.7), rel=1e-12)
-
-
-@pytest.mark.slow
 def test_what_cannot_be_differentiated_in(model: eomgen.Model) -> None:
     q, v, a = np.zeros((3, 2))
     with pytest.raises(UsageError) as caught:
@@ -189,3 +145,12 @@ def test_what_cannot_be_differentiated_in(model: eomgen.Model) -> None:
     plain = eomgen.build(builder.build(), ["inverse_dynamics"])
     with pytest.raises(UsageError, match="the scene has no tunable parameters, so there is nothing to differentiate"):
         plain.parameter_partials(plain.initial_q, plain.initial_v, plain.initial_v)
+
+
+@pytest.mark.slow
+def test_compiled_partials_of_outputs(model: eomgen.Model) -> None:
+    found = model.output_parameter_partials([0.3, -0.2], [1.0, 0.5], [0.1, 0.2], 0.7, of=["height", "mass"])
+    assert list(found) == ["felt"] and found["felt"].shape == (2, 2)
+    position = model.point("lower", [0.0, 0.0, 0.8], [0.3, -0.2], t=0.7).position
+    assert found["felt"][1, 1] == pytest.approx(position[2], rel=1e-12)
+    assert found["felt"][1, 0] == pytest.approx(np.sin(2.0 * 0.7), rel=1e-12)

@@ -75,19 +75,6 @@ def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None
     np.testing.assert_allclose(np.tan(tilt), vector[:, 0] / vector[:, 1], atol=1e-9)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("unit", "mass"), [(1e-6, "0"), (1.0, "1e-8"), (1e6, "1e-3")])
-def test_a_driven_jack_moves_the_boom(mass: str, unit: float) -> None:
-    """The angle follows from the length of the jack, and the steps of the default method are not halved."""
-    model = built(boom(f"{float(mass) * unit!r}", "0.86 + 0.15 * sin(3 * t)", name="driven", unit=unit))
-    run = model.simulate(2.0, 1e-2)
-    assert run.success and "halved" not in run.message, run.message
-    length = 0.86 + 0.15 * np.sin(3.0 * run.t)
-    foot = np.hypot(0.3, 0.7)
-    between = np.arccos((0.8**2 + foot**2 - length**2) / (2.0 * 0.8 * foot))
-    np.testing.assert_allclose(run.q[:, 0], np.arctan2(0.7, 0.3) - between, atol=1e-9)
-
-
 #: A slider-crank; its connecting rod is a body on a pin of the crank, or the distance between its ends.
 CRANK = """format = 1
 name = "{name}"

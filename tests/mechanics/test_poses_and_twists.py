@@ -24,7 +24,6 @@ from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evalu
 from tests.oracles.formulas import value_of, vector
 from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
 from tests.oracles.states import (
-    angular_velocity,
     derivative,
     random_unit_quaternions,
     rotation_of,
@@ -66,19 +65,6 @@ def test_poses(seed: int, rng) -> None:
         assert relative_error(rotation_of(found[:, k, :4]), R, 2) <= 1e-13, name
         assert relative_error(found[:, k, 4:], p) <= 1e-13, name
         assert np.abs(np.linalg.norm(found[:, k, :4], axis=1) - 1.0).max() <= 1e-14
-
-
-@pytest.mark.parametrize("seed", range(9))
-def test_twists_are_derivatives_of_poses(seed: int, rng) -> None:
-    """omega~ = R^T dR/dt and v = R^T dx/dt, along q' = q tilde(v) and the base's law."""
-    _, system, evaluate, state = prepared(seed, rng)
-    poses = evaluate("poses", state)["pose"]
-    rates = derivative(evaluate, system.factors, "poses", state, {"q": state["v"], "t": np.ones((STATES, 1))})["pose"]
-    twists = evaluate("twists", state)["twist"]
-    for k in range(len(system.bodies)):
-        omega = angular_velocity(poses[:, k, :4], rates[:, k, :4])
-        velocity = np.einsum("kji,kj->ki", rotation_of(poses[:, k, :4]), rates[:, k, 4:])
-        assert relative_error(twists[:, k], np.concatenate([omega, velocity], axis=1)) <= 1e-12
 
 
 @pytest.mark.parametrize("seed", range(9))

@@ -3,19 +3,15 @@ step."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.system.description import BASE
-from eomgen.system.signals import Output
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
-from tests.oracles.random_scenes import random_scene, with_base, with_loads
+from tests.oracles.random_scenes import random_scene, with_base
 from tests.oracles.states import displaced, on_base, random_states, rotation_of
 
 STATES = 6
@@ -67,15 +63,3 @@ def test_energies_are_those_of_the_bodies(seed: int, rng) -> None:
     found = evaluate("energy", on_base(evaluate, state) if scene.base is not None else state)["energy"]
     assert relative_error(found[:, :1], kinetic[:, np.newaxis]) <= 1e-12
     assert relative_error(found[:, 1:2], potential[:, np.newaxis], floor=1.0) <= 1e-12
-
-
-def test_energies_are_outputs_too(rng) -> None:
-    scene = with_base(with_loads(random_scene(5, 4), 5), 5)
-    names = ("kinetic", "potential", "total", "power", "base_power")
-    scene = replace(scene, outputs=tuple(Output(name, (Symbol("energy", name),)) for name in names))
-    system = derive(scene, ["energy", "outputs"])
-    evaluate = tape_evaluator(system)
-    state = on_base(evaluate, random_states(system, STATES, rng))
-    kinetic, potential, power, base_power = evaluate("energy", state)["energy"].T
-    expected = np.stack([kinetic, potential, kinetic + potential, power, base_power], axis=1)
-    np.testing.assert_array_equal(evaluate("outputs", state)["y"], expected)

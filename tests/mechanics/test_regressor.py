@@ -157,21 +157,6 @@ def test_what_the_regressor_costs() -> None:
 
 
 @pytest.mark.slow
-def test_compiled(rng: np.random.Generator) -> None:
-    model = eomgen.build(arm(), ["inverse_dynamics"])
-    q, v, a = rng.normal(size=(3, 5, 2))
-    heavy = {"load": np.linspace(0.2, 1.0, 5)}
-    Y, tau0 = model.regressor(q, v, a, u={"torque": 2.0}, parameters=heavy)
-    pi = model.regressor_parameters(parameters=heavy)
-    tau = np.einsum("sip,ps->si", Y, np.array([np.broadcast_to(value, 5) for value in pi.values()])) + tau0
-    np.testing.assert_allclose(tau, model.inverse_dynamics(q, v, a, u={"torque": 2.0}, parameters=heavy), rtol=1e-12)
-    assert pi["tool.mass"].shape == (5,) and model.regressor_parameters()["tool.mass"] == 0.7
-    np.testing.assert_allclose(tau0[:, 0], 3.0 * q[:, 0] - 2.0, rtol=1e-14)
-    with pytest.raises(KeyError, match=r"tool\.mas"):
-        model.regressor_parameters()["tool.mas"]
-
-
-@pytest.mark.slow
 def test_where_there_is_none() -> None:
     builder = eomgen.SceneBuilder("blade").beam(
         "blade", 1.0, mass_per_length=1.0, bending_y={"modes": 1, "stiffness": 9.0}

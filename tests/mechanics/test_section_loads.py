@@ -82,13 +82,6 @@ def test_strains_and_loads_are_those_of_logarithms_and_of_statics(joint: str, rn
             assert relative_error(moved(first, screw), last) < 1e-12
 
 
-def test_without_damping_loads_are_stiffness_times_strain(rng: np.random.Generator) -> None:
-    scene = beam_scene(5, {"force": [0.0, 0.0, 0.0]}, {"stiffness": None, "stiffness_matrix": COUPLED.tolist()})
-    system = derive(from_data(scene), TERMS)
-    found = tape_evaluator(system)("section_loads", states_near(system, rng))
-    assert relative_error(found["load"], found["strain"] @ COUPLED) < 1e-13
-
-
 @pytest.mark.parametrize("elements", [1, 2, 6])
 def test_at_rest_sections_bear_what_acts_beyond_them(elements: int) -> None:
     """Force and lever of a dead load at the tip, whatever the number of elements."""

@@ -3,7 +3,6 @@ masses."""
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -71,41 +70,6 @@ def test_modes_of_a_mesh_have_all_their_digits() -> None:
     assert not found.d[1::2].any() and not found.e[::2].any() and found.at(0.0).value[1] == 0.0
 
 
-def ritz(mass: list[int], stiffness: list[int], size: int = 14) -> list[float]:
-    """Return the squared frequencies of a tapered cantilever by monomials s^2, s^3, ... in 60 digits; fourths of
-    coefficients."""
-    with mpmath.workdps(60):
-
-        def moment(profile: list[int], power: int) -> Any:
-            return sum(mpmath.mpf(entry) / 8 / (power + place + 1) for place, entry in enumerate(profile))
-
-        M = mpmath.matrix(size, size)
-        K = mpmath.matrix(size, size)
-        for row in range(size):
-            for column in range(size):
-                p, q = row + 2, column + 2
-                M[row, column] = moment(mass, p + q)
-                K[row, column] = p * (p - 1) * q * (q - 1) * moment(stiffness, p + q - 4)
-        inverse = mpmath.cholesky(M) ** -1
-        return [float(value) for value in sorted(mpmath.eigsy(inverse * K * inverse.T, eigvals_only=True))[:3]]
-
-
-#: Eighths of the coefficients of 1 - s/2 and of its cube.
-MASS, STIFFNESS = [8, -4], [8, -12, 6, -1]
-
-
-@pytest.mark.parametrize(
-    ("shapes", "modes", "more", "tolerance"),
-    [("finite_elements", 3, {"elements": 60}, 3e-6), ("polynomial", 10, {}, 5e-8), ("clamped_free", 20, {}, 4e-4)],
-)
-def test_a_tapered_blade(shapes: Any, modes: int, more: Any, tolerance: float) -> None:
-    profiles = {"mass": tuple(entry / 8 for entry in MASS), "bending_y": tuple(entry / 8 for entry in STIFFNESS)}
-    found = integrals(deformation("bending_y", modes, shapes, **more), profiles=profiles)
-    np.testing.assert_allclose(frequencies(found)[:3], ritz(MASS, STIFFNESS), rtol=tolerance)
-    if shapes == "finite_elements":  # modes of the tapered mesh: both matrices are diagonal
-        np.testing.assert_allclose(found.m, np.diag(np.diag(found.m)), atol=1e-9)
-
-
 @pytest.mark.parametrize(("mass", "inertia"), [(0.5, 0.0), (2.0, 0.1)])
 def test_modes_with_a_mass_at_the_tip(mass: float, inertia: float) -> None:
     """Frequencies of a cantilever with a tip body of a mass and an inertia, both by the beam's own (length 1)."""
@@ -128,14 +92,6 @@ def test_modes_with_a_mass_at_the_tip(mass: float, inertia: float) -> None:
     np.testing.assert_allclose(whole, np.diag(np.diag(whole)), atol=1e-9)
 
 
-def test_nodal_coordinates_of_one_quadratic_element() -> None:
-    """Middle and end of a rod: mass L / 15 [8 1; 1 2], stiffness 1 / (3 L) [16 -8; -8 7]."""
-    found = integrals(deformation("stretch", 2, "finite_elements", elements=1, nodal=True), length=0.3)
-    np.testing.assert_allclose(found.m, 0.3 / 15 * np.array([[8.0, 1.0], [1.0, 2.0]]), rtol=1e-14)
-    np.testing.assert_allclose(found.k, np.array([[16.0, -8.0], [-8.0, 7.0]]) / 0.9, rtol=1e-14)
-    assert found.at(0.15).value.tolist() == [1.0, 0.0] and found.at(0.3).value.tolist() == [0.0, 1.0]
-
-
 def test_nodal_coordinates_of_cubic_elements() -> None:
     """Deflection and slope at each node are the coordinates themselves, whatever the length."""
     found = integrals(deformation("bending_y", 4, "finite_elements", elements=2, nodal=True), length=5.0)
@@ -146,21 +102,6 @@ def test_nodal_coordinates_of_cubic_elements() -> None:
         np.testing.assert_allclose(found.at(x).slope, slope, atol=1e-15)
     h = 2.5  # the stiffness of a clamped element for its second node
     np.testing.assert_allclose(found.k[2:, 2:], np.array([[12.0, -6 * h], [-6 * h, 4 * h * h]]) / h**3, rtol=1e-13)
-
-
-@pytest.mark.parametrize(
-    ("kind", "ends", "modes", "expected"),
-    [
-        ("stretch", "clamped_free", 4, "m m m m"),
-        ("torsion", "free_free", 5, "rad rad rad rad rad"),
-        ("bending_y", "clamped_free", 4, "m rad m rad"),
-        ("bending_z", "free_free", 6, "m rad m rad m rad"),
-        ("bending_y", "pinned_pinned", 4, "rad m rad rad"),
-    ],
-)
-def test_nodal_coordinates_have_units(kind: Any, ends: Any, modes: int, expected: str) -> None:
-    found = deformation(kind, modes, "finite_elements", elements=2, ends=ends, nodal=True)
-    assert " ".join(found.units) == expected
 
 
 @pytest.mark.parametrize("shapes", ["free_free", "polynomial", "finite_elements"])
@@ -202,9 +143,3 @@ def test_normalisations(shapes: Any, ends: Ends) -> None:
         natural = integrals(deformation(kind, 3, shapes, ends=ends, **more))
         ratios = np.diag(natural.k) / np.diag(natural.m)
         np.testing.assert_allclose(np.diag(same.k) / np.diag(same.m), ratios, rtol=1e-12)
-
-
-def test_fractions_with_any_length() -> None:
-    third = integrals(deformation("stretch", 1, "polynomial"), length=0.3)
-    assert third.m[0, 0] == float(Fraction(0.3) / 3)
-    assert third.k[0, 0] == float(1 / Fraction(0.3))

@@ -9,7 +9,6 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from numpy.polynomial import Polynomial
 
 from eomgen.formula.nodes import Number
 from eomgen.mechanics.shape_functions.families import QuadratureGrid
@@ -95,55 +94,6 @@ def test_modes_against_thirty_digits(shapes: ShapeFunctions, sign: int, mode: in
         )
 
 
-@pytest.mark.parametrize(("origin", "power"), [(Fraction(0), 23), (Fraction(1, 3), 5), (Fraction(2), 0)])
-def test_running_integrals_of_powers_are_powers(origin: Fraction, power: int) -> None:
-    grid = QuadratureGrid((), (Fraction(0), Fraction(1, 3), Fraction(2)))
-    places = [Fraction(int(place), int(ONE)) for place in grid.positions]
-    values = np.array([int(place**power * int(ONE)) for place in places], dtype=object)
-    found = round_to_doubles(grid.from_origin(values, origin))
-    expected = [float((place ** (power + 1) - origin ** (power + 1)) / (power + 1)) for place in places]
-    np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
-    up_to = grid.weights_up_to([origin]) @ round_to_doubles(values)
-    np.testing.assert_allclose(up_to, float(origin ** (power + 1) / (power + 1)), rtol=1e-12, atol=1e-12)
-
-
-def test_shortening_with_the_frame_within_the_beam() -> None:
-    """f = s^2 and s^2 (6 s - 5), frame at s = 2/5: everything by hand with fractions."""
-    start, length = -1.0, 2.5
-    bending = deformation("bending_y", 2, "polynomial")
-    found = integrals(bending, start=start, length=length, order=2, profiles={"mass": (1.0, 0.5)})
-    s = Polynomial([0.0, 1.0])
-    functions = [s**2, 6 * s**3 - 5 * s**2]
-    density, x = 1.0 + 0.5 * s, start + length * s
-    H = [[(f.deriv() * g.deriv()).integ(lbnd=0.4) / length for g in functions] for f in functions]
-
-    def over(polynomial: Polynomial) -> float:
-        return float(length * polynomial.integ()(1.0))
-
-    for k in range(2):
-        for j in range(2):
-            assert found.g0[k, j] == pytest.approx(over(density * H[k][j]), rel=1e-13)
-            assert found.g1[k, j] == pytest.approx(over(density * x * H[k][j]), rel=1e-13)
-            assert found.at(-0.5).shortening[k, j] == pytest.approx(float(H[k][j](0.2)), rel=1e-13)
-            for i in range(2):
-                assert found.h1[k, j, i] == pytest.approx(over(density * H[k][j] * functions[i]), rel=1e-12)
-                for n in range(2):
-                    assert found.h2[k, j, i, n] == pytest.approx(over(density * H[k][j] * H[i][n]), rel=1e-12)
-    assert found.at(0.0).shortening.tolist() == [[0.0, 0.0], [0.0, 0.0]]
-    assert found.at(-0.5).shortening[0, 0] < 0.0 < found.at(1.0).shortening[0, 0]
-
-
-@pytest.mark.slow
-def test_high_modes_do_not_lose_digits() -> None:
-    found = integrals(deformation("bending_y", 15))
-    with mpmath.workdps(120):
-        value, _ = oracle(15, 1)
-        for x in (0.01, 0.5, 0.99, 1.0):
-            assert abs(found.at(x).value[14] - float(value(mpmath.mpf(x)))) < 1e-13
-    np.testing.assert_allclose(np.diag(found.m), np.ones(15), rtol=1e-13)
-    np.testing.assert_allclose(found.at(1.0).value, 2.0 * (-1.0) ** np.arange(15), rtol=1e-13)
-
-
 #: Rotating cantilever, dossier 1.10.0: hub radius by length, angular speed, flap 1 to 3 (or 2), lag 1 and 2.
 ROTATING = [
     (0.0, 0.0, (3.51602, 22.03449, 61.69721), (3.51602, 22.03449)),
@@ -169,3 +119,15 @@ def test_rotating_cantilever(
     for wanted, matrix in ((flap, stiffness), (lag, stiffness - speed**2 * found.m)):
         frequencies = np.sqrt(np.linalg.eigvalsh(root @ matrix @ root.T))
         np.testing.assert_allclose(frequencies[: len(wanted)], wanted, rtol=tolerance, atol=5.1e-6)
+
+
+@pytest.mark.parametrize(("origin", "power"), [(Fraction(0), 23), (Fraction(1, 3), 5), (Fraction(2), 0)])
+def test_running_integrals_of_powers_are_powers(origin: Fraction, power: int) -> None:
+    grid = QuadratureGrid((), (Fraction(0), Fraction(1, 3), Fraction(2)))
+    places = [Fraction(int(place), int(ONE)) for place in grid.positions]
+    values = np.array([int(place**power * int(ONE)) for place in places], dtype=object)
+    found = round_to_doubles(grid.from_origin(values, origin))
+    expected = [float((place ** (power + 1) - origin ** (power + 1)) / (power + 1)) for place in places]
+    np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
+    up_to = grid.weights_up_to([origin]) @ round_to_doubles(values)
+    np.testing.assert_allclose(up_to, float(origin ** (power + 1) / (power + 1)), rtol=1e-12, atol=1e-12)

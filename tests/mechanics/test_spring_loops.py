@@ -57,14 +57,6 @@ def statements(scene: eomgen.Scene, terms: tuple[str, ...]) -> int:
     return count
 
 
-@pytest.mark.slow
-def test_a_net_twice_as_large_has_text_of_the_same_length() -> None:
-    terms = ("force", "energy")
-    small, large = (statements(net(rows, 10, group="R3xSO3"), terms) for rows in (10, 20))
-    assert large == small
-    assert small < 400
-
-
 def test_a_spring_with_an_actuator_and_one_on_a_long_chain_stay_alone() -> None:
     builder = eomgen.SceneBuilder("mixed", gravity=[0, 0, 0])
     builder.point("wall", "base", [-0.3, 0.2, 0.1])

@@ -71,17 +71,6 @@ def test_angular_accelerations_are_the_rates_of_angular_velocities(rng: np.rando
     np.testing.assert_allclose(evaluate("outputs", state)["y"][:, 6:], rates[:, :6], atol=1e-11)
 
 
-@pytest.mark.slow
-def test_a_run_records_both() -> None:
-    run = eomgen.build(chain(turn=WORDS["turn"], turning=WORDS["turning"]).build(), profile="quick")
-    solution = run.simulate(0.5, 1e-3)
-    turns = Rotation.from_rotvec(solution.outputs["turn"])
-    by_differences = (turns[2:] * turns[:-2].inv()).as_rotvec() / 2e-3
-    np.testing.assert_allclose(by_differences, solution.outputs["turning"][1:-1], atol=2e-6)
-    pose = run.pose("hand", solution.q, t=solution.t)
-    np.testing.assert_allclose(turns.as_matrix(), rotation_of(pose[:, :4]), atol=1e-12)
-
-
 def test_bodies_of_included_files_have_the_names_of_the_file(tmp_path: Path) -> None:
     scene_file(tmp_path, "pendulum", outputs__angle={"formula": "angular_velocity.rod[1]"})
     outputs = {"same": {"formula": "angular_velocity.left_rod[1]"}}

@@ -2,13 +2,14 @@
 
 The operators are the usual ones of mutation testing (DeMillo, Lipton, Sayward, "Hints on test data selection", 1978):
 comparison, arithmetic, constant, boolean, removed statement, swapped arguments, return value. Docstrings, texts,
-exceptions' arguments, annotations, decorators and sizes of drawings are left alone.
+exceptions' arguments, annotations, decorators, sizes of drawings and ``strict=`` are left alone.
 """
 
 from __future__ import annotations
 
 import ast
 import bisect
+import itertools
 from dataclasses import dataclass
 
 COMPARISONS: dict[type[ast.cmpop], tuple[str, tuple[str, ...]]] = {
@@ -33,34 +34,21 @@ ARITHMETIC: dict[type[ast.operator], tuple[str, str]] = {
     ast.Pow: ("**", "*"),
 }
 OPERATORS = (
-    "comparison",
-    "arithmetic",
-    "constant",
-    "boolean",
-    "removed statement",
-    "swapped arguments",
-    "return value",
+    *("comparison", "arithmetic", "constant", "boolean"),
+    *("removed statement", "swapped arguments", "return value"),
 )
 #: Calls that only make a text, and calls whose first arguments are types.
 TEXTS = ("Error", "Problem", "Warning", "warn", "echo", "print")
 TYPED = ("isinstance", "issubclass", "cast", "TypeVar", "field")
 #: Functions that give the same for arguments in either order, or nearly so.
 SYMMETRIC = (
-    "max",
-    "min",
-    "maximum",
-    "minimum",
-    "hypot",
-    "plus",
-    "dot",
-    "add",
-    "mul",
-    "isclose",
-    "allclose",
-    "array_equal",
+    *("max", "min", "maximum", "minimum", "hypot", "plus", "dot", "add", "mul"),
+    *("isclose", "allclose", "array_equal"),
 )
 #: Keyword arguments that only style a drawing.
 STYLES = ("alpha", "color", "dpi", "figsize", "fontsize", "labelsize", "linewidth", "lw", "markersize", "pad", "zorder")
+#: Keyword arguments that only assert what holds: ``zip(..., strict=True)`` never fails in right code.
+ASSERTED = ("strict",)
 #: Floats below are tolerances, which a factor of 1.5 would hardly change.
 SMALL = 1e-4
 PRINTED = ("__repr__", "__str__", "_repr_html_", "_repr_latex_")
@@ -88,6 +76,11 @@ class Mutant:
         return source[: self.start] + self.new.encode() + missing.encode() + source[self.end :]
 
 
+def line_starts(source: bytes) -> list[int]:
+    """Return the place in bytes of the start of each line."""
+    return [0, *itertools.accumulate(map(len, source.splitlines(keepends=True)))]
+
+
 def mutants_of(source: bytes, file: str) -> list[Mutant]:
     """Return all mutants of a file in the order of its text; ``file`` is kept as its name."""
     walk = _Walk(source, file)
@@ -101,16 +94,13 @@ class _Walk(ast.NodeVisitor):
         self.found: list[Mutant] = []
         self.names: list[str] = []
         self.functions: list[tuple[str, ast.expr | None]] = []
-        self.starts = [0]
-        for line in source.splitlines(keepends=True):
-            self.starts.append(self.starts[-1] + len(line))
+        self.starts = line_starts(source)
 
     def _span(self, node: ast.expr | ast.stmt) -> tuple[int, int]:
         assert node.end_lineno is not None and node.end_col_offset is not None
-        return (
-            self.starts[node.lineno - 1] + node.col_offset,
-            self.starts[node.end_lineno - 1] + node.end_col_offset,
-        )
+        ends = (node.lineno, node.col_offset), (node.end_lineno, node.end_col_offset)
+        start, end = (self.starts[line - 1] + column for line, column in ends)
+        return start, end
 
     def _text(self, node: ast.expr | ast.stmt) -> str:
         start, end = self._span(node)
@@ -144,8 +134,7 @@ class _Walk(ast.NodeVisitor):
         self.functions.pop()
         self.names.pop()
 
-    visit_FunctionDef = _function
-    visit_AsyncFunctionDef = _function
+    visit_FunctionDef = visit_AsyncFunctionDef = _function
 
     def visit_ClassDef(self, node: ast.ClassDef) -> None:
         self.names.append(node.name)
@@ -176,6 +165,8 @@ class _Walk(ast.NodeVisitor):
         if self.functions:
             self._add("removed statement", *self._span(node), "pass")
 
+    visit_Raise = visit_Continue = visit_Break = visit_Delete = _removed
+
     def visit_AugAssign(self, node: ast.AugAssign) -> None:
         self._removed(node)
         if type(node.op) in ARITHMETIC and not _is_text(node.value):
@@ -188,18 +179,6 @@ class _Walk(ast.NodeVisitor):
             if not _named(node.value).endswith(TEXTS):
                 self._removed(node)
             self.visit(node.value)
-
-    def visit_Raise(self, node: ast.Raise) -> None:
-        self._removed(node)
-
-    def visit_Continue(self, node: ast.Continue) -> None:
-        self._removed(node)
-
-    def visit_Break(self, node: ast.Break) -> None:
-        self._removed(node)
-
-    def visit_Delete(self, node: ast.Delete) -> None:
-        self._removed(node)
 
     def visit_Assert(self, node: ast.Assert) -> None:
         """Leave assertions for the reader and the type checker alone."""
@@ -273,7 +252,7 @@ class _Walk(ast.NodeVisitor):
         for argument in node.args:
             self.visit(argument)
         for keyword in node.keywords:
-            if keyword.arg not in STYLES:
+            if keyword.arg not in (*STYLES, *ASSERTED):
                 self.visit(keyword.value)
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> None:

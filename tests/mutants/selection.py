@@ -19,11 +19,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import platformdirs
 
-from tests.mutants.operators import Mutant
+from tests.mutants.operators import Mutant, line_starts
 from tests.mutants.probe.sitecustomize import blocks, install
 
 ROOT = Path(__file__).parents[2]
@@ -33,16 +34,11 @@ MEASURED = Path(platformdirs.user_cache_dir("eomgen-mutants"))
 OVERHEAD = 0.05
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(NamedTuple):
     """A test that can notice a mutant; ``seconds`` is its processor time."""
 
     test: str
     seconds: float
-
-    @property
-    def file(self) -> str:
-        return self.test.partition("::")[0]
 
 
 @dataclass
@@ -90,11 +86,7 @@ class Run:
     def running(self, wanted: Iterable[str]) -> list[int]:
         """Return the rows of tests that ran one of some blocks."""
         columns = [self.columns[name] for name in wanted if name in self.columns]
-        return [
-            number
-            for number, row in enumerate(self.rows)
-            if any(row[column >> 3] & (128 >> (column & 7)) for column in columns)
-        ]
+        return [number for number, row in enumerate(self.rows) if np.unpackbits(row)[columns].any()]
 
 
 class Recording:
@@ -102,8 +94,8 @@ class Recording:
 
     marks: mmap.mmap
 
-    def __init__(self, tier: str, top: Path | None = None) -> None:
-        runs = (top or MEASURED) / tier
+    def __init__(self, tier: str) -> None:
+        runs = MEASURED / tier
         self.runs = [Run.of(one.parent) for one in sorted(runs.glob("*/tests.jsonl"))]
         self.folder = runs / f"{len(self.runs):04d}"
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -191,7 +183,7 @@ def chosen(mutant: Mutant, recording: Recording) -> list[Candidate]:
     ranks = {file: nearness(mutant, file, _text(file)) for file in {file_of(test) for test in direct}}
 
     def cost(one: Candidate) -> float:
-        return (one.seconds + OVERHEAD) / (1.0 + ranks[one.file])
+        return (one.seconds + OVERHEAD) / (1.0 + ranks[file_of(one.test)])
 
     groups = ([Candidate(test, seconds) for test, seconds in tests.items()] for tests in (direct, beside))
     return [one for group in groups for one in sorted(group, key=cost)]
@@ -212,9 +204,7 @@ def unmeasured(mutant: Mutant, recording: Recording) -> list[str]:
 def block_names(source: bytes, file: str) -> list[tuple[str, int]]:
     """Return the name and the place in bytes of each block of a file; names have the function and a number."""
     text = ast.parse(source)
-    starts = [0]
-    for line in source.splitlines(keepends=True):
-        starts.append(starts[-1] + len(line))
+    starts = line_starts(source)
     counts: Counter[str] = Counter()
     result = []
     for function, statements, place in blocks(text):

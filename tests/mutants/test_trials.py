@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 
 from tests.mutants.__main__ import table
-from tests.mutants.operators import Mutant, mutants_of
+from tests.mutants.operators import Mutant
 from tests.mutants.probe.sitecustomize import blocks
-from tests.mutants.selection import ROOT, block_names, blocks_of, nearness
+from tests.mutants.selection import ROOT, block_names, nearness
 
 PACKAGE = """
 import functools
@@ -141,18 +141,6 @@ def test_blocks_are_runs_of_statements_without_a_branch() -> None:
     ]  # fmt: skip
     source = "def f(a):\n    '''Text.'''\n    b = 1\n    try:\n        c()\n    except E:\n        d()\n    return b\n"
     assert [statements[place].lineno for _, statements, place in blocks(ast.parse(source))] == [3, 5, 7, 8]
-
-
-def test_a_mutant_is_in_the_block_before_it_and_a_default_in_the_first() -> None:
-    path = "eomgen/solvers/redundancy.py"
-    every = mutants_of((ROOT / path).read_bytes(), path)
-    for mutant in every[::7]:
-        names = blocks_of(mutant)
-        if mutant.function:
-            (name,) = names
-            assert name.startswith(f"{path}::{mutant.function}#")
-            starts = dict(block_names((ROOT / path).read_bytes(), path))
-            assert starts[name] <= mutant.start or name.endswith("#1")
 
 
 def test_files_about_the_module_come_before_others() -> None:

@@ -119,7 +119,8 @@ class Trials:
             names = [name for name in names if self.sound.get(name, True)]
             if not names:
                 return Outcome("", True, count, seconds)
-            outcome = self._tried(names, replaced, limit - seconds)
+            left = limit - seconds
+            outcome = self._forked(self._runs(names, replaced), left) if replaced else self._anew(names, left)
             seconds, count = seconds + outcome.seconds, count + outcome.tests
             if not outcome.failed:
                 return Outcome("", outcome.whole, count, seconds)
@@ -131,9 +132,6 @@ class Trials:
                 return Outcome(outcome.failed, False, count, seconds)
             if outcome.failed in names:  # else of a file that was run whole
                 names = names[names.index(outcome.failed) + 1 :]
-
-    def _tried(self, names: Sequence[str], replaced: Sequence[tuple[FunctionType, CodeType]], limit: float) -> Outcome:
-        return self._forked(self._runs(names, replaced), limit) if replaced else self._anew(names, limit)
 
     def _runs(
         self, names: Sequence[str], replaced: Sequence[tuple[FunctionType, CodeType]]
@@ -255,10 +253,10 @@ class Trials:
         if not mutant.function or self.recording.is_marked(self.imported, mutant):
             return []
         path = str(ROOT / mutant.file)
-        before = {_key(code): code for code in _of_functions(compile(source, path, "exec", dont_inherit=True))}
-        after = {
-            _key(code): code for code in _of_functions(compile(mutant.applied(source), path, "exec", dont_inherit=True))
-        }
+        before, after = (
+            {_key(code): code for code in _of_functions(compile(text, path, "exec", dont_inherit=True))}
+            for text in (source, mutant.applied(source))
+        )
         changed = [key for key in after if before.get(key) != after[key]]
         result = []
         for key in changed:

@@ -221,33 +221,6 @@ def test_steps_of_generalized_alpha_end_as_a_run_in_complex_numbers(
     np.testing.assert_allclose(end_of(made, solved(made, name, given)), rows[1], rtol=1e-10, atol=1e-11)
 
 
-def flow(name: str, x: Array, given: Mapping[str, Array]) -> Any:
-    """Return the rates of x, with the functions of the tape, as a function of x, t for scenes without rotations."""
-    system, evaluate = parts_of(name)[0], evaluator(name)
-
-    def rate(x: Array, t: Array) -> Array:
-        q, v, z = np.split(x, [system.nq, system.nq + system.nv], axis=1)
-        blocks = {**given, "q": q, "v": v, "z": z, "t": t}
-        parts = [v, evaluate("forward_dynamics", blocks)["vdot"]]
-        return np.concatenate([*parts, *([evaluate("internal_rate", blocks)["zdot"]] if system.nz else [])], axis=1)
-
-    return rate
-
-
-def test_a_step_of_rk4_is_its_formula(rng: np.random.Generator) -> None:
-    given = start_of("swung", rng)
-    given["t"][:] = 0.4
-    x, t, h = given["x"], given["t"], STEP
-    rate = flow("swung", x, given)
-    k1 = rate(x, t)
-    k2 = rate(x + h / 2 * k1, t + h / 2)
-    k3 = rate(x + h / 2 * k2, t + h / 2)
-    k4 = rate(x + h * k3, t + h)
-    made = chain("swung", "rk4")
-    expected = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    np.testing.assert_allclose(end_of(made, values(made, "swung", given)), expected, rtol=1e-13)
-
-
 @pytest.mark.parametrize(
     ("name", "method", "order"),
     [("turned", "rk4", 4), ("springs", "leapfrog", 2), ("springs", "yoshida4", 4), ("held", "rattlie", 2),

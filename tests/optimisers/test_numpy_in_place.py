@@ -192,7 +192,7 @@ def test_arguments_that_are_left_out_are_those_of_the_scene(functions: TorchFunc
 
 
 def test_loops_have_no_forward_dynamics(functions: TorchFunctions, monkeypatch: pytest.MonkeyPatch) -> None:
-    loop = SimpleNamespace(place="torch", model=SimpleNamespace(name="bars", multipliers=["pin"]))
+    loop = SimpleNamespace(library_name="torch", model=SimpleNamespace(name="bars", multipliers=["pin"]))
     monkeypatch.setattr(functions, "_scene", loop)
     with pytest.raises(ModelError, match=r"bars has constraints.*; try: inverse_dynamics; simulate, whose gradients"):
         functions.forward_dynamics(np.zeros(3), np.zeros(3))

@@ -165,11 +165,7 @@ def test_gradient_in_a_quaternion_of_a_run_turns_the_body(torch: Any) -> None:
     [
         (
             lambda torch, f: f.forward_dynamics(torch.zeros(8), torch.zeros(7)),
-            r"q has the type torch.float32.*; try: q.double",
-        ),
-        (
-            lambda torch, f: f.forward_dynamics(np.zeros((2, 8)), np.zeros((3, 7))),
-            r"axes do not broadcast: q \(2,\), v",
+            "q has the type torch.float32.*; try: q.d",
         ),
         (
             lambda torch, f: f.forward_dynamics(torch.zeros(8, dtype=torch.float64, device="meta"), np.zeros(7)),

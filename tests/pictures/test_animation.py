@@ -23,8 +23,6 @@ from eomgen.products.pictures.animation import animation_page
 from eomgen.products.pictures.scenery import equivalent_solid, scenery
 from tests.models.scenes import PENDULUM_TOML, absolute, flyer, pendulum, pendulum_scene
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
 
 def data_of(page: str) -> dict:
     (text,) = re.findall(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
@@ -147,26 +145,6 @@ def test_solids_have_the_inertia_of_their_body(kind: str, moments: list[float], 
     assert solid["kind"] == kind and solid["center"] == [1.0, 2.0, 3.0]
     assert np.linalg.det(np.array(solid["axes"])) == pytest.approx(1.0)
     np.testing.assert_allclose(inertia_of(solid, 3.0, rng), inertia, atol=6e-3 * max(moments))
-
-
-def test_bodies_without_inertia_or_without_mass_have_no_solid() -> None:
-    assert equivalent_solid(1.0, np.zeros(3), np.zeros((3, 3)))["kind"] == "point"
-    assert equivalent_solid(0.0, np.zeros(3), np.zeros((3, 3)))["kind"] == "none"
-    rod = equivalent_solid(1.0, np.zeros(3), np.diag([1.0, 1.0, 0.0]))
-    assert rod["kind"] == "cylinder" and rod["size"][0] == pytest.approx(0.02 * rod["size"][1])
-
-
-@pytest.mark.slow_except("bouncing_ball/scene")
-@pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda file: f"{file.parent.name}/{file.stem}")
-def test_every_example_has_something_to_see(file: Path) -> None:
-    scene = eomgen.load(file)
-    poses_and_scenery = scenery(describe(scene), {})
-    assert [body["name"] for body in poses_and_scenery["bodies"]] == [body.name for body in scene.bodies]
-    assert any(body["solid"]["kind"] != "none" for body in poses_and_scenery["bodies"])
-    assert len(poses_and_scenery["springs"]) == len(scene.springs) and len(poses_and_scenery["tyres"]) == len(
-        scene.tyres
-    )
-    json.dumps(poses_and_scenery, allow_nan=False)
 
 
 def test_what_has_no_value_at_these_parameters_is_named() -> None:

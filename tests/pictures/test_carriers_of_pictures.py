@@ -93,15 +93,6 @@ def test_beams_are_drawn_with_the_section_of_their_heaviest_node() -> None:
     assert drawn["nodes"] == ["a", "b", "c"] and np.hypot(*np.array(drawn["outline"]).T) == pytest.approx(0.02)
 
 
-@pytest.mark.parametrize("rows", [FEWEST, FEWEST + 1, 40 * FEWEST])
-def test_rows_are_thinned_to_as_many_as_a_page_shows(rows: int) -> None:
-    t = np.linspace(2.0, 2.0 + 0.5 * FEWEST / RATE, rows)
-    kept = _thinned(t, 28)
-    assert kept[0] == 0 and kept[-1] == rows - 1
-    assert len(kept) == min(rows, FEWEST + 1)
-    assert np.ptp(np.diff(t[kept])) <= 2.1 * (t[1] - t[0])
-
-
 def test_pages_of_many_bodies_have_fewer_rows() -> None:
     t = np.linspace(0.0, 10.0 * FEWEST / RATE, 20_001)
     assert len(_thinned(t, 28)) == 10 * FEWEST + 1

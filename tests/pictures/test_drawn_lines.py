@@ -12,7 +12,6 @@ import matplotlib
 import numpy as np
 import pytest
 
-import eomgen
 from eomgen.cli import simulate
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import UsageError
@@ -81,35 +80,6 @@ def test_sections_over_time_are_maps_of_the_components_that_differ_from_zero(rng
         assert corners[:, 0, 1].tolist() == [0.0, 0.5, 1.0]
         assert axis.get_ylabel() == "x at rest, m"
     assert drawn[-1].get_xlabel() == "time, s"
-
-
-@pytest.mark.slow
-def test_figures_of_sections_have_six_instants_beside_maps(
-    rng: np.random.Generator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    solution, kept = solution_of(rng, 41), []
-
-    def saved(figure: Any, path: Path, hint: str) -> Path:
-        kept.append((figure, hint))
-        return path
-
-    monkeypatch.setattr(section_loads, "save_figure", saved)
-    section_loads.store_drawn_loads(solution, tmp_path / "loads.npz")
-    files = section_loads.draw_sections(solution, section_loads.stored_drawn_loads(tmp_path / "loads.npz"), tmp_path)
-    assert files == [tmp_path / "sections_rope.png", tmp_path / "sections_mast.png"]
-    for (figure, hint), name, panels in zip(kept, ("rope", "mast"), (6, 4), strict=True):
-        assert hint == "another folder, or --no-plots"
-        assert figure.get_suptitle() == f"crane: sections of the beam {name}"
-        assert figure.get_size_inches().tolist() == pytest.approx([15.0, 0.6 + 2.6 * panels])
-        left, right = figure.axes[: 2 * panels : 2], figure.axes[1 : 2 * panels : 2]
-        for axis in left:
-            labels = [line.get_label() for line in axis.lines]
-            assert labels == [f"t = {solution.t[row]:.4g} s" for row in (0, 8, 16, 24, 32, 40)]
-        assert [axis.get_legend() is not None for axis in left] == [True] + [False] * (panels - 1)
-        assert (left[-1].get_xlabel(), right[-1].get_xlabel()) == ("x at rest, m", "time, s")
-        loads = solution.section_loads[name]
-        ends = loads.moment_at_ends[8, :, :, 1 if name == "mast" else 0].ravel()
-        assert left[0].lines[1].get_ydata().tolist() == ends.tolist()
 
 
 def test_a_copy_that_draws_finds_the_loads_of_beams_in_a_file(rng: np.random.Generator, tmp_path: Path) -> None:
@@ -219,29 +189,6 @@ def test_mode_shapes_are_drawn_about_the_shape_at_rest(count: int, monkeypatch: 
             np.testing.assert_allclose(line.get_ydata(), heights, atol=2e-5)
         assert axis.lines[3].get_xydata().tolist() == [[0.0, 0.0], [2.0, 1.0 if plane == "z" else 0.5]]
         assert axis.lines[3].get_marker() == "^"
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_a_surface_is_drawn_once_below_a_ball_at_rest_with_a_legend(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kept: list[Any] = []
-    monkeypatch.setattr(shapes, "save_figure", lambda figure, path: kept.append(figure) or path)
-    builder = eomgen.SceneBuilder("bowl").body("ball", 1.0, inertia=[4e-4] * 3)
-    builder.joint("ball", "free", "base", "ball", initial={"position": [0.08, 0.05, 0.06]})
-    contact = {"shape": "sphere", "radius": 0.05, "surface": "0.5 * (x**2 + y**2)"}
-    builder.constraint("contact", "rolling", {"body": "base", "axis": [0, 0, 1]}, {"body": "ball"}, **contact)
-    model = eomgen.build(builder.build(), profile="instant")
-    rest = model.equilibrium()
-    shapes.draw_rest(model, rest.q, 0.0, model.parameter_array(), tmp_path / "a.png")
-    (figure,) = kept
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["initial shape", "at rest"]
-    for axis in figure.axes:
-        surface, first, last = axis.collections
-        assert [part.get_alpha() for part in (surface, first, last)] == [1.0, 0.15, 1.0]
-        ground = np.array([int("c2bcae"[k : k + 2], 16) for k in (0, 2, 4)]) / 255.0
-        assert np.allclose(np.cross(surface.get_facecolor()[0, :3], ground), 0.0, atol=0.01)
 
 
 def seen(**scenery: Any) -> Any:

@@ -89,15 +89,6 @@ def test_damage_of_constant_amplitude_in_closed_form() -> None:
     assert same == pytest.approx(count.damage(5, 40.0, 1e6), rel=1e-6)
 
 
-def test_energies_have_their_offset() -> None:
-    run = run_of(np.zeros(5))
-    energy = eomgen.Solution(
-        t=run.t, q=run.q, v=run.v, a=run.a, z=run.z, multipliers=run.multipliers,
-        energy={"potential": np.array([100.0, 101.0, 100.0, 101.0, 100.0])},
-    )  # fmt: skip  # a solution like the first
-    assert np.all(energy.rainflow("potential").means == 100.5)
-
-
 def test_a_constant_has_no_cycle() -> None:
     count = run_of(np.full(10, 3.0)).rainflow("load")
     assert len(count.ranges) == 0 and count.damage(3, 1.0) == 0.0 and count.equivalent_range(3) == 0.0

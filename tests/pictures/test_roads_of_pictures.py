@@ -4,6 +4,7 @@ over time."""
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,32 +13,12 @@ import pytest
 import eomgen
 from eomgen.mechanics.describe import describe
 from eomgen.products.pictures.roads import roads_of, surfaces_of
+from eomgen.products.pictures.scenery import scenery_at_poses
 from eomgen.scene.load import from_data, load_toml
 
 #: With the axis of the wheel, the body and place of its hub, the road and further lines of the tyre in braces.
 CART = Path(__file__).with_name("cart_on_road.txt").read_text(encoding="utf-8")
 WITH_Y = {"axis": "[0, 1, 0]", "carrier": "wheel", "place": "[0, 0, 0]"}
-
-
-def run(folder: Path, road: str) -> tuple[dict[str, object], np.ndarray]:
-    """Return the road of the picture and the centre of the wheel, (nt, 3)."""
-    file = folder / "cart.toml"
-    file.write_text(CART.format(**WITH_Y, road=road, more=""), encoding="utf-8")
-    solution = eomgen.build(file).simulate(0.5, step=5e-3)
-    poses, scenery = solution.poses_and_scenery
-    (shown,) = scenery["roads"]
-    return {**shown, "ground": scenery["ground"]}, poses["wheel"][:, 4:]
-
-
-@pytest.mark.slow
-def test_a_road_at_rest_follows_the_path_of_the_wheel(tmp_path: Path) -> None:
-    """The strip begins and ends four radii beyond the path; its heights are the heights of the formula."""
-    road, center = run(tmp_path, "0.1 * sin(2 * position.hub[0]) * steep + 0.01 * position.hub[1]")
-    x, y, z = np.array(road["places"]).T
-    np.testing.assert_allclose(z, 0.03 * np.sin(2.0 * x) + 0.01 * y, atol=2e-6)
-    np.testing.assert_allclose([x.min(), x.max()], [center[:, 0].min() - 1.2, center[:, 0].max() + 1.2], atol=1e-5)
-    assert np.max(np.diff(x)) <= 0.3 / 8 + 1e-5
-    assert road["ground"] == [0.0, 0.0, z.min()]
 
 
 def wheel_along(path: np.ndarray) -> dict[str, np.ndarray]:
@@ -68,8 +49,19 @@ def test_a_road_at_rest_is_a_strip_along_the_path() -> None:
     x, y, z = np.array(still["places"]).T
     np.testing.assert_allclose([x[0], x[-1]], [0.5 - 1.2, 0.5 + 1.2], atol=1e-6)
     np.testing.assert_allclose([y, z], [np.full(len(x), 0.2), 0.1 * x], atol=1e-6)
+    short = np.column_stack([np.linspace(0.0, 0.6, 61), np.zeros(61), np.zeros(61)])
+    assert roads_along(short, "0.1*position.hub[0]")[0]["places"][-1][0] == pytest.approx(0.6 + 1.2)
     long = np.column_stack([np.linspace(0.0, 300.0, 3001), np.zeros(3001), np.zeros(3001)])
     assert len(roads_along(long, "0.1*position.hub[0]")[0]["places"]) == pytest.approx(1501, abs=1)
+
+
+def test_the_ground_touches_a_road_from_below() -> None:
+    described = describe(load_toml(CART.format(**WITH_Y, road="0.1 * position.hub[0]", more="")))
+    library: Any = SimpleNamespace(layout={"axes": []})
+    model: Any = SimpleNamespace(parameters=(), description=described, factors=(), library=library)
+    path = np.column_stack([np.linspace(0.0, 2.0, 21), np.zeros(21), np.zeros(21)])
+    seen = scenery_at_poses(model, wheel_along(path), np.linspace(0.0, 1.0, 21), np.zeros(0), None)
+    assert seen["ground"] == pytest.approx([0.0, 0.0, -0.12])  # four radii before the path
 
 
 def test_moving_roads_are_drawn_around_the_wheel_and_others_not() -> None:
@@ -128,29 +120,6 @@ def surface_scene(surface: str, **first: object) -> dict[str, Any]:
         "joints": {"cart": cart, "ball": ball},
         "constraints": {"bowl": {**contact, "radius": 0.2, "surface": surface}},
     }
-
-
-def on_surface(surface: str, **first: object) -> tuple[dict[str, object], dict[str, np.ndarray], dict[str, object]]:
-    """Return the surface of the picture of the sphere, poses and the scenery."""
-    model = eomgen.build(surface_scene(surface, **first))
-    poses, scenery = model.simulate(1.0, step=5e-3, method="rk4_partitioned").poses_and_scenery
-    (shape,) = (shape for shape in scenery["shapes"] if shape["name"] == "bowl" and not shape["whole"])
-    return shape, poses, scenery
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_the_surface_of_a_contact_is_drawn_around_the_path() -> None:
-    """Four radii beyond the path, at the heights of the formula, seen from above; the ground touches it from below."""
-    shape, poses, scenery = on_surface("0.3 * x**2 + 0.1 * y", axis=[0, 0, 1], position=[0, 0, 0.05])
-    x, y, z = np.array(shape["vertices"]).T
-    np.testing.assert_allclose(z, 0.05 + 0.3 * x**2 + 0.1 * y, atol=3e-6)
-    path = poses["ball"][:, 4:]
-    for values, along in ((x, path[:, 0]), (y, path[:, 1])):
-        np.testing.assert_allclose([values.min(), values.max()], [along.min() - 0.8, along.max() + 0.8], atol=1e-5)
-    corners = np.array(shape["vertices"])[np.array(shape["faces"])]
-    assert np.all(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0)
-    assert scenery["ground"] == [0.0, 0.0, z.min()]
 
 
 def test_surfaces_are_grids_around_the_path_of_the_rider() -> None:

@@ -100,15 +100,6 @@ def test_the_shear_of_a_beam_without_shear_is_a_multiplier() -> None:
         np.testing.assert_allclose(solution.outputs[name], transmitted, atol=1e-9 * np.abs(transmitted).max())
 
 
-def test_figures_show_all_components_along_the_axis_and_over_time(tmp_path: Path) -> None:
-    solution = run()
-    drawn = solution.plot_sections("rope", "moment", "curvature", at=[0.1, 0.3, 0.5])
-    assert len(drawn) == 6 and [len(axis.lines) for axis in drawn] == [3] * 6
-    assert len(solution.plot_sections()) == 6
-    with pytest.raises(UsageError, match=re.escape("x = 11 m is not on the beam, which goes from 0 m to 10 m")):
-        solution.section_loads["rope"].at(11.0)
-
-
 @pytest.mark.long
 def test_the_command_line_draws_sections_and_tells_the_largest(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

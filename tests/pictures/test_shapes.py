@@ -233,22 +233,6 @@ def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
     assert np.ptp(vertices, axis=0) == pytest.approx(2.0, rel=0.03)
 
 
-def test_a_thinned_plate_keeps_both_sides(tmp_path: Path) -> None:
-    """A plate thinner than the cells: its faces come together, and each shows its own side. Borders, which no plane
-    holds, move inward by half a cell."""
-    x, y = np.meshgrid(np.linspace(0.0, 1.0, 61), np.linspace(0.0, 0.7, 61), indexing="ij")
-    grid = np.stack([x, y, np.zeros_like(x)], axis=2)
-    upper = triangles_of(grid)
-    lower = upper[:, ::-1] - [0.0, 0.0, 1e-4]
-    (tmp_path / "plate.stl").write_bytes(binary(np.concatenate([upper, lower])))
-    vertices, faces, _, _ = read_mesh(tmp_path / "plate.stl")
-    corners = vertices[faces]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] / 2.0
-    assert 0.3 * MOST < len(faces) <= MOST
-    assert np.sum(areas[areas > 0.0]) == pytest.approx(0.7, rel=0.08)
-    assert np.sum(areas[areas < 0.0]) == pytest.approx(-0.7, rel=0.08)
-
-
 def test_a_thinned_box_keeps_its_corners(tmp_path: Path) -> None:
     u, v = np.meshgrid(np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 41), indexing="ij")
     sides = []

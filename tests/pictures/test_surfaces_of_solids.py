@@ -1,4 +1,4 @@
-"""Surfaces of solids in pictures: closed, exactly as large as the polygons that they are made of, in small faces."""
+"""Surfaces of solids in pictures: closed, exactly as large as the polygons that they are made of."""
 
 from __future__ import annotations
 
@@ -73,23 +73,6 @@ def test_surfaces_are_closed_and_enclose_their_polygons(kind: str, sizes: tuple[
     assert part.color == ""
 
 
-@pytest.mark.parametrize(
-    ("kind", "sizes", "faces"),
-    [
-        ("box", (0.3, 0.2, 0.6), 2 * (3 * 2 + 3 * 6 + 2 * 6)),  # pieces of 0.1
-        ("box", (1.0, 1.0, 0.01), 2 * (36 + 6 + 6)),
-        ("cylinder", (1.0, 2.6), 30 * (2 + 3)),  # walls of about the radius
-        ("cylinder", (1.0, 0.2), 30 * (2 + 1)),
-        ("cylinder", (1.0, 50.0), 30 * (2 + 6)),  # at most six walls
-        ("sphere", (1.0,), 30 * 14),
-        ("capsule", (1.0, 1.0), 30 * 15),
-    ],
-)
-def test_faces_are_small_and_not_many(kind: str, sizes: tuple[float, ...], faces: int) -> None:
-    (part,) = parts_of(kind, sizes)
-    assert len(part.faces) == faces
-
-
 def test_a_wheel_is_a_tyre_with_spokes_and_a_rim_between_them() -> None:
     tyre, spokes, rim = parts_of("wheel", (2.0, 1.0))
     assert [part.color for part in (tyre, spokes, rim)] == ["#33383f", "", "#c3cad3"]
@@ -137,13 +120,3 @@ def test_meshes_keep_their_outside_when_they_are_mirrored(scale: tuple[float, ..
     assert volume(drawn) == pytest.approx(size / 6.0, rel=1e-5)
     assert (part["faces"] == TETRAHEDRON) == (sign > 0.0)
     assert (part["closed"], part["origin"]) == (sign > 0.0, [1.0, 2.0, 3.0])
-
-
-@pytest.mark.parametrize("sizes", [(0.2, 0.03, 0.02), (0.03, 0.2, 0.02), (0.02, 0.03, 0.2)])
-def test_the_longest_axis_of_an_ellipsoid_ends_in_its_poles(sizes: tuple[float, float, float]) -> None:
-    """The sharp ends of a stone are points, not edges: a vertex lies on each end, and all lie on the ellipsoid."""
-    (part,) = parts_of("ellipsoid", sizes)
-    np.testing.assert_allclose(np.sum((part.vertices / sizes) ** 2, axis=1), 1.0, rtol=1e-12)
-    tip = np.eye(3)[int(np.argmax(sizes))] * max(sizes)
-    for end in (tip, -tip):
-        assert np.linalg.norm(part.vertices - end, axis=1).min() < 1e-15

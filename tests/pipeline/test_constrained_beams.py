@@ -82,16 +82,6 @@ def test_a_bent_beam_takes_its_end_where_a_straight_one_cannot() -> None:
     assert len(system.multipliers) == 6 * 3 + 6
 
 
-def test_what_a_beam_does_not_have_is_told_with_what_is_kept() -> None:
-    scene = beam_scene(3, {"force": [0, 0, "load"]})
-    scene["beams"]["rope"] |= {
-        "model": "inextensible",
-        "stiffness": {"torsion": 5.0, "bending_y": 5.0, "bending_z": 5.0},
-    }
-    what = "without stretch, shear along y, shear along z: 3 rows for each"
-    assert f"beam rope: model inextensible, 3 elements, {what}" in derive(eomgen.load(scene)).kept
-
-
 def test_nodes_that_are_pinned_where_they_are_are_off_by_nothing() -> None:
     """Frames at the origins of nodes reach nowhere, so the beam is what rounding is measured by."""
     radius, quarter = 1.0, math.pi / 2.0

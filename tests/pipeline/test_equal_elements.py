@@ -120,16 +120,6 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(equal_parts, "_WORK", 0.01)
 
 
-@pytest.mark.long
-@pytest.mark.usefixtures("few")
-def test_c_of_a_long_beam_is_that_of_the_derived_one() -> None:
-    made, derived = programs(cantilever(96))
-    assert generate_files(made) == generate_files(derived)
-    assert interface_layout(made) == interface_layout(derived)
-    # loops over elements are most of the text of a compiler, and hardly counted as operations of functions
-    assert interface_layout(made)["loop_operations"] > 10 * sum(item.operations for item in made.functions)
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("few")
 def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:

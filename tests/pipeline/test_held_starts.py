@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +11,6 @@ import pytest
 import eomgen
 from eomgen.compiled.consistent_states import consistent_samples
 from eomgen.compiled.initial_state import starts_of, values_by_joint
-from eomgen.system.description import LOST
 
 
 def built(*, hold: bool | None = None, coupler: Any = None, rocker: Any = None, coordinates: str = "joint") -> Any:
@@ -54,16 +52,6 @@ def test_lost_values_that_could_be_held_are_in_the_message() -> None:
     held = built(hold=True).simulate(0.01, 1e-3)
     assert (held.q[0][0], held.v[0][0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
     assert "hold" not in held.message
-
-
-def test_corrections_keep_their_codes_over_a_checkpoint(tmp_path: Path) -> None:
-    file = tmp_path / "run.checkpoint"
-    first = built().simulate(0.01, 1e-3, parameters={"width": 3.001}, checkpoint=file)
-    corrections = first.metadata["corrections"]
-    assert [text for text in corrections if "[W" in text] == []
-    assert {text.code for text in corrections} == {"W0286", LOST, ""}
-    resumed = built().resume(file, 0.02).metadata["corrections"]
-    assert [text.line for text in resumed] == [text.line for text in corrections]
 
 
 def test_guesses_of_a_loop_are_no_lost_values() -> None:

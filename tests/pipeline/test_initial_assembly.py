@@ -4,7 +4,6 @@ name."""
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -90,18 +89,6 @@ def test_the_corrected_loop_closes_as_triangles_say() -> None:
     first, second = q[0], q[0] + q[1]
     end = [CRANK * f(first) + COUPLER * f(second) for f in (math.cos, math.sin)]
     assert np.allclose(end, [GROUND + math.cos(q[2]) * ROCKER, math.sin(q[2]) * ROCKER], atol=1e-12)
-
-
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
-    short = replace(four_bar(coordinates, rocker=0.05), name="short")
-    shorter = replace(short, bodies=(short.bodies[0], bar("coupler", 0.1), short.bodies[2]))
-    loop = replace(shorter.constraints[0], first=Frame("coupler", vector((0.1, 0, 0))))
-    with pytest.raises(
-        ModelError, match=r"positions of the constraints cannot be met together.*loop: origins meet"
-    ) as caught:
-        assembled(replace(shorter, constraints=(loop,)))
-    assert "lengths and axes that fit" in str(caught.value)
 
 
 @pytest.mark.parametrize(

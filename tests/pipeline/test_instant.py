@@ -10,7 +10,6 @@ import threading
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,11 +19,10 @@ from eomgen.base.data import replace
 from eomgen.cli import main
 from eomgen.errors import ModelError, ToolchainError, UsageError
 from eomgen.pipeline.model import Model
-from eomgen.toolchain.builder import Builder, library_files
-from eomgen.toolchain.compiler import RunningCompilers, compile_and_link
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.compiler import RunningCompilers
 from eomgen.toolchain.library import Library, Successor
 from eomgen.toolchain.profiles import PROFILES, compiler_seconds, run_seconds_on_tape
-from tests.codegen.hand_made import call
 
 ROOT = Path(__file__).parents[2]
 SCENE = ROOT / "examples" / "quarter_car_on_bump" / "scene.toml"
@@ -168,37 +166,6 @@ def test_a_compiler_in_the_background_keeps_no_process_from_its_end(tmp_path: Pa
         assert process.stdout.readline() == "instant\n"
         process.wait(timeout=20.0)  # compilers of this model take longer
         assert process.stderr.read() == ""
-
-
-@pytest.mark.slow
-def test_models_with_other_numbers_share_one_compilation(
-    release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compiled: list[Path] = []
-
-    def counted(*arguments: Any, **options: Any) -> str:
-        compiled.append(arguments[1])
-        return compile_and_link(*arguments, **options)
-
-    monkeypatch.setattr("eomgen.toolchain.builder.compile_and_link", counted)
-    found = []
-    for spring in ("16000.0", "17000.0", "18000.0"):  # first the engine, then a text that the third model shares
-        scene = tmp_path / f"{spring}.toml"
-        scene.write_text(SCENE.read_text(encoding="utf-8").replace("16000.0", spring), encoding="utf-8")
-        found.append(eomgen.build(scene, profile="instant").simulate(0.05, error_estimate=False).q[-1, 0])
-    assert len(compiled) == 1
-    assert len(set(found)) == 3
-
-
-@pytest.mark.slow
-def test_another_process_loads_the_tape_with_the_library(release: Release) -> None:
-    model = eomgen.build(SCENE, profile="instant")
-    files = library_files(model.library)
-    again = Builder("instant").load_files(files, model.library.mode)
-    assert again.fingerprint == model.library.fingerprint
-    assert again.digest == model.library.digest
-    (found,) = call(again, "mass", {"p": model.parameter_array(), "q": model.initial_q})
-    assert np.array_equal(np.ravel(found), np.ravel(model.mass(model.initial_q)))
 
 
 def _simulated(words: list[str], folder: Path, capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:

@@ -21,7 +21,6 @@ from eomgen.pipeline.pipeline import build_in, write_c
 from eomgen.pipeline.requests import LibraryRequest
 from eomgen.pipeline.scenes import SCENES
 from eomgen.system.terms import Selection
-from eomgen.toolchain import builder
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import RunningCompilers
@@ -150,20 +149,3 @@ def test_faults_of_the_rest_are_raised_by_the_call_of_a_function_that_is_missing
 @pytest.mark.slow
 def test_profiles_for_few_compilers_are_whole(build: Build) -> None:
     assert not build(profile="quick").library.lacking
-
-
-@pytest.mark.slow
-def test_another_mass_has_all_functions_of_the_library_in_two_at_once(
-    build: Build, release: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = build()
-    release.set()
-    first.finish_compilation()
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE.read_text(encoding="utf-8").replace("mass = 0.7", "mass = 0.73"), encoding="utf-8")
-    with monkeypatch.context() as patched:
-        patched.setattr(builder, "Compilation", None)
-        other = build_in(tmp_path / "cache", scene, profile="reproducible").library
-    assert not other.lacking
-    assert other.digest != first.library.digest
-    assert other.fingerprint != first.library.fingerprint

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,15 +30,6 @@ def test_what_is_no_scene_is_refused(given: object) -> None:
         eomgen.UsageError, match=f"a scene, a path or a mapping like a scene file is needed, not {kind}; try: "
     ):
         eomgen.build(given)  # type: ignore[arg-type]
-
-
-def test_coordinates_can_be_chosen(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(PENDULUM_TOML, encoding="utf-8")
-    assert eomgen.load(path).coordinates == "joint"
-    assert eomgen.load(path, coordinates="absolute").coordinates == "absolute"
-    with pytest.raises(eomgen.UsageError, match="coordinates are 'polar'; try: joint or absolute"):
-        eomgen.load(path, coordinates="polar")  # type: ignore[arg-type]
 
 
 def test_a_term_that_a_scene_cannot_have_is_not_advised() -> None:

@@ -247,17 +247,6 @@ def test_numbers_keep_their_bits() -> None:
 
 
 @pytest.mark.slow
-def test_a_model_of_a_record_is_the_model_of_the_scene(arm: Path) -> None:
-    first = eomgen.build(eomgen.load(arm), profile="quick")
-    second = eomgen.build(arm, profile="quick")
-    assert second.library.digest == first.library.digest
-    assert isinstance(second.scene, Scene)
-    assert same(second.scene, first.scene)
-    runs = [model.simulate(0.1, 0.01, parameters={"mass": 2.5}) for model in (first, second)]
-    assert runs[0].q.tobytes() == runs[1].q.tobytes()
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*/scene.toml")), ids=lambda path: path.parent.name)
 def test_examples_are_taken_from_records(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))

@@ -13,7 +13,6 @@ from eomgen.cli import main
 from eomgen.compiled.equations import has_residual_partials, residual_partials
 from eomgen.pipeline.documents import load
 from eomgen.pipeline.pipeline import build_in, derive
-from eomgen.system.terms import Selection
 from tests.models.library import scene
 
 NAMES = "robot_arm active_quarter_car four_bar pi_servo bouncing_ball pendulum_on_shaking_base elastic_slider_crank"
@@ -123,16 +122,6 @@ def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> No
 
 
 @pytest.mark.slow
-def test_a_failed_run_names_the_first_block_that_is_not_finite_all_the_same() -> None:
-    data = scene("oscillator", efforts__motor={"joint": "slide", "effort": "log(0.001 - t)"})
-    whole, short = eomgen.build(data, method="rk4", profile="quick"), of_run(data, "rk4")
-    one, other = (model.simulate(0.01, 1e-4) for model in (whole, short))
-    assert not one.success
-    assert other.message == one.message
-    assert "Q (the generalized force)" in one.message
-
-
-@pytest.mark.slow
 def test_solutions_and_checkpoints_belong_to_the_scene_and_not_to_the_functions_that_were_built(tmp_path: Path) -> None:
     whole, short, file = eomgen.build(ARM, profile="quick"), of_run(ARM), tmp_path / "run.ckpt"
     one = whole.simulate(0.06, error_estimate=False)
@@ -145,30 +134,6 @@ def test_solutions_and_checkpoints_belong_to_the_scene_and_not_to_the_functions_
     first = whole.simulate(0.03, method="rk4", checkpoint=file, error_estimate=False)
     of_others = of_run(ARM, "rk4").resume(file, 0.06, error_estimate=False)
     assert np.array_equal(first.followed_by(of_others).q, whole.simulate(0.06, method="rk4", error_estimate=False).q)
-
-
-def test_selections() -> None:
-    derived = ["mass", "coupling", "residual", "partials", "internal_rate", "internal_partials", "outputs", "base"]
-    assert Selection().functions(derived, {"residual"}, implicit=True) == derived
-    short = Selection(start="initial")
-    assert short.functions(derived, {"residual"}, implicit=True) == [
-        "mass",
-        "residual",
-        "partials",
-        "internal_rate",
-        "outputs",
-        "base",
-    ]
-    assert short.functions(derived, set(), implicit=False) == [
-        "mass",
-        "residual",
-        "internal_rate",
-        "internal_partials",
-        "outputs",
-        "base",
-    ]
-    assert Selection.from_data({"terms": ["mass"], "start": ""}) == Selection(("mass",))
-    assert Selection.from_data({"terms": None, "start": "initial"}) == short
 
 
 def test_the_verb_builds_what_the_run_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

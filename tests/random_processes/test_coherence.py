@@ -15,12 +15,12 @@ from eomgen.products.reliability.random_processes.coherence import (
     least_eigenvalue,
 )
 from eomgen.products.reliability.random_processes.covariance import (
-    Band,
     Covariance,
-    Exponential,
-    Oscillator,
     RoadProfile,
     SquaredExponential,
+    band,
+    exponential,
+    oscillator,
 )
 from eomgen.products.reliability.random_processes.karhunen_loeve import expand, expand_jointly
 
@@ -32,9 +32,9 @@ TABLE = CoherenceTable(np.array([0.0, 0.3, 1.2]), np.array([1.0, 0.8, -0.2]))
     ("covariance", "coherence", "last"),
     [
         (SquaredExponential(1.3, 0.7), ExponentialCoherence(0.4), 3.0),
-        (Exponential(0.8, 0.5), ExponentialCoherence(0.6), 40.0),
-        (Oscillator(1.0, 4.0, 0.02), TABLE, 1.2),
-        (Band(2.0, 0.2, 1.5), ExponentialCoherence(1.0), 1.5),
+        (exponential(0.8, 0.5), ExponentialCoherence(0.6), 40.0),
+        (oscillator(1.0, 4.0, 0.02), TABLE, 1.2),
+        (band(2.0, 0.2, 1.5), ExponentialCoherence(1.0), 1.5),
     ],
     ids=["smooth", "kink", "peak", "band"],
 )
@@ -84,7 +84,7 @@ def _samples(pair: list[Array], count: int) -> list[Array]:
 @pytest.mark.slow_except("gusts by a table")
 @pytest.mark.parametrize(
     ("covariance", "coherence", "window", "limit"),
-    [(RoadProfile("C"), ExponentialCoherence(2.0), 60.0, 0.7), (Exponential(1.0, 0.3), TABLE, 16.0, 1.1)],
+    [(RoadProfile("C"), ExponentialCoherence(2.0), 60.0, 0.7), (exponential(1.0, 0.3), TABLE, 16.0, 1.1)],
     ids=["two tracks of a road", "gusts by a table"],
 )
 def test_samples_have_the_coherence_that_is_asked_for(
@@ -112,6 +112,6 @@ def test_matrices_of_coherences_that_no_processes_have() -> None:
 
 
 def test_a_coherence_that_does_not_fall_is_refused() -> None:
-    cross = CrossCovariance(Exponential(1.0, 1.0), ExponentialCoherence(1e-5), 10.0)
+    cross = CrossCovariance(exponential(1.0, 1.0), ExponentialCoherence(1e-5), 10.0)
     with pytest.raises(UsageError, match="the coherence falls too slowly: at high frequencies the processes are one"):
         cross.at(np.zeros(1))

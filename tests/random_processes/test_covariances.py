@@ -10,27 +10,27 @@ from scipy.integrate import quad
 
 from eomgen.formula.curves import Curve
 from eomgen.products.reliability.random_processes.covariance import (
-    Band,
     Covariance,
     CovarianceTable,
     DampedCosine,
     DensityTable,
-    Exponential,
-    KanaiTajimi,
-    Oscillator,
     RoadProfile,
     SquaredExponential,
+    band,
+    exponential,
+    kanai_tajimi,
+    oscillator,
 )
 
 LAGS = np.linspace(0.0, 6.0, 41)
 #: Each covariance with the range of frequencies outside of which there is none, or hardly any.
 PAIRS: dict[str, tuple[Covariance, float, float]] = {
     "squared exponential": (SquaredExponential(1.7, 0.8), 0.0, 3.0),
-    "exponential": (Exponential(0.6, 1.3), 0.0, math.inf),
+    "exponential": (exponential(0.6, 1.3), 0.0, math.inf),
     "damped cosine": (DampedCosine(2.0, 0.4, 3.0), 0.0, math.inf),
-    "oscillator": (Oscillator(1.3, 4.0, 0.15), 0.0, math.inf),
-    "Kanai-Tajimi": (KanaiTajimi(0.9, 5.0, 0.6), 0.0, math.inf),
-    "band": (Band(1.5, 0.3, 2.2), 0.3, 2.2),
+    "oscillator": (oscillator(1.3, 4.0, 0.15), 0.0, math.inf),
+    "Kanai-Tajimi": (kanai_tajimi(0.9, 5.0, 0.6), 0.0, math.inf),
+    "band": (band(1.5, 0.3, 2.2), 0.3, 2.2),
     "road": (RoadProfile("C"), 0.011, 2.83),
     "table of a spectrum": (
         DensityTable(np.array([0.1, 0.5, 1.0, 2.5]), np.array([0.0, 2.0, 0.5, 1.0])), 0.1, 2.5,
@@ -76,12 +76,12 @@ def test_the_oscillator_is_that_of_the_benchmark() -> None:
     # R = exp(-0.2 tau) (cos 1.2 tau + sin(1.2 tau) / 6)
     frequency = math.hypot(0.2, 1.2)
     expected = np.exp(-0.2 * LAGS) * (np.cos(1.2 * LAGS) + np.sin(1.2 * LAGS) / 6.0)
-    np.testing.assert_allclose(Oscillator(1.0, frequency, 0.2 / frequency).at(LAGS), expected, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(oscillator(1.0, frequency, 0.2 / frequency).at(LAGS), expected, rtol=0, atol=1e-15)
 
 
 def test_the_oscillator_has_a_rate_and_the_soil_has_none() -> None:
     small = np.array([0.0, 1e-6])
-    for covariance in (Oscillator(1.0, 4.0, 0.15), KanaiTajimi(1.0, 5.0, 0.6)):
+    for covariance in (oscillator(1.0, 4.0, 0.15), kanai_tajimi(1.0, 5.0, 0.6)):
         value = covariance.at(small)
         # a density that falls off as C / f^2 is that of a covariance with the slope -pi^2 C at lag 0
         slope = -(math.pi**2) * 1e12 * float(covariance.density(np.array([1e6]))[0])

@@ -62,17 +62,3 @@ def test_deviations_under_a_record_are_those_of_lyapunovs_equation(shaken: eomge
     assert found.moments["first_order"][1] == kept
     assert found.lost_variance < 0.005
     assert kept / math.sqrt(1.0 - found.lost_variance) == pytest.approx(expected, rel=2e-3)
-
-
-@pytest.mark.slow
-def test_samples_of_the_record_have_these_deviations(shaken: eomgen.Model) -> None:
-    count = 400
-    draws = np.random.default_rng(5).standard_normal((count, len(shaken.parameters)))
-    table = dict(zip((item.name for item in shaken.description.parameters), draws.T, strict=True))
-    found = shaken.simulate_many(
-        TIMES[0], 0.02, method="trapezoidal", table=table, columns=["output.x"], points=2, error_estimate=False
-    )
-    values = np.asarray(found.results["output.x.final"], dtype=float)
-    (expected,) = deviations(TIMES[:1])
-    assert float(np.std(values)) == pytest.approx(expected, rel=4.0 / math.sqrt(2.0 * count))
-    assert abs(float(np.mean(values))) < 4.0 * expected / math.sqrt(count)

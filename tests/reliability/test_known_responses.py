@@ -18,7 +18,6 @@ from scipy import integrate, stats
 import eomgen
 from eomgen import RandomVibration, random_vibration
 from eomgen.base.arrays import Array
-from eomgen.base.messages import distinct_texts
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.reliability.command import _print
@@ -108,35 +107,6 @@ def test_a_quadratic_response_has_its_moments_and_tails() -> None:
     sampled = found.distributions["importance_sampling"]
     half = 0.5 * (sampled.high - sampled.low)
     assert np.all(np.abs(sampled.above - true) < 2.0 * half) and np.all(half < 0.4 * np.fmin(true, 1.0 - true))
-
-
-def test_samples_are_those_of_the_seed() -> None:
-    first, second, *_ = np.random.default_rng(3).standard_normal((500, VARIABLES)).T
-    y = 1.0 + 2.0 * first + 0.2 * second**2
-    counted = bowl().distributions["monte_carlo"]
-    for k, threshold in enumerate(THRESHOLDS):
-        under = int(np.count_nonzero(y <= threshold))
-        interval = stats.binomtest(under, 500).proportion_ci(0.95, "exact")
-        assert (counted.below[k], counted.above[k]) == (under / 500, 1.0 - under / 500)
-        assert (counted.low[k], counted.high[k]) == pytest.approx((interval.low, interval.high), rel=1e-9)
-    expected = y.mean(), y.std(), stats.skew(y), stats.kurtosis(y)
-    assert bowl().moments["monte_carlo"] == pytest.approx(expected, rel=1e-9)
-    passage = bowl().first_passage[1.0]
-    assert passage["monte_carlo"] == np.mean(y > 1.0)  # the output grows within the run
-    assert passage["preferred"] == passage["crossing_rate"] == pytest.approx(0.5, rel=1e-9)
-    assert "samples" not in passage
-
-
-def test_covariances_with_the_end_and_costs() -> None:
-    """The covariance of the squares at t and the end is t / 10 2 / 10 2 = t / 25."""
-    found = bowl()
-    assert found.times.tolist() == [2.0, 0.5, 0.0] and set(found.autocovariance) == {"first_order", "second_order"}
-    np.testing.assert_allclose(found.autocovariance["first_order"], 4.0, rtol=1e-9)
-    np.testing.assert_allclose(found.autocovariance["second_order"][:2], [4.08, 4.02], rtol=1e-9)
-    costs = {name: tuple(vars(cost).values()) for name, cost in found.costs.items()}
-    assert costs["monte_carlo"] == (500, 0, 0) and costs["importance_sampling"] == (3 * 250, 0, 0)
-    assert costs["check"] == (800, 0, 0)
-    assert costs["hermite"] == (6, 6, 6 * VARIABLES) and costs["along_the_run"] == (0, 0, 0)
 
 
 def test_files_have_all_numbers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -301,11 +271,6 @@ def test_steps_that_put_the_output_off_are_told() -> None:
     study.notes.clear()
     study.check_steps("bowl", 0.25 / NOTICED * 1.001)
     assert study.notes == ["a process is not resolved"]
-
-
-def test_numbers_of_tables_differ_where_they_are_not_the_same() -> None:
-    assert distinct_texts([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
-    assert distinct_texts([1.0, 1.0]) == ["1", "1"]
 
 
 def test_what_is_drawn_depends_on_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
@@ -25,10 +24,8 @@ from eomgen.products.reliability.tails.quadratic_form import (
     Response,
     ResponseExpansion,
     hermite_projection,
-    leading_directions,
-    projected_hessian,
 )
-from tests.reliability.duffing import NODES, Duffing
+from tests.reliability.duffing import Duffing
 
 #: Quantiles of a million samples, 1e-3 to 0.999 (integrators_and_random_vibration.md 4.6).
 SHARES = np.array([1e-3, 0.01, 0.1, 0.9, 0.99, 0.999])
@@ -86,31 +83,6 @@ class Formula:
 
     def values(self, points: Array) -> Array:
         return np.array([self.expansion(point).value for point in points])
-
-
-def test_the_oracle_has_the_gradient_of_complex_steps_and_a_hessian() -> None:
-    duffing = Duffing(0.5, 0.3)
-    point = np.random.default_rng(1).standard_normal(21)
-    found = duffing.expansion(point)
-    turned = duffing.trajectories(point + 1e-30j * np.eye(21))[-1].imag / 1e-30
-    np.testing.assert_allclose(found.gradient, turned, atol=1e-13 * np.abs(turned).max())
-    direction = np.random.default_rng(2).standard_normal(21)
-    ahead, behind = (duffing.expansion(point + side * 1e-5 * direction).gradient for side in (1.0, -1.0))
-    np.testing.assert_allclose(found.hessian @ direction, (ahead - behind) / 2e-5, atol=1e-8)
-
-
-@pytest.mark.long
-def test_forty_thresholds_take_three_runs_each() -> None:
-    """Points and slopes of the curve lead to the next point, so Newton's method has little to do (check 19)."""
-    counted = CountedResponse(Duffing(0.1, 0.3))
-    thresholds = 0.4999 + 0.5333 * norm.ppf(np.linspace(1e-3, 0.999, 40))
-    points = most_probable_points(counted, list(thresholds))
-    assert counted.sloped <= 120
-    assert counted.expanded <= 40 + 8
-    for one in points:
-        slope = np.linalg.norm(one.expansion.gradient)
-        aside = np.linalg.norm(one.point + one.multiplier * one.expansion.gradient)
-        assert aside <= 3.1e-8 and abs(one.expansion.value - one.threshold) <= 1e-9 * slope
 
 
 @pytest.mark.long
@@ -183,17 +155,6 @@ def test_a_point_with_nearer_ones_beside_it_is_none() -> None:
     assert np.isnan(breitung(far))
 
 
-def test_a_valley_far_behind_is_no_rival() -> None:
-    class Steep(Formula):  # x^2 + 3 x = 9 at 1.85 and -4.85
-        def expansion(self, point: Array) -> ResponseExpansion:
-            x, _ = point
-            return ResponseExpansion(x * x + 3.0 * x, np.array([2.0 * x + 3.0, 0.0]), np.diag([2.0, 0.0]))
-
-    (found,) = most_probable_points(Steep(""), [9.0])
-    assert found.index == pytest.approx(-1.5 + np.sqrt(11.25), rel=1e-9)
-    assert further_design_points(Steep(""), found, 0) == []
-
-
 @pytest.mark.slow
 def test_a_second_valley_is_found() -> None:
     (found,) = most_probable_points(Formula("two valleys"), [9.0])
@@ -248,21 +209,6 @@ def test_projections_onto_hermite_polynomials_mend_the_variance_of_the_mean_expa
     assert abs(about_mean.standard_deviation / spread - 1.0) > 0.05
     assert abs(projected.standard_deviation / spread - 1.0) < 0.02
     assert abs(projected.mean - samples.mean()) < 0.03 * spread
-
-
-@pytest.mark.slow
-def test_hessians_of_leading_directions_alone() -> None:
-    gradients = np.array([Duffing(0.1, 0.3, last).expansion(np.zeros(21)).gradient for last in range(20, NODES, 40)])
-    whole = Duffing(0.1, 0.3).expansion(np.zeros(21))
-    errors = []
-    for share in (0.9, 0.99, 1.0):
-        directions = leading_directions(gradients, share)
-        np.testing.assert_allclose(directions.T @ directions, np.eye(directions.shape[1]), atol=1e-13)
-        found = projected_hessian(whole.hessian @ directions, directions)
-        np.testing.assert_allclose(found @ directions, whole.hessian @ directions, atol=1e-13)
-        errors.append(np.linalg.norm(found - whole.hessian) / np.linalg.norm(whole.hessian))
-    assert errors[0] > errors[1] > errors[2]
-    assert leading_directions(gradients, 0.9).shape[1] < leading_directions(gradients, 0.99).shape[1] <= 7
 
 
 class Turned:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy import integrate, special, stats
+from scipy import stats
 
 from eomgen.errors import ModelError
 from eomgen.products.reliability.tails.distribution import lugannani_rice, steepest_descent
@@ -45,33 +45,6 @@ def test_a_form_for_each_threshold_gives_what_each_gives_alone(name: str) -> Non
         np.testing.assert_allclose(getattr(together, side), alone, rtol=1e-13)
 
 
-def test_plane_forms_are_normal_and_far_tails_keep_their_digits() -> None:
-    form = QuadraticForm(1.0, np.array([3.0, 4.0]), np.zeros((2, 2)))
-    y = 1.0 + 5.0 * np.array([-30.0, -1e-9, 0.0, 0.4, 20.0])
-    tails = steepest_descent(form, y)
-    np.testing.assert_allclose(tails.below, stats.norm.cdf(y, 1.0, 5.0), rtol=1e-12)
-    np.testing.assert_allclose(tails.above, stats.norm.sf(y, 1.0, 5.0), rtol=1e-12)
-
-
-@pytest.mark.parametrize("name", ["steepest_descent", "lugannani_rice"])
-@pytest.mark.parametrize("bend", [1e-9, -1e-9, 1e-13, -1e-17, 1e-200])
-def test_forms_that_are_nearly_planes_have_the_tails_of_planes(name: str, bend: float) -> None:
-    """Their pole is far out, where no saddle is; a Hessian of rounding alone is that of many linear scenes."""
-    form = QuadraticForm(2.0, np.array([3.0, 4.0]), np.diag([bend, 0.5 * bend]))
-    y = np.array([-38.0, -8.0, -3.0, 1.9, 2.0, 2.5, 7.1, 12.0, 42.0])
-    tails = INVERSIONS[name](form, y)
-    np.testing.assert_allclose(tails.below, stats.norm.cdf(y, 2.0, 5.0), rtol=1e-6)
-    np.testing.assert_allclose(tails.above, stats.norm.sf(y, 2.0, 5.0), rtol=1e-6)
-
-
-def test_differences_of_squares_have_both_poles() -> None:
-    """z1^2 - z2^2 is even, and P(> 0) = 1 / 2; its density is K0(|y| / 2) / (2 pi)."""
-    form = QuadraticForm(0.0, np.zeros(2), np.diag([2.0, -2.0]))
-    oracle = integrate.quad(lambda y: special.k0(0.5 * y) / (2.0 * np.pi), 3.0, np.inf, epsabs=0.0, epsrel=1e-12)[0]
-    tails = steepest_descent(form, [0.0, 3.0, -3.0])
-    np.testing.assert_allclose(tails.above, [0.5, oracle, 1.0 - oracle], rtol=1e-11)
-
-
 def test_values_that_a_form_never_takes() -> None:
     tails = steepest_descent(chi_square(3), [-1.0, -1e-300])
     np.testing.assert_array_equal(tails.below, 0.0)
@@ -97,27 +70,10 @@ def test_moments_and_distribution_of_the_linear_oscillator() -> None:
     assert 0.0 < exact[1] < 1e-100
 
 
-def test_cumulants_of_the_linear_oscillator_are_those_of_traces() -> None:
-    """Check 17 of the dossier: four cumulants to 1e-12 of the closed form, without eigenvalues."""
-    mean = Duffing(0.0, 0.3).expansion(np.zeros(21))
-    H, b = mean.hessian, mean.gradient
-    closed = [mean.value + 0.5 * np.trace(H), 0.5 * np.trace(H @ H) + b @ b]
-    closed += [np.trace(H @ H @ H) + 3.0 * b @ H @ b, 3.0 * np.trace(H @ H @ H @ H) + 12.0 * b @ H @ H @ b]
-    np.testing.assert_allclose(mean.form.cumulants(), closed, rtol=1e-12)
-
-
 def test_autocovariance_of_the_linear_oscillator() -> None:
     forms = [Duffing(0.0, 0.3, last).expansion(np.zeros(21)).form for last in (100, 150, 200, 250, 300)]
     found = [form.covariance(forms[-1]) for form in forms]
     np.testing.assert_allclose(found, [-0.08316337, 0.07729040, 0.00998309, -0.16942185, 0.35781765], atol=1e-8)
-
-
-def test_a_form_about_a_point_has_its_value_and_slope_there() -> None:
-    random = np.random.default_rng(5)
-    half, gradient, point = random.standard_normal((3, 3)), random.standard_normal(3), random.standard_normal(3)
-    form = QuadraticForm(0.0, gradient, half + half.T).about(point, 2.5)
-    assert form.value + form.gradient @ point + 0.5 * point @ form.hessian @ point == pytest.approx(2.5, rel=1e-14)
-    np.testing.assert_allclose(form.gradient + form.hessian @ point, gradient, rtol=1e-13)
 
 
 def test_refused_forms_say_why() -> None:

@@ -10,12 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.integrate import solve_ivp
-from scipy.interpolate import make_interp_spline
 from scipy.stats import norm
 
 import eomgen
-from eomgen.base.arrays import Array
 from eomgen.base.random_inputs import standard_normals
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
@@ -81,82 +78,9 @@ def _process(scene: Scene, place: int = 0) -> NormalSeries:
     return process
 
 
-def _sum(process: NormalSeries, z: Array, times: Array) -> Array:
-    """Return the Gaussian process, its modes by their splines in Python."""
-    return process.mean + np.array([mode(times) for mode in process.modes]).T @ z
-
-
 @cache
 def _model() -> eomgen.Model:
     return eomgen.build(DUFFING, profile="quick")
-
-
-@pytest.mark.slow
-def test_a_run_is_that_of_the_equation_by_hand() -> None:
-    process = _process(_loaded(DUFFING))
-    z = standard_normals(1, len(process.modes), "force")
-    # the same modes by other nodes, on a finer grid
-    grid = np.linspace(0.0, 15.0, 1501)
-    exact = expand(SquaredExponential(1.0, 1.0), 15.0, modes=21)
-    spline = make_interp_spline(grid, 0.5 * (1.0 + 0.3 * exact.modes(grid).T @ z) ** 2, k=5)
-
-    def rate(t: float, y: Array) -> list[float]:
-        return [y[1], float(spline(t)) - y[0] - 0.1 * y[0] ** 3 - 0.2 * y[1]]
-
-    expected = solve_ivp(rate, (0.0, 15.0), [0.488353313, 0.0], method="DOP853", rtol=1e-11, atol=1e-12)
-    run = _model().simulate(method="rk45", tolerance=1e-10)
-    assert run.success, run.message
-    np.testing.assert_allclose([run.q[-1, 0], run.v[-1, 0]], expected.y[:, -1], rtol=0, atol=1e-5)
-    gaussian = _sum(process, z, run.t)
-    np.testing.assert_allclose(run.outputs["force"].ravel(), 0.5 * (1 + 0.3 * gaussian) ** 2, rtol=0, atol=1e-13)
-
-
-def test_the_same_seed_is_the_same_process_and_another_is_another() -> None:
-    def values(seed: int) -> list[float]:
-        scene = _scene(force=FORCE | {"seed": seed, "translation": "g"})
-        return [item.value for item in scene.parameters if item.name.startswith("force_z")]
-
-    assert values(4) == values(4) != values(5)
-    np.testing.assert_array_equal(values(4), standard_normals(4, 21, "force"))
-
-
-@pytest.mark.slow
-def test_a_wheel_behind_runs_over_what_the_first_one_ran_over() -> None:
-    scene = _with(
-        front={"type": "squared_exponential", "standard_deviation": "1 cm", "correlation_length": "3 m", "speed": 4},
-        rear={"follows": "front", "offset": "2.6 m", "translation": "2 * g"},
-        ahead={"follows": "front", "offset": -0.8},
-    )
-    model = eomgen.build(scene, profile="quick")
-    front, rear = _process(_loaded(scene), 0), _process(_loaded(scene), 1)
-    assert front.window == (-2.6, 60.8) and rear.variables == front.variables
-    times = np.linspace(1.0, 14.0, 40)
-    u = model.input_values(times)
-    assert np.max(np.abs(u[:, 0])) > 5e-3
-    np.testing.assert_allclose(model.input_values(times + 0.65)[:, 1], 2 * u[:, 0], rtol=0, atol=1e-14)
-    np.testing.assert_allclose(model.input_values(times - 0.2)[:, 2], u[:, 0], rtol=0, atol=1e-14)
-    assert np.all(np.isfinite(model.input_values(np.array([0.0, 15.0]))))
-
-
-@pytest.mark.slow
-def test_a_drive_and_the_base_follow_a_process() -> None:
-    scene = _with(shake=FORCE | {"translation": "0.01 * g"})
-    scene["efforts"] = {}
-    joint = DUFFING["joints"]["slide"] | {"drive": "shake"}
-    del joint["initial"]
-    scene["joints"] = {"slide": joint}
-    run = eomgen.build(scene, profile="quick").simulate(2.0, 0.01, method="generalized_alpha")
-    assert run.success, run.message
-    process = _process(_loaded(scene))
-    expected = 0.01 * _sum(process, standard_normals(1, 21, "shake"), run.t)
-    np.testing.assert_allclose(run.q[:, 0], expected, rtol=0, atol=1e-9)
-    assert not [note for note in _loaded(scene).notes if "changes nothing" in note]
-
-
-def test_a_process_that_nothing_uses_is_noted() -> None:
-    scene = _with(force=FORCE)
-    scene["efforts"] = {}
-    assert "the random process force changes nothing: no formula mentions it" in _loaded(scene).notes
 
 
 @pytest.mark.slow

@@ -13,11 +13,11 @@ from scipy.integrate import trapezoid
 import eomgen
 from eomgen import RandomVibration, random_vibration
 from eomgen.products.reliability.random_processes.covariance import (
-    Band,
     Covariance,
-    Exponential,
-    KanaiTajimi,
     SquaredExponential,
+    band,
+    exponential,
+    kanai_tajimi,
 )
 from eomgen.products.reliability.vibration.inputs import lost_variance
 from eomgen.scene.load import from_data
@@ -61,13 +61,13 @@ GUSTS = {"type": "exponential", "correlation_time": "2 s"}
 ROAD = {"type": "squared_exponential", "correlation_length": "3 m", "speed": "4 m/s", "standard_deviation": 3}
 BAND = {"type": "band", "band": [9, 11], "share": 0.99}
 LATER, OTHER = {"follows": "force", "delay": 0.4}, {"correlation": {"force": 0.6}, "standard_deviation": 2}
-SOIL, WIND = KanaiTajimi(1.0, 15.0, 0.6), Exponential(1.0, 2.0)
+SOIL, WIND = kanai_tajimi(1.0, 15.0, 0.6), exponential(1.0, 2.0)
 
 
 @pytest.mark.parametrize(
     ("process", "others", "covariance", "between", "delays"),
     [
-        ({"type": "band", "band": [3, 5]}, {}, Band(1.0, 3.0, 5.0), [[1.0]], [0.0]),
+        ({"type": "band", "band": [3, 5]}, {}, band(1.0, 3.0, 5.0), [[1.0]], [0.0]),
         (GROUND, {}, SOIL, [[1.0]], [0.0]),
         (GUSTS, {}, WIND, [[1.0]], [0.0]),
         ({**GUSTS, "translation": "exp(0.7 * g)"}, {}, WIND, [[0.49]], [0.0]),
@@ -111,7 +111,7 @@ def test_the_variance_lost_and_kept_is_the_double_sum_over_the_covariance(
 @pytest.mark.long
 def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself() -> None:
     found = found_of(model_of(BAND), 6.0, 0.002)
-    expected = variance_by_spectrum(Band(1.0, 9.0, 11.0), 12.0, 6.0, 1.0, 0.2)
+    expected = variance_by_spectrum(band(1.0, 9.0, 11.0), 12.0, 6.0, 1.0, 0.2)
     kept = found.moments["second_order"][1] ** 2
     assert kept / (1.0 - found.lost_variance) == pytest.approx(expected, rel=0.01)
     assert found.lost_variance == pytest.approx(0.16, abs=0.01)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,7 +11,6 @@ import pytest
 import eomgen
 from eomgen import random_vibration
 from eomgen.base.random_inputs import WAVES, standard_normals
-from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Symbol
@@ -27,7 +24,6 @@ from eomgen.symbolic.calculus.partials import weighted_gradient
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Tape
-from tests.models.toml_text import toml_text
 
 SEA: dict[str, Any] = {
     "spectrum": {"type": "jonswap", "height": "Hs", "period": 9},
@@ -252,34 +248,6 @@ def test_waves_are_processes_of_two_variables_each() -> None:
     assert list(process.eigenvalues) == pytest.approx(energies, rel=1e-12)
     with pytest.raises(UsageError, match=r"no random process; try: variables = true in \[waves.sea\], if it has a"):
         processes()
-
-
-def test_names_of_variables_are_no_other_names() -> None:
-    data = _data(variables=True)
-    data["parameters"]["sea_z3"] = 1.0
-    with pytest.raises(DescriptionError, match=r"the sea sea has the parameter sea_z3, and there is a parameter of th"):
-        from_data(data)
-    data = _data(variables=True) | {"random": {"sea": {"type": "exponential", "correlation_time": 1}}}
-    with pytest.raises(DescriptionError, match=r"the name sea is both a random process and waves with variables of"):
-        from_data(data)
-
-
-@pytest.mark.slow
-def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = toml_text(_data(variables=True, order=2))
-    (tmp_path / "buoy.toml").write_text(text)
-    assert main(["info", str(tmp_path / "buoy.toml"), "--terms", "mass"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "sea 10 100 3 " in said, said
-    assert "30 0.5 0 sea_z1 to sea_z20" in said
-    assert "hull buoy sea 2 True" in said
-    assert "Hs 3 m" in said and "sea_z3 " not in said
-    assert main(["info", str(tmp_path / "buoy.toml"), "--terms", "mass", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    (sea,), (hull,) = data["waves"], data["hulls"]
-    assert (sea["waves"], sea["bound_waves"], sea["depth"], sea["level"]) == (10, 100, 30.0, 0.5)
-    assert sea["height"] == pytest.approx(3.0, rel=1e-12)
-    assert hull == {"name": "hull", "body": "buoy", "waves": "sea", "stations": 2, "moves_water": True}
 
 
 @pytest.mark.slow

@@ -165,16 +165,6 @@ def test_a_rotor_of_two_blades_has_no_lasting_linear_model() -> None:
 
 
 @pytest.mark.slow
-def test_absolute_coordinates_are_sent_to_steady_motions() -> None:
-    builder = eomgen.SceneBuilder("spinner", coordinates="absolute").body("shaft", 1, inertia=[0.01] * 3)
-    model = built(builder.joint("shaft", "revolute", "base", "shaft", axis=[0, 0, 1], drive="12*t"))
-    said = "absolute coordinates, in which rest relative to drives is a steady motion"
-    with pytest.raises(NumericalError, match=said):
-        model.equilibrium()
-    assert model.linearize(at="steady").reference.what == "steady motion"
-
-
-@pytest.mark.slow
 def test_a_slide_that_a_rope_pulls_evenly_carries_a_pendulum_at_rest() -> None:
     """A distance of changing length: of constant rate in line with a slide, a frame in which the pendulum hangs."""
 

@@ -3,7 +3,6 @@ coordinate."""
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,8 +16,6 @@ import pytest
 from scipy.optimize import brentq
 
 import eomgen
-from eomgen.base.messages import first_of
-from eomgen.cli import main
 from eomgen.compiled.rest import equilibrium
 from eomgen.compiled.rest.sparse_partials import sparse_partials
 from eomgen.lie import product
@@ -201,32 +198,6 @@ def test_a_loop_rests_at_its_least_energy_with_its_multipliers() -> None:
 
 
 @pytest.mark.slow
-def test_joint_and_absolute_coordinates_rest_alike() -> None:
-    model = eomgen.build(
-        tomllib.loads(PENDULUM_TOML) | {"coordinates": "absolute", "name": "on_its_own"}, profile="quick"
-    )
-    for torque in (0.0, 2.0):
-        found, expected = model.equilibrium(u={"torque": torque}), pendulum().equilibrium(u={"torque": torque})
-        end = [0.0, 0.0, -2.0 * LENGTH]
-        tip, same = model.point("link", end, found.q, found.v), pendulum().point("link", end, expected.q, [0.0])
-        np.testing.assert_allclose(tip.position, same.position, atol=1e-10)
-        assert found.stable and found.frequencies == pytest.approx(expected.frequencies, rel=1e-9)
-        assert len(found.multipliers) == 5
-
-
-@pytest.mark.slow
-def test_slender_bodies_and_a_bad_start_are_no_trouble() -> None:
-    model = eomgen.build(EXAMPLES / "hanging_chain" / "scene.toml")
-    found = model.equilibrium()
-    down = [model.pose(f"rod{k}", found.q)[4:] for k in range(1, 11)]
-    np.testing.assert_allclose(down, [[0.0, 0.0, -0.5 * k] for k in range(10)], atol=1e-9)
-    assert found.iterations < 30 and len(found.undetermined) == 10 and found.undetermined[0] == "v.ball1[0]"
-    # cords swing faster the higher they hang: ten rods of 0.5 m against Daniel Bernoulli's heavy string, J0(2 w
-    # sqrt(L/g)) = 0
-    assert found.frequencies[10] == pytest.approx(2.404825557695773 / 2.0 * np.sqrt(G / 5.0), rel=0.02)
-
-
-@pytest.mark.slow
 def test_internal_states_rest_too() -> None:
     data = tomllib.loads(PENDULUM_TOML)
     data |= {"name": "servo", "states": {"sum": {"rate": "0.7 - q.hinge"}, "lag": {"rate": "(40 * sum - lag) / 0.05"}}}
@@ -271,15 +242,6 @@ def test_a_scene_starts_at_equilibrium() -> None:
 # -- what has no equilibrium -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_rigid_modes_are_named() -> None:
-    found = eomgen.build(EXAMPLES / "free_spinning_body" / "scene.toml").equilibrium()
-    assert len(found.undetermined) == 6 and found.message.endswith(
-        "nothing determines " + ", ".join(found.undetermined)
-    )
-    assert found.stable and np.all(found.frequencies == 0.0)
-
-
 # -- the command line --------------------------------------------------------------------------------------------------
 
 
@@ -308,30 +270,6 @@ def test_what_has_no_equilibrium_is_named(said: str) -> None:
         REFUSED[said]()
 
 
-@pytest.mark.slow
-def test_the_command_line_finds_where_a_scene_rests(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene, out = tmp_path / "scene.toml", tmp_path / "rest.json"
-    scene.write_text(PENDULUM_TOML.replace("position = [0.4]", "position = [3.0]"), encoding="utf-8")
-    assert main(["equilibrium", str(scene), "--input", "torque=2", "--out", str(out)]) == 0
-    said = capsys.readouterr()
-    assert "shaken at rest" in said.out and "q.hinge" in said.out
-    assert "at rest after" in said.err and str(out) in said.err
-    data = json.loads(out.read_text(encoding="utf-8"))
-    angle = pytest.approx(np.arcsin(2.0 / (MASS * G * LENGTH)))
-    assert data["q"]["q.hinge"] % (2 * np.pi) == angle and data["stable"] is True
-    other = ["--json", "--any-kind", "--set", "length=0.4", "--initial", "hinge=3.2"]
-    assert main(["equilibrium", str(scene), *other]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["stable"] is False and abs(data["q"]["q.hinge"] - np.pi) < 0.1
-    assert main(["equilibrium", str(scene), "--input", "torque=50"]) == 6
-    assert "no equilibrium was found" in " ".join(capsys.readouterr().err.split())
-    short = ["--start", "equilibrium", "--t-end", "0.05", "--no-plots", "--out", str(tmp_path / "o")]
-    assert main(["simulate", str(scene), *short]) == 0
-    summary = json.loads((tmp_path / "o" / "summary.json").read_text(encoding="utf-8"))
-    assert summary["corrections"][0].startswith("initial position: at rest")
-    assert summary["start"] == "the scene's equilibrium"
-
-
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_functions_of_exponential_steps_are_right_to_rounding_at_all_sizes(order: int) -> None:
     x = np.concatenate([-np.logspace(-12, 6, 60), np.logspace(-12, 2.5, 60), [0.0, 1.0, -1.0]])
@@ -344,9 +282,3 @@ def test_functions_of_exponential_steps_are_right_to_rounding_at_all_sizes(order
 
 
 # -- words, from numbers that are given --------------------------------------------------------------------------------
-
-
-def test_six_names_are_listed() -> None:
-    names = [f"v{k}" for k in range(8)]
-    assert first_of(names[:6], 6) == "v0, v1, v2, v3, v4, v5"
-    assert first_of(names, 6) == "v0, v1, v2, v3, v4, v5 and 2 more"

@@ -3,7 +3,7 @@ elements."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,6 @@ from eomgen.compiled.rest.loaded_statics import ElementStrains
 from eomgen.compiled.rest.sparse_partials import sparse_partials
 from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.errors import NumericalError
-from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie.product import update
 from eomgen.pipeline.model import Model
 from eomgen.solvers.bordered_newton import whole
@@ -91,21 +89,6 @@ def test_a_column_beyond_its_critical_load_is_found_buckled(beam: Model) -> None
 def test_an_element_that_would_turn_by_half_a_turn_ends_load_steps_with_its_name(beam: Model) -> None:
     with pytest.raises(NumericalError, match=r"load steps from the start end at \S+ % of the loads, for the element"):
         beam.equilibrium(parameters={"torque": 9.0 * np.pi * EI / LENGTH})
-
-
-def test_equal_elements_are_evaluated_once(beam: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 36 formulas each."""
-    formulas: list[object] = []
-
-    def counted(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
-        formulas.append(formula)
-        return evaluate(formula, value_of)
-
-    monkeypatch.setattr("eomgen.system.description.evaluate", counted)
-    (elements,) = beam.description.element_stiffness
-    matrices = elements.matrices(beam.description.values({"factor": 3.0}))
-    assert len(formulas) == 36
-    assert matrices.shape == (8, 6, 6) and np.all(matrices == matrices[0])
 
 
 def test_section_forces_have_the_geometric_part_of_the_tangent(beam: Model, rng: np.random.Generator) -> None:

@@ -75,15 +75,6 @@ def test_states_are_continuous_across_rows_and_quaternions_of_unit_length(method
     assert np.array_equal(run.at(run.t[-1]).t, run.t[-1])
 
 
-def test_outputs_follow_from_states() -> None:
-    model = pendulum()
-    run, exact = model.simulate(0.4, 0.01, method="rk4"), model.simulate(0.4, 1e-4, method="rk4")
-    state = run.at(TIMES)
-    tip = model.outputs(state.q, state.v, state.a, state.t)["tip"]
-    known = exact.at(TIMES)
-    np.testing.assert_allclose(tip, model.point("link", [0, 0, -1.0], known.q, known.v, known.t).position, atol=3e-8)
-
-
 def lagging() -> eomgen.Model:
     """Return a cart driven by a lagging actuator, with an output of everything that an output may name."""
     builder = eomgen.SceneBuilder("lagging").parameter("gain", 2.0, tunable=True)
@@ -114,19 +105,6 @@ def test_outputs_between_rows_know_internal_states_inputs_and_parameters_of_the_
     assert run.outputs_at(0.05)["all"].shape == () and run.outputs_at([[0.1, 0.2]])["all"].shape == (1, 2)
     assert run.outputs_at([])["all"].shape == (0,)
     assert set(run.interpolation_error()) == {"q", "v", "a", "z"} and 0.0 < run.interpolation_error()["z"] < 1e-4
-
-
-@pytest.mark.slow
-def test_outputs_between_rows_of_both_parts_of_a_run_and_of_a_stored_one(tmp_path: Path) -> None:
-    model = lagging()
-    given = {"parameters": {"gain": 3.0}, "inputs": {"more": 0.4}}
-    first = model.simulate(0.2, 2e-3, checkpoint=tmp_path / "run.ckpt", **given)
-    whole = first.followed_by(model.resume(tmp_path / "run.ckpt", 0.4))
-    in_one = model.simulate(0.4, 2e-3, **given)
-    np.testing.assert_allclose(whole.outputs_at(TIMES)["all"], in_one.outputs_at(TIMES)["all"], atol=1e-12)
-    stored = eomgen.Solution.load(whole.save(tmp_path / "solution.npz"))
-    again = model.attach(stored)
-    np.testing.assert_array_equal(again.outputs_at(TIMES)["all"], whole.outputs_at(TIMES)["all"])
 
 
 def test_a_stored_solution_gets_its_model_back_with_the_inputs_that_it_does_not_hold(tmp_path: Path) -> None:
@@ -213,13 +191,3 @@ def test_runs_keep_their_order_between_rows(build: Any, method: str) -> None:
     steps = [0.02, 0.01, 0.005] if explicit else [0.004, 0.002, 0.001]
     found = slopes(steps, [errors_of(model, step, exact, method=method) for step in steps])
     assert found == pytest.approx(4.0, abs=0.4) if explicit else found == pytest.approx(2.0, abs=0.15)
-
-
-@pytest.mark.slow
-def test_constraints_are_almost_met_between_rows() -> None:
-    violations, steps = [], [0.004, 0.002, 0.001]
-    for step in steps:
-        state = absolute().simulate(0.4, step).at(TIMES)
-        violations.append(np.abs(absolute().evaluate("constraint", state.q, t=state.t)["Phi"]).max())
-    assert violations[0] < 1e-6
-    assert np.polyfit(np.log(steps), np.log(violations), 1)[0] > 2.5

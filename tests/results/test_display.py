@@ -90,17 +90,6 @@ def test_latex_of_a_long_term_names_its_intermediates() -> None:
         system.latex("mass")
 
 
-def test_a_notebook_shows_a_run_and_its_modes() -> None:
-    model = pendulum()
-    run = model.simulate(0.02, 1e-3)
-    rows = {row[0]: row[1:] for row in rows_of(run._repr_html_())}
-    assert rows["q.hinge"][:3] == ["rad", f"{run.q[0, 0]:.6g}", f"{run.q[-1, 0]:.6g}"]
-    assert rows["outcome"] == [run.message]
-    linear = model.linearize(at="initial")
-    listed = rows_of(linear._repr_html_())
-    assert listed[1][1] == (f"{linear.modes().frequency[0]:.9g}" if linear.modes().oscillating[0] else "")
-
-
 def test_a_notebook_shows_the_equation_and_the_tables_of_a_model() -> None:
     model = pendulum()
     page = model._repr_html_()

@@ -70,16 +70,6 @@ def test_a_figure_that_fails_leaves_all_to_the_caller(
     assert capfd.readouterr() == ("", "")
 
 
-@ONLY_LINUX
-def test_a_copy_without_an_order_ends_with_the_run(tmp_path: Path, forking: None) -> None:
-    with pytest.raises(KeyError), drawing_process(prepared(tmp_path)) as copy:
-        assert copy is not None
-        number = copy._number
-        raise KeyError
-    with pytest.raises(ProcessLookupError):
-        os.kill(number, 0)
-
-
 def test_a_process_with_threads_is_not_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threading, "active_count", lambda: 2)
     with drawing_process(prepared(tmp_path)) as copy, in_copy(writer(tmp_path, "table")) as done:
@@ -147,26 +137,3 @@ def test_pictures_of_a_run_are_the_same_from_a_copy(tmp_path: Path) -> None:
     pictures = {path.name: path.read_bytes() for path in (tmp_path / "copy").glob("*.png")}
     assert len(pictures) >= 3
     assert pictures == {path.name: path.read_bytes() for path in (tmp_path / "here").glob("*.png")}
-
-
-_DOCUMENTED = """
-import os, pathlib
-os.sched_getaffinity = lambda _: {0, 1}
-from eomgen.base.drawing_process import drawing_process
-
-def draw():
-    from matplotlib.lines import Line2D
-    return [pathlib.Path(str("color" in (Line2D.set.__doc__ or "")))]
-
-with drawing_process(lambda: lambda order: [draw]) as copy:
-    copy.order({"names": []})
-    print(*copy.files())
-"""
-
-
-@pytest.mark.slow
-@ONLY_LINUX
-def test_the_copy_makes_no_lists_of_properties_of_matplotlib() -> None:
-    """They take a fifth of the import."""
-    ran = subprocess.run([sys.executable, "-c", _DOCUMENTED], capture_output=True, text=True, check=True)
-    assert ran.stdout == "False\n"

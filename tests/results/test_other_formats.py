@@ -91,12 +91,3 @@ def test_inputs_of_a_run_are_in_its_solution(tmp_path: Path) -> None:
     assert np.array_equal(attached.inputs["torque"], stored.inputs["torque"])
     with pytest.raises(eomgen.UsageError, match="there is no input 'torqe'; try: torque"):
         driven.inputs["torqe"]
-
-
-def test_names_of_other_packages() -> None:
-    model = pendulum()
-    q, v, t = np.array([0.4]), np.array([0.3]), 0.1
-    assert np.array_equal(model.mass_matrix(q), model.mass(q))
-    parts = model.coupling(q, v) + model.base_motion(q, v, t) - model.force(q, v, t)
-    assert np.allclose(model.bias(q, v, t), parts, atol=1e-13)
-    assert "library" not in dir(model) and {"mass", "simulate", "parameters"} <= set(dir(model))

@@ -14,7 +14,6 @@ from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from scipy.spatial.transform import Rotation
 
 import eomgen
 from eomgen.cli import main
@@ -66,20 +65,6 @@ def test_copies_of_delayed_states_are_left_out() -> None:
     assert [curve.name for curve in kept] == ["z.torque", "z.wheel_sampled"]
 
 
-def test_small_rotations_are_drawn_in_place_of_quaternions() -> None:
-    first = Rotation.from_rotvec([0.3, -1.0, 0.4])
-    vectors = np.linspace(0.0, 1.0, 5)[:, np.newaxis] * np.array([0.2, -0.5, 0.9])
-    for largest, drawn in ((1.0, True), (3.5, False)):
-        turned = (Rotation.from_rotvec(largest * vectors) * first).as_quat(scalar_first=True)
-        curves = [line(f"q.ball[{k}]", turned[:, k], "1", "quaternion") for k in range(4)]
-        result = plots._rotations([line("q.hinge", np.zeros(5), "rad"), *curves])
-        if drawn:
-            assert [curve.name for curve in result] == ["q.hinge", "q.ball x", "q.ball y", "q.ball z"]
-            np.testing.assert_allclose(np.stack([curve.values for curve in result[1:]], axis=1), vectors, atol=1e-12)
-        else:
-            assert result[1:] == curves
-
-
 def test_angles_of_hinges_are_apart_from_wheels_that_roll() -> None:
     rolled = {"q.spin": np.linspace(0.0, 95.0, 5), "q.arm": 0.1 * np.sin(np.arange(5.0)), "q.roll": np.arange(5.0)}
     curves = [line(name, values, "rad") for name, values in rolled.items()]
@@ -128,25 +113,6 @@ def test_curves_share_panels_with_their_unit_and_outputs_are_not_cut_in_two() ->
     ]
     long = [line(f"all[{i}]", np.zeros(3), "m", "", "all") for i in range(8)]
     assert [len(panel) for panel in plots._panels(long)] == [4, 4]
-
-
-def test_a_description_is_the_title_of_an_output_and_else_in_the_legend() -> None:
-    def curve(name: str, output: str, text: str, quantity: str = "", unit: str = "m") -> plots.PlottedCurve:
-        return line(name, len(name) * np.arange(5.0), unit, quantity, output, text)
-
-    alone = panel_of(curve("road[0]", "road", "under the wheels"), curve("road[1]", "road", "under the wheels"))
-    assert (alone.get_title(loc="left"), alone.get_ylabel()) == ("under the wheels", "road, m")
-    shared = panel_of(curve("road[0]", "road", "under the wheels"), curve("travel", "travel", "of the front spring"))
-    assert (shared.get_title(loc="left"), shared.get_ylabel()) == ("", "length, m")
-    legend = [text.get_text() for text in shared.get_legend().get_texts()]
-    assert legend == ["road[0]: under the wheels", "travel: of the front spring"]
-    assert panel_of(curve("tip[0]", "tip", "", "position")).get_ylabel() == "position, m"
-    assert panel_of(curve("grip", "grip", "", unit="N")).get_ylabel() == "grip, N"
-    assert panel_of(curve("ratio", "ratio", "", unit="")).get_ylabel() == "ratio"
-    assert (
-        panel_of(line("q.hinge", np.arange(5.0), "rad"), line("q.knee", np.zeros(5), "rad")).get_ylabel()
-        == "angle, rad"
-    )
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
@@ -312,17 +278,6 @@ def test_no_text_of_a_file_covers_another_or_is_cut(panels: int) -> None:
     assert all(box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height for box in boxes)
     covered = [(one, two) for k, one in enumerate(boxes) for two in boxes[:k] if one.overlaps(two)]
     assert covered == []
-
-
-def test_a_stored_solution_without_coordinates_and_outputs_has_no_column_to_draw(tmp_path: Path) -> None:
-    run = pendulum().simulate(0.05, 1e-2)
-    empty = run.q[:, :0]
-    bare = replace(run, q=empty, v=empty, a=empty, outputs={}, model=None, metadata={"scene": "bare"})
-    bare = eomgen.Solution.load(bare.save(tmp_path / "bare.npz"))
-    calls = (bare.plot, lambda: bare.plot(axes=[]), lambda: plots.draw_chosen(bare, (), None, tmp_path))
-    for call in calls:
-        with pytest.raises(eomgen.UsageError, match="plot: no column is left to draw over t; try: another name"):
-            call()
 
 
 def test_six_curves_of_a_panel_are_far_apart_in_colour_beside_their_legend() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import resource
 from pathlib import Path
 
 import numpy as np
@@ -89,20 +88,6 @@ def test_a_full_disk_is_named_and_the_old_file_stays(tmp_path: Path, monkeypatch
     ):
         run.save(path)
     assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
-
-
-def test_a_limit_on_file_sizes_leaves_nothing_behind(tmp_path: Path) -> None:
-    run = pendulum().simulate(1.0, 1e-3)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
-    try:
-        with pytest.raises(
-            eomgen.FileError, match=r"run\.csv: cannot be written \(File too large\); about \d{5,} bytes are needed"
-        ):
-            run.save(tmp_path / "run.csv")
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_unwritable_paths_and_foreign_files_are_named(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
 from eomgen.pipeline.pipeline import derive
 from eomgen.scene.load import load
 from tests.oracles.evaluation import tape_evaluator
@@ -146,15 +145,6 @@ def test_a_path_through_a_ring_is_mujoco_s_to_its_tolerance(file: Path) -> None:
     assert forces < 1e-6
 
 
-def test_a_difference_would_be_seen(file: Path) -> None:
-    file.write_text(CASES["spring and damper"], encoding="utf-8")
-    imported = Imported.of(file)
-    imported.model.dof_damping[0] *= 1.0 + 1e-6
-    assert imported.errors()[1] > 1e-9
-    imported.model.body_mass[1] *= 1.0 + 1e-6
-    assert imported.errors()[0] > 1e-9
-
-
 @pytest.mark.parametrize(
     "equality",
     [
@@ -261,15 +251,6 @@ def test_pictures_show_the_geoms_that_mujoco_shows() -> None:
     assert ground.sizes[0].value < 20.0  # a plane without end ends near the machine
 
 
-def test_a_scene_includes_a_file(tmp_path: Path) -> None:
-    (tmp_path / "arm.xml").write_text(arm(first='range="-90 90"'), encoding="utf-8")
-    text = 'format = 1\nname = "two"\n[include.left]\nfile = "arm.xml"\nlimits = true\nposition = [1, 0, 0]\n'
-    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
-    scene = load(tmp_path / "scene.toml")
-    assert [joint.name for joint in scene.joints] == ["left_base", "left_a", "left_b", "left_lower_fixed", "left_free"]
-    assert scene.joints[1].stops
-
-
 def test_tendons_of_an_included_file_keep_their_lengths(tmp_path: Path) -> None:
     (tmp_path / "arm.xml").write_text(CASES["muscle"], encoding="utf-8")
     text = 'format = 1\nname = "two"\n[include.left]\nfile = "arm.xml"\n[outputs]\nlength = { formula = "LENGTH" }\n'
@@ -288,11 +269,3 @@ def test_without_mujoco_the_remedy_is_the_extra(file: Path, monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(eomgen.UsageError, match=r"mujoco is not installed; try: pip install 'eomgen\[mujoco\]'"):
         load(file)
-
-
-def test_the_command_line_takes_it(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file.write_text(arm(first='range="-90 90"'), encoding="utf-8")
-    assert main(["info", str(file), "--limits", "--json"]) == 0
-    assert '"arm"' in capsys.readouterr().out
-    assert main(["info", str(file), "--keyframe", "home"]) == 2
-    assert "model.xml has no keyframe 'home'" in capsys.readouterr().err

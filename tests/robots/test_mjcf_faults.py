@@ -61,21 +61,6 @@ def test_warnings_of_mujoco_are_notes_and_no_file(
     assert capfd.readouterr() == ("", "")
 
 
-def test_names_of_any_text_are_taken(tmp_path: Path) -> None:
-    file = tmp_path / "a.xml"
-    text = arm(inside='<body name="ärm 日"><joint name="☃"/><geom size="1" name=""/></body>')
-    file.write_text(text.replace('"j"', '" j-*/"'), encoding="utf-8")
-    assert [joint.name for joint in load(file).joints] == ["_j___", "_"]
-
-
-@pytest.mark.slow
-def test_a_chain_of_many_bodies_is_read(tmp_path: Path) -> None:
-    file, count = tmp_path / "a.xml", 150
-    body = '<body pos="0.1 0 0"><joint axis="0 1 0"/><geom size="0.05"/>'
-    file.write_text(f"<mujoco><worldbody>{body * count}{'</body>' * count}</worldbody></mujoco>", encoding="utf-8")
-    assert len(load(file).joints) == count
-
-
 def test_a_path_may_pass_a_site_twice(tmp_path: Path) -> None:
     file = tmp_path / "a.xml"
     path = '<site site="s"/><geom geom="g"/><site site="u"/><geom geom="g"/><site site="s"/>'

@@ -73,10 +73,3 @@ def forces(units: SceneUnits, file: Path) -> NDArray[np.float64]:
 def test_forces_do_not_depend_on_units(units: SceneUnits, tmp_path: Path) -> None:
     expected = forces(SceneUnits(), tmp_path / "a.xml")
     np.testing.assert_allclose(forces(units, tmp_path / "b.xml"), expected, rtol=1e-9)
-
-
-@pytest.mark.slow_cases("1.0", "0.1")
-@pytest.mark.parametrize("length", [1.0, 0.1, 1e-3])
-def test_forces_are_mujoco_s_at_scales_of_its_own(length: float, tmp_path: Path) -> None:
-    (tmp_path / "a.xml").write_text(machine(SceneUnits(length=length)), encoding="utf-8")
-    assert max(Imported.of(tmp_path / "a.xml").errors(states=3)) < 1e-9

@@ -1,5 +1,5 @@
 """Parts of importers on numbers: poses, trees, loops, stops; and formulas of MJCF, evaluated as Python, against
-functions of MuJoCo and rotations of SciPy."""
+functions of MuJoCo."""
 
 from __future__ import annotations
 
@@ -14,16 +14,11 @@ from scipy.spatial.transform import Rotation
 
 from eomgen.products.robots.draft import Axis, DraftJoint, DraftMimic, WrittenPose
 from eomgen.products.robots.frames import WORLD_NODE, Pose
-from eomgen.products.robots.joints import displacement, forces_of, friction_of, gap_of, loop_frame, stops_of
+from eomgen.products.robots.joints import forces_of, friction_of, gap_of, loop_frame, stops_of
 from eomgen.products.robots.leftovers import ElementPlace, off_right
-from eomgen.products.robots.mjcf import quaternions
-from eomgen.products.robots.mjcf.controllers import nearest
-from eomgen.products.robots.mjcf.draft import MjcfDraft, clip, cross, dot, odd_power, plain_power, polynomial
 from eomgen.products.robots.mjcf.muscles import Muscle, activation_rate
-from eomgen.products.robots.scene_draft import LinkPlace, number, turns_of
+from eomgen.products.robots.scene_draft import LinkPlace
 from eomgen.products.robots.tree import Edge, tree_of
-from eomgen.products.robots.visuals import color_of
-from eomgen.scene.reading.report import Report
 
 HERE = ElementPlace("a.xml", 1)
 #: Names in formulas that Python has.
@@ -49,29 +44,10 @@ def turn(*vector: float) -> np.ndarray:
 # -- poses, loops and stops --------------------------------------------------------------------------------------------
 
 
-def test_poses_are_composed_and_seen_from_one_another() -> None:
-    first, inner = (
-        Pose(turn(0.3, -0.2, 0.5), np.array([1.0, 2.0, 3.0])),
-        Pose(turn(0.1, 0.7, -0.4), np.array([0.2, 0.1, -0.3])),
-    )
-    both = first @ inner
-    point = np.array([0.4, -0.5, 0.6])
-    expected = first.orientation @ (inner.orientation @ point + inner.position) + first.position
-    np.testing.assert_allclose(both.orientation @ point + both.position, expected, rtol=1e-14)
-    back = both.seen_from(first)
-    np.testing.assert_allclose(back.orientation, inner.orientation, atol=1e-14)
-    np.testing.assert_allclose(back.position, inner.position, atol=1e-14)
-    near = Pose(np.eye(3), first.position + np.array([4e-16, 0.0, 0.1]))  # rounding of 1 m is zero
-    assert near.seen_from(Pose(np.eye(3), first.position)).position.tolist()[:2] == [0.0, 0.0]
-
-
-def test_displacements_turn_or_shift_along_the_axis() -> None:
-    rotation, shift = displacement(joint("a", "revolute", axes=(axis(),)), 0.3)
-    np.testing.assert_allclose(rotation, turn(0.0, 0.0, 0.3), atol=1e-15)
-    assert not shift.any()
-    rotation, shift = displacement(joint("a", "prismatic", axes=(axis(),)), -0.3)
-    np.testing.assert_allclose(shift, [0.0, 0.0, -0.3])
-    np.testing.assert_array_equal(rotation, np.eye(3))
+def test_rounding_of_places_is_zero() -> None:
+    first = Pose(np.eye(3), np.array([1.0, 2.0, 3.0]))
+    near = Pose(np.eye(3), first.position + np.array([4e-16, 0.0, 0.1]))  # of 1 m
+    assert near.seen_from(first).position.tolist()[:2] == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(
@@ -144,12 +120,12 @@ def walks(links: str, *edges: Edge, roots: Mapping[str, str] | None = None) -> t
     """Return the steps of each walk as ``joint>link``, with ``<`` of a reversed joint, and the joints of loops."""
     nodes = [node(name) for name in links]
     at = {item: node((roots or {}).get(item[1], links[0])) for item in nodes}
-    tree = tree_of(nodes, edges, at)
+    walked, loops = tree_of(nodes, edges, at)
     found = {
         start[1]: [f"{step.edge.key[1]}{'<' if step.is_reversed else '>'}{step.end[1]}" for step in steps]
-        for start, steps in tree.walks.items()
+        for start, steps in walked.items()
     }
-    return found, [item.key[1] for item in tree.loops]
+    return found, [item.key[1] for item in loops]
 
 
 def test_joints_with_forces_are_of_the_tree_and_one_without_closes_a_loop() -> None:
@@ -182,78 +158,6 @@ def test_free_parts_begin_at_the_link_of_their_model_unless_a_joint_carries_it()
 def test_distances_from_right_angles(angle: float) -> None:
     expected = 0.0 if angle in (0.0, 0.3) else min(abs(abs(angle) - k * np.pi / 2) for k in (1, 2, 3))
     assert off_right(angle) == pytest.approx(expected, abs=1e-15)
-
-
-def test_turns_and_colours_of_shapes() -> None:
-    (entry,) = turns_of(turn(0.1, -0.2, 0.3))
-    along = np.array(entry["axis"]) / np.linalg.norm(entry["axis"])
-    np.testing.assert_allclose(entry["angle"] * along, [0.1, -0.2, 0.3], atol=1e-14)
-    assert turns_of(np.eye(3)) == []
-    assert color_of((1.0, 0.5, -1.0)) == {"color": "#ff8000", "opacity": 1.0}
-    assert color_of((0.0, 0.2, 2.0, 0.5), 0.5) == {"color": "#0033ff", "opacity": 0.25}
-
-
-# -- formulas of MJCF --------------------------------------------------------------------------------------------------
-
-
-class Recorded(MjcfDraft):
-    """A draft whose definitions can be evaluated."""
-
-    def values(self, **given: float) -> dict[str, float]:
-        known: dict[str, Any] = dict(given)
-        for name, entry in self.section("definitions").items():
-            known[name] = evaluated(entry["formula"], **known)
-        return known
-
-
-def quaternion(vector: Sequence[float]) -> np.ndarray:
-    return Rotation.from_rotvec(vector).as_quat(scalar_first=True)
-
-
-@pytest.mark.parametrize("vector", [(0.3, -0.2, 0.5), (0.0, 0.0, 0.0), (1.5, 2.0, -1.0), (0.0, 3.0, 0.1)])
-def test_formulas_of_rotations_are_scipy_s(vector: tuple[float, ...]) -> None:
-    other = (0.4, 0.1, -0.7)
-    q, names = quaternion(vector), [f"q{k}" for k in range(4)]
-    for sign in (1.0, -1.0):
-        draft = Recorded(Report("a.xml", {}), {})
-        logarithm = quaternions.logarithm(draft, "log", names)
-        exponential = quaternions.exponential(draft, "exp", ["v0", "v1", "v2"])
-        product = quaternions.product(draft, "product", quaternions.inverse(names), [f"p{k}" for k in range(4)])
-        back = quaternions.turned_back(names, [0.2, 0.0, -0.6])
-        given = dict(zip(names, sign * q, strict=True)) | dict(zip(("v0", "v1", "v2"), vector, strict=True))
-        given |= {f"p{k}": x for k, x in enumerate(quaternion(other))}
-        known = draft.values(**given)
-        np.testing.assert_allclose([known[name] for name in logarithm], vector, atol=1e-13)
-        np.testing.assert_allclose([known[name] for name in exponential], np.abs(sign) * q, atol=1e-13)
-        expected = Rotation.from_rotvec(vector).inv() * Rotation.from_rotvec(other)
-        found = Rotation.from_quat([known[name] for name in product], scalar_first=True)
-        np.testing.assert_allclose(found.as_matrix(), expected.as_matrix(), atol=1e-13)
-        np.testing.assert_allclose(
-            [evaluated(part, **given) for part in back], turn(*vector).T @ [0.2, 0.0, -0.6], atol=1e-13
-        )
-
-
-def test_formulas_of_vectors_and_polynomials() -> None:
-    a, b = np.array([0.3, -0.7, 1.2]), np.array([-0.4, 0.9, 0.5])
-    names = dict(zip(("a0", "a1", "a2", "b0", "b1", "b2"), [*a, *b], strict=True))
-    first, second = ["a0", "a1", "a2"], ["b0", "b1", "b2"]
-    assert evaluated(dot(first, second), **names) == pytest.approx(a @ b)
-    np.testing.assert_allclose([evaluated(part, **names) for part in cross(first, second)], np.cross(a, b))
-    for x in (-1.3, 0.0, 0.8):
-        assert evaluated(polynomial("x", [2.0, -3.0, 0.0, 1.0], plain_power), x=x) == pytest.approx(
-            2 * x - 3 * x**2 + x**4
-        )
-        odd = 2 * x - 3 * x * abs(x) + 4 * x**3 + x * abs(x) ** 3
-        assert evaluated(polynomial("x", [2.0, -3.0, 4.0, 1.0], odd_power), x=x) == pytest.approx(odd)
-        assert evaluated(clip("x", -1.0, 0.5), x=x) == np.clip(x, -1.0, 0.5)
-    assert [number(x) for x in (2, -0.5)] == ["2.0", "(-0.5)"] and polynomial("x", [], plain_power) == "0.0"
-
-
-@pytest.mark.parametrize("period", [2.0 * np.pi, 3.0])
-def test_the_nearest_equivalent_of_an_angle_is_within_half_a_period(period: float) -> None:
-    for error in (0.4, -0.4, 0.6 * period, -0.6 * period, 2.2 * period):
-        expected = error - period * round(error / period)
-        assert evaluated(nearest("e", period), e=error) == pytest.approx(expected, abs=1e-13)
 
 
 #: Of MuJoCo: range of lengths (2), force, scale, lmin, lmax, vmax, fpmax, fvmax.

@@ -112,11 +112,3 @@ def test_the_command_line_takes_sdf(file: Path, capsys: pytest.CaptureFixture[st
     file.write_text('<sdf version="1.7"/>', encoding="utf-8")
     assert main(["info", str(file)]) == 3
     assert 'model.sdf:1: the file has no <model>; try: <model name="...">' in capsys.readouterr().err
-
-
-def test_frames_of_links_that_rest_have_the_order_of_the_file() -> None:
-    names = [f"part_{number}" for number in range(8)]
-    rest = f'<model name="floor"><static>true</static>{"".join(map("<link name={!r}/>".format, names))}</model>'
-    moving = '<model name="ball"><link name="ball"/></model>'
-    found = sdf_data(f'<sdf version="1.9"><world name="w">{rest}{moving}</world></sdf>', file="model.sdf")
-    assert list(found.data["frames"]) == [f"floor__{name}" for name in names]

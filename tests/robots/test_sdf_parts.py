@@ -146,7 +146,7 @@ RING += joint("1", "revolute", "world", "a") + joint("2", "revolute", "a", "b") 
 
 
 def test_a_joint_of_a_ring_becomes_a_constraint_of_its_type() -> None:
-    """Its rows vanish in the configuration of the file, and else have the gap by hand."""
+    """Its rows vanish in the configuration of the file, and else, of a ball, have the gap by hand."""
     last = joint("4", "revolute", "c", "b").replace("<axis>", '<pose relative_to="b">0.4 0 0 0 0 0</pose><axis>')
     data = data_of(sdf(model(RING + last)))
     assert list(data["joints"]) == ["_1", "_2", "_3"] and data["constraints"]["_4"]["type"] == "revolute"
@@ -162,8 +162,6 @@ def test_a_joint_of_a_ring_becomes_a_constraint_of_its_type() -> None:
     on_b = turned(q[0], *(np.array([0.3, 0, 0]) + R.apply(Rotation.from_rotvec([0, q[1], 0]).apply([0.4, 0, 0]))))
     at = np.array([0.3, 0, 0]) + R.apply([0.4, 0, 0]) - [0.5, 0, 0]
     on_c = np.array([0.5, 0, 0]) + turned(q[2], *at)
-    rows = evaluate("constraint", {"q": q, "t": np.zeros(1)})["Phi"]
-    assert np.linalg.norm(rows) >= np.linalg.norm(on_b - on_c) - 1e-12
     ball = data_of(sdf(model(RING + last.replace('"revolute"', '"ball"').replace("<axis><xyz>0 1 0</xyz></axis>", ""))))
     assert ball["constraints"]["_4"]["type"] == "spherical" and "axis" not in ball["constraints"]["_4"]["first"]
     rows = tape_evaluator(derive(from_data(ball), ["constraint"]))("constraint", {"q": q, "t": np.zeros(1)})["Phi"]

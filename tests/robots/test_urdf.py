@@ -9,7 +9,6 @@ import pytest
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
-from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from tests.models.urdf import ARM, FILES, ROBOTS, load_urdf, replaced
@@ -55,42 +54,6 @@ def test_agrees_with_pinocchio(name: str, root: str) -> None:
     assert_agrees(load(path, root=root), model)
 
 
-@pytest.mark.slow
-def test_locked_joints_agree_with_pinocchio() -> None:
-    path = ROBOTS / FILES["panda"]
-    fingers = ("panda_finger_joint1", "panda_finger_joint2", "panda_joint4")
-    model = pin.buildModelFromUrdf(str(path))
-    reduced = pin.buildReducedModel(model, [model.getJointId(name) for name in fingers], pin.neutral(model))
-    scene = load(path, lock=fingers)
-    assert_agrees(scene, reduced)
-    assert "joints locked at zero: panda_finger_joint1, panda_finger_joint2, panda_joint4" in scene.notes
-    assert load(path, lock="panda_joint4").content == load(path, lock=["panda_joint4"]).content
-
-
-def test_axes_and_damping() -> None:
-    path = ROBOTS / FILES["talos"]
-    model, scene = pin.buildModelFromUrdf(str(path)), load(path)
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    for joint in scene.joints:
-        index = model.getJointId(joint.name)
-        subspace = pin.getJointJacobian(model, data, index, pin.ReferenceFrame.LOCAL)[:, model.idx_vs[index]]
-        expected = subspace[3:] if joint.type == "revolute" else subspace[:3]
-        np.testing.assert_allclose(joint.axis, expected, atol=1e-12)
-        assert numbers((joint.damping,))[0] == model.damping[model.idx_vs[index]]
-
-
-def test_merged_frames_are_points() -> None:
-    path = ROBOTS / FILES["panda"]
-    model, scene = pin.buildModelFromUrdf(str(path)), load(path)
-    points = {point.name: point for point in scene.points}
-    assert set(points) == {"panda_link0", "panda_link8", "panda_hand", "panda_hand_tcp"}
-    frame = model.frames[model.getFrameId("panda_hand_tcp")]
-    assert points["panda_hand_tcp"].body == "panda_link7"
-    np.testing.assert_allclose(numbers(points["panda_hand_tcp"].position), frame.placement.translation, atol=1e-12)
-    assert points["panda_link0"].body == "base"
-
-
 def refusals(text: str, **options: object) -> list[str]:
     with pytest.raises(DescriptionError) as caught:
         load_urdf(text, file="arm.urdf", **options)  # type: ignore[arg-type]
@@ -124,15 +87,6 @@ def test_merging_by_hand() -> None:
     )
 
 
-def test_free_root_without_inertia() -> None:
-    scene = load_urdf(replaced('shoulder" type="continuous', 'shoulder" type="fixed'), file="arm.urdf", root="free")
-    (joint,) = scene.joints
-    assert (joint.name, joint.type, joint.child) == ("root_joint", "free", "foot")
-    assert joint.initial_position == (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert numbers((scene.bodies[0].mass,)) == [3.0]
-    assert [point.name for point in scene.points] == ["upper", "lower"]
-
-
 def test_a_link_named_base() -> None:
     text = ARM.replace('"foot"', '"base"')
     assert next(point.name for point in load_urdf(text).points) == "base"
@@ -153,27 +107,6 @@ def test_right_angles_are_exact_only_where_they_are_meant() -> None:
     assert orientation("1.57079632679") == ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
     assert orientation("-3.14159265359") == ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
     assert 1e-7 < orientation("1.5707962")[1][1] < 1e-6
-
-
-def test_what_is_not_modelled_is_noted_once_and_refused_when_strict() -> None:
-    extras = '<limit effort="1" velocity="1"/><dynamics damping="0.5" friction="2"/><spring/>'
-    text = replaced('<dynamics damping="0.5"/>', extras).replace(
-        "</robot>", '<gazebo/><gazebo/><transmission name="t"/></robot>'
-    )
-    assert [note for note in load_urdf(text).notes if note.startswith(("not modelled", "not read"))] == [
-        "not modelled: dry friction (1: shoulder)",
-        "not modelled: limits of position, velocity and effort (1: shoulder)",
-        "not read: elements <spring> of <joint> (1: shoulder)",
-        "not modelled: <gazebo> (2)",
-        "not modelled: <transmission> (1: t)",
-    ]
-    found = refusals(text, strict=True)
-    assert len(found) == 5
-    assert (
-        found[0]
-        == "arm.urdf:12: not modelled: dry friction (1: shoulder); try: no --strict (strict=False), to go on without"
-    )
-    assert load_urdf(ARM, strict=True).content == load_urdf(ARM).content
 
 
 def test_impossible_inertias_are_noted_by_link() -> None:
@@ -214,9 +147,3 @@ def test_refusals(old: str, new: str, message: str) -> None:
 def test_other_roots_of_the_document() -> None:
     assert refusals("<mujoco/>") == ["arm.urdf:1: the outermost element is 'mujoco', not 'robot'; try: a URDF file"]
     assert refusals("<robot/>")[0].startswith("arm.urdf:1: the robot has no link")
-
-
-def test_a_builder_knows_the_keys_of_the_source_of_an_included_file() -> None:
-    wrong = SceneBuilder("one").include("arm", "arm.urdf", lck=["elbow"])
-    with pytest.raises(DescriptionError, match=r"\(include\.arm\.lck\): the key 'lck' is unknown here; try: lock"):
-        wrong.build()

@@ -142,13 +142,6 @@ def test_refusals(old: str, new: str, message: str) -> None:
         load_urdf(ARM.format(text), file="arm.urdf", transmissions=True)
 
 
-def test_what_a_transmission_has_besides_is_noted() -> None:
-    text = ARM.format(
-        SIMPLE.format(joint="a", actuator="m", reduction="2").replace("<offset>", "<backlash>1</backlash><offset>")
-    )
-    assert "not read: elements <backlash> of <joint> (1: one)" in load_urdf(text, transmissions=True).notes
-
-
 def test_a_robot_with_motors_does_what_inverse_dynamics_asks_for(rng: np.random.Generator) -> None:
     """The wrist of TALOS' arm is a differential: efforts of motors solve T tau_a = tau of inverse dynamics."""
     scene = load(robot_file("talos_data/robots/talos_left_arm.urdf"), transmissions=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,9 +24,7 @@ from eomgen.fields import (
     smoothing,
 )
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
-from eomgen.products.fields.documents.schema import FieldFile, HamiltonianFile
 from eomgen.sampling import FieldProblem, field_problem, sample
-from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.sources.toml import toml_data
 from tests.fields.density import power
 from tests.models.cache import shared_cache
@@ -95,12 +92,6 @@ def test_definitions_are_the_text_in_their_place_with_paragraphs_of_their_own_in
     assert "/* Definition e */" in text and "e_value" in text
     assert text.count("EG_EXP(") == written.posterior.source.count("EG_EXP(")
     assert not defined.system.notes
-
-
-def test_definitions_that_no_formula_mentions_are_noted() -> None:
-    made = problem(definitions={"used": "2*mean", "spare": "s"}, cell__energy="used*s**2")
-    note = "the definition spare changes nothing: no formula mentions it"
-    assert made.system.notes == (note,) and note in made.notes
 
 
 def test_counts_of_a_file_are_drawn_about_the_truth() -> None:
@@ -226,10 +217,8 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"mesh": {}}, "mesh.cells): the key cells is missing; try: 1 to 3 whole numbers from 2 on"),
         ({"mesh__cells": [8, 1]}, "mesh.cells): the numbers of cells cannot be [8, 1]; try: 1 to 3"),
         ({"mesh__length": -1.0}, "mesh.length): the length of the box cannot be -1.0; try: a number above 0"),
-        ({"mesh__length": [1.0, 2.0]}, "mesh.length): the length of the box cannot be [1.0, 2.0]"),
         ({"kind": "scene"}, "this is not a file of fields: a system to be sampled has a kind and a mesh"),
         ({"mesh": None}, "there is no mesh: sampling draws fields on the cells of a mesh, not motions of coordinates"),
-        ({"operators": {}}, "operators): there is no operator"),
         ({"operators__s": {"power": "k", "filter": "k"}}, "operators.s): power, filter are said together"),
         ({"operators__s": {}}, "operators.s): no key gives its kind; try: one of white, power"),
         ({"operators__s__power": "q"}, "operators.s.power): unknown name 'q'"),
@@ -237,56 +226,40 @@ def message(folder: Path | None = None, **changes: Any) -> str:
             {"operators__t": {"difference": "z"}, "mesh": {"cells": [8, 6], "length": 9.0}},
             "operators.t.difference): there is no axis 'z'; try: one of x, y",
         ),
-        ({"operators__t": {"difference": "w"}}, "t.difference): 'w' is not known here; try: one of x, y or z"),
         ({"operators__t": {"smoothing": -2.0}}, "operators.t.smoothing): the radius is -2; try: a radius from 0 on"),
         ({"operators__t": {"white": True, "of": "u"}}, "operators.t.of): there is no operator 'u' above this one"),
-        ({"operators__k": {"white": True}}, "operators.k): formulas have k of their own"),
-        ({"cell__where": {"2s": "3"}}, "cell.where.2s): the name '2s' is not legal; try: "),
         ({"cell__where": {"pi": "3"}}, "cell.where.pi): the name pi is a word of formulas; try: pi_value"),
         ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
-        ({"prior": {"white": False}}, "try: white = true, independent standard normal numbers"),
+        ({"prior": {"white": False}}, "try: white = true, and an operator that gives the field its covariance"),
         ({"truth": None}, "data.counts): counts is drawn about fields of a truth that is missing; try: [truth]"),
         ({"truth__seed": 2**63}, "try: 9223372036854775807 or less"),
         ({"data__counts": {"normal": "s"}}, "data.counts): deviation is missing"),
         ({"data__counts": {"poisson": "t"}}, "data.counts.poisson): time t cannot be used here"),
         ({"cell__energy": "exp(e) - count*e"}, "cell.energy): unknown name 'count' (column 10); try: counts"),
         ({"cell__where": {"mean": "1"}}, "cell.where.mean): the name 'mean' is taken; try"),
-        ({"definitions__k": "2"}, "definitions.k): formulas have k of their own; try: another name than k"),
-        ({"definitions__s": "2"}, "operators.s): the name s is given twice, in [definitions] too"),
-        ({"definitions__exp": "2"}, "definitions.exp): the name exp is a word of formulas; try: exp_value"),
-        ({"definitions__e": "s"}, "cell.where.e): the name 'e' is taken; try"),
         ({"definitions": {"a": "b + 1", "b": "2*a"}}, "definitions.b): the definition a mentions itself"),
-        ({"definitions__a": "s +", "cell__energy": "a*counts"}, "definitions.a): "),
-        ({"definitions__a": "sigma*2", "cell__energy": "a*counts"}, "definitions.a): unknown name 'sigma'"),
         ({"definitions__a": "4*k", "cell__energy": "a*s"}, "cell.energy): in the definition a, unknown name 'k'"),
         (
-            {"definitions": {f"d{n}": f"d{n + 1} + 1" if n < 60 else "s" for n in range(61)}, "cell__energy": "d0"},
-            "more than 50 definitions are within one another",
+            {"definitions": {f"d{n}": f"d{n + 1} + 1" if n < 200 else "s" for n in range(201)}, "cell__energy": "d0"},
+            "150 operations in 151 levels, of 20000 and 150 at most",
         ),
         ({"sampling__guard": math.nan}, "sampling.guard): nan is out of range here: it should be greater than 0; try:"),
-        ({"mesh__length": 1e-300}, "mesh.length): the length of the box cannot be 1e-300; try: a number above 0 (1e-1"),
         ({"definitions__a": "2", "operators__t": {"smoothing": "a"}}, "unknown name 'a' (column 1); try: the formula"),
         ({"sampling__field": "r"}, "sampling.field): there is no field 'r' in the energy; try: s"),
         # what only numbers tell
         ({"operators__s__power": "100 - 300*k"}, "operators.s): the power is -"),
         ({"operators__s__power": "0"}, "operators.s): the field s is 0 in all cells, and so are all of its samples"),
         ({"operators__s__power": "1/k"}, "operators.s): the power is nan at k = 0; try: finite values from 0 on"),
-        ({"operators__s__power": "1e308"}, "operators.s): the variance of the field s is inf; try: a smaller power"),
         ({"operators__s__power": "exp(-(kx - 0.1)**2)"}, "operators.s): the power is not the same at k and at -k,"),
-        ({"operators__s": {"lognormal_power": "2 + ky*k/abs(k + 1)"}}, "operators.s): the power is not the same at k"),
-        ({"operators__s": {"filter": "kx"}}, "operators.s): the filter is not the same at k and at -k, and the filter"),
         ({"operators__s": {"filter": "1/k"}}, "operators.s): the filter has no finite value at k = 0"),
         (
             {"operators__m": {"mask": "1"}, "operators__t": {"smoothing": 1.0, "of": "m"}},
             "operators.t): a filter after a mask is diagonal neither in Fourier space nor in the cells",
         ),
         ({"data__counts": "-1.0*z", "truth": None}, "data.counts): 240 cells out of range: -2.5 at (0, 0, 0)"),
-        ({"data__counts": "log(x - 10)", "truth": None}, "data.counts): 60 cells out of range: nan at (0, 0, 0)"),
-        ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of the drawn fields is -"),
-        ({"data__counts": {"poisson": "1e30"}}, "data.counts): the mean of the drawn fields is 1e+30 somewhere,"),
+        ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of drawn fields is -"),
         ({"data__counts": {"negative_binomial": "3", "beta": "0"}}, "fields is 0 somewhere, or not finite"),
         ({"sampling__chains": 10**9}, "mesh.cells): sampling with 1000000000 chains on 8 x 6 x 5 cells takes"),
-        ({"mesh__cells": [1000000] * 3}, "mesh.cells): sampling with 2 chains on 1000000 x 1000000 x"),
     ],
 )  # fmt: skip  # a table
 def test_what_files_may_not_say(changes: dict[str, Any], text: str) -> None:
@@ -299,11 +272,6 @@ def test_steps_may_have_no_guard() -> None:
     assert problem(sampling__guard=math.inf).system.sampling.guard == math.inf
     with pytest.raises(EomgenError, match="guard"):
         sample(changed(sampling__guard=2))
-
-
-def test_one_length_holds_for_all_axes() -> None:
-    assert problem(mesh={"cells": [8, 6], "length": 60}).system.lengths == (60.0, 60.0)
-    assert problem(mesh={"cells": 8, "length": [60.0]}).system.lengths == (60.0,)
 
 
 @pytest.mark.parametrize(
@@ -321,19 +289,6 @@ def test_entries_with_a_fault_are_no_unknown_names(changes: dict[str, Any]) -> N
     with pytest.raises(EomgenError) as caught:
         problem(**changes)
     assert len(caught.value.problems) == 1, caught.value
-
-
-def test_keys_have_examples_in_the_notation_of_files() -> None:
-    """A hint for any wrong value; keys with few admissible words list these."""
-    tables = {**tables_of(FieldFile), **tables_of(HamiltonianFile)}
-    del tables["Copies"]  # of which copies are made before
-    keys = [(model, name, meaning) for model in tables.values() for name, (meaning, _) in fields_of(model).items()]
-    words = {"choice", "difference", "first", "precision", "repeat", "transforms"}
-    assert {name for _, name, meaning in keys if not meaning.example} == words
-    for model, name, meaning in keys:
-        if model.__name__ in ("RunDefaults", "Chains") and name not in words:
-            standard = model.model_fields[name].default
-            assert tomllib.loads(meaning.example) == {name: "..." if standard == "" else standard}
 
 
 def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
@@ -361,8 +316,6 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
     assert "none.npy: cannot be read" in of_data("none.npy")
     assert "there is no column 'counts'; try: column = one of a, b in data.counts" in of_data("two.csv")
     assert "two.csv has 1 row, and the mesh 240 cells" in of_data({"file": "two.csv", "column": "a"})
-    for entry in ("counts.txt", {"file": "counts.txt"}, "data/counts.fits"):
-        assert ".txt' is not a file of data; try: a path that ends" in of_data(entry).replace("fits", "txt")
     assert problem(tmp_path, data__counts="1.5e1/2.5", truth=None).posterior.data["counts"][0, 0, 0] == 6.0
 
     def of_power(file: str) -> str:
@@ -370,7 +323,7 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
 
     text = "k = 0.2, P = -1 in row 2 are not positive or in order; try: k above 0 that increases, and P above 0"
     assert text in of_power("k.csv")
-    assert "the table is from k = 0.1 to 0.2, and the mesh from 0.157" in of_power("short.csv")
+    assert "the table is from k = 0.1 to 0.2, the mesh from 0.157" in of_power("short.csv")
 
 
 def test_messages_say_the_line() -> None:

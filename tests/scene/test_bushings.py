@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.formula.nodes import Number, Symbol
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -38,16 +37,6 @@ def problem(keys: str, ends: str = ENDS) -> str:
     return str(caught.value.problems[0]).partition(" (")[2]
 
 
-def test_what_is_read_and_its_defaults() -> None:
-    (bushing,) = read('stiffness = ["soft", 20, 30]\nrotational_damping = [1, 2, 3]\npreload = [0, 0, 5]').bushings
-    assert (bushing.first.body, bushing.second.body) == ("world", "block")
-    stiffness, damping = ([rows[k][k] for k in range(6)] for rows in (bushing.stiffness, bushing.damping))
-    assert stiffness == [Number(0.0)] * 3 + [Symbol("parameter", "soft"), Number(20), Number(30)]
-    assert damping == [Number(1), Number(2), Number(3)] + [Number(0.0)] * 3
-    assert bushing.rest == (Number(0.0),) * 3 and bushing.preload == (Number(0.0),) * 5 + (Number(5),)
-    np.testing.assert_array_equal(bushing.rest_orientation, np.eye(3))
-
-
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
@@ -64,7 +53,7 @@ def test_what_is_read_and_its_defaults() -> None:
         ),
         (
             f"damping_matrix = {[[-1, 0, 0, 0, 0, 0], *EYE[1:]]}",
-            ".damping_matrix): the damping is negative in some direction: the smallest eigenvalue of the matrix is -1",
+            ".damping_matrix): the damping is negative in some direction: the smallest eigenvalue is -1",
         ),
         (
             "stiffness = [1, 1, 1]\nrest_rotation = [{ axis = [0, 0, 0], angle = 1 }]",

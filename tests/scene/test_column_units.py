@@ -341,11 +341,6 @@ def test_values_of_a_random_process_are_squares_of_its_label(label: str, kind: s
             'type = "spectrum"\nunit = "m"\npoints = [[0.1, "1 N^2/Hz"], [1, 1]]',
             "(random.g.points[0][1]): '1 N^2/Hz' is in N^2/Hz, a quantity in m^2/Hz is expected",
         ),
-        ('type = "spectrum"\nunit = "m"\npoints = [[0.1, "1 m^2"], [1, 1]]', "a quantity in m^2/Hz is expected"),
-        (
-            'type = "covariance"\nunit = "N"\npoints = [[0, "1 N"], [1, 0]]',
-            "(random.g.points[0][1]): '1 N' is a force, a quantity in N^2 is expected",
-        ),
         (
             'type = "covariance"\nunit = "mm"\npoints = [[0, "1 mm^2"], [1, 0]]',
             "its values become m^2, of a quantity in m, and the label 'mm' says otherwise; try: unit = \"m\"",

@@ -60,7 +60,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     (
         "kirchhoff",
         {"stiffness": None, "stiffness_matrix": np.diag([5.0, 5.0, 5.0, 1e4, 1e4, 0.0]).tolist()},
-        "(beams.rope.stiffness_matrix): a beam of the model kirchhoff has no shear_y, and row [4] of the matrix is not 0; try: 0 in rows and columns of strains that it does not have",
+        "(beams.rope.stiffness_matrix): the model kirchhoff has no shear_y, and row [4] of the matrix is not 0; try: 0 in rows and columns of strains that it does not have",
     ),
     ("inextensible", {"elements": None}, "(beams.rope): a beam of the model inextensible needs the number"),
     ("inextensible", {"stiffness": None}, "(beams.rope): the sections have no stiffness; try: stiffness = { bending_y"),

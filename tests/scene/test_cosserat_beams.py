@@ -54,15 +54,6 @@ def test_nodes_share_the_mass_and_all_that_sits_on_the_beam_sits_on_them() -> No
     assert scene.points[0].body == "rope.4" and numbers(scene.points[0].position) == [0.0, 0.1, 0.2]
 
 
-def test_the_group_of_a_beam_is_that_of_its_nodes() -> None:
-    data = changed("beams.rope.group", "R3xSO3")
-    data["bodies"] = {"ball": {"mass": 1.0, "inertia": [1.0, 1.0, 1.0], "group": "SE3"}}
-    data["joints"]["flight"] = {"type": "free", "parent": "base", "child": "ball"}
-    nodes = dict.fromkeys(["rope", *(f"rope.{k}" for k in range(1, 9))], "R3xSO3")
-    assert from_data(data).groups == {"ball": "SE3", **nodes}
-    assert from_data(beam_scene(2, {"force": [0, 0, 1]})).groups == {}
-
-
 def test_a_section_gives_stiffness_mass_and_rotary_inertia() -> None:
     data = beam_scene(4, {"force": [0.0, 0.0, 1.0]})
     for key in ("stiffness", "mass_per_length", "rotary_inertia"):
@@ -98,7 +89,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     (
         "forces.tip.point",
         ["load", 0.0, 0.0],
-        "(forces.tip.point[0]): x on the beam rope depends on the tunable parameter load, and the nodes of a beam are fixed",
+        "(forces.tip.point[0]): x on the beam rope depends on the tunable parameter load, and nodes are fixed",
     ),
     ("outputs.bent", {"formula": "q.rope[0]"}, "(outputs.bent.formula[0]): q.rope: a geometrically exact beam"),
     (

@@ -93,11 +93,11 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"pretwist": "0.1 + s"},
-        "(beams.rope.pretwist): the pretwist is 0.1 rad at s = 0, where the sections have the axes of the beam's frame; try: the angle from there on, and the rest as rotation of the joint",
+        "(beams.rope.pretwist): the pretwist is 0.1 rad at s = 0, where sections have the axes of the beam; try: the angle from there on, and the rest as rotation of the joint",
     ),
     (
         {"pretwist": "90 deg"},
-        "(beams.rope.pretwist): the pretwist is 1.5708 rad at s = 0, where the sections have the axes of the beam's frame; try: \"1.5708 * s\" for that much up to the other end, or a rotation of the joint",
+        "(beams.rope.pretwist): the pretwist is 1.5708 rad at s = 0, where sections have the axes of the beam; try: \"1.5708 * s\" for that much up to the other end, or a rotation of the joint",
     ),
     ({"pretwist": "15 * s"}, "(beams.rope.pretwist): one of the 4 elements turns by 214.859 degrees at rest, and only"),
     ({"shape": ROD}, "(beams.rope.length): length is given, and follows from the shape"),
@@ -122,11 +122,11 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"length": None, "shape": {"frames": [{"position": [0, 0, 0], "rotation": [{"axis": [0, 0, 1], "angle": 0.1}]}, FRAME]}}, "(beams.rope.shape.frames[0].rotation): the first frame is turned relative to the beam's frame, which it has to equal; try: no rotation here; the beam's"),
     (
         {"length": None, "shape": through({"position": [-1, 0, 0]})},
-        "(beams.rope.shape.frames[1]): from the frame before to this one the axis goes 180 degrees off the x of both; try: rotations with x along the beam, or points in place of frames",
+        "(beams.rope.shape.frames[1]): from the frame before the axis goes 180 degrees off the x of both; try: rotations with x along the beam, or points in place of frames",
     ),
     (
         {"length": None, "shape": through({"position": [0, 2, 0], "rotation": about_z("180 deg")})},
-        "(beams.rope.shape.frames[1].rotation): the frame is turned by 180 degrees against the one before, and the sense of rotation is unique below 180 only; try: a frame between them",
+        "(beams.rope.shape.frames[1].rotation): the turn from the frame before by 180 degrees is not below 180; try: a frame between them",
     ),
     (
         {"prestrain": {"stretch": 1.5}},
@@ -153,7 +153,7 @@ NOTED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"length": None, "rotary_inertia": [0.02, 0.01, 0.01], "shape": through({"position": [1.0, 0.1, 0.0]})},
-        "beams.rope.shape.frames[1]: up to here sections are 5.71 degrees off across the axis, and stiffnesses are in the axes of the sections",
+        "beams.rope.shape.frames[1]: up to here sections, whose axes stiffnesses have, are 5.71 degrees off across the axis",
     ),
 ]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,11 +11,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import eomgen
-from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate, symbols
 from tests.models.cosserat import beam_scene
-from tests.models.toml_text import toml_text
 
 BODY = {"mass": 1.0, "inertia": [0.1, 0.2, 0.3]}
 
@@ -115,7 +111,7 @@ def test_a_distance_without_a_length_is_the_one_of_the_design_position() -> None
     for value in (0.4, 3.0):
         assert evaluate(length, lambda symbol, value=value: value) == pytest.approx(np.sqrt(10.0) * value, rel=1e-15)
     assert scene.notes == (
-        "constraints.tie: the length is not given, so it is the distance at the design position, 1.26491 m",
+        "constraints.tie: no length is given, so it is the distance at the design position, 1.26491 m",
     )
     run = eomgen.build(scene).simulate(0.01, 1e-3, parameters={"l": 0.5}, error_estimate=False)
     assert not run.metadata["corrections"]
@@ -236,21 +232,6 @@ def test_places_on_exact_beams_are_counted_along_the_beam() -> None:
     assert "points.end.in): the design position is not known: places on the geometrically exact beam rope are" in str(
         raised.value
     )
-
-
-def test_info_prints_places_in_the_body_and_in_the_world(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "scene.toml"
-    hinge = {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0], "position": [0, 0, 2]}
-    points = {"tip": {"body": "arm", "position": [1, 0, 1.5], "in": "world"}}
-    bodies = {"arm": {"mass": 1.0, "inertia": [1, 1, 1]}}
-    path.write_text(
-        toml_text({"format": 1, "name": "drawn", "bodies": bodies, "joints": {"hinge": hinge}, "points": points})
-    )
-    assert main(["info", str(path), "--json"]) == 0
-    places = {place["name"]: place for place in json.loads(capsys.readouterr().out)["places"]}
-    assert places["points.tip"] == {"name": "points.tip", "body": "arm", "position": [1, 0, -0.5], "world": [1, 0, 1.5]}
-    assert main(["info", str(path)]) == 0
-    assert "points.tip    arm   1, 0, -0.5      1, 0, 1.5" in capsys.readouterr().out
 
 
 def test_constraints_have_places_of_frames_and_equations_have_none() -> None:

@@ -42,21 +42,6 @@ def test_a_single_coordinate_needs_no_index(tmp_path: Path) -> None:
     assert loaded(tmp_path, "q.blade", text).outputs[0].values == (Symbol("q", "blade", 0),)
 
 
-@pytest.mark.parametrize(
-    ("formula", "said"),
-    [
-        ("q.blade", "q.blade has 3 components (column 1); try: q.blade[0]"),
-        ("q.blade[3]", "q.blade has no component 3 (column 1); try: an index from 0 to 2"),
-        ("q.blad[0]", "q.blad: there is no joint or beam 'blad' (column 1); try: blade"),
-        ("blade", "'blade' is a beam, not a number (column 1); try: q.blade or v.blade"),
-    ],
-)
-def test_wrong_names_and_indices_are_answered(tmp_path: Path, formula: str, said: str) -> None:
-    with pytest.raises(DescriptionError) as caught:
-        loaded(tmp_path, formula)
-    assert said in str(caught.value)
-
-
 def test_a_joint_and_a_beam_of_one_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         loaded(tmp_path, "q.hub", BLADE.replace("joints.hub", "joints.blade"))
@@ -83,21 +68,3 @@ def test_a_fixed_joint_may_have_the_name_of_its_beam(tmp_path: Path) -> None:
     )
     two = eomgen.build(tmp_path / "two.toml", terms=["outputs"], profile="instant")
     assert two.outputs(q, np.zeros(3))["x"] == pytest.approx(0.2)
-
-
-def test_an_included_beam_is_called_by_its_name_there_and_by_its_prefix_outside(tmp_path: Path) -> None:
-    (tmp_path / "part.toml").write_text(BLADE.replace("FORMULA", "q.blade[1] - q.hub"))
-    whole = tmp_path / "whole.toml"
-    whole.write_text("""
-format = 1
-name = "whole"
-
-[include.left]
-file = "part.toml"
-
-[outputs]
-outside = { formula = "v.left_blade[2]", unit = "m/s" }
-""")
-    outputs = {output.name: output.values[0] for output in eomgen.load(whole).outputs}
-    assert outputs["outside"] == Symbol("v", "left_blade", 2)
-    assert {item.name for item in outputs["left_tip"].arguments} == {"left_blade", "left_hub"}

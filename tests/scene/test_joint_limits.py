@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.formula.nodes import Number, Symbol
+from eomgen.formula.nodes import Number
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -34,19 +34,6 @@ def problem(joint: str, **keys: str) -> str:
         read(joint, **keys)
     assert len(caught.value.problems) == 1, str(caught.value)
     return str(caught.value.problems[0])
-
-
-def test_what_is_read_and_its_defaults() -> None:
-    found = read("hinge", limits='{ lower = -1, stiffness = "hard" }', friction="{ coulomb = 2, velocity = 0.01 }")
-    hinge, rail, _ = found.joints
-    (stop,), (friction,) = hinge.stops, hinge.friction
-    assert (stop.index, stop.lower, stop.upper, stop.damping) == (0, Number(-1), None, Number(0.0))
-    assert stop.stiffness == Symbol("parameter", "hard") and stop.onset == Number(1e-3)
-    assert (friction.coulomb, friction.velocity) == (Number(2), Number(0.01))
-    assert friction.static is friction.stribeck is None
-    assert rail.stops == rail.friction == ()
-    (stop,) = read("rail", limits="{ upper = 0.5, stiffness = 1e5, damping = 10 }").joints[1].stops
-    assert (stop.lower, stop.upper, stop.damping, stop.onset) == (None, Number(0.5), Number(10), Number(1e-4))
 
 
 def cylinder(keys: str) -> Scene:
@@ -90,26 +77,6 @@ def test_messages_on_several_coordinates(keys: str, message: str) -> None:
 
 STOP = "lower = -1, stiffness = 1"
 DRY = "coulomb = 1, velocity = 0.01"
-
-
-@pytest.mark.parametrize(
-    ("joint", "key", "value", "message"),
-    [
-        ("hinge", "limits", f"{STOP}, damping = -2", ".damping): the damping of a stop is -2; try: 0 or more"),
-        ("hinge", "limits", f"{STOP}, onset = 0", ".onset): the onset of a stop is 0; try: a number above 0"),
-        ("hinge", "friction", "coulomb = -1, velocity = 1", ".coulomb): the Coulomb friction is -1; try: 0 or more"),
-        ("hinge", "friction", "coulomb = 1, velocity = 0", ".velocity): the regularisation velocity is 0"),
-        ("hinge", "friction", f"{DRY}, stribeck = 0.1", "): stribeck also needs static; try: static = the effort that"),
-        (
-            "hinge",
-            "friction",
-            f"{DRY}, static = 2, stribeck = 0.01",
-            ".stribeck): the Stribeck velocity 0.01 is not above the regularisation velocity 0.01; try: velocity =",
-        ),
-    ],
-)
-def test_messages(joint: str, key: str, value: str, message: str) -> None:
-    assert problem(joint, **{key: f"{{ {value} }}"}).partition(f" (joints.{joint}.{key}")[2].startswith(message)
 
 
 def test_absolute_coordinates_take_limits_of_many_turns() -> None:

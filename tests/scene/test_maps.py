@@ -350,16 +350,6 @@ def test_units_of_lists_beside_a_table_are_refused(tmp_path: Path) -> None:
     assert f'{fault} {{ file = ..., x_unit = "rpm" }}' in refusal(path)
 
 
-@pytest.mark.parametrize(
-    ("units", "noted"),
-    [({"unit": "N mm"}, True), ({"unit": "N m"}, False), ({"unit": "", "value_unit": "N mm"}, False)],
-)
-def test_labels_that_are_no_units_in_si_are_noted(units: dict[str, str], noted: bool) -> None:
-    notes = [note for note in eomgen.load(scene({**LINEAR, **units})).notes if note.startswith("maps.torque.unit")]
-    text = "maps.torque.unit: its unit N mm is a label, so formulas take its numbers as they are; try: value_unit = "
-    assert notes == [f'{text}"N mm", which converts the values'] * noted
-
-
 def test_lists_have_units() -> None:
     entry = {"x": [0, 30], "x_unit": "rpm", "y": [0, 90], "y_unit": "deg", "values": [[0, 1], [2, 3]]}
     entry |= {"value_unit": "kN m"}
@@ -462,24 +452,6 @@ def test_a_table_in_the_layout_of_a_matrix_is_told(tmp_path: Path) -> None:
     assert "; try: a row x, y, value for each node: a first row of numbers is of a matrix" in refusal(
         _file(tmp_path, {"file": "grid.csv"})
     )
-
-
-@pytest.mark.parametrize(
-    ("unit", "fits"), [("N m", False), ("lbf", False), ("N", True), ("kg m/s^2", True), ("", True)]
-)
-def test_labels_of_converted_values_have_their_unit(unit: str, *, fits: bool, tmp_path: Path) -> None:
-    write(tmp_path / "grid.csv", SMALL)
-    file = _file(tmp_path, {"file": "grid.csv", "value_unit": "lbf"})
-    file.write_text(
-        file.read_text().replace('outside = "hold"', f'outside = "hold", unit = "{unit}"'), encoding="utf-8"
-    )
-    if fits:
-        assert eomgen.load(file).parts["maps"][0].z[0, 0] == pytest.approx(4.4482216152605)
-        return
-    with pytest.raises(DescriptionError) as raised:
-        eomgen.load(file)
-    fault = f"(maps.torque.unit): the values are in N, and the label '{unit}' says otherwise; try: unit = "
-    assert f'{fault}"N", or no unit' in str(raised.value)
 
 
 def test_surfaces_that_overshoot_are_noted_once() -> None:

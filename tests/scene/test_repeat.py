@@ -10,7 +10,6 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.scene.load import load, load_toml
-from tests.docs.parts import whole
 
 HEAD = 'format = 1\nname = "chain"\n'
 CHAIN = """
@@ -64,16 +63,6 @@ where = "i < j and j < i + 3"
         load_toml(HEAD + CHAIN + springs.replace('"i < j and j < i + 3"', "3"))
     with pytest.raises(eomgen.DescriptionError, match=r"\(repeat.between.where\): .*'k'"):
         load_toml(HEAD + CHAIN + springs.replace("i < j and", "i < k and"))
-
-
-def test_the_net_of_the_page_has_its_knots_and_springs() -> None:
-    page = whole("scene")
-    (text,) = re.findall(r"```toml\n(\[repeat\.knots\].*?)```", page, re.DOTALL)
-    scene = load_toml(HEAD + 'coordinates = "absolute"\n' + text)
-    assert [body.name for body in scene.bodies] == [f"knot_{i}_{j}" for i in range(3) for j in range(3)]
-    ends = {(spring.first, spring.second) for spring in scene.elements}  # type: ignore[attr-defined]  # springs
-    expected = {(f"eye_{i - 1}_{j}", f"eye_{i}_{j}") for i in range(1, 3) for j in range(3)}
-    assert ends == expected
 
 
 @pytest.mark.slow

@@ -141,7 +141,7 @@ TOLD: dict[tuple[Path, str, float], str] = {
         "X",
         0.0,
     ): "(joints.rail): the joint rail cannot be moved by a force: it carries neither"
-    " mass nor inertia, so the inertia matrix would be singular at X = 0; try: mass or inertia for the body slider",
+    " mass nor inertia, so the inertia matrix is singular at X = 0; try: mass or inertia for the body slider",
     (
         ("points", "end", "position", 0),
         "sqrt(X)",

@@ -100,7 +100,7 @@ def test_scene_file_reaches_the_harmonics() -> None:
     assert scene.inputs[0].harmonics == road_harmonics("D", 25.0, seed=5, offset=3.0, harmonics=30)
     assert scene.inputs[0].given
     assert _scene({"class": "C", "speed": 20}).inputs[0].harmonics == road_harmonics("C", 20.0)
-    assert scene.content != _scene({"class": "D", "speed": 25, "seed": 6, "offset": 3.0, "harmonics": 30}).content
+    assert scene.digest != _scene({"class": "D", "speed": 25, "seed": 6, "offset": 3.0, "harmonics": 30}).digest
 
 
 def test_phases_of_roads_are_in_the_amplitudes_to_the_last_bit() -> None:

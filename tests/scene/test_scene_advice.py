@@ -3,15 +3,12 @@ whole."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import eomgen
-from eomgen.scene.load import from_data, load_toml
+from eomgen.scene.load import load_toml
 from tests.models.cache import shared_cache
-from tests.models.library import scene
 from tests.models.urdf import load_urdf
 from tests.models.urdf import replaced as urdf_replaced
 from tests.oracles.evaluation import tape_evaluator
@@ -200,21 +197,3 @@ def test_bodies_of_absolute_coordinates_have_inertia() -> None:
     fault = "scene.toml:7 (bodies.link): in absolute coordinates the body link has a free joint, and the bodies that it"
     assert found.startswith(f"{fault} carries lack mass, or inertia about some axis; try: inert")
     assert read(text='coordinates = "absolute"\n' + PENDULUM).coordinates == "absolute"
-
-
-@pytest.mark.parametrize(
-    ("kind", "initial", "noted"),
-    [
-        ("free", {"position": [0, 0, 60]}, False),
-        ("planar", {"position": [1, 60, 60]}, False),
-        ("planar", {"position": [60, 1, 1]}, True),
-        ("cylindrical", {"position": [60, 1]}, True),
-    ],
-)
-def test_only_angles_of_a_start_may_be_meant_in_degrees(kind: str, initial: dict[str, Any], noted: bool) -> None:
-    joint = {"type": kind, "parent": "base", "child": "rod", "initial": initial}
-    data = scene("pendulum", bodies__rod={"mass": 1, "inertia": [1, 1, 1]}, joints={"moves": joint}, outputs=None)
-    if kind != "free":
-        data["joints"]["moves"]["axis"] = [0, 0, 1]
-    notes = from_data(data).notes
-    assert any("starts at 60 rad" in note for note in notes) == noted

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError, FileError, UsageError
-from eomgen.formula.nodes import Number, Operation, Symbol
+from eomgen.formula.nodes import Number
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.toml import line_index
@@ -52,91 +52,6 @@ def problems(extra: str = "", text: str = PENDULUM) -> list[str]:
 def replaced(old: str, new: str) -> str:
     assert old in PENDULUM
     return PENDULUM.replace(old, new)
-
-
-def test_defaults() -> None:
-    scene = read()
-    (joint,), (body,) = scene.joints, scene.bodies
-    assert (joint.name, joint.parent, joint.child, joint.axis) == ("hinge", "base", "link", (0.0, 1.0, 0.0))
-    assert joint.position == ZERO
-    assert joint.orientation == ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    assert (joint.initial_position, joint.initial_velocity) == ((0.0,), (0.0,))
-    assert body.mass == Operation("mul", (Number(2.0), Symbol("parameter", "length")))
-    assert body.inertia == (Number(0.1), Number(0.1), Number(0.01), *ZERO)
-    assert scene.gravity == (Number(0.0), Number(0.0), Number(-9.81))
-    assert scene.base is None
-    assert (scene.simulation.method, scene.simulation.step) == ("generalized_alpha", 1e-3)
-    assert scene.simulation.rho_inf == 0.8
-    assert [(p.name, p.value, p.tunable, p.unit) for p in scene.parameters] == [
-        ("length", 0.8, False, ""),
-        ("damping", 0.1, True, "N*m*s"),
-    ]
-    assert scene.source["bodies.link.mass"] == "scene.toml:7"
-    assert scene.source["joints.hinge.axis[2]"] == "scene.toml:14"
-
-
-def test_everything_is_read() -> None:
-    scene = read("""
-stiffness = "3*damping"
-rest = 0.2
-rotor_inertia = 1e-3
-rotation = [{ axis = [2, 0, 0], angle = "pi/2" }, { axis = [0, 0, 1], angle = "pi" }]
-initial = { position = "pi/4", velocity = 2 }
-[inputs]
-torque = { formula = "2*sin(3*t)", unit = "N*m" }
-voltage = {}
-[base]
-position = ["0.1*sin(5*t)", 0, 0]
-rotation = [{ axis = [0, 0, 2], angle = "0.2*t" }]
-[bodies]
-bob = { mass = 1, inertia = { xx = 0.1, yy = 0.2, zz = 0.15, xz = "length/100" } }
-[joints.ball]
-type = "spherical"
-parent = "link"
-child = "bob"
-position = [0, 0, "-length"]
-initial = { position = [0.6, 0, 0.8, 0], velocity = [1, 2, 3] }
-[points]
-tip = { body = "bob", position = [0, 0, -1] }
-anchor = { body = "base" }
-[springs]
-strut = { first = "tip", second = "anchor", stiffness = 2e4, force = "-torque - damping*rate.strut" }
-[torsion_springs]
-twist = { first = "hinge", stiffness = 4 }
-[forces]
-wind = { body = "bob", point = [0, "length", 0], force = ["velocity.tip[0]", 0, "tension.strut"], axes = "body" }
-[efforts]
-motor = { joint = "ball", index = 2, effort = "voltage - 0.3*v.ball[2]" }
-[outputs]
-tip = { position = "tip" }
-height = { formula = ["position.tip[2]", 1], unit = "m" }
-energy = { energy = "total" }
-[simulation]
-method = "rattlie"
-step = 1e-4
-duration = 2
-record_every = 10
-""")
-    hinge, ball = scene.joints
-    assert (hinge.rest, hinge.rotor_inertia) == (Number(0.2), Number(1e-3))
-    assert hinge.stiffness == Operation("mul", (Number(3.0), Symbol("parameter", "damping")))
-    assert hinge.orientation == ((-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, -1.0, 0.0))
-    assert (hinge.initial_position, hinge.initial_velocity) == ((math.pi / 4,), (2.0,))
-    assert (ball.initial_position, ball.initial_velocity) == ((0.6, 0.0, 0.8, 0.0), (1.0, 2.0, 3.0))
-    assert scene.bodies[1].inertia[4] == Operation("div", (Symbol("parameter", "length"), Number(100.0)))
-    assert scene.bodies[1].inertia[2] == Number(0.15)
-    assert [entry.formula is None for entry in scene.inputs] == [False, True]
-    assert scene.base is not None
-    assert scene.base.rotations[0].axis == (0.0, 0.0, 1.0)
-    assert scene.points[1].body == "base"
-    assert scene.springs[0].force.name == "sub"
-    assert (scene.torsion_springs[0].second, scene.torsion_springs[0].stiffness) == ("", Number(4.0))
-    assert (scene.forces[0].axes, scene.forces[0].force[2]) == ("body", Symbol("tension", "strut"))
-    assert (scene.efforts[0].joint, scene.efforts[0].index) == ("ball", 2)
-    assert scene.outputs[0].values == tuple(Symbol("position", "tip", index) for index in range(3))
-    assert scene.outputs[1].values == (Symbol("position", "tip", 2), Number(1.0))
-    assert scene.outputs[2].values == (Symbol("energy", "total"),)
-    assert (scene.simulation.method, scene.simulation.record_every) == ("rattlie", 10)
 
 
 FREE = """\
@@ -211,17 +126,10 @@ def test_parents_come_first_and_order_is_kept_otherwise() -> None:
     assert [body.name for body in scene.bodies] == ["e", "a", "c", "d", "b"]
 
 
-def test_content_determines_the_scene() -> None:
-    assert read().content == read("# a comment\n").content
-    assert read().content == read(text=replaced("[0, 1, 0]", "[0, 1.0, 0.0]")).content
-    assert read().content != read(text=replaced("0.8", "0.9")).content
-    bodies = "[bodies.{}]\nmass = 1\n[bodies.{}]\nmass = 1\n"
-    joints = "".join(
-        f'[joints.{n}]\ntype = "prismatic"\nparent = "base"\nchild = "{n}"\naxis = [0, 0, 1]\n' for n in ("one", "two")
-    )
-    first, second = (read(bodies.format(*pair) + joints) for pair in (("one", "two"), ("two", "one")))
-    assert first.content != second.content
-    assert json.loads(first.content)["bodies"][1][0] == "one"
+def test_a_digest_determines_the_scene() -> None:
+    assert read().digest == read("# a comment\n").digest
+    assert read().digest == read(text=replaced("[0, 1, 0]", "[0, 1.0, 0.0]")).digest
+    assert read().digest != read(text=replaced("0.8", "0.9")).digest
 
 
 def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:
@@ -279,15 +187,9 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ('"2*length"', '"1/(length - 0.8)"', "at the default parameters, div(1, 0) has no finite value"),
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1]", "scene.toml:9 (bodies.link.inertia): an inertia is needed here"),
         ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
-        ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric: entry [0][1]"),
-        (
-            "[0.1, 0.1, 0.01]",
-            "[0.1, 0.1, 0.1, 0.2, 0, 0]",
-            "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3",
-        ),
+        ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric in [0][1]"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ('parent = "base"', 'parent = "link"', "the joint connects the body link to itself"),
-        ('child = "link"', 'child = "base"', "the base cannot be a child: it carries the tree"),
     ],
 )
 def test_one_problem(old: str, new: str, message: str) -> None:
@@ -307,14 +209,12 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             'rotor_inertia = "-length"',
             "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more",
         ),
-        ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
         ('[outputs]\nend = { position = "link" }', "(outputs.end.position): link is a body, not a point"),
         (
             '[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
             "connects the point a to itself",
         ),
-        ('[torsion_springs]\ns = { first = "hinge", second = "hinge" }', "the spring connects the joint hinge"),
         (
             "[outputs]\no = {}",
             "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, section_force,"
@@ -323,7 +223,6 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ("[outputs]\no = { formula = [] }", "the list of formulas is empty"),
         ("[simulation]\nstep = 0", "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
         ("[simulation]\nduration = -0.1", "the duration -0.1 is negative"),
-        ("[simulation]\nrho_inf = 1.01", "rho_inf 1.01 is not between 0 and 1"),
         ("[simulation]\nrecord_every = 0", "(simulation.record_every): 0 is out of range here: it should be greater"),
         ("[bodies.base]\nmass = 1", "the name base is reserved for the frame that carries the tree"),
     ],
@@ -331,18 +230,6 @@ def test_one_problem(old: str, new: str, message: str) -> None:
 def test_one_problem_added(extra: str, message: str) -> None:
     found = problems(extra)
     assert any(message in problem for problem in found), found
-
-
-def test_spring_forces_know_no_tension() -> None:
-    spring = (
-        '[points]\na = { body = "link" }\nb = { body = "base" }\n[springs.s]\nfirst = "a"\nsecond = "b"\nforce ='
-        ' "FORCE"'
-    )
-    assert problems(spring.replace("FORCE", "2*tension.s")) == [
-        "scene.toml:21 (springs.s.force): tension.s cannot be used here (column 3); "
-        "try: time, parameters, inputs, states, positions and velocities (not accelerations or tensions) only"
-    ]
-    assert read(spring.replace("FORCE", "2*rate.s")).springs[0].force.name == "mul"
 
 
 def test_all_problems_at_once_in_the_order_of_lines() -> None:
@@ -367,21 +254,6 @@ def test_a_broken_entry_causes_no_second_problem() -> None:
     assert [problem.split(": ")[0] for problem in problems(extra, text)] == [
         "scene.toml:4 (parameters.length.value)",
         "scene.toml:11 (joints.hinge.type)",
-    ]
-
-
-def test_units_are_not_judged_without_a_known_kind_of_joint() -> None:
-    units = 'limits = { lower = "-30 deg", upper = "1 rad", stiffness = "3 N m/rad" }'
-    effort = '[efforts]\ne = { joint = "hinge", effort = "3 N m" }'
-    assert problems(effort, replaced('"revolute"', f'"hing"\n{units}')) == [
-        "scene.toml:11 (joints.hinge.type): 'hing' is not known here; try: one of fixed, revolute, prismatic, helical,"
-        " cylindrical, universal, planar, spherical or free"
-    ]
-    assert problems(effort.replace('"hinge"', '"hnge"')) == [
-        "scene.toml:16 (efforts.e.joint): there is no joint 'hnge'; try: hinge"
-    ]
-    assert problems("", replaced('type = "revolute"\n', f"{units}\n")) == [
-        "scene.toml:10 (joints.hinge.type): the key type is missing; try: type = ..."
     ]
 
 
@@ -437,11 +309,9 @@ def chain(*links: str) -> str:
     [
         (["revolute 0 0 0"], "the joint j0 cannot be moved by a force: it carries neither mass nor inertia"),
         (["revolute 1 1 0", "revolute 0 0 0"], "(joints.j1): the joint j1 cannot be moved by a force"),
-        (["revolute 1 1 0", "revolute 0 0 0", "fixed 0 0 0"], "the joint j1 cannot be moved by a force"),
         (["revolute 1 0 0"], "the bodies that it carries lack inertia about its axis"),
         (["prismatic 0 1 0"], "the bodies that it carries lack mass"),
         (["spherical 1 0 0"], "the bodies that it carries lack inertia about some axis"),
-        (["free 0 1 0"], "the bodies that it carries lack mass, or inertia about some axis"),
         (["free 1 0 0"], "the bodies that it carries lack mass, or inertia about some axis"),
         (["fixed 1 1 0"], "no joint can move; try: a revolute, prismatic, spherical or free joint"),
     ],

@@ -143,6 +143,6 @@ def test_a_distribution_that_is_broken_is_named(installed: Path, text: str, what
 def test_model_directives_are_refused_with_their_replacement(tmp_path: Path) -> None:
     file = tmp_path / "cell.dmd.yaml"
     file.write_text("directives: []\n", encoding="utf-8")
-    remedy = r"try: \[include\.NAME\] of each model in a scene file: directives of Drake are not read"
+    remedy = r"try: \[include\.NAME\] of each model that Drake adds, in a scene file"
     with pytest.raises(eomgen.UsageError, match=remedy):
         eomgen.load(file)

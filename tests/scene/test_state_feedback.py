@@ -63,16 +63,6 @@ def problems(text: str, force: str = "0") -> list[str]:
     return [str(problem).split("): ", 1)[-1] for problem in caught.value.problems]
 
 
-def test_gains_are_parameters_with_names_of_their_own() -> None:
-    scene = read(GIVEN)
-    made = {item.name: item.value for item in scene.parameters if item.tunable and item.name != "soft"}
-    assert made == {"ride_position_gain_body": 100.0, "ride_velocity_gain_body": 2000.0, "ride_gain_tyre": -500.0}
-    (feedback,) = scene.feedback
-    assert feedback.labels == ("q.body", "v.body", "tyre")
-    assert feedback.references == ("", "", "")
-    assert feedback.calibration is None
-
-
 def test_the_output_is_minus_gains_times_deviations() -> None:
     (controller,) = read(GIVEN).controllers
     state = {("q", "body"): 0.03, ("v", "body"): -0.2, ("q", "wheel"): 0.004, ("input", "road"): 0.001}

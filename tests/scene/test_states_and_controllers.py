@@ -37,15 +37,6 @@ def problems(text: str) -> list[str]:
     return [str(problem).split(": ", 1)[1] for problem in caught.value.problems]
 
 
-def test_states_are_formulas_with_a_start() -> None:
-    scene = read(
-        '[states]\nx = { rate = "(wanted - x) / lag + v.pin", initial = "lag * 2", unit = "rad" }\ny = { rate = 1 }\n'
-    )
-    x, y = scene.states
-    assert (x.name, x.initial, x.unit) == ("x", 0.04, "rad") and (y.rate, y.initial) == (Number(1), 0.0)
-    assert {Symbol("input", "wanted"), Symbol("state", "x"), Symbol("v", "pin")} <= set(walk(x.rate))
-
-
 def walk(formula: object) -> list[object]:
     return [formula, *(x for a in formula.arguments for x in walk(a))] if isinstance(formula, Operation) else [formula]
 
@@ -61,28 +52,6 @@ def test_a_controller_is_states_and_a_formula() -> None:
     assert state.rate == Operation("mul", (Number(5), e))
     kp = Symbol("parameter", "gain")
     assert controller.output == Operation("add", (Operation("mul", (kp, e)), Symbol("state", "servo_integral")))
-
-
-def test_the_names_of_controllers_and_their_states_are_those_of_formulas() -> None:
-    scene = read(
-        '[controllers]\na = { type = "low_pass", signal = "b", time_constant = 0.1 }\n'
-        'b = { type = "pid", signal = "q.pin - a", derivative = 1, time_constant = 0.1 }\n'
-        '[efforts.motor]\njoint = "pin"\neffort = "a + b + b_integral * b_filtered"\n'
-    )
-    assert [state.name for state in scene.states] == ["a_filtered", "b_integral", "b_filtered"]
-    assert {Symbol("controller", "a"), Symbol("state", "b_filtered")} <= set(walk(scene.efforts[0].effort))
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('x = { rate = "2 * rate.x" }', "rate.x: the rate of a state has no name, or it could depend on itself"),
-        ("x = { initial = 1 }", "a state needs its rate, or a sample and a formula, and has none of them"),
-    ],
-)
-def test_states_that_cannot_be(text: str, message: str) -> None:
-    (found,) = problems(f"[states]\n{text}\n")
-    assert found.startswith(message), found
 
 
 @pytest.mark.parametrize(

@@ -136,17 +136,3 @@ TAKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
 @pytest.mark.parametrize(("data", "notes"), TAKEN.values(), ids=TAKEN)
 def test_a_change_within_the_bounds_is_taken_with_these_notes(data: dict[str, Any], notes: list[str]) -> None:
     assert list(from_data(data).notes) == notes
-
-
-@pytest.mark.parametrize(
-    ("data", "problem"),
-    [
-        ({1: 2}, "scene ('1'): the key '1' is unknown here [E0722]"),
-        ({"bodies": {"rod": {2: 1.0}}}, "scene (bodies.rod[2]): a text is needed here, not 2 [E1475]"),
-    ],
-)
-def test_numbers_as_keys_of_a_mapping_are_refused(data: dict[Any, Any], problem: str) -> None:
-    with pytest.raises(DescriptionError) as refused:
-        from_data({"format": 1, "name": "one", **data})
-    one = refused.value.problems[0]
-    assert f"{one.where}: {one.what} [{one.code}]" == problem

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.formula.nodes import Number, Symbol
+from eomgen.formula.nodes import Symbol
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -41,25 +41,12 @@ def problem(keys: str, tyre: str = TYRE) -> str:
     return str(caught.value.problems[0]).partition(" (")[2]
 
 
-def test_what_is_read_and_its_defaults() -> None:
-    (tyre,) = read().tyres
-    assert (tyre.name, tyre.center, tyre.radius) == ("front", "hub", Number(0.3))
-    assert tyre.stiffness == Symbol("parameter", "soft")
-    assert (tyre.damping, tyre.onset, tyre.road, tyre.road_rate) == (Number(0.0), Number(1e-3), Number(0.0), None)
-    assert not tyre.moving_road and tyre.slip is None
-    (tyre,) = read('road = "lift"\nslip = { stiffness = 12 }').tyres
-    assert tyre.moving_road and tyre.slip is not None
-    assert (tyre.slip.axis, tyre.slip.stiffness) == ((0.0, 1.0, 0.0), (Number(12), Number(12)))
-    assert (tyre.slip.friction, tyre.slip.velocity) == (Number(1.0), Number(0.1))
-    assert not read('road = "0.1 * sin(position.hub[0])"\ndamping = 5').tyres[0].moving_road
-
-
 def test_load_and_deflection_are_words_of_formulas() -> None:
     scene = read('[outputs]\nload = { formula = ["load.front", "deflection.front"] }')
     assert scene.outputs[0].values == (Symbol("load", "front"), Symbol("deflection", "front"))
 
 
-OWN = "cannot be used here: a road has a height over its own wheel's x and y; try: position.hub[0] or position.hub[1]"
+OWN = "is not x or y of the road's own wheel; try: position.hub[0] or position.hub[1]"
 
 
 @pytest.mark.parametrize(
@@ -70,7 +57,7 @@ OWN = "cannot be used here: a road has a height over its own wheel's x and y; tr
         ('road = "0.1 * position.hub[2]"', f".road): position.hub[2] {OWN}"),
         ('road = "lift"\ndamping = 5', "): the damping needs the rate of the road, which does not follow"),
         ('road = "sin(position.hub[0])"\nroad_rate = "lift"', ".road_rate): neither time nor an input moves the road,"),
-        ("slip = { stiffness = [1, 2, 3] }", ".slip.stiffness): one stiffness, or a longitudinal and a lateral one,"),
+        ("slip = { stiffness = [1, 2, 3] }", ".slip.stiffness): one stiffness, or two, longitudinal and lateral,"),
         ("slip = { stiffness = [1, -2] }", ".slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
         ("slip = { stiffness = 1, friction = 0 }", ".slip.friction): the friction of a tyre is 0; try: a number above"),
         ("slip = { stiffness = 1, velocity = 0 }", ".slip.velocity): the velocity of a slip is 0; try: a number above"),

@@ -140,13 +140,10 @@ def test_every_name_has_one_meaning() -> None:
         ("1,5 mm", "m", "'1,5 mm' has a comma in its number; try: \"1.5 mm\""),
         ("3 N/m s", "", "'3 N/m s' can be read in two ways; try: brackets, N/(m s), or the divisor last, N s/m"),
         ("3 m2", "", "there is no unit 'm2'; try: m^2"),
-        ("3 kph", "", "there is no unit 'kph'; try: km/h"),
         ("3 \N{MICRO SIGN}m", "m", "'\\xb5' is not part of a unit; try: u for micro"),
         ("3 m^10", "", "an exponent in '3 m^10' is not a whole number from 1 to 9"),
         ("3 m m)", "", "'3 m m)' is not a number with a unit: it is not well formed at ')'"),
         ("3 kg/2", "kg", "more follows '3 kg', and units are not read within formulas; try: a parameter, name ="),
-        ("3 N/((m) s)", "", "'3 N/((m) s)' has more brackets than a unit needs"),
-        ("1e400 m", "", "the number of '1e400 m' is out of the range of double precision; try: a number between"),
         ("1e300 Gm", "m", "'1e300 Gm' is out of the range of double precision in SI; try: a number below 1e300"),
         ("1" + " m" * 60, "", 'a number with a unit has at most 100 characters, not 121; try: "250 mm"'),
     ],
@@ -200,7 +197,7 @@ duration = "2 min"
 
 def test_the_same_scene_whatever_its_units() -> None:
     plain = read(text=replaced("length = 0.8", 'length = { value = 0.8, unit = "m" }'))
-    assert read(text=replaced("length = 0.8", 'length = "800 mm"')).content == plain.content
+    assert read(text=replaced("length = 0.8", 'length = "800 mm"')).digest == plain.digest
 
 
 def test_parameters_are_kept_in_si() -> None:
@@ -218,19 +215,8 @@ def test_parameters_are_kept_in_si() -> None:
 def test_a_label_beside_a_unit_string_is_that_of_si(label: str) -> None:
     speed = f'length = 0.8\nspeed = {{ value = "3000 rpm", unit = "{label}" }}'
     [found] = problems(text=replaced("length = 0.8", speed))
-    fault = f"'3000 rpm' becomes 314.159265 rad/s, and the label '{label}' says otherwise; try: unit = \"rad/s\", or no"
+    fault = f"'3000 rpm' is 314.159265 rad/s, and the label '{label}' says otherwise; try: unit = \"rad/s\", or no"
     assert found.startswith(f"scene.toml:5 (parameters.speed.unit): {fault}")
-
-
-def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
-    scene = read(
-        text=replaced("length = 0.8", 'length = { value = 0.8, unit = "mm" }\nturns = { value = 2, unit = "per day" }')
-    )
-    assert scene.parameters[0].value == 0.8
-    what = "its unit mm is a label, so 0.8 is taken as it is"
-    assert scene.notes[0] == f'parameters.length: {what}; "0.8 mm" would be converted to SI'
-    assert scene.notes[1] == "parameters.turns.unit: 'per day' is not a known unit, and is shown unchanged"
-    assert len(scene.notes) == 4 and not any(note.startswith("parameters.") for note in read().notes)
 
 
 @pytest.mark.parametrize(
@@ -248,22 +234,6 @@ def test_a_fault_in_a_unit_spoils_nothing_else() -> None:
     extra = "initial = { velocity = '3 Hz' }\n[simulation]\nstep = '1 m'\nduration = -1"
     places = [text.split(":")[1] for text in problems(extra, replaced('"2*length"', '"2 m"'))]
     assert places == ["7 (bodies.link.mass)", "15 (joints.hinge.initial.velocity)", "17 (simulation.step)"]
-
-
-def test_the_unit_of_a_coordinate_depends_on_the_joint() -> None:
-    slider = replaced('"revolute"', '"prismatic"')
-    assert read("stiffness = '2 N/mm'\ninitial = { position = '3 mm' }", slider).joints[0].stiffness == Number(2000.0)
-    [found] = problems("stiffness = '2 N m/rad'", slider)
-    assert "'2 N m/rad' is a torsional stiffness, a stiffness in N/m is expected" in found
-    free = replaced('"revolute"', '"free"').replace("axis = [0, 1, 0]\n", "")
-    scene = read('initial = { position = [0, 0, "1 km"], velocity = ["60 rpm", 0, 0, 0, 0, "36 km/h"] }', free)
-    assert scene.joints[0].initial_position[4:] == (0.0, 0.0, 1000.0)
-    assert scene.joints[0].initial_velocity == (2 * math.pi, 0.0, 0.0, 0.0, 0.0, 10.0)
-    [found, *_] = problems('initial = { velocity = "3 m/s" }', free)
-    assert "'3 m/s' is one value, and 6 are needed here; try: units rad/s, rad/s, rad/s, m/s, m/s, m/s" in found
-    effort = "[efforts.push]\njoint = 'hinge'\nindex = {}\neffort = '1 {}'"
-    assert read(effort.format(5, "kN"), free).efforts[0].effort == Number(1000.0)
-    assert "a torque in N m is expected" in problems(effort.format(2, "kN"), free)[0]
 
 
 @pytest.mark.parametrize("kind", [kind for kind, row in JOINTS.items() if row.moves])

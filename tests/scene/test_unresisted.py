@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ import pytest
 import eomgen
 from eomgen.errors import DescriptionError, Message, ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joints.moved_inertia import coupled_by_mimic
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.terms import UNRESISTED
@@ -140,40 +138,6 @@ def test_small_masses_resist() -> None:
     )
 
 
-def with_lengths(data: dict[str, Any], factor: float) -> dict[str, Any]:
-    """Return a random tree in another unit of length."""
-    bodies = {
-        name: {
-            key: value if key == "mass" else (factor ** (2 if key == "inertia" else 1) * np.array(value)).tolist()
-            for key, value in body.items()
-        }
-        for name, body in data["bodies"].items()
-    }
-    joints = {}
-    for name, joint in data["joints"].items():
-        scaled = {**joint, "position": (factor * np.array(joint["position"])).tolist()}
-        if "pitch" in joint:
-            scaled["pitch"] = factor * joint["pitch"]
-        if "rotor_inertia" in joint:
-            scaled["rotor_inertia"] = joint["rotor_inertia"] * (factor**2 if joint["type"] == "revolute" else 1.0)
-        joints[name] = scaled
-    return {**data, "bodies": bodies, "joints": joints}
-
-
-@pytest.mark.slow_except("few-1e-06")
-@pytest.mark.parametrize("factor", [1e-6, 1e6])
-@pytest.mark.parametrize("seeds", [range(4), range(4, 40)], ids=["few", "many"])
-def test_the_unit_of_length_makes_no_note(seeds: range, factor: float) -> None:
-    for seed in seeds:
-        outcomes = []
-        for data in (random_tree(seed), with_lengths(random_tree(seed), factor)):
-            try:
-                outcomes.append(len(unresisted(from_data(data))))
-            except DescriptionError:
-                outcomes.append(-1)  # a joint that carries nothing is refused
-        assert outcomes[0] == outcomes[1], seed
-
-
 @pytest.mark.parametrize("lengths", [(1e-3, 1.0, 1e3), (1e-4, 1.0, 1e4), (1e-6, 1.0, 1e6), (1.0, 1e-5, 1e3)])
 def test_short_links_that_carry_long_ones_resist(lengths: tuple[float, ...]) -> None:
     bodies, joints, before = {}, {}, ("base", 0.0)
@@ -185,17 +149,3 @@ def test_short_links_that_carry_long_ones_resist(lengths: tuple[float, ...]) -> 
         before = f"b{k}", length
     scene = from_data({"format": 1, "name": "chain", "bodies": bodies, "joints": joints})
     assert unresisted(scene) == []
-
-
-@pytest.mark.parametrize(
-    ("multipliers", "coupled"),
-    [((0.0, 0.0), {"b", "c"}), ((0.0, 2.0), {"a", "b", "c"}), ((-1.0,), {"a", "b"}), ((), set())],
-)
-def test_leaders_are_coupled_unless_all_multipliers_are_zero(multipliers: tuple[float, ...], coupled: set[str]) -> None:
-    followers = [
-        SimpleNamespace(name=name, mimic=SimpleNamespace(joint="a", multiplier=factor))
-        for name, factor in zip("bc", multipliers, strict=False)
-    ]
-    joints = [SimpleNamespace(name="a", mimic=None), *followers, SimpleNamespace(name="alone", mimic=None)]
-    values = SimpleNamespace(value=lambda number: number)
-    assert coupled_by_mimic(cast(Any, joints), cast(Any, values)) == coupled

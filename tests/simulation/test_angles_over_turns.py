@@ -12,7 +12,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import eomgen
-from eomgen.integrators.families.register import terms_of
 
 METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie")
 BODY = {"mass": 1.0, "center_of_mass": [0.3, 0.1, 0.2], "inertia": [0.02, 0.03, 0.04]}
@@ -92,48 +91,6 @@ def test_more_than_0_9_of_a_turn_in_a_step_stops_and_names_the_joint(method: str
     )
 
 
-@pytest.mark.slow
-def test_poses_alone_are_taken_with_the_turns_of_the_start() -> None:
-    absolute = model()
-    assert absolute.angles == ("hinge.angle",)
-    assert absolute.q_names[-1] == "q.hinge.angle"
-    assert absolute.initial_q[-1] == 7.0
-    for angle in (7.0, 7.0 - 3.1, 7.0 + 3.1):
-        here = started(angle, 0.0)
-        poses = here["q"][:-1]
-        assert absolute.outputs(poses, here["v"])["angle"] == pytest.approx(angle, rel=1e-14)
-        whole, alone = absolute.force(here["q"], here["v"]), absolute.force(poses, here["v"])
-        np.testing.assert_allclose(whole, alone, atol=1e-15)
-        assert whole[1] == pytest.approx(-STIFFNESS * (angle - REST), rel=1e-12)
-    turned = np.append(started(7.0, 0.0)["q"][:-1], 7.0 + 20.0 * np.pi)
-    assert absolute.outputs(turned, np.zeros(6))["angle"] == pytest.approx(7.0 + 20.0 * np.pi, rel=1e-14)
-    run = absolute.simulate(0.02, 0.01, initial={"q": started(8.0, 0.0)["q"][:-1]})
-    assert run.outputs["angle"][0] == pytest.approx(8.0, rel=1e-14)
-
-
-@pytest.mark.slow
-def test_states_between_rows_equilibria_and_linear_models_know_turns() -> None:
-    run = model().simulate(20.0, 0.01, record_every=20)
-    between = run.at(np.array([3.137, 11.03]))
-    fine = model().simulate(20.0, 0.001)
-    angles = model().outputs(between.q, between.v)["angle"]
-    np.testing.assert_allclose(angles, np.interp(between.t, fine.t, fine.outputs["angle"]), atol=1e-4)
-    rest = model().equilibrium()
-    assert model().outputs(rest.q, rest.v)["angle"] == pytest.approx(REST, abs=1e-9)
-    assert rest.frequencies == pytest.approx([np.sqrt(STIFFNESS / INERTIA)], rel=1e-9)
-    linear = model().linearize()
-    assert len(linear.coordinates) == 1
-    assert model().linearize(rest.q[:-1], rest.v).reference.q[-1] == 7.0
-    np.testing.assert_allclose(linear.modes().eigenvalues, [1j * np.sqrt(STIFFNESS / INERTIA)], rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_rates_of_q_carry_the_angle() -> None:
-    here = started(9.0, 2.0)
-    rates = model().rhs(0.0, np.concatenate([here["q"], here["v"]]))
-    assert rates[7] == pytest.approx(2.0, rel=1e-14)
-
-
 def pair(coordinates: str) -> eomgen.Scene:
     """Return a rotor on a wheel on a base that turns: stops, a belt, an effort, a lag and a rack, all of angles of many
     turns."""
@@ -157,18 +114,6 @@ def pair(coordinates: str) -> eomgen.Scene:
 def expected() -> eomgen.Solution:
     terms = ["forward_dynamics", "outputs", "internal_rate"]
     return eomgen.build(pair("joint"), terms, profile="quick", method="rk4").simulate(1.5, 5e-4, method="rk4")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(  # errors of second and of fourth order in the step
-    ("method", "error"), [("generalized_alpha", 3e-2), ("generalized_alpha_index3", 3e-2), ("rk4_partitioned", 1e-4)]
-)
-def test_relative_angles_on_a_moving_base(method: str, error: float, expected: eomgen.Solution) -> None:
-    terms = ["outputs", *terms_of(method, constrained=True, internal=True)]
-    run = eomgen.build(pair("absolute"), terms, profile="quick", method=method).simulate(1.5, 5e-4, method=method)
-    assert run.success, run.message
-    assert np.ptp(expected.outputs["angles"][:, :2], axis=0).min() > 3.0 * np.pi
-    np.testing.assert_allclose(run.outputs["angles"], expected.outputs["angles"], atol=error)
 
 
 #: Joints that have angles, starting several turns from zero.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -119,18 +117,6 @@ def test_other_times_and_methods_cost_as_little_at_the_second_call(option: dict[
     assert calls(lambda: model.simulate(start + 0.02, 5e-4, **option)) <= 167  # a grid that was not seen before
 
 
-def test_other_initial_states_and_parameters_cost_few_calls() -> None:
-    model = model_of("quarter_car", "rk4")
-    name, value = next(iter(model.parameters.items()))
-
-    def run(k: int) -> None:
-        initial = {"q": model.initial_q + 1e-3 * k, "v": model.initial_v}
-        model.simulate(0.01, 1e-3, initial=initial, parameters={name: value * (1.0 + 1e-3 * k)})
-
-    run(1)
-    assert calls(lambda: run(2)) <= 276
-
-
 def test_what_nobody_asks_for_is_not_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
     model, evaluated, runs = model_of("symmetric_top"), [], []
     evaluate, step = Functions.__call__, Stepper.run
@@ -195,29 +181,6 @@ def test_what_is_evaluated_later_is_what_is_evaluated_at_once(name: str, method:
     assert "_evaluated" not in vars(later)  # what it was evaluated from is not kept
 
 
-def test_functions_of_the_caller_are_called_within_the_run() -> None:
-    model, asked = model_of("robot_arm"), []
-    name = model.inputs[0]
-
-    def torque(t: float) -> float:
-        asked.append(t)
-        return 0.1
-
-    run = model.simulate(0.05, 1e-3, inputs={name: torque})
-    count = len(asked)
-    assert set(LATER) <= set(vars(run)) and run.error.available
-    assert len(asked) == count > 100
-
-
-def test_a_table_is_the_one_of_the_call() -> None:
-    model = model_of("robot_arm")
-    name, table = model.inputs[0], np.full(51, 0.5)
-    run = model.simulate(0.05, 1e-3, inputs={name: table})
-    table[:] = -100.0
-    np.testing.assert_array_equal(run.inputs[name], 0.5)
-    assert run.message == model.simulate(0.05, 1e-3, inputs={name: np.full(51, 0.5)}).message
-
-
 def test_states_that_a_caller_writes_to_are_not_those_that_are_judged() -> None:
     model = model_of("symmetric_top")
     run, other = (model.simulate(0.05, 1e-3) for _ in range(2))
@@ -228,38 +191,3 @@ def test_states_that_a_caller_writes_to_are_not_those_that_are_judged() -> None:
     for name, values in other.outputs.items():
         np.testing.assert_array_equal(run.outputs[name], values)
     assert run.message == other.message and run.error.relative == other.error.relative
-
-
-def test_a_run_that_stops_is_judged_at_once(tmp_path: Path) -> None:
-    model = model_of("symmetric_top", "generalized_alpha")
-    run = model.simulate(1.0, 0.5, settings={"max_iterations": 1, "max_halvings": 0})
-    assert not run.interrupted and "message" in vars(run)
-    assert not run.success and "try: " in run.message
-    kept = model.simulate(0.01, 1e-3, checkpoint=tmp_path / "run.ckpt")
-    assert "message" in vars(kept)
-
-
-def test_solutions_travel_with_all_of_it() -> None:
-    run = model_of("symmetric_top").simulate(0.05, 1e-3)
-    assert set(LATER) <= set(dir(run)) and "message" not in vars(run)
-    for other in (pickle.loads(pickle.dumps(run)), copy.deepcopy(run)):  # our own bytes
-        assert other.message == run.message and other.error.relative == run.error.relative
-        np.testing.assert_array_equal(other.energy["total"], run.energy["total"])
-
-
-def test_an_attribute_that_there_is_not_is_answered_as_before() -> None:
-    run = model_of("symmetric_top").simulate(0.05, 1e-3)
-    with pytest.raises(AttributeError, match="a Solution has no 'energies'; try: energy"):
-        run.energies  # noqa: B018
-
-
-def test_options_of_another_type_are_checked_again() -> None:
-    model = model_of("symmetric_top", "generalized_alpha")
-    model.simulate(0.01, 1e-3, rho_inf=1)
-    with pytest.raises(eomgen.UsageError, match="rho_inf"):
-        model.simulate(0.01, 1e-3, rho_inf=True)
-    model.simulate(0.01, 1e-3, settings={"max_iterations": 20})
-    with pytest.raises(eomgen.UsageError, match="max_iterations"):
-        model.simulate(0.01, 1e-3, settings={"max_iterations": "20"})  # type: ignore[dict-item]
-    with pytest.raises(eomgen.UsageError, match="a mapping is needed, not list"):
-        model.simulate(0.01, 1e-3, settings=["rtol"])  # type: ignore[arg-type]

@@ -19,10 +19,8 @@ import eomgen
 from eomgen.base.files import write_arrays
 from eomgen.cli import main
 from eomgen.simulation.checkpoint import Checkpoint
-from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum, pendulum_scene
-from tests.oracles.robots import planar_chain
+from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 STATES = ("t", "q", "v", "a", "z", "multipliers")
 
 
@@ -87,36 +85,11 @@ def test_two_parts_are_one_run(build: Any, options: dict[str, Any], file: Path) 
         assert whole.stats[name] == one.stats[name], name
 
 
-def test_a_part_without_rows_does_not_follow(file: Path) -> None:
-    first = flyer().simulate(0.1, 0.05, checkpoint=file)
-    with pytest.raises(eomgen.UsageError, match=r"parts, from 0\.1 s to the later part, which has no rows"):
-        first.followed_by(replace(first, t=first.t[:0]))
-
-
 def test_halved_steps_and_late_factors_are_part_of_the_memory(file: Path) -> None:
     one = flyer().simulate(2.0, 0.05, settings={"max_iterations": 2, "max_halvings": 8})
     assert one.stats["halvings"] > 5 and one.stats["factorizations"] > 5
     first = flyer().simulate(0.85, 0.05, settings={"max_iterations": 2, "max_halvings": 8}, checkpoint=file)
     assert same(first.followed_by(flyer().resume(file, 2.0)), one)
-
-
-@pytest.mark.slow
-def test_a_long_tree_by_its_extended_system(file: Path) -> None:
-    scene = replace(planar_chain(24), name="chain", content=b"planar chain of 24 rods for checkpoints")
-    joints = tuple(replace(joint, initial_position=(0.02 * k,)) for k, joint in enumerate(scene.joints))
-    terms = ["residual", "partials", "forward_dynamics"]
-    model = eomgen.build(replace(scene, joints=joints), terms=terms, profile="quick")
-    one, whole = parts(model, file, 0.02, 0.05, 1e-3)
-    assert same(whole, one)
-
-
-@pytest.mark.slow
-def test_turns_of_a_crank_are_part_of_the_memory(file: Path) -> None:
-    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
-    assert model.library.layout["method"]["turning"]
-    one, whole = parts(model, file, 1.234, 3.0, 2e-3, record_every=5)
-    assert np.max(np.abs(one.q)) > 2.0 * np.pi
-    assert same(whole, one)
 
 
 def test_inputs_go_on(file: Path) -> None:
@@ -254,21 +227,6 @@ def test_other_files_are_no_checkpoints(file: Path, tmp_path: Path) -> None:
     refused(file, r"this is not a whole checkpoint: scene, method, .* missing")
 
 
-def test_calls_that_cannot_be_taken(file: Path) -> None:
-    for options, text in (
-        ({"checkpoint_every": 5}, 'checkpoint_every: there is no file to write to; try: checkpoint="run.ckpt"'),
-        ({"checkpoint": 5}, "checkpoint: a path is needed, not int"),
-        ({"checkpoint": file, "checkpoint_every": 0}, "checkpoint_every: a whole number from 1 on is needed, not 0"),
-    ):
-        with pytest.raises(eomgen.UsageError, match=re.escape(text)):
-            pendulum().simulate(0.1, 1e-3, **options)  # type: ignore[arg-type]
-    first, other = pendulum().simulate(0.05, 1e-3), pendulum().simulate(0.1, 2e-3)
-    with pytest.raises(eomgen.UsageError, match="these are not parts of one run: settings differ"):
-        first.followed_by(other)
-    with pytest.raises(eomgen.UsageError, match="these are not parts of one run: t_start differ"):
-        first.followed_by(pendulum().simulate(0.2, 1e-3, t_start=0.1))
-
-
 # -- the command line --------------------------------------------------------------------------------------------------
 
 
@@ -293,24 +251,3 @@ def test_the_command_line_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main([*shared, str(tmp_path / "rest"), "--resume", str(tmp_path / "no.ckpt")]) == 7
     assert main([*shared[:3], "--set", "length=0.6", "--out", str(tmp_path / "rest"), "--resume", str(saved)]) == 2
     assert "parameter length: the run has 0.4, not 0.6" in " ".join(capsys.readouterr().err.split())
-
-
-@pytest.mark.parametrize("lacks", ["first", "rest"])
-def test_outputs_that_a_part_lacks_are_not_numbers_at_its_rows(lacks: str, file: Path) -> None:
-    parts = {"first": pendulum().simulate(0.1, 0.05, checkpoint=file), "rest": pendulum().resume(file, 0.2)}
-    parts[lacks] = replace(parts[lacks], outputs={})
-    tip = parts["first"].followed_by(parts["rest"]).outputs["tip"]
-    assert np.isfinite(tip).tolist() == [[(lacks == "rest") == (row < 2)] * 3 for row in range(5)]
-
-
-@pytest.mark.parametrize("inputs", [[], "", 5, ["torque"]])
-def test_inputs_that_are_no_mapping_are_refused(inputs: Any, file: Path) -> None:
-    run = pendulum().simulate(0.1, 0.05, checkpoint=file)
-    for call in (
-        lambda: pendulum().resume(file, 0.2, inputs=inputs),
-        lambda: pendulum().attach(run, inputs=inputs),
-        lambda: pendulum().simulate_many(0.1, 0.05, vary={"length": "values(0.5, 0.6)"}, inputs=inputs),
-        lambda: eomgen.tune(pendulum_scene(), t_end=0.1, error=1e-3, inputs=inputs),
-    ):
-        with pytest.raises(eomgen.UsageError, match="inputs: a mapping from the names of inputs is needed, not "):
-            call()

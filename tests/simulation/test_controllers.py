@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.cli import main
-from tests.models.library import scene, scene_file
+from tests.models.library import scene
 from tests.simulation.rails import built, on_rail
 
 CONTROLLERS: dict[str, Any] = {
@@ -107,11 +104,6 @@ def pushed(kind: str, signal: str, **keys: Any) -> eomgen.SceneBuilder:
     return on_rail("push", "rail").controller("push", kind, signal, **keys)
 
 
-def test_jumps_that_controllers_see_are_known() -> None:
-    step = pushed("pi", "(1 if t < 0.35 else 2) - q.rail", proportional=3).build()
-    assert [item.time for item in eomgen.derive(step).discontinuities] == [0.35]
-
-
 @pytest.mark.slow
 def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
     builder = pushed("low_pass", "1 - q.rail", time_constant="T").parameter("T", 0.01, tunable=True)
@@ -124,32 +116,3 @@ def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
         fast.message,
     )
     assert "decay" not in model.simulate(0.1, 1e-3, parameters={"T": 2e-4}).message
-
-
-@pytest.fixture
-def servo_file(tmp_path: Path) -> Path:
-    return scene_file(tmp_path, "pendulum", **SERVO)
-
-
-def test_info_lists_states_with_their_cost(servo_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info", str(servo_file), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["sizes"]["nz"] == 5 and found["facts"]["internal_states"]
-    lag = found["states"][0]
-    assert lag["name"] == "motor_filtered" and lag["initial"] == 0.4 and lag["flops"] >= 3
-    assert main(["info", str(servo_file)]) == 0
-    shown = capsys.readouterr().out
-    assert "Internal states" in shown and "servo_integral" in shown
-
-
-@pytest.mark.slow
-def test_states_start_from_the_command_line(
-    servo_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["simulate", str(servo_file), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
-    assert main([*words, "--initial", "motor_filtered=2", "--initial", "hinge=0.1"]) == 0
-    table = np.genfromtxt(tmp_path / "out" / "solution.csv", delimiter=",", names=True, deletechars="")
-    assert table["z.motor_filtered"][0] == 2.0 and table["q.hinge"][0] == 0.1
-    capsys.readouterr()
-    assert main([*words, "--initial", "moto=2"]) == 2
-    assert "there is no joint or state 'moto'; try: " in capsys.readouterr().err

@@ -24,17 +24,6 @@ def test_a_tyre_whose_axis_is_upright_is_named() -> None:
     assert "where slip.axis of the tyre front is upright; try: the axis of the wheel's spin" in message
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_disc_that_lies_flat_is_told_so(side: float) -> None:
-    builder = eomgen.SceneBuilder("disc").body("disc", 3.0, inertia=[0.02, 0.04, 0.02])
-    builder.joint("disc", "free", "base", "disc")
-    plane, disc = {"body": "base", "axis": [0, 0, 1]}, {"body": "disc", "axis": [0, 0, side]}
-    with pytest.raises(ModelError) as caught:
-        eomgen.derive(builder.constraint("ground", "rolling", plane, disc, radius=0.2).build())
-    assert "ground: contact, ground: no slip along x" in str(caught.value)
-    assert str(caught.value).endswith("; try: a state in which no disc lies flat on the plane on which it rolls")
-
-
 def test_equations_beyond_the_range_of_squares_have_a_message_alone() -> None:
     """Warnings of overflows in squares of rows would come before the message; they are errors of the tests."""
     builder = on_rail("", "a", position=0.1).body("c", 1.0).joint("b", "prismatic", "base", "c", axis=[1, 0, 0])

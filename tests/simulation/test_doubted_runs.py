@@ -140,9 +140,9 @@ def arm(gain: float, rate: float) -> eomgen.Model:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("method", "more"), [("generalized_alpha", ""), ("rk4", ", an initial position with smaller")])
-def test_a_gain_of_the_wrong_sign_is_not_taken_for_a_fast_start(method: str, more: str) -> None:
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
+def test_a_gain_of_the_wrong_sign_is_not_taken_for_a_fast_start(method: str) -> None:
     run = arm(-200.0, 20.0).simulate(10.0, 1e-2, method=method)
     assert not run.success
-    assert f"try: other signs or sizes of gains, damping and stiffnesses{more}" in run.message
+    assert "try: other signs or sizes of gains, damping and stiffnesses" in run.message
     assert "smaller initial angles" not in run.message and run.findings[0].name == "stopped"

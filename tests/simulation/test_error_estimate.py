@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import pickle
 import re
 import signal
 from functools import cache
@@ -18,7 +17,6 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.simulation.judgement.invariants import largest_stretch
 from tests.models.scenes import absolute, flyer, pendulum
 from tests.simulation.rails import built, on_rail
 
@@ -120,24 +118,11 @@ def test_a_motion_that_is_chaotic_is_never_plain_success() -> None:
     assert run.error.largest is not None and f"the estimated error is {run.error.largest}" in run.message
 
 
-def test_longer_steps_that_do_not_hold_are_no_failure() -> None:
-    stiff = sled(1e4)  # rk4 is stable up to 2.83 / 100 s
-    run = stiff.simulate(0.5, 0.016, method="rk4")
-    true = np.abs(run.q[:, 0] - 0.1 * np.cos(100.0 * run.t)).max()
-    assert run.success and good(run.error.q, true)
-    assert run.error.method == "runs at half and 2 times the step"
-
-
 def test_a_machine_at_rest_has_no_error() -> None:
     run = sled().simulate(1.0, 0.01, initial={"rail": 0.0})
     assert run.error.relative == 0.0 and run.message == "reached t = 1 s in 100 steps"
     hanging = pendulum().simulate(1.0, 0.01, initial={"hinge": 0.0}, inputs={"torque": 0.0}, parameters={"shake": 0.0})
     assert hanging.error.relative < 1e-3 and hanging.message == "reached t = 1 s in 100 steps"
-
-
-def test_nothing_that_moves_is_called_so() -> None:
-    error = built(on_rail("", "rail")).simulate(1.0, 0.1).error
-    assert error.relative == 0.0 and str(error.largest) == "0 m of q.rail at t = 0 s, 0 % of its motion, which is none"
 
 
 @pytest.mark.parametrize("step", [1.0, 50.0])
@@ -146,12 +131,6 @@ def test_a_step_longer_than_the_run_is_one_step_whose_error_is_told(step: float)
     run = model.simulate(1.0, step, method="rk4")
     assert run.stats["steps"] == 1 and run.error.relative > 0.1
     assert abs(run.q[-1, 0] - by_dop853(model, run)[-1, 0]) > 0.1 and "the estimated error is" in run.message
-
-
-def test_what_it_costs_is_said() -> None:
-    error = sled().simulate(5.0, 0.01).error
-    assert error.seconds > 0.0 and error.cost > 0.0
-    assert str(error).endswith(f"by runs at 2 and 4 times the step, in {error.seconds:.2g} s")
 
 
 def test_why_there_is_no_estimate() -> None:
@@ -213,42 +192,6 @@ def test_a_run_that_goes_on_is_estimated_from_its_checkpoint_on(tmp_path: Path) 
     assert not pendulum().resume(file, 1.0, error_estimate=False).error.available
 
 
-def test_it_is_stored_with_the_solution(tmp_path: Path) -> None:
-    run = flyer().simulate(0.5, 0.01)
-    again = eomgen.Solution.load(run.save(tmp_path / "run.npz")).error
-    moved = pickle.loads(pickle.dumps(run)).error
-    for other in (again, moved):
-        assert other.summary() == run.error.summary()
-        np.testing.assert_array_equal(other.increment_at, run.error.increment_at)
-
-
-def test_a_table_of_inputs_is_followed_at_every_step() -> None:
-    times = np.arange(1001) * 2e-3
-    table = np.sin(40.0 * times)
-    run = pendulum().simulate(2.0, 2e-3, inputs={"torque": table})
-    fine = np.interp(np.arange(16001) * 1.25e-4, times, table)
-    exact = pendulum().simulate(2.0, 1.25e-4, inputs={"torque": fine}, record_every=16, method="rk4")
-    assert good(run.error.q, np.abs(run.q - exact.q).max(axis=0))
-
-
-def test_quaternions_off_unit_length_are_told() -> None:
-    run = flyer().simulate(0.1, 0.01, error_estimate=False)
-    assert largest_stretch(flyer(), run.t, run.q) is None
-    q = run.q.copy()
-    q[7, :4] *= 1.02
-    found = largest_stretch(flyer(), run.t, q)
-    assert found is not None and found.share == pytest.approx(0.02)
-    assert found.text == "the quaternion of root has the length 1.02 at t = 0.07 s"
-
-
-def test_few_rows_and_a_short_last_step_are_compared() -> None:
-    run = sled().simulate(2.003, 0.01, record_every=1000)
-    assert run.error.available and run.error.t.tolist() == [0.0, 2.003]
-    assert good(run.error.q, np.abs(run.q[-1] - 0.1 * np.cos(np.sqrt(40.0) * 2.003)))
-    odd = sled().simulate(2.0, 0.01, record_every=7)
-    assert odd.error.t[1] == pytest.approx(0.14) and odd.error.t[-1] == 2.0
-
-
 def test_the_measure_of_a_small_motion_is_named_and_outputs_have_their_own() -> None:
     """A joint that hardly moves beside one that does, and an output of the small one's force."""
     builder = on_rail("", "large", stiffness=1e-3, position=1.0, velocity=0.1).body("c", 1.0)
@@ -294,16 +237,6 @@ def test_vibrations_of_a_beam_are_told_beside_a_machine_that_moves_fast() -> Non
         assert largest.share == pytest.approx(largest.error / rate, rel=1e-2)
         assert (wrong > 0.3 * rate) is doubted is (f"; the estimated error is {largest}" in run.message)
         assert largest.error < 0.01 * run.v[0, 0], "no doubt of the car's velocity"
-
-
-def test_comparison_runs_that_fail_in_their_first_step_leave_the_run_as_it_is() -> None:
-    builder = eomgen.SceneBuilder("turning", coordinates="absolute").body("wheel", 1.0, inertia=[0.1, 0.1, 0.1])
-    builder.joint("axle", "revolute", "base", "wheel", axis=[0, 0, 1], initial={"velocity": float(np.pi / 0.015625)})
-    builder.output("angle", formula="q.axle", unit="rad")
-    model = eomgen.build(builder.build(), profile="quick")
-    run = model.simulate(20 * 0.015625, 0.015625)
-    assert run.success and run.error.available
-    assert run.error.method == "runs at half and 2 times the step" and run.error.outputs["angle"] < 1e-6
 
 
 @pytest.mark.parametrize("law", ["position", "state"])

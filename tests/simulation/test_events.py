@@ -70,17 +70,6 @@ def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_only_recorded_leaves_the_motion_as_it_is() -> None:
-    events = {"half": {"when": "q.ball - 0.5"}, "time": {"when": "sin(7*t)", "direction": "rising"}}
-    watched = simulated(changed(BALL, "watched_ball", events=events), 0.9)
-    plain = simulated(changed(BALL, "plain_ball", events={}), 0.9)
-    assert not plain.events and len(watched.events)
-    np.testing.assert_array_equal(watched.q, plain.q)
-    np.testing.assert_allclose(watched.events["half"].t, [np.sqrt(1.0 / G)], rtol=1e-15)
-    np.testing.assert_allclose(watched.events["time"].t, [2.0 * np.pi / 7.0], rtol=1e-15)
-
-
-@pytest.mark.slow
 def test_a_ball_that_comes_to_rest_ends_the_run_and_names_event_and_time() -> None:
     solution = ball().simulate(5.0, parameters={"restitution": 0.3}, initial={"ball": 0.1})
     rest = np.sqrt(0.2 / G) * (1.0 + 2.0 * 0.3 / 0.7)
@@ -124,19 +113,6 @@ def test_more_events_than_are_kept_between_two_rows_end_the_run() -> None:
 
 
 @pytest.mark.slow
-def test_a_function_without_a_value_behind_its_root_is_named() -> None:
-    events = {"low": {"when": "sqrt(q.ball - 0.5)", "action": "stop"}}
-    model = eomgen.build(changed(BALL, "no_value", events=events), profile="quick")
-    for method in ("rk4", "rk45"):
-        solution = model.simulate(1.0, method=method)
-        assert not solution.success and solution.t[-1] <= np.sqrt(1.0 / G)
-        assert "the formula of an event, or its rate, has no finite value within the next step (low)" in (
-            solution.message
-        )
-        assert "try: a formula that is finite on both sides of its root" in solution.message
-
-
-@pytest.mark.slow
 def test_a_function_that_rests_on_its_root_is_seen_when_it_leaves_and_comes_back() -> None:
     model = built(on_rail("t * cos(4*t)").event("zero", "v.x"))
 
@@ -148,16 +124,6 @@ def test_a_function_that_rests_on_its_root_is_seen_when_it_leaves_and_comes_back
         solution = model.simulate(3.5, 0.01, **more)
         assert solution.events is not None
         np.testing.assert_allclose(solution.events["zero"].t, roots, rtol=2e-3)
-
-
-def test_a_solution_keeps_its_events(tmp_path: Path) -> None:
-    solution = ball().simulate()
-    stored = eomgen.Solution.load(solution.save(tmp_path / "run.npz"))
-    assert stored.events is not None and solution.events is not None
-    np.testing.assert_array_equal(stored.events["bounce"].v_before, solution.events["bounce"].v_before)
-    assert stored.events.counts == solution.events.counts
-    with pytest.raises(UsageError, match="there is no event 'bonce'; try: bounce"):
-        stored.events["bonce"]
 
 
 def test_a_run_goes_on_from_a_checkpoint_with_the_same_bits(tmp_path: Path) -> None:
@@ -210,20 +176,6 @@ def test_an_impact_of_a_double_pendulum_is_the_impulse_along_the_gradient() -> N
         expected = event.v_before - 1.6 * (g @ event.v_before) / (g @ Mg) * Mg
         assert height == pytest.approx(-1.5, abs=1e-14)
         np.testing.assert_allclose(event.v, expected, rtol=1e-12)
-
-
-@pytest.mark.slow
-def test_two_masses_keep_momentum_and_energy() -> None:
-    builder = on_rail(velocity=1.0).body("second", 3.0)
-    start = {"position": 1.0, "velocity": -0.2}
-    builder.joint("second", "prismatic", "base", "second", axis=[1, 0, 0], initial=start)
-    builder.event("contact", "q.second - q.x - 0.1", direction="falling", action="impact", restitution=1)
-    solution = built(builder).simulate(2.0, 0.01)
-    assert solution.success and solution.events is not None and len(solution.events) == 1
-    (event,) = solution.events
-    assert event.t == pytest.approx(0.75, rel=1e-14)
-    np.testing.assert_allclose(event.v, [-0.8, 0.4], rtol=1e-14)
-    np.testing.assert_allclose(solution.v[-1], [-0.8, 0.4], rtol=1e-13)
 
 
 def clutch() -> eomgen.SceneBuilder:
@@ -342,13 +294,6 @@ def test_internal_states_are_reset_and_their_roots_found() -> None:
         np.testing.assert_allclose(found.z, 0.1, rtol=1e-13)
 
 
-@pytest.mark.slow
-def test_events_in_single_precision() -> None:
-    events = eomgen.build(BALL, profile="quick", real="float").simulate().events
-    assert events is not None and events.counts == COUNTS
-    np.testing.assert_allclose(events["bounce"].t[:2], FALL * np.array([1.0, 2.6]), rtol=1e-6)
-
-
 WRONG: dict[str, dict[str, Any]] = {
     "q.bal: there is no joint 'bal' (column 1); try: ball": {"when": "q.bal"},
     "the action reset needs the key reset": {"when": "q.ball", "action": "reset"},
@@ -382,15 +327,6 @@ def test_a_negative_restitution_is_refused_whatever_it_is_made_of() -> None:
     assert run.message == (
         "at t = 0.451523641 s, the event bounce: the restitution of an impact is negative, and the motion would go on"
         " through the obstacle, after 45 of 400 steps; try: a formula of the restitution that gives 0 or more there"
-    )
-
-
-@pytest.mark.slow
-def test_an_event_that_stops_a_run_tells_the_steps_of_its_own() -> None:
-    run = ball().simulate(method="generalized_alpha", tolerance=1e-5)
-    assert run.message == (
-        f"stopped by the event end at t = 3.05 s, after 304 of 400 steps ({run.stats['own_steps']} of its own,"
-        f" {run.stats['rejections']} taken again)"
     )
 
 

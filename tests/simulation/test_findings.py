@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import pickle
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,7 +14,6 @@ import pytest
 
 import eomgen
 from eomgen.base.limits import Limit
-from eomgen.base.message_codes import code_of_finding
 from eomgen.compiled.rest.state_warnings import LargestBending
 from eomgen.errors import Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
@@ -29,7 +27,6 @@ from eomgen.simulation.judgement.register import BY_NAME, CHECKS, OWN, Verdict, 
 from tests.docs.parts import whole
 from tests.models.scenes import pendulum
 
-DOCS = Path(__file__).parents[2] / "docs"
 LARGE = ErrorEstimate(
     available=True, t=np.array([0.5]), relative_at=np.array([0.2]), relative=0.2, order=2.0, declared_order=2.0,
     largest=LargestError("q.hinge", 0.1, "rad", 0.5, 0.2), increment_at=np.zeros((1, 1)), z_at=np.zeros((1, 0)),
@@ -165,16 +162,6 @@ def test_findings_are_kept_by_files_copies_and_other_processes(tmp_path: Path) -
         assert repr(other.findings) == repr(run.findings) and other.message == run.message
 
 
-def test_a_file_without_findings_is_read() -> None:
-    described = Finding("stopped", FAILURE, text="it stopped").to_dict()
-    assert described["value"] is None and math.isnan(Finding.from_data(described).value)
-
-
-def test_findings_have_codes() -> None:
-    code = Finding("discretisation_error").code
-    assert code[0] == "W" and code_of_finding("discretisation_error") == code and Finding("of another").code == ""
-
-
 def test_findings_that_continue_one_another_have_one_hint() -> None:
     found = [
         Finding("halved_steps", text="the step was halved once", hint="one"),
@@ -195,11 +182,3 @@ def test_limits_are_numbers_with_unit_meaning_and_source() -> None:
     assert limits and all(limit.unit and limit.meaning and limit.source for limit in limits)
     copy = pickle.loads(pickle.dumps(limits[0]))
     assert copy == limits[0] == float(limits[0]) and copy.source == limits[0].source and isinstance(copy, Limit)
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("error")
-def test_a_run_without_a_step_is_judged_without_warnings_of_numpy() -> None:
-    scene = Path(__file__).parents[2] / "examples/quarter_car/scene.toml"
-    model = eomgen.build(scene, method="rk4", profile="quick", terms=["forward_dynamics"])
-    assert model.simulate(0.0, 1e-3).message == "reached t = 0 s in 0 steps"

@@ -10,7 +10,6 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from tests.models.library import scene
-from tests.simulation.rails import built, on_rail
 
 pytestmark = pytest.mark.slow
 
@@ -92,14 +91,6 @@ def test_events_that_steps_see_are_not_told_of(name: str, method: str) -> None:
     assert not [one for one in run.findings if one.name == "missed_event"]
 
 
-@pytest.mark.parametrize("method", ["rk4", "rk45"])
-def test_a_row_on_which_a_reset_falls_is_no_error(method: str) -> None:
-    """A saw tooth whose jumps lie on rows: rounding decides on which side of a jump such a row is."""
-    tooth = on_rail().state("z1", rate="5").event("full", "z1 - 1", action="reset", reset={"z1": 0})
-    run = built(tooth).simulate(2.0, 0.01, method=method)
-    assert run.success and run.error.relative < 1e-10 and "estimated error" not in run.message
-
-
 def test_a_stiffness_that_an_event_switches_on_is_told_of() -> None:
     """What swings behind an event follows from the mode that the event has set, and not from that of the start."""
     model = falling(
@@ -109,24 +100,6 @@ def test_a_stiffness_that_an_event_switches_on_is_told_of() -> None:
     )
     run = model.simulate(1.0, 0.01, method="generalized_alpha")
     assert f"the event grip at t = {math.sqrt(1.0 / G):.6g} s excites a motion of v.ball at 5.03e+03 Hz" in run.message
-
-
-def test_a_force_without_a_value_behind_an_event_names_the_event() -> None:
-    model = falling(
-        {"break": {"when": "q.ball - 0.5", "action": "switch", "mode": "gap", "to": 0}},
-        modes={"gap": 1},
-        efforts={"push": {"joint": "ball", "effort": "1 / mode.gap"}},
-    )
-    run = model.simulate(1.0, 0.01, method="rk4")
-    said = "component v.ball at t = 0.33690856 s, after the event break, where in a formula 1 / 0 has no value at"
-    assert not run.success and f"{said} mode_gap = 0; try: another start, or" in run.message
-
-
-@pytest.mark.parametrize("method", ["rk45", "generalized_alpha"])
-def test_only_the_event_without_a_value_is_named(method: str) -> None:
-    model = falling({"fine": {"when": "q.ball - 0.7"}, "root": {"when": "sqrt(q.ball - 0.5)"}})
-    run = model.simulate(1.0, 0.01, method=method)
-    assert not run.success and "has no finite value within the next step (root), after 31 of 100 steps" in run.message
 
 
 def test_an_impact_that_the_run_starts_behind_or_on_is_told_of() -> None:
@@ -157,10 +130,3 @@ def test_an_event_that_ends_both_runs_is_in_both(more: dict[str, Any]) -> None:
     assert run.events is not None and run.events.counts == {"half": 1, "down": 1}
     assert run.events["down"].t[0] == pytest.approx(swing.t_events[0][0], abs=2e-3)
     assert run.error.available and run.error.passed_over == "" and "comes" not in run.message
-
-
-def test_an_event_that_would_have_ended_the_run_is_told() -> None:
-    model = falling({"short": {"when": "0.001 - abs(t - 0.505)", "direction": "rising", "action": "stop"}})
-    run = model.simulate(1.0, 0.01, method="rk45")
-    assert run.events is not None and run.events.counts == {"short": 0} and run.t[-1] == 1.0
-    assert "the event short comes 0 times, and 1 times in shorter steps" in run.message

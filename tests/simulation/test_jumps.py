@@ -108,34 +108,6 @@ def test_many_jumps_in_every_step_and_none() -> None:
 
 
 @pytest.mark.slow
-def test_a_jump_on_the_grid_and_what_is_recorded_there() -> None:
-    made = builder().input("push", points=[[0, 0], [0.3, 3]], interpolation="steps").effort("push", "rail", "push")
-    made.output("force", formula=["push", "a.rail + 25 * q.rail + 0.4 * v.rail"])
-    model = eomgen.build(made.build())
-    for method in ("generalized_alpha", "rk4"):
-        solution = model.simulate(1.0, 0.1, method=method)
-        assert np.allclose(solution.t, 0.1 * np.arange(11), rtol=0, atol=1e-15) and solution.t.size == 11
-        force = solution.outputs["force"]
-        assert force[:, 0].tolist() == [0, 0, 0, *[3] * 8]
-        assert np.allclose(force[:, 1], force[:, 0], rtol=0, atol=1e-9), "at a jump, accelerations are those behind it"
-        fine = model.simulate(1.0, 0.001, method=method)
-        assert np.max(np.abs(fine.q[:, 0] - free(fine.t) - 3 * after_step(fine.t - 0.3))) < (
-            1e-6 if method != "rk4" else 3e-12
-        )
-
-
-@pytest.mark.slow
-def test_inputs_that_are_given_too() -> None:
-    made = builder().input("push", **steps((LATE, 3))).input("other")
-    model = eomgen.build(made.effort("push", "rail", "push + other").build())
-    exact = float(free(1.0) + 3 * after_step(1.0 - LATE) + 2 * after_step(1.0))
-    for given in (2.0, lambda t: 2.0):
-        assert np.allclose(slopes(model, "rk4", exact, (100, 200), inputs={"other": given}), 4.0, rtol=0, atol=0.2)
-    solution = model.simulate(1.0, 0.01, inputs={"push": 0.0, "other": 0.0})
-    assert np.max(np.abs(solution.q[:, 0] - free(solution.t))) < 1e-3
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie"])
 def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
     made = builder("absolute").input("push", points=[[0, 0], [LATE, 3]], interpolation="steps")
@@ -150,17 +122,6 @@ def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
     before = solution.t < LATE
     assert np.allclose(weight[before], -9.81 * np.sign(-weight[0]), rtol=1e-6)
     assert np.allclose(np.abs(weight[~before]), 9.81 - 6.0, rtol=1e-6)
-
-
-@pytest.mark.slow
-def test_the_base_jumps_in_acceleration_only() -> None:
-    """A bump as motion of the base: an acceleration that jumps, against the same motion by a fine run without
-    events."""
-    made = builder().curve("hump", bump={"length": 0.211, "height": 0.02, "position": LATE}).base(["hump(t)", 0, 0])
-    model = eomgen.build(made.build())
-    exact = model.simulate(1.0, 1e-4, method="rk4").q[-1, 0]
-    assert np.allclose(slopes(model, "rk4", float(exact), (200, 400, 800)), 4.0, rtol=0, atol=0.3)
-    assert np.allclose(slopes(model, "generalized_alpha", float(exact), (200, 400, 800)), 2.0, rtol=0, atol=0.1)
 
 
 @pytest.mark.slow
@@ -200,17 +161,6 @@ def test_a_checkpoint_at_a_jump_goes_on_with_the_same_bits(given: dict[str, floa
         first = model.simulate(end, 0.02, inputs=given, checkpoint=tmp_path / "c.npz")
         both = first.followed_by(model.resume(tmp_path / "c.npz", 0.6))
         assert np.array_equal(both.q, one.q) and np.array_equal(both.a, one.a)
-
-
-@pytest.mark.slow
-def test_states_across_a_jump() -> None:
-    """A first-order lag that is pushed by a step: zdot = (push - z)/0.2."""
-    made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").state("lag", "(push - lag) / 0.2")
-    model = eomgen.build(made.effort("push", "rail", "lag").build())
-    exact = 3 * (1 - np.exp(-(1 - LATE) / 0.2))
-    for method, order in (("generalized_alpha", 2.0), ("rk4", 4.0)):
-        errors = [abs(model.simulate(1.0, 1.0 / n, method=method).z[-1, 0] - exact) for n in (50, 100, 200)]
-        assert np.allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, rtol=0, atol=0.2)
 
 
 @pytest.mark.slow

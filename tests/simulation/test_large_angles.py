@@ -45,7 +45,7 @@ def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
         model.simulate(1e13 + 10.0, 0.1, t_start=1e13)
     assert str(refused.value) == (
         "usage error: t_start: sin(7e+13) in the input u would be taken at t = 1e+13 s; sines and cosines are"
-        " computed up to 1e+10 rad, beyond which numbers differ by 2e-06 rad and more; try: an origin of time near"
+        " computed up to 1e+10 rad: beyond, numbers differ by 2e-06 rad and more; try: an origin of time near"
         " the run, with the phase there in the formula"
     )
     with pytest.raises(UsageError, match=r"t_end: sin\(1.05e\+10\) in the input u would be taken at t = 1.5e\+09 s"):

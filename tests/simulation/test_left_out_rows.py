@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, Literal
 
-import numpy as np
 import pytest
 
 import eomgen
@@ -82,15 +81,6 @@ def test_a_shift_that_is_no_contradiction_is_said_by_scene_and_run(form: Any, of
     assert not any("left out" in line for line in one.simulate(1e-3, 1e-3).metadata["corrections"])
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_lengths_in_the_plane_change_nothing_that_is_left_out(form: Any) -> None:
-    """Rows follow from others at all lengths, so that only the derivation looks at it, and no run."""
-    run = model(*form).simulate(0.1, 1e-3, parameters={"Y": 1.7})
-    assert run.success
-    closed = model(*form).evaluate("constraint", run.q[-1], parameters={"Y": 1.7})["Phi"]
-    np.testing.assert_allclose(closed, 0.0, atol=1e-9)
-
-
 def hinged() -> eomgen.SceneBuilder:
     """Return a body on a hinge, with a tunable place X."""
     builder = eomgen.SceneBuilder("hinged").parameter("X", 0.0, tunable=True).body("b", 1.0, inertia=[0.1] * 3)
@@ -143,11 +133,3 @@ def test_points_of_a_distance_that_coincide_are_named(capfd: pytest.CaptureFixtu
     ):
         hanging.simulate(0.1, parameters={"X": 0.0})
     assert capfd.readouterr().err == ""
-
-
-def test_dependent_rows_of_a_state_are_no_traceback() -> None:
-    """The bars of a parallelogram on one line may move in two ways, and their constraint forces are not unique."""
-    parallelogram = eomgen.build(four_bar(False, "joint", Y=1.0, on_line=True), profile="quick")
-    said = "accelerations and multipliers are not unique: rows depend on each other"
-    with pytest.raises(eomgen.NumericalError, match=said):
-        parallelogram.forward_dynamics([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])

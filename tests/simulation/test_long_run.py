@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import pytest
 
-import eomgen
 from benchmarks import tops
 from benchmarks.long_run import COUPLER, CRANK, GROUND, ROCKER, Case, LongRun, four_bar, measured
 
@@ -74,21 +73,3 @@ def test_a_crank_that_has_turned_eight_thousand_times_keeps_its_loop(method: str
     assert np.abs(np.diff(late.q, axis=0)).max() < 0.03
     assert late.q - turned == pytest.approx(first.q - model.initial_q, abs=2e-9)  # the start, 1e-11 off, is felt
     assert late.v == pytest.approx(first.v, abs=2e-8)
-
-
-@pytest.mark.slow
-def test_an_angle_that_winds_up_a_spring_is_left_alone() -> None:
-    builder = eomgen.SceneBuilder("wound", coordinates="joint")
-    for name, parent, angle in (("first", "base", 0.7), ("second", "first", -1.4), ("third", "base", 0.0)):
-        builder.body(name, 1.0, center_of_mass=[0.5, 0, 0], inertia=[0.01, 0.1, 0.1])
-        stiffness = 2.0 if name == "first" else 0.0
-        at = [1.0 if name == "second" else 0.0, 0, 0]
-        start = {"position": [angle]}
-        builder.joint(
-            f"to_{name}", "revolute", parent, name, axis=[0, 1, 0], position=at, stiffness=stiffness, initial=start
-        )
-    pin = {"axis": [0, 1, 0]}
-    ends = [{"body": name, "position": [length, 0, 0], **pin} for name, length in (("second", 1.0), ("third", 1.5))]
-    builder.constraint("loop", "revolute", ends[0], ends[1])
-    model = eomgen.build(builder.build())
-    assert {model.q_names[k] for k in model.library.layout["method"]["turning"]} == {"q.to_second", "q.to_third"}

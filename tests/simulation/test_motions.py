@@ -17,7 +17,6 @@ import pytest
 
 import eomgen
 from tests.docs.parts import whole
-from tests.models.library import scene_file
 
 START = {"x": {"position": 0.2, "velocity": 0.3}, "swing": {"position": 0.3, "velocity": 0.0}}
 LAW = "0.2 + 0.1 * sin(3 * t)"
@@ -80,14 +79,6 @@ def test_the_effort_of_a_drive_is_mass_by_acceleration() -> None:
         efforts.append(float(run.outputs["effort"]))
     assert efforts == pytest.approx(2.0 * 12.0 * t**2, abs=2.0 * 24.0 * 1e-6)
     assert run.q[0] == pytest.approx(t[-1] ** 4, abs=1e-14)
-
-
-@pytest.mark.slow
-def test_absolute_coordinates_follow_motions_too() -> None:
-    run = cart("lift", "absolute").start(step=1e-3, method="generalized_alpha")
-    for t in 1e-3 * np.arange(1, 101):
-        run.step(motions={"lift": (0.2 + 0.1 * t**3, 0.3 * t**2, 0.6 * t)})
-    assert run.q[4:7] == pytest.approx([0.2 + 0.1 * run.t**3, 0.0, 0.0], abs=1e-10)
 
 
 @pytest.mark.slow
@@ -186,19 +177,6 @@ def test_a_state_set_at_another_time_keeps_its_motions() -> None:
     assert run.q[0] == pytest.approx(sine(0.051)[0], abs=1e-14)
 
 
-@pytest.mark.slow
-def test_a_scene_that_includes_one_with_a_motion(tmp_path: Path) -> None:
-    lift = {"lift": {"motion": True, "unit": "m"}}
-    driven = {"joints__slide__drive": "2 * lift", "joints__slide__stiffness": None, "joints__slide__initial": None}
-    scene_file(tmp_path, "oscillator", inputs=lift, outputs=None, simulation=None, **driven)
-    outer = "".join(f'[include.{side}]\nfile = "oscillator.toml"\n' for side in ("left", "right"))
-    (tmp_path / "two.toml").write_text(f'format = 1\nname = "two"\n{outer}')
-    run = eomgen.build(tmp_path / "two.toml", profile="quick").start(step=1e-3)
-    first, second = run.motions
-    run.step(motions={first: (0.1, 0.0, 0.0), second: (-0.3, 0.0, 0.0)})
-    assert run.q == pytest.approx([0.2, -0.6], abs=1e-14)
-
-
 def test_a_run_as_a_whole_has_its_motions_at_rest_or_at_a_rate() -> None:
     model = cart("lift")
     assert model.simulate(0.01, 1e-3, error_estimate=False).q[-1, 0] == pytest.approx(0.2, abs=1e-14)
@@ -253,26 +231,6 @@ def test_a_kink_behind_a_motion_is_refused_where_it_comes() -> None:
         run.step(n=10, motions={"lift": (0.22, 0.0, 0.0)})
 
 
-def refused_scene(**keys: Any) -> str:
-    builder = eomgen.SceneBuilder("cart").body("cart", 2.0)
-    for name, value in keys.pop("parameters", {}).items():
-        builder.parameter(name, value)
-    builder.input(keys.pop("name", "lift"), **keys)
-    builder.joint("x", "prismatic", "base", "cart", axis=[1, 0, 0], drive="0.1 * t")
-    with pytest.raises(eomgen.DescriptionError) as caught:
-        builder.build()
-    return str(caught.value)
-
-
-def test_what_an_input_cannot_be_beside_a_motion() -> None:
-    assert "a motion is given by its caller, and takes no formula" in refused_scene(formula="t", motion=True)
-    assert "a motion is given by its caller, and takes no points" in refused_scene(points=[[0, 0], [1, 1]], motion=True)
-    assert "initial belongs to an input that is a motion, and this input is not" in refused_scene(initial=0.2)
-    text = refused_scene(motion=True, parameters={"lift_3": 1.0})
-    assert "the motion lift has the parameter lift_3, and there is a parameter of that name" in text
-    assert "whose name is too long; try: a shorter name" in refused_scene(motion=True, name="l" * 60)
-
-
 @pytest.mark.slow
 def test_steps_before_and_behind_an_event_that_stops() -> None:
     """A motion that an event has stopped goes on from where it was then, with its rate and acceleration."""
@@ -280,13 +238,3 @@ def test_steps_before_and_behind_an_event_that_stops() -> None:
     run.step(n=100, motions={"feed": (0.1, 0.0, 0.0)})
     assert run.stopped and run.motions["feed"] == pytest.approx([0.05, 1.875, 0.0], abs=1e-6)
     assert run.t == pytest.approx(0.05, abs=1e-8)
-
-
-def test_parameters_are_set_together_or_not_at_all() -> None:
-    run = cart("lift").start(step=1e-3)
-    before = dict(run.parameters)
-    with pytest.raises(eomgen.UsageError, match="there is no parameter 'c9'"):
-        run.set_parameters({"lift_1": 2.0, "c9": 1.0})
-    with pytest.raises(eomgen.UsageError, match="a mapping from names to numbers is needed, not float"):
-        run.set_parameters(2.0)
-    assert dict(run.parameters) == before

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
 from tests.models.scenes import PENDULUM_TOML, absolute, pendulum
 
 
@@ -41,13 +40,6 @@ def test_undamped_and_damped_cases_bear_constraints() -> None:
         np.testing.assert_allclose(run.q[-1], fine.q[-1], atol=3e-5)
 
 
-@pytest.mark.slow
-def test_what_a_user_should_know_is_in_the_message() -> None:
-    run = pendulum().simulate(0.05, 1e-2, method="newmark", beta=0.125)
-    assert run.success and "newmark with 2 beta < gamma is stable only while step times the highest" in run.message
-    assert "below 2.828" in run.metadata["notes"][-1]
-
-
 REFUSED: dict[str, dict[str, object]] = {
     "rho_inf: trapezoidal takes no rho_inf; try: leave it out": {"method": "trapezoidal", "rho_inf": 0.8},
     "alpha: generalized_alpha takes no alpha; try: only rho_inf": {"alpha": 0.1},
@@ -70,19 +62,6 @@ def test_c_of_a_case_without_damping_is_not_written_for_index_3(tmp_path: Path) 
     path.write_text(PENDULUM_TOML, encoding="utf-8")
     with pytest.raises(eomgen.UsageError, match="newmark has a spectral radius of 1 here, and index 3 is weakly"):
         eomgen.generate(path, tmp_path / "c", method="newmark_index3")
-
-
-@pytest.mark.slow
-def test_a_scene_file_chooses_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(PENDULUM_TOML + 'method = "hht"\nalpha = 0.1\n', encoding="utf-8")
-    for words, said in (
-        ([], "hht, step 0.001 s, alpha_m 0, alpha_f 0.1, beta 0.3025, gamma 0.6"),
-        (["--method", "newmark", "--beta", "0.3", "--gamma", "0.55"], "alpha_m 0, alpha_f 0, beta 0.3, gamma 0.55"),
-    ):
-        call = ["simulate", str(path), "--out", str(tmp_path / "out"), "--t-end", "0.1", "--no-plots", *words]
-        assert main(call) == 0
-        assert said in " ".join(capsys.readouterr().out.split())
 
 
 #: Lines of a scene: what they say wrong, at which key.

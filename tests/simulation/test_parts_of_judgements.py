@@ -260,15 +260,13 @@ def test_a_motion_between_sparse_rows_is_measured_by_all_steps(
     monkeypatch.setattr(error_estimation, "step_rows", lambda *_: SimpleNamespace(rows=finer))
     monkeypatch.setattr(error_estimation, "motion_size", size)
     monkeypatch.setattr(error_estimation, "replace", lambda item, sizes: SizeOfMotion(sizes))
-    runs: Any = SimpleNamespace(
-        run=SimpleNamespace(model=None), own=SimpleNamespace(statistics={}), size=SizeOfMotion(known)
-    )
-    library: Any = None
-    assert _moves_between_rows(runs, library, rows, np.zeros(0)) is larger and seen == [5]
+    taken = SimpleNamespace(model=None), None, rows, np.zeros(0), None, {}
+    runs: Any = SimpleNamespace(taken=taken, size=SizeOfMotion(known))
+    assert _moves_between_rows(runs) is larger and seen == [5]
     assert runs.size.sizes["v"].tolist() == ([2.1, 4.0] if larger else [1.0, 4.0])
     assert runs.size.sizes["z"].tolist() == [1.0]
     monkeypatch.setattr(error_estimation, "step_rows", lambda *_: None)
-    assert not _moves_between_rows(runs, library, rows, np.zeros(0))
+    assert not _moves_between_rows(runs)
 
 
 class SizeOfMotion:

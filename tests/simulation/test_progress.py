@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.base import progress
-from eomgen.base.progress import counted_units, show_progress, terminal_bar, told_by, waiting
+from eomgen.base.progress import counted_units, terminal_bar, told_by, waiting
 
 
 @pytest.fixture
@@ -35,33 +35,6 @@ def _notebook(monkeypatch: pytest.MonkeyPatch, kernel: object) -> list[str]:
     monkeypatch.setitem(sys.modules, "IPython", shell)
     monkeypatch.setitem(sys.modules, "IPython.display", shows)
     return pages
-
-
-def test_a_notebook_gets_a_bar_that_goes_away(model: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    pages = _notebook(monkeypatch, kernel=object())
-    monkeypatch.setitem(progress._DELAYS, "notebook", 0.0)
-    assert model.simulate(0.5, 1e-3, progress=True).success
-    parts = [float(page.split('value="')[1].split('"')[0]) for page in pages[:-1]]
-    assert parts[0] == 0.0
-    assert parts == sorted(parts)
-    assert parts[-1] == 1.0
-    assert all(page.startswith("spherical_pendulum <progress") for page in pages[:-1])
-    assert pages[-1] == ""
-
-
-def test_the_bar_goes_away_when_the_work_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
-    pages = _notebook(monkeypatch, kernel=object())
-    with pytest.raises(KeyboardInterrupt), show_progress(True, "arm"):
-        raise KeyboardInterrupt
-    assert pages[-1] == ""
-
-
-def test_where_nobody_looks_there_is_no_bar(
-    model: eomgen.Model, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pages = _notebook(monkeypatch, kernel=None)
-    assert model.simulate(0.1, 1e-3, progress=True).success
-    assert (pages, capsys.readouterr()) == ([], ("", ""))
 
 
 def _be_terminal(monkeypatch: pytest.MonkeyPatch, patience: float) -> None:
@@ -143,16 +116,6 @@ def test_compilers_tell_a_display_that_is_there(monkeypatch: pytest.MonkeyPatch,
         report(1, 2)
     assert told == ["compiling arm: 1 of 2 files, 0 s"]
     assert capsys.readouterr().err == ""
-
-
-@pytest.mark.slow
-def test_compilers_tell_nobody_if_stderr_is_no_terminal(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setitem(progress._DELAYS, "compilers", 0.0)
-    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
-    eomgen.build("examples/spherical_pendulum/scene.toml", ["energy"], profile="quick")
-    assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("display", [terminal_bar, waiting, counted_units])

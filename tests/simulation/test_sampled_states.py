@@ -193,25 +193,10 @@ def test_mistakes_in_sampled_states_are_told(said: str) -> None:
         eomgen.load(tomllib.loads(CART) | {"states": {"a": WRONG[said]}})
 
 
-def test_the_name_of_a_delayed_state_is_taken() -> None:
-    states = {"a": {"sample": 1, "formula": "1", "delay": 1}, "a_sampled": {"rate": "1"}}
-    with pytest.raises(eomgen.DescriptionError, match="the name a_sampled is"):
-        eomgen.load(tomllib.loads(CART) | {"states": states})
-
-
 def test_samples_begin_at_zero_and_their_effects_a_delay_later() -> None:
     late = CART + '[states.late]\nsample = "0.5 s"\ndelay = "0.2 s"\nformula = "q.x"\n'
     model = eomgen.build(tomllib.loads(late), profile="instant")
     np.testing.assert_allclose(model.discontinuity_times(-1.5, 1.0), [0.0, 0.2, 0.5, 0.7, 1.0])
-
-
-def test_sampled_states_that_ask_for_each_other_are_refused() -> None:
-    text = '[states.a]\nsample = 1\nformula = "b"\n[states.b]\nsample = 1\nformula = "a + 1"\n'
-    with pytest.raises(eomgen.ModelError, match="the sampled states a, b ask for each other's value at the same time"):
-        eomgen.derive(eomgen.load(tomllib.loads(CART + text)))
-    delayed = text.replace('formula = "b"', 'formula = "b"\ndelay = 1')
-    rows = eomgen.derive(eomgen.load(tomllib.loads(CART + delayed))).sampled
-    assert [(row.state, row.level) for row in rows] == [(0, 2), (1, 0), (2, 1)]
 
 
 @pytest.mark.slow
@@ -221,16 +206,6 @@ def test_what_moves_continuously_only_is_refused() -> None:
             analysis()
     with pytest.raises(eomgen.UsageError, match="forces jump 1e\\+06 times within a step of 1e\\+04 s"):
         model(HOLD).simulate(2e4, 1e4, method="rk4")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("digits", "noted"), [("0.53195326136296", False), ("0.53", True)])
-def test_gains_that_a_program_computed_have_no_note_on_units(digits: str, noted: bool) -> None:
-    clock = 'sample = "10 ms"\nformula ='
-    sampled = f'[states.place]\n{clock} "q.x"\nunit = "m"\n[states.rate]\n{clock} "v.x"\nunit = "m/s"\n'
-    sampled += f'[states.a]\n{clock} "{digits} * place - {digits[:-1]}7 * rate"\nunit = "N"\n'
-    notes = eomgen.build(tomllib.loads(CART.replace("1 + t", "1.0") + HOLD + sampled), profile="instant").notes
-    assert any("states.a.formula" in note and "if its numbers have no unit" in note for note in notes) == noted
 
 
 @pytest.mark.slow

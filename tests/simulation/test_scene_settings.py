@@ -31,14 +31,6 @@ def test_a_scenes_settings_are_those_of_the_call() -> None:
     assert over.metadata["settings"]["atol"] == 1e-5
 
 
-@pytest.mark.slow
-def test_other_methods_keep_their_own() -> None:
-    model = eomgen.build(_scene(settings=LOOSE))
-    other = model.simulate(0.5, method="rk4", error_estimate=False)
-    same = eomgen.build(_scene()).simulate(0.5, method="rk4", error_estimate=False)
-    np.testing.assert_array_equal(other.q, same.q)
-
-
 def test_the_emitted_c_has_them_as_defaults(tmp_path: Path) -> None:
     eomgen.generate(_scene(settings={"rtol": 3e-4}), tmp_path)
     text = "".join(file.read_text() for file in sorted(tmp_path.rglob("*.[ch]")))

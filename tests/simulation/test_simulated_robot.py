@@ -40,18 +40,3 @@ def test_a_controller_of_1_khz_around_the_ur5(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
     found = np.array([[float(word) for word in line.split()] for line in result.stdout.splitlines()])
     assert np.max(np.abs(found[:, 0] - q)) < 1e-14 and np.max(np.abs(found[:, 1] - v)) < 1e-14
-
-
-def test_the_same_controller_in_the_scene(tmp_path: Path) -> None:
-    described = scene(stepper_overhead.ROBOT)
-    q, v = stepper_overhead.by_pinocchio(pinocchio_model(stepper_overhead.ROBOT, described), SAMPLES)
-    sampled = stepper_overhead.in_the_scene(described)
-    solution = eomgen.build(sampled, ["forward_dynamics", "internal_rate"], method="rk4").simulate(
-        SAMPLES * stepper_overhead.STEP, stepper_overhead.STEP, error_estimate=False
-    )
-    assert np.max(np.abs(solution.q[-1] - q)) < 1e-14 and np.max(np.abs(solution.v[-1] - v)) < 1e-14
-    eomgen.generate(sampled, tmp_path / "c", method="rk4")
-    result = run(compiled(tmp_path / "c"), "1.0", "1e-3", "1000")
-    assert result.returncode == 0, result.stderr
-    last = np.array([float(word) for word in result.stdout.splitlines()[-1].split(",")])
-    assert np.max(np.abs(last[1:7] - q)) < 1e-14 and np.max(np.abs(last[7:13] - v)) < 1e-14

@@ -8,7 +8,6 @@ import itertools
 import pickle
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,7 +18,6 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.simulation import simulator as simulator_module
 from eomgen.simulation.simulator import Simulator
-from tests.examples.covering import covering
 from tests.models.library import scene
 
 #: A pendulum of tunable mass with a motor that lags behind its torque.
@@ -138,27 +136,6 @@ def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> 
     assert np.array_equal(rows_of(named), rows_of(run))
 
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
-
-COVERING = covering(sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/*.toml")))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", COVERING)
-def test_examples_are_stepped_as_they_are_simulated(name: str) -> None:
-    model = eomgen.build(EXAMPLES / name, profile="quick")
-    step = model.library.layout["defaults"]["step"]
-    solution = model.simulate(40 * step, step, error_estimate=False, record_every=1)
-    run = model.start()
-    for _ in range(20):
-        run.step()
-    run.step(n=20)
-    assert np.array_equal(rows_of(run)[1:], rows_over(solution)[-1, 1:])
-    assert set(run.outputs) == set(solution.outputs)
-    assert all(np.array_equal(value, solution.outputs[name][-1]) for name, value in run.outputs.items())
-
-
 def oracle(segments: int) -> np.ndarray:
     """Return angle, rate and lag at the end of ``jumps``, by own equations and SciPy."""
     y, load = np.array([0.4, -0.3, 0.0]), 1.0
@@ -211,14 +188,6 @@ def test_the_order_is_kept_over_jumps(name: str, coordinates: str, order: int, o
     assert errors[-1] < (1e-8 if order == 4 else 1e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "tolerance", "error"), [("taylor", None, 1e-10), ("rk45", 1e-10, 1e-7), ("generalized_alpha", 1e-7, 1e-3)]
-)
-def test_methods_of_own_steps_keep_their_tolerance_over_jumps(name: str, tolerance: float, error: float) -> None:
-    assert np.linalg.norm(jumps(name, "joint", 8, tolerance=tolerance) - oracle(6)) < error
-
-
 @pytest.mark.slow_except("generalized_alpha-absolute")
 @pytest.mark.parametrize(("name", "coordinates"), CASES)
 def test_copies_and_states_go_on_with_the_same_bits(name: str, coordinates: str) -> None:
@@ -269,22 +238,6 @@ def test_advance_ends_where_it_is_told_to(coordinates: str) -> None:
     assert run.t == 0.1 + 3 * 2.0**-6
     run.advance(1.0)
     assert run.t == 1.0 and run.statistics["steps"] > 60
-
-
-@pytest.mark.slow
-def test_what_a_simulator_says_of_itself() -> None:
-    run = start("rk4", "joint", step=1e-3)
-    assert repr(run) == "<Simulator of pendulum by rk4: t = 0 s, steps of 0.001 s>"
-    run.step(2.0, n=5)
-    assert run.outputs == {"reached": pytest.approx(run.q[0] + 2.0)}
-    assert run.inputs == [2.0] and run.stopped == "" and run.events == () and run.event_counts == {}
-    run.step()
-    assert run.inputs == [0.0], "what a step is not given is the scene's, and zero without a formula"
-    q = run.q
-    run.step()
-    assert q != run.q, "arrays are copies"
-    run.set_state({"hinge": 0.1}, t=2.0)
-    assert (run.t, run.q[0]) == (2.0, 0.1) and run.statistics["steps"] == 0
 
 
 @pytest.mark.parametrize(
@@ -348,19 +301,6 @@ def test_a_step_that_fails_leaves_the_last_good_state() -> None:
     assert np.array_equal(rows_of(run)[:3], before[:3])
     run.step(1.0)
     assert run.t == pytest.approx(0.004)
-
-
-@pytest.mark.slow
-def test_what_is_prescribed_ends_a_motion_where_it_ends() -> None:
-    driven = PENDULUM | {"inputs": {"torque": {"unit": "N m", "formula": "pulse(t)"}}}
-    given = scene("pendulum", curves={"pulse": {"points": [[0, 0], [0.5, 1], [1, 0]]}}, **driven)
-    run = eomgen.build(given, profile="quick").start(method="rk4", step=0.01)
-    run.step(n=99)
-    run.step()
-    with pytest.raises(eomgen.UsageError, match="the points of pulse end at t = 1 s"):
-        run.step()
-    run.step(np.array([0.5]), 200)
-    assert run.t == pytest.approx(3.0)
 
 
 @pytest.mark.slow

@@ -105,27 +105,6 @@ def test_chosen_steps_that_jumps_bound_state_their_error(name: str, method: str,
     assert good(run.error.q, true) if true > 1e-13 else run.error.q < 1e-10
 
 
-@pytest.mark.parametrize("method", ["rk45", "taylor"])
-def test_what_steps_follow_exactly_has_no_error(method: str) -> None:
-    """A cart under a force that is held between samples: powers of time, which every step follows."""
-    cart = on_rail("u", position=0.1).state("u", **LAW)
-    run = built(cart).simulate(1.0, 0.01, method=method, tolerance=1e-6)
-    place, speed = 0.1, 0.0
-    for _ in range(100):
-        force = -20.0 * place - 0.5 * speed
-        place, speed = place + 0.01 * speed + 0.5e-4 * force, speed + 0.01 * force
-    assert abs(run.q[-1, 0] - place) < 1e-13
-    assert run.error.available and run.error.q < 1e-12
-
-
-def test_an_error_that_matters_says_the_order_and_what_it_is_made_from() -> None:
-    run = sampled().simulate(3.0, 0.01)
-    true = np.abs(run.q[:, 0] - known("sampled", run.t)).max()
-    assert run.error.relative > 0.03 and good(run.error.q, true)
-    assert run.error.order == pytest.approx(2.0, abs=0.3)
-    assert run.error.method == "runs at 1/2 and 1/4 of the step"
-
-
 def test_parts_of_steps_are_those_between_points_of_the_grid_and_samples() -> None:
     """Sums by hand: steps of 2 s with samples each 3 s are parts of 2, 1, 1, 2 s; of 4 s: 3, 1, 2, 2, 1, 3 s."""
     parts = step_parts({"samples": {"clocks": [[3.0, 0.0]]}}, 0.0, 12.0, 2.0, np.empty(0))

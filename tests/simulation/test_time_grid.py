@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 from functools import cache
 from pathlib import Path
 
@@ -55,22 +53,6 @@ def test_the_shortened_step_keeps_the_order(method: str, order: int) -> None:
             np.abs([solution.q[-1] - exact.q[-1], solution.v[-1] - exact.v[-1], solution.a[-1] - exact.a[-1]]).max()
         )
     assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25)
-
-
-@pytest.mark.slow
-def test_tables_and_functions_are_not_asked_beyond_the_end() -> None:
-    asked: list[float] = []
-
-    def push(t: float) -> float:
-        asked.append(t)
-        return 2.0 * t
-
-    by_function = pendulum().simulate(0.0105, 1e-3, method="rk4", inputs={"push": push})
-    assert max(asked) == pytest.approx(0.0105, abs=1e-17)
-    by_table = pendulum().simulate(0.0105, 1e-3, method="rk4", inputs={"push": 2e-3 * np.arange(12)})
-    assert by_table.q == pytest.approx(by_function.q, abs=1e-15)
-    with pytest.raises(UsageError, match=r"the shape is \(11,\), \(12,\) is needed"):
-        pendulum().simulate(0.0105, 1e-3, method="rk4", inputs={"push": np.zeros(11)})
 
 
 def test_a_checkpoint_of_a_run_with_a_shortened_step_goes_on_with_the_grid(tmp_path: Path) -> None:
@@ -145,16 +127,6 @@ def test_a_run_with_very_many_jumps_lists_none_of_them() -> None:
     model = fast_wave(1e-6)
     solution = model.simulate(1.0, 2e-3, method="rk4")
     assert solution.success and solution.v[-1, 0] == pytest.approx(0.5, abs=1e-9)
-
-
-@pytest.mark.slow
-def test_ctrl_c_is_heard_among_many_jumps() -> None:
-    model = fast_wave(1e-6)  # the signal comes while steps are taken, not while the run is prepared
-    timer = threading.Timer(2.0, lambda: signal.raise_signal(signal.SIGINT))
-    timer.start()
-    solution = model.simulate(1e3, 2e-3, method="rk4", record_every=1000)
-    timer.join()
-    assert solution.interrupted and solution.message.startswith("interrupted at t = ")
 
 
 def test_a_stepper_evaluates_the_inputs_that_are_not_given() -> None:

@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import csr_matrix
 
 import eomgen
-from eomgen.mechanics.derive import SharedTape, derive
+from eomgen.mechanics.derive import Derivations, derive
 from eomgen.pipeline.initial_assembly import NEEDED, SPARSE, constraint_equations, with_initial_assembly
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import ConstrainedSystem, RowsInMetric
@@ -68,11 +68,11 @@ def test_assemblies_are_equal(closed: bool) -> None:
 @pytest.mark.slow
 def test_derivations_on_one_tape_have_the_equations_of_separate_ones() -> None:
     scene = chain(40)
-    shared = SharedTape(scene)
-    first = shared.derive(SPARSE)
-    second, alone = shared.derive(["residual", "constraint"]), derive(scene, ["residual", "constraint"])
+    known: Derivations = {}
+    first, alone = derive(scene, SPARSE, known=known), derive(scene, ["residual", "constraint"])
+    second = derive(scene, ["residual", "constraint"], known=known)
     assert second.tape is first.tape
-    assert shared.derive(SPARSE, (3,)).tape is not first.tape
+    assert derive(scene, SPARSE, (3,), known).tape is not first.tape
     random = np.random.default_rng(4)
     inputs = {"v": random.normal(size=240), "a": random.normal(size=240), "lam": random.normal(size=200)}
     for name, block in (("residual", "r"), ("constraint", "Phi")):

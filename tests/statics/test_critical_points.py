@@ -18,7 +18,7 @@ from scipy.special import ellipe, ellipk
 
 import eomgen
 from eomgen.pipeline.model import Model
-from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
+from eomgen.solvers.tangent_stiffness import TangentStiffness
 from tests.anchors import anchor
 from tests.models.cosserat import beam_scene
 from tests.oracles.evaluation import Array
@@ -168,12 +168,6 @@ def test_sparse_pivots_have_the_signs_of_eigenvalues() -> None:
     for seed in range(3):
         stiffness = random_stiffness(seed, 700, 5, band=6)
         assert stiffness.below(0.0) == np.sum(np.linalg.eigvalsh(on_free(stiffness)) < 0.0)
-
-
-def test_the_direction_of_a_space_does_not_depend_on_its_basis(rng: np.random.Generator) -> None:
-    plane, sizes = rng.normal(size=(8, 2)), np.linspace(1.0, 2.0, 8)
-    turned = plane @ np.linalg.qr(rng.normal(size=(2, 2)))[0]
-    np.testing.assert_allclose(canonical_direction(turned, sizes), canonical_direction(plane, sizes), atol=1e-12)
 
 
 def rotor(gravity: list[float], elements: int = 4) -> Model:

@@ -192,15 +192,5 @@ def test_buckling_loads_are_answered_with_their_largest_displacements(
     assert data["modes"] == [{"v.arm": 1.0, "v.leg": 0.25}, {"v.arm": 0.5, "v.leg": -1.0}]
     assert calls[1][0] == ("load", 0.0) and load_paths().answer(model, {"initial": {}}, as_json=False) == 0
     assert len(calls) == 2
-    for given, said in (
-        (
-            {"buckling": "load", "path": "loads.csv"},
-            r"--out loads.csv: buckling loads are written as \.json; try: --out",
-        ),
-        (
-            {"along": "load=0:1", "path": "path.txt"},
-            r"--out path.txt: a path is written as \.csv or \.json; try: --out",
-        ),
-    ):
-        with pytest.raises(UsageError, match=said):
-            load_paths(**given)
+    with pytest.raises(UsageError, match=r"--out loads.csv: buckling loads are written as \.json; try: --out"):
+        load_paths(buckling="load", path="loads.csv")

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 
-from eomgen.products.studies.identification import measurements, study
+from eomgen.products.studies.identification import measurements
 from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.work_precision.running import tuning_grid
 
@@ -21,10 +19,6 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "one row": (
         lambda: measurements.times_of("run", {"t": np.zeros(1)}),
         "run: there are 1 rows, and a run has two at least; try: more data",
-    ),
-    "runs of one name": (
-        lambda: study._named_apart(cast(Any, [SimpleNamespace(name=name) for name in ("a", "b", "a")])),
-        "data: two runs are named a; try: files of different names",
     ),
     "step longer than a run": (
         lambda: tuning_grid(1.0, 1.01, 0.1),

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from eomgen.products.studies.verification.differences import LADDER
 from eomgen.studies import check
 from tests.examples.covering import features
 
@@ -60,21 +57,3 @@ def test_every_closed_form_of_an_example_agrees(name: str) -> None:
 def test_second_derivatives_alone_bring_the_first_ones_that_they_are_held_to() -> None:
     report = check(EXAMPLES / "quarter_car" / "scene.toml", states=2, profile="quick", only=("second_partials",))
     assert report.passed and [form.name for form in report.forms] == ["second_partials.Hd"]
-
-
-@pytest.mark.long
-def test_a_report_is_written_and_drawn(tmp_path: Path) -> None:
-    report = check(
-        EXAMPLES / "slider_crank_spatial" / "scene.toml", states=3, profile="quick", only=("constraint", "partials")
-    )
-    files = report.write(tmp_path / "new" / "folder")
-    assert [path.name for path in files] == ["check.json", "check.csv", "check.png"]
-    data = json.loads(files[0].read_text(encoding="utf-8"))
-    assert data["passed"] and data["ladder"] == LADDER.tolist()
-    assert [form["name"] for form in data["forms"]] == [form.name for form in report.forms]
-    rows = list(csv.reader(files[1].read_text(encoding="utf-8").splitlines()))
-    drawn = [form for form in report.forms if form.errors]
-    assert rows[0] == ["step", *(form.name for form in drawn)] and len(rows) == 1 + len(LADDER)
-    column = rows[0].index("partials.K")
-    assert min(float(row[column]) for row in rows[1:]) == next(f.agreement for f in drawn if f.name == "partials.K")
-    assert files[2].read_bytes().startswith(b"\x89PNG") and files[2].stat().st_size > 20_000

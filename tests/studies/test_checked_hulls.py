@@ -10,8 +10,16 @@ import pytest
 import eomgen
 from eomgen.scene.load import from_data
 from eomgen.studies import check
-from tests.waves.test_hulls import COLUMN, HULLS, INERTIA, MASS, SEA, _data
+from tests.waves.test_hulls import COLUMN, INERTIA, MASS, _data
 from tests.waves.test_water_planes import _scene
+
+HULLS = {
+    "leg": COLUMN
+    | {"start": [1, 0.5, -5], "end": [1.5, 0.2, 3], "drag": 1.1, "axial_drag": 80, "wet": 4, "stations": 2},
+    "pontoon": COLUMN
+    | {"start": [-3, 0.5, -5], "end": [3, 0.2, -4.5], "drag": 0.9, "stations": 1, "axial_added_mass": 0},
+}
+SEA = {"spectrum": {"type": "jonswap", "height": 1, "period": 7}, "components": 2, "depth": 40}
 
 
 def platform() -> eomgen.Scene:

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.mechanics import scene_tape
-from eomgen.mechanics.tree import alike
+from eomgen.mechanics.tree import links
 from eomgen.products.studies.verification.differences import _as_finer
 from eomgen.scene.load import load_toml
 from eomgen.studies import check
@@ -32,11 +31,6 @@ def slide(**parts: Any) -> dict[str, Any]:
         "joints": {"x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], **parts.pop("joint")}},
         **parts,
     }
-
-
-def rubbed() -> dict[str, Any]:
-    """Return a slide at 1e-4 m/s in friction that turns over within 1e-4 m/s: steps of 1 m/s see a constant."""
-    return slide(joint={"friction": {"coulomb": 5.0, "velocity": 1e-4}, "initial": {"velocity": 1e-4}})
 
 
 def clipped() -> dict[str, Any]:
@@ -63,14 +57,6 @@ def driven() -> eomgen.Scene:
     return builder.simulation(duration=0.1, step=1e-5).build()
 
 
-def mast() -> eomgen.Scene:
-    """Return a mast whose geometric stiffness is compared without its loads."""
-    builder = eomgen.SceneBuilder("mast", gravity=[0, 0, 0])
-    builder.beam("mast", 2.0, mass_per_length=0.5, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 70.0})
-    builder.joint("clamp", "revolute", "base", "mast", axis=[0, 1, 0], stiffness=100)
-    return builder.distributed_load("wind", "mast", [5, 0, "-3 * (1 + 0.2 * sin(t))"], profile=[0.5, 0.5]).build()
-
-
 def watched() -> dict[str, Any]:
     """Return a double pendulum on a moving base, with events of all levels."""
     scene = changed(DOUBLE, "checked_events", states={"lag": {"rate": "q.elbow - lag"}})
@@ -90,7 +76,6 @@ def on_hills() -> Any:
 CAR = "examples/car_in_side_wind/system/car.toml"
 #: Scenes, options of ``check``, and forms that are in the report.
 SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
-    "regularised friction": (rubbed, {"states": 2, "only": ["force_rates", "forward_rates"]}, set()),
     "equal operands": (clipped, {"states": 2, "only": ["forward_dynamics"]}, set()),
     "laws by differences": (lambda: CAR, {"states": 2, "only": ["output_parameter_partials"]}, set()),
     "input without parameters": (
@@ -100,7 +85,6 @@ SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
         driven, {"states": 4, "only": ["constraint_velocity_derivatives"]},
         {"constraint_velocity_derivatives.constraint_velocity_derivatives"},
     ),
-    "geometric stiffness": (mast, {}, {"elastic.K_geo"}),
     "another front end": (lambda: lattice("pendulums"), {"states": 4}, {"mass.M", "partials.K"}),
     "events": (watched, {"only": ["event"]}, {"events.event_rate", "event_impulse.gradient"}),
     "shafts without mass": (lambda: load_toml(SHAFTS), {}, set()),
@@ -120,8 +104,7 @@ def test_closed_forms_of_a_scene_agree(name: str) -> None:
 
 @pytest.mark.slow
 def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(alike, "MANY", 6)
-    monkeypatch.setattr(scene_tape, "MANY", 6)
+    monkeypatch.setattr(links, "MANY", 6)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
     report = check(chain("mixed", 8), states=2, only=["iteration", "energy"], profile="quick")
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import pytest
@@ -27,14 +26,3 @@ def test_values_that_differ_from_the_defaults_are_named(
     configuration: Configuration, keys: dict[str, object], label: str
 ) -> None:
     assert (configuration.simulation_keys(), configuration.label) == (keys, label)
-
-
-def test_no_two_configurations_have_one_key() -> None:
-    several = [
-        PLAIN,
-        replace(PLAIN, real="float"),
-        replace(PLAIN, profile="another"),
-        replace(PLAIN, settings={"a": 1.0}),
-    ]
-    assert len({one.key for one in several}) == len(several)
-    assert all(json.loads(one.key)["method"] == "rk4" for one in several)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -207,24 +205,3 @@ def test_beams_bend_by_a_twentieth_of_their_length() -> None:
     )  # fmt: skip  # a table
     scales = drawing._scales(model, [{"z": np.array([-2.0, 0.0])}, {"z": np.array([1.0, 0.0])}], 9.0)
     assert scales["v"].tolist() == [0.2, 0.05, 1.0] and scales["z"].tolist() == [2.0, 1.0]
-
-
-@pytest.mark.parametrize("change", [lambda q: q, lambda q: np.where(np.arange(5) == 4, np.nan, q)])
-def test_rows_that_are_not_finite_are_left_out(change: Callable[[np.ndarray], np.ndarray]) -> None:
-    model = Model(top())
-    own = model.simulate
-
-    def simulate(*given: Any, **more: Any) -> Any:
-        run = own(*given, **more)
-        run.q[1] = change(run.q[1])
-        return run
-
-    model.simulate = simulate  # type: ignore[method-assign]
-    notes: list[str] = []
-    states, names = drawing._motion(model, 4, notes)  # type: ignore[arg-type]
-    finite = bool(np.isfinite(change(np.zeros(5))).all())
-    assert names == ["initial state", *["t = 0.2 s"][:finite], "t = 0.4 s", "t = 0.6 s"] and len(states) == 3 + finite
-    short = replace(model.description, simulation=replace(model.description.simulation, duration=0.3))
-    model.description = short
-    drawing._motion(model, 4, notes)  # type: ignore[arg-type]
-    assert model.asked[-1][0] == 0.3

@@ -9,7 +9,6 @@ import pytest
 
 import eomgen
 from eomgen.integrators.families.register import method_named
-from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
 from eomgen.products.studies.ladders.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 
@@ -55,21 +54,6 @@ def test_beams_have_pivots_in_any_units(model: str, system_of_units: str) -> Non
     system = method.prepared(eomgen.derive(in_units(cantilever(model), units)))
     for step in (1e-5 * units.time, 1e-3 * units.time, 1e-3):
         assert method_data(method, system, step)
-
-
-@pytest.mark.slow
-def test_states_for_the_choice_of_pivots_are_the_same_in_any_units() -> None:
-    """Size and number of the sample states; units of the test are powers of 1000, as the scale of these states is."""
-    shares = []
-    for length in (1.0, 1e-6):
-        system = method_named("generalized_alpha").prepared(
-            eomgen.derive(in_units(cantilever("cosserat"), SceneUnits(length=length)))
-        )
-        samples = samples_of(system)
-        travels = ~np.array(system.angular)
-        shares.append(samples.v / np.where(travels, length, 1.0))
-        assert samples.scale[travels].max() == length
-    np.testing.assert_allclose(*shares, rtol=1e-5, atol=1e-8)
 
 
 @pytest.mark.slow

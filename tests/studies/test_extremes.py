@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import faulthandler
-import io
-import json
 import os
 import signal
 import time
@@ -19,8 +16,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.cli import main
-from eomgen.cli.printing import print_table
 from eomgen.products.studies.ladders.register import LADDERS, _decades
 from eomgen.products.studies.ladders.result import VERDICTS, Cell, Extremes, draw, verdict
 from eomgen.products.studies.ladders.runs import (
@@ -35,7 +30,6 @@ from eomgen.products.studies.ladders.runs import (
     RunnerProcess,
 )
 from eomgen.products.studies.ladders.scaling import ORIGIN, with_factors
-from tests.models.library import scene_file
 
 PENDULUM: dict[str, Any] = {
     "format": 1,
@@ -191,29 +185,6 @@ def test_a_table_of_infinite_errors_is_json(tmp_path: Path, monkeypatch: pytest.
     assert "Infinity" not in (text := (tmp_path / "extremes.json").read_text()) and "NaN" not in text
 
 
-def test_cells_are_printed_as_they_are_named(capsys: pytest.CaptureFixture[str]) -> None:
-    """``:-1:`` is no picture of a thumb."""
-    print_table("cells", ("cell",), [("step:-1:rk4",), (":+1:",)])
-    assert capsys.readouterr().out.split() == ["cells", "cell", "step:-1:rk4", ":+1:"]
-
-
-@pytest.mark.slow
-def test_the_command_line_writes_table_json_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = scene_file(tmp_path, "pendulum")
-    out = tmp_path / "map"
-    assert main(["extremes", str(scene), "--ladders", "rho_inf,structure", "--out", str(out)]) == 0
-    assert "fails" in capsys.readouterr().out
-    assert {file.name for file in out.iterdir()} == {"cells.jsonl", "extremes.csv", "extremes.json", "extremes.png"}
-    rows = list(csv.DictReader(io.StringIO((out / "extremes.csv").read_text(encoding="utf-8"))))
-    data = json.loads((out / "extremes.json").read_text(encoding="utf-8"))
-    assert len(rows) == len(data["cells"]) and data["fails"] == 0
-    words = rows[0]["command"].split()
-    assert words[:3] == ["eomgen", "extremes", str(scene)]
-    assert main([*words[1:], "--json"]) == 0
-    again = json.loads(capsys.readouterr().out)["cells"]
-    assert [cell["verdict"] for cell in again] == [rows[0]["verdict"]]
-
-
 def test_decades_go_from_the_first_to_the_last() -> None:
     assert _decades(-2, 1) == (0.01, 0.1, 1.0, 10.0)
     assert _decades(-3, 3, 3) == (1e-3, 1.0, 1e3)
@@ -231,9 +202,3 @@ def test_ladders_of_a_map_stand_apart(ladders: int, tmp_path: Path) -> None:
     picture = matplotlib.image.imread(draw("pendulum", cells, tmp_path / "map.png"))
     height = 3.0 * ladders + 1.45 * (ladders - 1)  # in rows
     assert len(picture) == pytest.approx(110.0 * (1.5 + 0.27 * max(height, 4.0)), abs=1.0)
-
-
-def test_every_ladder_has_a_row_and_words() -> None:
-    assert len({ladder.name for ladder in LADDERS}) == len(LADDERS)
-    for ladder in LADDERS:
-        assert ladder.scales and list(ladder.values) == sorted(ladder.values) and 0.0 < ladder.bound <= 0.01

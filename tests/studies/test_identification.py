@@ -163,14 +163,6 @@ def test_several_runs_have_initial_states_of_their_own(slider: eomgen.Model) -> 
     assert set(found.parameters) == {"stiffness", "damping"}
 
 
-def test_an_input_of_the_data_drives_the_run(slider: eomgen.Model) -> None:
-    given = data(0, push=2.0) | {"push": np.full(201, 2.0)}
-    found = found_by(slider, given, "stiffness", "damping", "mass_a")
-    assert all(one.low < TRUE[one.name] < one.high for one in found.estimates)
-    constant = found_by(slider, data(0, push=2.0), "stiffness", "damping", "mass_a", inputs={"push": 2.0})
-    np.testing.assert_allclose(constant["mass_a"].value, found["mass_a"].value, rtol=1e-9)
-
-
 def test_masses_that_move_together_are_known_by_their_sum(slider: eomgen.Model) -> None:
     given = data(0, push=2.0) | {"input.push": np.full(201, 2.0)}
     found = found_by(slider, given, "stiffness", "mass_a", "mass_b", values={"mass_a": 1.5})
@@ -279,6 +271,12 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
         found_by(slider, tmp_path / "runl.csv", "stiffness")
     with pytest.raises(FileError, match=r"this is not a text in UTF-8, and a CSV file is needed"):
         found_by(slider, tmp_path / "run1.csv", "stiffness")
+    files = [tmp_path / name / "run.csv" for name in ("first", "second")]
+    for file in files:
+        file.parent.mkdir()
+        file.write_text("t,x\n0,1\n1,2", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"data: two runs are named run; try: files of different names"):
+        found_by(slider, files, "stiffness")
 
 
 @pytest.mark.parametrize(
@@ -289,11 +287,10 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
         ({"t": None}, "run1: there is no column t of times in s; try: t in place of one of x"),
         ({"t": 1.0}, "run1: time does not increase: 1 s in row 2 follows 1 s; try: rows in the order of their times"),
         ({"t": np.nan}, "run1: 201 of 201 times are not numbers, the first in row 1"),
-        ({"x": "text"}, "data: the column x is str, no array of numbers"),
+        ({"x": "text"}, "data: the column x is str, not one number for each time"),
+        ({"x": np.zeros((201, 2))}, "data: the column x is ndarray, not one number for each time"),
         ({"x": 1e300}, "run1, column x: 1e+300 is too large a value: squares of differences to it overflow"),
         ({"x": np.inf}, "run1: 201 of 201 rows have infinite values (x 201); try: missing"),
-        ({"pair": 1.0}, "run1, column 'pair': it is neither an output nor an input of the scene; try: pair[0]"),
-        ({"x": np.zeros((201, 2))}, "data: the column x has the shape (201, 2)"),
         ({"x": np.zeros(7)}, "data: columns differ in length: t 201, x 7"),
     ],
 )
@@ -310,7 +307,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
 
 @pytest.mark.slow_cases(
     "names2-options2-no measurement depends on far at the initial guess; try: other outputs",
-    "names25-options25-tdg2 has no derivatives of runs here",
+    "names19-options19-tdg2 has no derivatives of runs here",
 )
 @pytest.mark.parametrize(
     ("names", "options", "told"),
@@ -319,26 +316,20 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["stiffness", "stiffness"], {}, "parameters: a name is given twice"),
         (["far"], {}, "no measurement depends on far at the initial guess; try: other outputs"),
         (["stiffness"], {"states": ["q.slid"]}, "states: there is no component 'q.slid' of the initial state"),
-        (["stiffness"], {"states": "q.slide"}, "states are a list of names, not the text 'q.slide'"),
         (["stiffness"], {"bounds": {"stiffness": (40.0, 20.0)}}, "bounds of stiffness: 40 is not below 20"),
         (["stiffness"], {"bounds": {"stiffness": 40.0}}, "bounds of stiffness: 40.0 are not two numbers"),
         (["stiffness"], {"bounds": {"stiffness": (26.0, 40.0)}}, "another start within them, by values= (--set)"),
-        (["stiffness"], {"bounds": {"stiffness": (np.nan, 20.0)}}, "(nan, 20) has a bound that is not a number"),
         (["stiffness"], {"bounds": [(1.0, 2.0)]}, "bounds: bounds by name are needed, not [(1.0, 2.0)]"),
         (["stiffness"], {"deviations": {"x": np.ones(2)}}, "deviations of x: a number is needed, not ndarray"),
-        (["stiffness"], {"deviations": "0.1"}, "deviations: a number, or one for each column by name, is needed, not"),
-        ([["stiffness"]], {}, "parameters are a list of names, not [['stiffness']]"),
         (["stiffness"], {"record_every": 2}, "identify: there is no argument 'record_every'; try: data at the times"),
         (["stiffness"], {"bounds": {"damping": (0.0, 1.0)}}, "there is no unknown 'damping'"),
         (["stiffness"], {"deviations": -1.0}, "deviations: standard deviations are positive numbers"),
         (["stiffness"], {"outputs": ["z"]}, "outputs: there is no output 'z'"),
-        (["stiffness"], {"outputs": ["force"]}, "run1: no column is an output of the scene: t, x"),
         (["stiffness"], {"outputs": "x"}, "outputs are a list of names, not the text 'x'"),
         (["stiffness"], {"missing": "skip"}, "missing: 'skip' is none of the choices; try: refuse or drop"),
         (["stiffness"], {"confidence": 95}, "confidence: 95 is not a probability; try: confidence=0.95"),
         (["stiffness"], {"t_start": 1.0}, "t_start: run1 begins at t = 0 s, before the run at 1 s"),
         (["stiffness"], {"step": 0.0}, "step: 0 s is not a step"),
-        (["stiffness"], {"initial": ["q.slide"]}, "initial: the state that runs start at is needed, not the name"),
         (["stiffness"], {"initial": [{}, {}]}, "initial: there are 2 initial states for 1 runs"),
         (["stiffness"], {"method": "tdg2"}, "tdg2 has no derivatives of runs here"),
     ],
@@ -401,9 +392,8 @@ def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
 
 def test_a_solution_and_a_number_are_no_tables(slider: eomgen.Model) -> None:
     run = slider.simulate(0.1, 0.01, inputs={"push": 0.0}, error_estimate=False)
-    for given in (run, [run]):
-        with pytest.raises(UsageError, match=r'columns by name are needed, not Solution; try: \{"t": run.t, "angle"'):
-            found_by(slider, given, "stiffness")
+    with pytest.raises(UsageError, match=r'not Solution; try: "run.csv", or \{"t": run.t, "angle"'):
+        found_by(slider, run, "stiffness")
     with pytest.raises(UsageError, match="data: a file or columns by name are needed, not int"):
         found_by(slider, 3, "stiffness")
     with pytest.raises(UsageError, match=r"values: values by name are needed, not \[1.0\]"):

@@ -123,7 +123,7 @@ def test_references_are_of_two_methods_or_steps_that_agree() -> None:
     (tight, _), (finer, limit) = asked
     assert (tight.method, tight.more) == ("taylor", {"error_estimate": False, "tolerance": 1e-14})
     assert (tight.conditions.step, tight.conditions.steps) == (pytest.approx(FINE * 10), ROWS)
-    assert (finer.method, finer.more, limit) == ("rk4", {"error_estimate": False}, study.LIMIT)
+    assert (finer.method, finer.more, limit) == ("rk4", {"error_estimate": False}, 10.0)
     assert (finer.conditions.step, finer.conditions.steps) == (pytest.approx(FINE / 4.0), 40 * ROWS)
     assert tight.conditions.given == finer.conditions.given == {}
     assert held.uncertainty == pytest.approx((FINE / 4.0) ** 4, rel=1e-3) and held.arrays["q"].shape == (ROWS + 1, 1)

@@ -12,7 +12,7 @@ import pytest
 from eomgen.errors import EomgenError
 from eomgen.products.studies.ladders.runs import ROWS
 from eomgen.products.studies.ladders.scaling import LENGTH, MASS, ORIGIN, TIME, SceneUnits
-from eomgen.products.studies.ladders.subject import FACTORS, FINE, OWN, STEPS, Subject, _data_of, _numbers, _reach
+from eomgen.products.studies.ladders.subject import FACTORS, OWN, STEPS, Subject, _data_of, _numbers, _reach
 
 #: Pull of a spring, of a weight, and rate of a state: of a slider of 2 kg, in SI.
 STIFFNESS, WEIGHT, MASS_SI = 8.0, 9.0, 2.0
@@ -103,7 +103,7 @@ def test_extents_rates_and_fine_steps() -> None:
     assert subject_of(terms=()).extent == subject_of(bodies=()).extent == subject_of(initial_q=[0.0]).extent == 1.0
     subject = subject_of()
     assert subject.rate == 3.0 and subject.period == pytest.approx(2.0 * np.pi / 3.0)
-    assert subject.fine == FINE * subject.period and subject.conditions().step == subject.fine
+    assert subject.fine == 0.01 * subject.period and subject.conditions().step == subject.fine
     assert subject.conditions().steps == STEPS == 10 * ROWS
     assert subject_of(v_units=("rad/s",), initial_v=[-5.0]).rate == 5.0
 

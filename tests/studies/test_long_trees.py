@@ -11,6 +11,7 @@ import eomgen
 from eomgen.mechanics import scene_tape
 from eomgen.mechanics.terms import implicit_step as extended
 from eomgen.mechanics.terms import implicit_step as iteration
+from eomgen.mechanics.tree import links
 from eomgen.products.studies.verification import check as checking
 from eomgen.studies import check
 
@@ -20,7 +21,7 @@ LINKS = 9
 @pytest.fixture(autouse=True)
 def long_from_six_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A chain of nine is long here; what is built of it stays out of other tests' cache."""
-    monkeypatch.setattr(scene_tape, "MANY", 6)
+    monkeypatch.setattr(links, "MANY", 6)
     monkeypatch.setattr(scene_tape, "FLAT", 0)  # nine links in a row are no flat tree here
     monkeypatch.setattr(checking, "LARGE", 8)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))

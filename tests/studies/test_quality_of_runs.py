@@ -11,7 +11,6 @@ from eomgen.products.studies.ladders.study import extremes
 from eomgen.products.studies.savings import savings
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Runner, tuning_grid
-from eomgen.simulation.judgement.register import CHECKS
 from tests.models.doubtful_scenes import END, METHOD, STEP, UNRESOLVED, oscillator, share_of_state, stuck
 
 
@@ -65,10 +64,3 @@ def test_friction_that_steps_do_not_resolve_is_told_by_every_study(verb: str) ->
 def test_no_demand_is_met_by_steps_that_do_not_resolve_friction() -> None:
     with pytest.raises(eomgen.NumericalError, match=r"no error can be computed from them|no configuration meets"):
         eomgen.tune(stuck(), error=1e-2, methods=["rk4"], axes=["method"], budget=10.0)
-
-
-def test_faults_that_comparisons_share_are_marked() -> None:
-    alike = {check.name for check in CHECKS if check.alike}
-    assert alike == {
-        *("unresolved_motion", "fast_law", "unseen_law", "unresolved_damping", "unresolved_states", "passed_growth"),
-    }

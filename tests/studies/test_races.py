@@ -113,7 +113,9 @@ def test_a_run_counts_if_it_meets_the_demand_under_all_conditions_of_the_trainin
     """Errors are three times as large from other starts: steps are refined by the fourth root of it."""
     runner = LawRunner(law_of(), GRID, harder=lambda start: 3.0)
     race = race_of(runner, 1e-6)
-    cast(Any, race.judge).start = lambda condition: condition.arguments["initial"]
+    cast(Any, race.judge).reference = lambda condition: SimpleNamespace(
+        observation=SimpleNamespace(q=[condition.arguments["initial"]["q"]], v=[0.0])
+    )
     cast(Any, race.judge).error = lambda one, condition=None: one.q[-1, 0] - one.q[0, 0] - 1.0
     race.training = [Condition(f"{k}", {"initial": {"q": np.array([0.1 * k])}}) for k in (1, 2)]
     winner = race.run(contenders_of(runner, "rk4"))

@@ -76,19 +76,18 @@ def test_steps_are_halved_until_the_reference_is_known_to_a_twentieth_of_the_dem
     # errors of 0.01/4^k differ by 3/4 of the coarser error: 0.0075/4^(k - 1) <= 5e-6 from k = 7 on
     assert runner.made == [("a", 2**k) for k in range(8)]
     assert held.observation.q[-1, 0] == 1.0 + 0.01 / 4**7
-    assert judge.bar() == pytest.approx(0.0075 / 4**6, rel=1e-2) and judge.bar() <= 0.05e-4
+    bar = held.bar(judge.demand.quantity)
+    assert bar == pytest.approx(0.0075 / 4**6, rel=1e-2) and bar <= 0.05e-4
     assert held.described == f"a, joint, step {ROW / 128:.3g} s" and held.second == "itself at half its accuracy"
     assert judge.reference() is held and len(runner.made) == 8
     assert judge.error(motion(0.01 / 4**7 + 0.5)) == pytest.approx(0.5, rel=1e-3)
-    assert judge.error(held.observation) == judge.bar()
+    assert judge.error(held.observation) == bar
     other = judge.reference(Condition("2: other", {"initial": {"q": 1.0}}))
     assert runner.made[8:] == [("a", 64), ("a", 128)] and other.observation.q[-1, 0] == held.observation.q[-1, 0]
     assert runner.given["initial"] == {"q": 1.0} and (runner.given["timed"], runner.given["estimated"]) == (
         False,
         False,
     )
-    start = judge.start(Condition("2: other"))
-    assert start["q"].tolist() == [0.0] and start["v"].tolist() == [1.0]
 
 
 def test_tolerances_are_lowered_and_a_method_that_stops_is_left() -> None:
@@ -149,8 +148,12 @@ def test_verified_runs_start_at_the_reference() -> None:
     judge, condition = judge_of(runner, method("a")), Condition("1: moved", {"initial": {"q": 3.0}, "later": 2})
     run = verify(judge, {"configuration": "fast", "per_row": 2}, condition)
     assert run is not None and run.error == pytest.approx(0.25, rel=1e-3) and run.what == "1: moved"
-    assert run.uncertainty == judge.bar(condition) > 0.0 and run.by == judge.reference(condition).described
-    assert runner.given["initial"]["q"].tolist() == [0.0] and runner.given["later"] == 2
+    assert (
+        run.uncertainty == judge.reference(condition).bar(judge.demand.quantity) > 0.0
+        and run.by == judge.reference(condition).described
+    )
+    start = {name: array.tolist() for name, array in runner.given["initial"].items()}
+    assert start == {"q": [0.0], "v": [1.0]} and runner.given["later"] == 2
     failed = verify(judge, {"configuration": "broken", "per_row": 2}, condition)
     assert failed is not None and (failed.error, failed.uncertainty, failed.said) == (np.inf, 0.0, "broken stopped")
     assert verify(judge_of(runner), {"configuration": "fast", "per_row": 2}, condition) is None

@@ -122,18 +122,6 @@ def test_runs_of_constrained_scenes_are_the_same(method: str, units: SceneUnits)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
-def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
-    gains = []
-    for one in (units, SceneUnits()):
-        model = model_of("arm", one)
-        linear = linear_of(model).state_space()
-        law = lqr(linear, {"q.hinge": 100.0, "q.rail": 1e4 / one.size("m") ** 2}, {"motor": 1.0 / one.size("N") ** 2})
-        gains.append(np.asarray(law.closed_loop.eigenvalues) * one.time)
-    alike(np.sort_complex(gains[0]), np.sort_complex(gains[1]), 1e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
     """Two equal links L on hinges k: k/L (3 - sqrt(5))/2 and k/L (3 + sqrt(5))/2 (Timoshenko, Gere 1961, 2.10)."""
     loads = model_of("column", units).buckling_loads("load", count=2)

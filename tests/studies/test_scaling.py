@@ -24,17 +24,6 @@ def test_quantities_of_a_formula_get_another_text(formula: str, marked: str) -> 
     assert with_other_quantities(formula, lambda text, *_: f"<{text}>") == marked
 
 
-def test_word_name_and_index_of_a_quantity() -> None:
-    found: list[tuple[str, str, int]] = []
-
-    def noted(text: str, word: str, name: str, index: int) -> str:
-        found.append((word, name, index))
-        return text
-
-    assert with_other_quantities("v.ball[2] / load", noted) == "v.ball[2] / load"
-    assert sorted(found) == [("", "load", 0), ("v", "ball", 2)]
-
-
 def test_a_law_of_time_and_travel_is_evaluated_in_its_own_units() -> None:
     scene = {
         "joints": {"slide": {"type": "prismatic"}},

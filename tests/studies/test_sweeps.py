@@ -355,11 +355,11 @@ def test_files_have_a_row_for_each_point(tmp_path: Path, monkeypatch: pytest.Mon
     assert read["span"] == {"start": 0.0, "end": 2.0, "rows": 8} and read["front"] == [one.label]
     assert [Point.from_dict(each) for each in read["points"]] == [one, two]
     assert read["points"][0]["verdict"] == "front" and picture.name == "tradeoff.png"
-    for name, wrong in (("value", "x"), ("seconds", "1"), ("order", None)):
-        with pytest.raises(TypeError):
-            Point.from_dict({**read["points"][0], name: wrong})
     unknown = {**read["points"][0], "errors": {"q": {"largest": None, "rms": 1.0, "final": None}}}
     assert Point.from_dict(unknown).error["q"] == ErrorSize(math.inf, 1.0, math.inf)
+    for change in ({"seconds": "x"}, {"repeats": []}, {"errors": {"q": {"largest": "1", "rms": 1.0, "final": 1.0}}}):
+        with pytest.raises(TypeError, match="times, counts and errors are numbers"):
+            Point.from_dict(read["points"][0] | change)
 
 
 def test_pictures_have_a_curve_for_each_configuration_and_the_front() -> None:
@@ -382,14 +382,11 @@ def test_pictures_have_a_curve_for_each_configuration_and_the_front() -> None:
     )
     assert own_line.get_ydata()[0] == 10.0 and own_line.get_xdata().tolist() == [500.0, 4000.0, 8000.0]
     axis = new_figure((5.0, 4.0)).subplots()
-    results._front(axis, study)
-    front, usual = axis.get_lines()
+    results._marks(axis, study)
+    front, usual, wrong = axis.get_lines()
     assert front.get_xdata().tolist() == pytest.approx([1e3 * (one.seconds or 0.0) for one in study.front])
     assert front.get_ydata().tolist() == [study.error(one) for one in study.front]
     assert (usual.get_xdata().tolist(), usual.get_ydata().tolist()) == ([8000.0], [5e-4])
-    axis = new_figure((5.0, 4.0)).subplots()
-    results._silent(axis, study)
-    (wrong,) = axis.get_lines()
     assert (wrong.get_xdata().tolist(), wrong.get_ydata().tolist()) == ([500.0], [10.0])
     results._describe(axis, study)
     assert axis.get_ylim() == pytest.approx((1e-9 / 4.0, 25.0))

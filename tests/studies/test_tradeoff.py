@@ -82,11 +82,11 @@ def test_formulations_of_a_loop_begin_in_one_state() -> None:
         ({"methods": ["rk5"]}, "method: there is no method 'rk5'; try: rk4"),
         ({"methods": ["rk4_partitioned"]}, "methods: no method runs on this scene: partitioned needs a system with"),
         ({"budget": "120"}, "budget: '120' is neither a number nor a number with a unit"),
-        ({"budget": 0.0}, "budget: a study takes a positive number of seconds, not 0; try: 120"),
+        ({"budget": -1.0}, "budget: a study takes a positive number of seconds, not -1; try: budget=60"),
         ({"steps": [0.02, 0.015]}, "steps: the step 0.015 s is not a whole part of the coarsest, 0.02 s; try: 0.01"),
         ({"steps": [0.02, -1.0]}, "steps: steps are positive numbers of seconds, which -1 is not; try: 1e-3"),
         ({"steps": [3.0]}, "steps: the coarsest step, 3 s, does not fit into a run of 1.28 s; try: smaller steps"),
-        ({"t_end": 0.0}, "t_end: a study needs a later end than 0 s; try: 10"),
+        ({"t_end": 0.0}, "steps: the coarsest step, 0.01 s, does not fit into a run of 0 s; try: smaller steps"),
         ({"inputs": {"zz": 1.0}}, "there is no input 'zz': the scene has no inputs; try: [inputs] in the scene"),
         ({"parameters": {"length": 1.0}}, "there is no parameter 'length': the scene has no tunable parameters"),
     ],
@@ -94,6 +94,16 @@ def test_formulations_of_a_loop_begin_in_one_state() -> None:
 def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
     with pytest.raises(eomgen.EomgenError, match=re.escape(message)):
         eomgen.tradeoff(SWING, **options)
+
+
+@pytest.mark.parametrize("name", ["budget", "limit"])
+def test_maps_and_tunings_take_positive_seconds(name: str) -> None:
+    call = {
+        "budget": lambda: eomgen.tune(SWING, error=1e-4, budget=0.0),
+        "limit": lambda: eomgen.extremes(SWING, limit=0.0),
+    }
+    with pytest.raises(eomgen.UsageError, match=f"{name}: a study takes a positive number of seconds, not 0"):
+        call[name]()
 
 
 def test_an_error_by_an_unknown_measure_is_refused() -> None:

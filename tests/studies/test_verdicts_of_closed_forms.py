@@ -18,15 +18,6 @@ AT = cast(Any, SimpleNamespace(claim=CLAIM, names=("start", "later")))
 MISALIGNED = Path(__file__).parents[2] / "examples" / "misaligned_four_bar" / "scene.toml"
 
 
-def test_entries_are_named_by_row_and_column() -> None:
-    assert (
-        check._entry_name(CLAIM, (1, 2)) == "lift along q.c"
-        and check._entry_name(CLAIM, np.array([0, 0])) == "force along q.a"
-    )
-    assert check._entry_name(CLAIM, (2, 1)) == "row 2 along q.b"
-    assert check._entry_name(cast(Any, SimpleNamespace(rows=("force",), columns=())), (0, 0)) == "force"
-
-
 def test_the_worst_entry_is_the_one_farthest_beyond_its_tolerance() -> None:
     value, expected, allowed = np.zeros((2, 2, 3)), np.zeros((2, 2, 3)), np.ones((2, 2, 3))
     every = np.ones((2, 2, 3), dtype=bool)

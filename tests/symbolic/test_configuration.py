@@ -13,7 +13,7 @@ from eomgen.symbolic.calculus.configuration import (
     quaternion_jet,
     tangent_seeds,
 )
-from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape
@@ -30,21 +30,6 @@ def quaternion(vector):
 def product(p, q):
     p, q = np.asarray(p), np.asarray(q)
     return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
-
-
-def test_quaternion_tangent_is_the_derivative_along_the_right_exponential():
-    tape = Tape()
-    q = [tape.input("q", k) for k in range(4)]
-    seeds = tangent_seeds(tape, "SO3", q)
-    point = quaternion([0.3, -1.1, 0.7])
-    rows = np.array([evaluate(tape, [seeds[ref][d] for d in range(3)], {"q": point}) for ref in q])
-    step = 1e-5
-    for d in range(3):
-        ahead, behind = (product(point, quaternion(sign * step * np.eye(3)[d])) for sign in (1, -1))
-        assert rows[:, d] == pytest.approx((ahead - behind) / (2 * step), abs=1e-10)
-    norm = [tape.add(tape.add(*(tape.mul(r, r) for r in q[:2])), tape.add(*(tape.mul(r, r) for r in q[2:])))]
-    partials = forward_partials(tape, norm, seeds)[0]
-    assert evaluate(tape, list(partials.values()), {"q": point}) == pytest.approx([0, 0, 0], abs=1e-15)
 
 
 def test_pose_tangent_moves_the_position_in_body_axes():
@@ -94,18 +79,6 @@ def test_an_unknown_group_is_refused():
         tangent_seeds(tape, "SO3", [tape.input("q", k) for k in range(3)])
     with pytest.raises(ValueError, match="group 'SU2' with 1"):
         tangent_seeds(tape, "SU2", [tape.input("q")])
-
-
-def test_a_quaternion_of_constant_velocity_follows_the_exponential_series():
-    tape = Tape()
-    q, omega = [tape.input("q", k) for k in range(4)], [tape.input("v", k) for k in range(3)]
-    found = quaternion_jet(tape, q, [[ref] for ref in omega], 6)
-    velocity = np.array([0.8, -1.5, 0.4])
-    value = np.array([evaluate(tape, component, {"q": UNIT, "v": velocity}) for component in found])
-    term = UNIT
-    for k in range(7):
-        assert value[:, k] == pytest.approx(term, rel=1e-14, abs=1e-16)
-        term = product(term, [0.0, *velocity]) / (2 * (k + 1))
 
 
 def test_pose_and_quaternion_jets_follow_the_differential_equation():

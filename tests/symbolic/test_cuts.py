@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-import pytest
-
 from eomgen.symbolic.calculus.partials import cut_partials, forward_partials
-from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, Ref, Tape
 
@@ -20,30 +16,6 @@ def recursion(tape: Tape, n: int) -> tuple[list[Ref], list[Ref]]:
         state = tape.mul(tape.call(Op.SIN, tape.add(state, entry)), entry)
         states.append(-state if len(states) % 2 else state)
     return [tape.add(tape.mul(state, state), entry) for state, entry in zip(states, x, strict=True)], states
-
-
-def whole(tape: Tape, tangents: list[dict[int, Ref]], columns: int, values: np.ndarray) -> np.ndarray:
-    places = [(row, column, ref) for row, tangent in enumerate(tangents) for column, ref in tangent.items()]
-    found = np.zeros((len(tangents), columns))
-    for (row, column, _), value in zip(places, evaluate(tape, [ref for *_, ref in places], {"x": values}), strict=True):
-        found[row, column] = value
-    return found
-
-
-@pytest.mark.parametrize("n", [1, 2, 7, 20])
-def test_eliminating_the_cuts_gives_the_ordinary_partials(n: int, rng: np.random.Generator) -> None:
-    tape = Tape()
-    outputs, states = recursion(tape, n)
-    seeds = {InputSymbol("x", k): {k: ONE} for k in range(n)}
-    rows, definitions, nodes = cut_partials(tape, outputs, seeds, [*states, ONE, tape.input("x", 0)], n)
-    used = len(definitions)
-    assert nodes == sorted(abs(ref) for ref in states)[: len(nodes)]
-    values = rng.normal(size=n)
-    A = whole(tape, rows, n + used, values)
-    G = whole(tape, definitions, n + used, values)
-    found = A[:, :n] + A[:, n:] @ np.linalg.solve(np.eye(used) - G[:, n:], G[:, :n])
-    expected = whole(tape, forward_partials(tape, outputs, seeds), n, values)
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-13)
 
 
 def test_the_extended_system_grows_linearly_where_the_partials_grow_quadratically() -> None:

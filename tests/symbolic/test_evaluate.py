@@ -63,17 +63,6 @@ def test_comparisons_at_equality():
     assert [float(value) for value in evaluate_mpmath(tape, refs, {"x": [3.0, 2.0]})] == [0.0, 0.0, -2.0]
 
 
-def test_batches_broadcast_and_types_are_kept():
-    tape = Tape()
-    ref = tape.add(tape.mul(tape.input("q", 1), tape.input("t")), tape.constant(0.5))
-    q = np.arange(12.0).reshape(2, 3, 2)
-    assert np.array_equal(evaluate(tape, [ref], {"q": q, "t": 2.0})[..., 0], q[..., 1] * 2.0 + 0.5)
-    for dtype in (np.float32, np.float64, np.longdouble, np.complex128):
-        assert evaluate(tape, [ref], {"q": q.astype(dtype), "t": np.ones(1, dtype)}).dtype == dtype
-    assert evaluate(tape, [ref], {"q": np.array([1, 2]), "t": 3}).dtype == np.float64
-    assert evaluate(tape, [], {"q": q}).shape == (2, 3, 0)
-
-
 def test_complex_numbers_decide_on_their_real_part():
     tape = Tape()
     x, y = tape.input("x", 0), tape.input("x", 1)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from eomgen.symbolic.calculus.jets import jets, taylor_coefficients, time_derivatives
+from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape
@@ -62,25 +62,6 @@ def test_random_tapes_against_numerical_taylor_coefficients(program):
     assert np.abs(evaluate(tape, jet, at(paths)) - expected).max() <= 1e-10 * (1.0 + np.abs(expected).max())
 
 
-def test_closed_forms_of_time_itself():
-    tape = Tape()
-    t = tape.input("t")
-    outputs = [
-        tape.call(Op.SIN, t),
-        tape.call(Op.EXP, t),
-        tape.div(ONE, tape.add(ONE, t)),
-        tape.call(Op.SQRT, tape.add(ONE, t)),
-        tape.add(tape.mul(t, tape.mul(t, t)), t),
-    ]
-    found = jets(tape, outputs, {t: [t, ONE]}, 6)
-    assert evaluate(tape, found[0], {"t": 0.0}) == pytest.approx([0, 1, 0, -1 / 6, 0, 1 / 120, 0], abs=1e-16)
-    assert evaluate(tape, found[1], {"t": 0.0}) == pytest.approx([1 / math.factorial(k) for k in range(7)], rel=1e-15)
-    assert evaluate(tape, found[2], {"t": 0.0}).tolist() == [1, -1, 1, -1, 1, -1, 1]
-    assert evaluate(tape, found[3], {"t": 0.0}).tolist() == [1, 1 / 2, -1 / 8, 1 / 16, -5 / 128, 7 / 256, -21 / 1024]
-    assert evaluate(tape, found[4], {"t": 2.0}).tolist() == [10, 13, 6, 1, 0, 0, 0]
-    assert found[4][4:] == [ZERO] * 3
-
-
 def test_a_varying_base_with_a_constant_exponent_may_be_negative():
     tape = Tape()
     t, n = tape.input("t"), tape.input("p")
@@ -112,13 +93,3 @@ def test_a_first_coefficient_may_substitute_the_input():
     x, y = tape.input("x"), tape.input("y")
     [jet] = jets(tape, [tape.mul(x, tape.call(Op.SIN, x))], {x: [y, ONE]}, 1)
     assert jet == [tape.mul(y, tape.call(Op.SIN, y)), tape.add(tape.mul(y, tape.call(Op.COS, y)), tape.call(Op.SIN, y))]
-
-
-def test_coefficients_and_derivatives_are_inverse():
-    tape = Tape()
-    derivatives = [tape.input("x", k) for k in range(5)]
-    jet = taylor_coefficients(tape, derivatives)
-    values = evaluate(tape, jet, {"x": [1.0, 1.0, 1.0, 1.0, 1.0]})
-    assert values == pytest.approx([1, 1, 1 / 2, 1 / 6, 1 / 24], rel=1e-16)
-    values = evaluate(tape, time_derivatives(tape, jet), {"x": [3.0, 1.0, 4.0, 1.0, 5.0]})
-    assert values == pytest.approx([3, 1, 4, 1, 5], rel=1e-15)

@@ -22,23 +22,6 @@ def waves(s: Ref, cosines: tuple[float, ...], frequencies: tuple[float, ...], op
     return Map(kernel, len(cosines), (cosines, frequencies), shared=(s,), sums=(value,), label=f"waves {cosines[0]}")
 
 
-def test_common_operations_are_counted_once_and_the_values_stay() -> None:
-    tape = Tape()
-    s = tape.input("s")
-    loops = [waves(s, (1.0, 2.0, 3.0), (0.5, 1.5, 2.5), op) for op in (Op.COS, Op.SIN, Op.COS)]
-    loops[2] = waves(s, (4.0, 5.0, 6.0), (0.5, 1.5, 2.5))
-    refs = [add_map(tape, loop).sums[0] for loop in loops]
-    counts = tape.counts(refs)
-    assert (counts.functions, counts.multiplications, counts.additions) == (3 * 2, 3 * 4, 3 * 3)
-    [(joined, starts)] = Map.together(dict(enumerate(loops)))
-    assert starts == {0: 0, 1: 1, 2: 2}
-    assert joined.elements == ((1.0, 2.0, 3.0), (0.5, 1.5, 2.5), (4.0, 5.0, 6.0))
-    assert joined.label == "waves 1.0; waves 4.0"
-    together = [*add_map(tape, joined).sums, *unroll(tape, joined).sums]
-    alone = evaluate(tape, refs, {"s": 0.7})
-    np.testing.assert_array_equal(evaluate(tape, together, {"s": 0.7}), [*alone, *alone])
-
-
 def test_loops_that_gather_the_same_are_joined() -> None:
     """Whatever the order of their slots; what is not gathered alike stays apart."""
     tape = Tape()

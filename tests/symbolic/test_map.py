@@ -12,7 +12,7 @@ from eomgen.symbolic.map import Map, add_map, splice, unroll
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from tests.oracles.fifty_digits import evaluate_mpmath
-from tests.symbolic.loops import LINKS, MODELS, chain, chain_point, harmonics, random_loop, springs
+from tests.symbolic.loops import MODELS, chain, chain_point, harmonics, random_loop, springs
 from tests.symbolic.random_tapes import complex_step, points, programs
 
 
@@ -129,28 +129,6 @@ def test_harmonic_sum_with_two_derivatives():
     assert evaluate(tape, [second], {"s": 0.7})[0] == pytest.approx(expected[2], rel=1e-14)
 
 
-def test_the_same_loop_is_recorded_once():
-    tape = Tape()
-    s = tape.input("s")
-    first, second = add_map(tape, harmonics(tape, s)), add_map(tape, harmonics(tape, s))
-    assert first == second
-    third = add_map(tape, harmonics(tape, tape.mul(s, s)))
-    assert third != first
-    assert len(tape.maps) == 2
-
-
-def test_counts_are_those_of_the_unrolled_form():
-    tape = Tape()
-    loop = chain(tape)
-    looped = tape.counts(add_map(tape, loop).flat)
-    unrolled = tape.counts(unroll(tape, loop).flat)
-    one = loop.kernel.counts(loop.kernel_refs)
-    assert looped.functions == unrolled.functions == 2 * LINKS
-    assert looped.multiplications == one.multiplications * LINKS
-    assert looped.additions == (one.additions + 2) * LINKS
-    assert looped.statements >= unrolled.statements  # the first link starts from zeros, which only unrolling can fold
-
-
 def test_results_that_are_constants_of_the_kernel_are_constants():
     tape, kernel = Tape(), Tape()
     inner, outer = kernel.input("shared", 0), tape.input("x")
@@ -183,40 +161,6 @@ def test_a_loop_that_does_not_move_has_no_derivative():
     assert forward_partials(tape, results.sums, {InputSymbol("x", 0): {0: ONE}}) == [{}]
     assert gradient(tape, results.sums[0], [tape.input("x")]) == [ZERO]
     assert len(tape.maps) == 1
-
-
-def test_long_loops_are_linear():
-    tape = Tape()
-    count = 3000
-    results = add_map(tape, springs(tape, count))
-    refs = results.flat
-    assert len(tape.live(refs)) == count + 2 + 2 * count + 1
-    value = evaluate(tape, results.sums, {"q": np.arange(count + 1.0), "p": [4.0]})[0]
-    assert value == pytest.approx(np.sum((1.0 - 0.1 * np.arange(count)) ** 4), rel=1e-12)
-
-
-def make_kernel():
-    kernel = Tape()
-    return kernel, kernel.input("gather", 0)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"count": 0}, "a Map needs at least one element, not 0"),
-        ({"count": 2, "gather": ((2,),)}, r"gather\[0\] of a Map has 1 entries for 2 elements"),
-        ({"count": 1, "elements": ((1.0, 2.0),)}, r"elements\[0\] of a Map has 2 entries for 1 elements"),
-        ({"count": 1, "initial": (2,)}, "a Map has 1 initial carries but 0 in last; each carry needs both"),
-        (
-            {"count": 1},
-            r"the kernel of a Map reads \('gather', 0\), which the Map does not give; it gives 0 of 'element', ",
-        ),
-    ],
-)
-def test_a_map_that_does_not_fit_is_refused(arguments, message):
-    kernel, x = make_kernel()
-    with pytest.raises(ValueError, match=message):
-        Map(kernel, sums=(x,), **arguments)
 
 
 def test_nested_maps_are_refused():

@@ -3,7 +3,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given, settings
 
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import add_map
@@ -11,7 +10,7 @@ from eomgen.symbolic.operations import UNARY, InputSymbol, Op
 from eomgen.symbolic.reading import block_to_sympy, input_symbol, to_latex
 from eomgen.symbolic.tape import Tape
 from tests.symbolic.loops import LINKS, chain, chain_point
-from tests.symbolic.random_tapes import SMOOTH, apply_tamed, build, programs
+from tests.symbolic.random_tapes import SMOOTH, apply_tamed
 
 POINT = {"x": [0.37, -1.4, 0.9]}
 
@@ -71,17 +70,6 @@ def test_a_select_on_a_comparison_reads_as_its_condition():
     assert expression == sympy.Piecewise((symbols[0], symbols[0] < symbols[1]), (symbols[1], True))
     [expression] = block_to_sympy(tape, [tape.select(tape.sub(x, y), x, y)], ())
     assert expression.args[0][1] == sympy.Ne(symbols[0] - symbols[1], 0)
-
-
-@settings(max_examples=40, deadline=None)
-@given(programs)
-def test_named_and_whole_are_the_same_numbers(program):
-    tape, _, outputs = build(program)
-    expected = evaluate(tape, outputs, POINT)
-    named = block_to_sympy(tape, outputs, (len(outputs),), named=True)
-    assert isinstance(named, tuple)
-    for block in (named, block_to_sympy(tape, outputs, (len(outputs),), named=False)):
-        assert numbers(block, POINT)[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.slow

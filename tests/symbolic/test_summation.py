@@ -7,9 +7,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
-from eomgen.symbolic.evaluate import Arithmetic, Evaluation, evaluate
+from eomgen.symbolic.evaluate import Arithmetic, Evaluation
 from eomgen.symbolic.latency import critical_path
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import InputSymbol, Op
@@ -58,20 +56,6 @@ def test_reordered_sums_are_the_same_numbers_with_fewer_cycles_and_no_more_opera
         assert tape.counts(ordered).weight <= tape.counts(outputs).weight
         shorter += after < before
     assert shorter > 20
-
-
-def test_late_terms_are_added_last_and_products_are_fused_with_them() -> None:
-    tape = Tape()
-    a, b, c, d, e = (tape.input("q", k) for k in range(5))
-    late = tape.div(a, b)
-    total = tape.sub(tape.add(tape.add(tape.sub(late, c), d), tape.mul(a, b)), e)
-    [ordered] = sums_by_readiness(tape, [total])
-    assert critical_path(tape, [total]) == 14 + 4 * 4
-    assert critical_path(tape, [ordered]) == 14 + 4
-    inputs = {"q": np.array([0.3, -1.7, 2.0, 0.9, -0.4])}
-    assert np.isclose(evaluate(tape, [ordered], inputs)[0], evaluate(tape, [total], inputs)[0], rtol=1e-15)
-    product = tape.sub(tape.mul(late, c), tape.add(d, e))  # the late factor is multiplied and added in one step
-    assert critical_path(tape, sums_by_readiness(tape, [product])) == 14 + 4
 
 
 def test_sums_that_others_need_names_and_labels_stay() -> None:

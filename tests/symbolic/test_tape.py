@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies
 
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, add_map
-from eomgen.symbolic.operations import UNARY, Counts, InputSymbol, Op
+from eomgen.symbolic.operations import Counts, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape, dot
 
 
@@ -98,48 +98,6 @@ def test_live_follows_what_a_map_gathers_once(tape):
     assert tape.live([-rows[0], rows[3]]) == [*range(3, 3 + 2 * 4), rows[0], rows[3]]
 
 
-@pytest.mark.slow
-@given(
-    strategies.lists(strategies.tuples(*[strategies.integers(0, 20)] * 4), min_size=1, max_size=30), strategies.data()
-)
-def test_blocks_read_by_groups_are_the_blocks_of_the_inputs_of_each(program, data):
-    """One pass for all groups gives the blocks that separate searches give: with loops, selections and constants."""
-    tape = Tape()
-    nodes = [ZERO, ONE, *(tape.input(name, k) for name in "pqvz" for k in range(2))]
-    for kind, *operands in program:
-        x, y, w = (nodes[k % len(nodes)] * (1 if k % 2 else -1) for k in operands)
-        if kind == 0:
-            kernel = Tape()
-            gathered = kernel.mul(kernel.input("gather", 0), kernel.input("gather", 1))
-            loop = Map(kernel, 2, gather=((x, y), (y, w)), stacked=(gathered,))
-            nodes += [row[0] for row in add_map(tape, loop).rows]
-        else:
-            recorded = (
-                tape.select(x, y, w),
-                tape.call(Op.COS, x),
-                tape.add(x, y),
-                tape.mul(x, y),
-                tape.call(Op.MAX, x, y),
-            )
-            nodes.append(recorded[kind % len(recorded)])
-    chosen = strategies.lists(strategies.sampled_from([*nodes, *(-node for node in nodes)]), max_size=4)
-    groups = {name: data.draw(chosen) for name in ("first", "second", "third")}
-    assert tape.blocks_read(groups) == {
-        name: {symbol.block for symbol in tape.depends_on(refs)} for name, refs in groups.items()
-    }
-
-
-def test_labels_are_the_blocks_nodes_were_recorded_in(tape):
-    x = tape.input("x")
-    with tape.block("arm"):
-        inside = tape.call(Op.SIN, x)
-        with tape.block("hand"):
-            deeper = tape.call(Op.COS, x)
-        after = tape.call(Op.EXP, x)
-    outside = tape.call(Op.TAN, x)
-    assert [tape.label(node) for node in (x, inside, deeper, after, outside)] == ["", "arm", "hand", "arm", ""]
-
-
 def test_dot_product(tape):
     x, y = ([tape.input(name, k) for k in range(3)] for name in "xy")
     value = evaluate(tape, [dot(tape, x, y)], {"x": [1.0, 2.0, 3.0], "y": [4.0, -5.0, 6.0]})
@@ -173,8 +131,3 @@ def test_local_rules_keep_the_value(program):
         )
     scale = max(map(abs, values))
     assert np.abs(evaluate(tape, refs, {"x": [0.7, 1.3]}) - values).max() <= 1e-8 * scale
-
-
-def test_every_function_has_a_fold(tape):
-    for op in UNARY:
-        assert tape.value(tape.call(op, tape.constant(0.5))) is not None

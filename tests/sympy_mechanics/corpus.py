@@ -405,7 +405,7 @@ def _states(
             inputs = 0.0 * inputs  # at which the constraints were met
         state = {
             **{"q": np.array(document.initial_q), "v": np.array(document.initial_v), "u": inputs},
-            **{"t": np.zeros(1), "p": np.array(document.values), "named": named},
+            **{"t": np.zeros(1), "p": np.array([*document.parameters.values()]), "named": named},
         }
         if all(np.all(np.isfinite(item)) for item in terms_of(document, state).values()):
             yield document, state

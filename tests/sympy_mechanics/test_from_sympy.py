@@ -91,35 +91,6 @@ def cart() -> Any:
     return system
 
 
-def rattleback() -> Any:
-    """An ellipsoid that rolls on a plane, whose principal axes of inertia are turned: Kane and Levinson 1982."""
-    q, u = list(dynamicsymbols("q1:4")), list(dynamicsymbols("u1:4"))
-    m, g, a, b, c, h, sigma = sympy.symbols("m g a b c h sigma")
-    plane = me.ReferenceFrame("N")
-    yaw = plane.orientnew("Y", "Axis", [q[0], plane.z])
-    lean = yaw.orientnew("L", "Axis", [q[1], yaw.x])
-    stone = lean.orientnew("R", "Axis", [q[2], lean.y])
-    turned = stone.ang_vel_in(plane)
-    stone.set_ang_vel(plane, u[0] * stone.x + u[1] * stone.y + u[2] * stone.z)
-    normal = [plane.z.dot(axis) for axis in stone]
-    size = sympy.sqrt(sum((axis * item) ** 2 for axis, item in zip((a, b, c), normal, strict=True)))
-    contact = me.Point("P")
-    contact.set_vel(plane, 0)
-    parts = zip((a, b, c), normal, stone, strict=True)
-    arm = sum((axis**2 * item / size * direction for axis, item, direction in parts), me.Vector(0))
-    center = contact.locatenew("C", arm - h * stone.z)
-    center.set_vel(plane, stone.ang_vel_in(plane).cross(center.pos_from(contact)))
-    inertia = me.inertia(stone, *sympy.symbols("A B C D"), 0, 0)
-    return me.KanesMethod(
-        plane,
-        q_ind=q,
-        u_ind=u,
-        kd_eqs=[turned.dot(axis) - speed for axis, speed in zip(stone, u, strict=True)],
-        bodies=[me.RigidBody("stone", center, stone, m, (inertia, center))],
-        forcelist=[(center, m * g * plane.z), (stone, -sigma * stone.ang_vel_in(plane))],
-    )
-
-
 def wheel() -> Any:
     """A disc that rolls upright without slip, with a speed for its angle, which moves nothing, and auxiliary speeds of
     its contact."""
@@ -180,25 +151,6 @@ def sleigh() -> Any:
     )
 
 
-def chain(links: int) -> tuple[Any, dict[Any, float]]:
-    """A pendulum in space of point masses, each on two angles."""
-    ground, origin = me.ReferenceFrame("N"), me.Point("O")
-    origin.set_vel(ground, 0)
-    m, length, g = sympy.symbols("m l g")
-    frame, point, q, u, bodies = ground, origin, [], [], []
-    for k in range(links):
-        angles, speeds = dynamicsymbols(f"q{k}_0:2"), dynamicsymbols(f"u{k}_0:2")
-        middle = frame.orientnew(f"A{k}", "Axis", [angles[0], frame.x])
-        frame = middle.orientnew(f"B{k}", "Axis", [angles[1], middle.y])
-        point = point.locatenew(f"P{k}", -length * frame.z)
-        bodies.append(me.Particle(f"p{k}", point, m))
-        q, u = [*q, *angles], [*u, *speeds]
-    kinematic = [angle.diff(T) - speed for angle, speed in zip(q, u, strict=True)]
-    weights = [(body.point, -m * g * ground.z) for body in bodies]
-    system = me.KanesMethod(ground, q_ind=q, u_ind=u, kd_eqs=kinematic, bodies=bodies, forcelist=weights)
-    return system, {m: 1.3, length: 0.5, g: 9.81}
-
-
 def rocket() -> Any:
     """A body that loses mass along a slope, with an inertia that falls with time: rates of both are inertial forces."""
     q, u = list(dynamicsymbols("x a")), list(dynamicsymbols("u1:3"))
@@ -223,11 +175,11 @@ def rocket() -> Any:
     )
 
 
-CASES = (oscillator, disc, cart, rattleback, sleigh, wheel, rocket)
+CASES = (oscillator, disc, cart, sleigh, wheel, rocket)
 
 
 @pytest.mark.parametrize("made", CASES, ids=lambda made: made.__name__)
-@pytest.mark.slow_cases("rattleback", "cart")
+@pytest.mark.slow_cases("cart")
 def test_equations_are_those_of_sympy(made: Callable[[], Any]) -> None:
     error, _ = compared(made(), states=1)
     assert error < 1e-12
@@ -245,28 +197,9 @@ def test_matrices_are_evaluated_as_they_are_written() -> None:
     document = eomgen.from_sympy((mass, force), parameters={a: 1.0, b: 1.1}, q=q)
     of_motion = sympy.lambdify([v, q, T], [item.xreplace({a: 1.0, b: 1.1}) for item in (mass, force)])
     for x, y in ((0.3, 0.4), (0.45, 0.2), (0.8, 0.7), (0.8, 2.0)):
-        state = {"q": [x, y], "v": [0.6, -0.9], "t": [0.37], "p": document.values}
+        state = {"q": [x, y], "v": [0.6, -0.9], "t": [0.37], "p": [*document.parameters.values()]}
         expected = np.linalg.solve(*of_motion(state["v"], state["q"], 0.37)).ravel()
         np.testing.assert_allclose(accelerations(document, state), expected, rtol=1e-12)
-
-
-@pytest.mark.slow
-def test_a_chain_in_space_is_the_one_of_universal_joints() -> None:
-    """SymPy forms no equations here: a scene with the same chain is the reference, to 1e-12."""
-    links, builder = 6, eomgen.SceneBuilder("chain")
-    for k in range(links):
-        builder.body(f"p{k}", 1.3, center_of_mass=[0, 0, -0.5], inertia=[0, 0, 0])
-        parent, height = (f"p{k - 1}", -0.5) if k else ("base", 0.0)
-        builder.joint(
-            f"j{k}", "universal", parent, f"p{k}", axis=[1, 0, 0], second_axis=[0, 1, 0], position=[0, 0, height]
-        )
-    system, values = chain(links)
-    document = eomgen.from_sympy(system, parameters=values)
-    random = np.random.default_rng(1)
-    state = {"q": random.uniform(-0.8, 0.8, 2 * links), "v": random.normal(size=2 * links), "p": document.values}
-    for term in ("mass", "forward_dynamics"):
-        found, expected = (value(eomgen.derive(each, [term]), term, state) for each in (document, builder.build()))
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
 def pendulum() -> tuple[Any, list[Any], dict[Any, float]]:
@@ -291,7 +224,7 @@ def test_constraints_are_equations_of_the_model() -> None:
     assert not derived.facts.velocity_constraints
     tension = 2.0 * (v @ v - 9.81 * q[1])
     a = (np.array([0.0, -2.0 * 9.81]) - tension * q) / 2.0
-    state = {"q": q, "v": v, "a": a, "lam": [0.5 * tension], "p": document.values}
+    state = {"q": q, "v": v, "a": a, "lam": [0.5 * tension], "p": [*document.parameters.values()]}
     for name, expected in (("residual", [0, 0]), ("constraint", [0]), ("constraint_velocity", [0])):
         result = value(derived, name, state)
         np.testing.assert_allclose(result, expected, atol=1e-11)
@@ -323,7 +256,7 @@ def test_places_that_time_moves_have_a_driver() -> None:
     system = me.KanesMethod(frame, [q], [u], [q.diff(T) - u], bodies=[me.Particle("p", place, m)], forcelist=[])
     document = eomgen.from_sympy(system, parameters={m: 2.0, w: 3.0})
     derived = eomgen.derive(document, ["energy", "poses"])
-    state = {"q": [0.3], "v": [0.7], "a": [1.1], "t": [0.4], "p": document.values}
+    state = {"q": [0.3], "v": [0.7], "a": [1.1], "t": [0.4], "p": [*document.parameters.values()]}
     result = value(derived, "energy", state)
     speed = 0.7 + 3.0 * np.cos(1.2)
     np.testing.assert_allclose(result, [speed**2, 0.0, 0.0, 2.0 * speed * (1.1 - 9.0 * np.sin(1.2))], atol=1e-13)
@@ -355,7 +288,7 @@ def test_coordinates_without_inertia_move_by_constraints() -> None:
     system = me.LagrangesMethod(m * x.diff(T) ** 2 / 2 - k * s**2 / 2, [x, s], hol_coneqs=[s - x**2])
     start = {x: 0.4, s: 0.16, x.diff(T): 0.5, s.diff(T): 0.4}
     document = eomgen.from_sympy(system, parameters={m: 2.0, k: 3.0}, initial=start)
-    state = {"q": document.initial_q, "v": document.initial_v, "p": document.values}
+    state = {"q": document.initial_q, "v": document.initial_v, "p": [*document.parameters.values()]}
     a = -2.0 * 3.0 * 0.4**3 / 2.0
     rates = accelerations(document, state)
     np.testing.assert_allclose(rates, [a, 2.0 * 0.5**2 + 2.0 * 0.4 * a], rtol=1e-13)
@@ -388,7 +321,7 @@ def test_states_of_muscles_are_internal_states(tendon: Any) -> None:
     """Rates of activation, and of fibers or tendons, and the acceleration, are the ones of SymPy."""
     system, biceps, values, start = muscle(tendon)
     document = eomgen.from_sympy(system, parameters=values, initial=start, name="arm")
-    assert document.states.names == tuple(str(item.func) for item in biceps.x)
+    assert [*document.states] == [str(item.func) for item in biceps.x]
     assert document.inputs == ("e_biceps",)
     derived = eomgen.derive(document, ["internal_rate", "forward_dynamics"])
     system.form_eoms()
@@ -397,7 +330,7 @@ def test_states_of_muscles_are_internal_states(tendon: Any) -> None:
     known = {item: values[str(item)] for item in sympy.Matrix(rates).free_symbols - {T}}
     q, u, turned = motion.q[0], motion.u[0], motion.kindiffdict()
     own = sympy.lambdify([q, u, list(biceps.x), biceps.r[0]], [item.doit().subs(turned).subs(known) for item in rates])
-    state = {"q": [0.3], "v": [0.2], "z": [0.6, 0.7][: len(biceps.x)], "u": [0.4], "p": document.values}
+    state = {"q": [0.3], "v": [0.2], "z": [0.6, 0.7][: len(biceps.x)], "u": [0.4], "p": [*document.parameters.values()]}
     expected = np.array(own(0.3, 0.2, state["z"], 0.4), dtype=float)
     results = [value(derived, name, state) for name in ("internal_rate", "forward_dynamics")]
     np.testing.assert_allclose(np.concatenate(results), expected, rtol=1e-10)
@@ -418,37 +351,23 @@ def test_further_functions_of_time_have_rates() -> None:
     point.set_vel(frame, q.diff(T) * frame.x)
     system = me.LagrangesMethod(m * q.diff(T) ** 2 / 2, [q], forcelist=[(point, z * frame.x)], frame=frame)
     document = eomgen.from_sympy(system, parameters={m: 2, tau: 0.5}, states={z: (f - z) / tau}, initial={z: 3.0})
-    assert (document.states.names, document.states.initial, document.inputs) == (("z",), (3.0,), ("f",))
+    assert (document.states, document.inputs) == ({"z": 3.0}, ("f",))
     derived = eomgen.derive(document, ["internal_rate", "internal_partials"])
-    state = {"q": [0.0], "v": [0.0], "z": [3.0], "u": [1.0], "t": [0.0], "p": document.values}
+    state = {"q": [0.0], "v": [0.0], "z": [3.0], "u": [1.0], "t": [0.0], "p": [*document.parameters.values()]}
     for name, expected in (("internal_rate", [-4.0]), ("internal_partials", [-1.0, 0.0, 0.0, -2.0])):
         np.testing.assert_allclose(value(derived, name, state), expected)
-
-
-def test_the_retired_body_has_its_inertia() -> None:
-    """SymPy's ``Body`` is a rigid body and a particle at once."""
-    frame, own = me.ReferenceFrame("N"), me.ReferenceFrame("B")
-    with pytest.warns(DeprecationWarning, match="Body"):
-        body = me.Body("b", None, 1, own, me.inertia(own, 0, 0, sympy.Symbol("b_izz")))
-    q, u = dynamicsymbols("q u")
-    body.frame.orient_axis(frame, q, frame.z)
-    body.masscenter.set_vel(frame, 0)
-    system = me.KanesMethod(frame, [q], [u], [q.diff(T) - u], bodies=[body], forcelist=[(body.frame, frame.z)])
-    document = eomgen.from_sympy(system, parameters={"b_izz": 4.0})
-    np.testing.assert_allclose(accelerations(document, {"q": [0.1], "v": [0.2], "p": [4.0]}), [0.25])
 
 
 def test_symbols_without_an_effect_are_no_parameters() -> None:
     """The mass of a lone disc cancels in no term, but r of a point does."""
     document = eomgen.from_sympy(disc(), parameters={"g": 9.81, "m": 2.0, "r": 0.5})
-    assert document.parameters == ("g", "m", "r")
+    assert [*document.parameters] == ["g", "m", "r"]
     assert document.coordinates == ("q1", "q2", "q3")
     assert document.speeds == ("u1", "u2", "u3")
     q, (m, k, free) = dynamicsymbols("q"), sympy.symbols("m k free")
     lagrangian = m * q.diff(T) ** 2 / 2 - k * q**2 / 2 + free
     document = eomgen.from_sympy(me.LagrangesMethod(lagrangian, [q]), parameters={m: 1, "k": 2, free: 3})
-    assert document.parameters == ("k", "m")
-    assert document.values == (2.0, 1.0)
+    assert document.parameters == {"k": 2.0, "m": 1.0}
 
 
 @pytest.mark.slow
@@ -575,7 +494,7 @@ def test_coordinates_without_a_mass_are_named() -> None:
 def test_greek_letters_have_the_names_of_sympy() -> None:
     lagrangian = FREE * sympy.Symbol("λ") - Q**2 * sympy.Symbol("Ω_ü₁")
     document = eomgen.from_sympy(me.LagrangesMethod(lagrangian, [Q]), parameters={M: 1, "λ": 2, "Omega_u1": 3})
-    assert dict(zip(document.parameters, document.values, strict=True)) == {"m": 1, "lambda": 2, "Omega_u1": 3}
+    assert document.parameters == {"m": 1, "lambda": 2, "Omega_u1": 3}
 
 
 def test_potential_energies_of_bodies_act_in_lagrangians_alone() -> None:

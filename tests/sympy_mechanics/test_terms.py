@@ -63,9 +63,11 @@ def derived(name: str) -> tuple[Any, Any]:
 
 def state_of(document: Any) -> dict[str, Any]:
     random, n = np.random.default_rng(5), len(document.coordinates)
-    sizes = {"q": n, "v": n, "a": n, "lam": len(document.rows.names), "z": len(document.states.names)}
+    sizes = {"q": n, "v": n, "a": n, "lam": len(document.rows.names), "z": len(document.states)}
     sizes |= {"u": len(document.inputs), "t": 1}
-    return {block: random.uniform(0.3, 1.1, size) for block, size in sizes.items()} | {"p": np.array(document.values)}
+    return {block: random.uniform(0.3, 1.1, size) for block, size in sizes.items()} | {
+        "p": np.array([*document.parameters.values()])
+    }
 
 
 def values(system: Any, term: str, state: Blocks) -> dict[str, Any]:
@@ -175,7 +177,7 @@ def test_energies_of_a_lagrangian_are_its_parts() -> None:
     state = state_of(document)
     kinetic, potential, power, _ = values(system, "energy", state)["energy"]
     x, y, s = state["q"]
-    (vx, vy, vs), values_of = state["v"], dict(zip(document.parameters, document.values, strict=True))
+    (vx, vy, vs), values_of = state["v"], document.parameters
     m, g, k = (values_of[name] for name in "mgk")
     assert kinetic == pytest.approx(0.5 * m * (vx**2 + (1 + x**2) * vy**2 + vs**2 + vx * vs / 3), rel=1e-13)
     assert potential == pytest.approx(m * g * y + 0.5 * k * s**2, rel=1e-13)
@@ -283,7 +285,11 @@ def test_rows_have_the_sizes_of_their_summands_and_their_change_per_radian() -> 
     method = me.LagrangesMethod(lagrangian, [q, x], hol_coneqs=[place], nonhol_coneqs=[rate])
     document = eomgen.from_sympy(method, parameters={m: 1.0, k: 0.2, L: 0.5}, initial={q: 0.1})
     system = eomgen.derive(document, ["constraint_size"])
-    found = values(system, "constraint_size", {"q": np.array([-0.4, 0.7]), "p": np.array(document.values), "t": [0.0]})
+    found = values(
+        system,
+        "constraint_size",
+        {"q": np.array([-0.4, 0.7]), "p": np.array([*document.parameters.values()]), "t": [0.0]},
+    )
     slope = 0.5 * np.cos(0.4)
     size = 0.7 + 0.5 * np.sin(0.4) + 0.2 + slope * 0.4 + 0.7
     np.testing.assert_allclose(found["size"], [size, 3.0 * np.cos(0.4)], rtol=1e-14)
@@ -315,7 +321,7 @@ def test_energies_powers_and_drawings_of_joints_and_springs() -> None:
         "v": np.array([vx, w]),
         "a": np.zeros(2),
         "t": [0.0],
-        "p": np.array(document.values),
+        "p": np.array([*document.parameters.values()]),
     }
     found = {block: value for term in derived.functions for block, value in values(derived, term, state).items()}
     speed = np.array([vx + 0.4 * np.cos(q) * w, 0.4 * np.sin(q) * w])
@@ -351,8 +357,8 @@ def test_energies_powers_and_drawings_of_joints_and_springs() -> None:
 def test_activations_of_muscles_have_sympy_s_rates() -> None:
     system, biceps, numbers, start = muscle(MusculotendonFormulation.RIGID_TENDON)
     document = eomgen.from_sympy(system, parameters=numbers, initial=start, name="arm")
-    assert document.states.names == ("a_biceps",) and document.states.initial == (0.6,)
-    state = {"q": [0.3], "v": [0.2], "z": [0.6], "u": [0.4], "t": [0.0], "p": np.array(document.values)}
+    assert document.states == {"a_biceps": 0.6}
+    state = {"q": [0.3], "v": [0.2], "z": [0.6], "u": [0.4], "t": [0.0], "p": np.array([*document.parameters.values()])}
     (found,) = values(eomgen.derive(document, ["internal_rate"]), "internal_rate", state).values()
     known = {biceps.x[0]: 0.6, biceps.r[0]: 0.4}
     assert found == pytest.approx([float(biceps.rhs()[0].subs(known))], rel=1e-13)

@@ -13,21 +13,6 @@ def named(system: eomgen.System, term: str) -> set[str]:
     return {symbol.name for symbol in matrix.free_symbols}
 
 
-def test_symbols_have_the_names_of_the_scene() -> None:
-    builder = eomgen.SceneBuilder("swing").parameter("load", 1.0, tunable=True).parameter("length", 0.5).input("motor")
-    builder.body("rod", "load", center_of_mass=[0, 0, "-length"]).body("bob", 2.0, inertia=[0.1, 0.2, 0.3])
-    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0]).joint("ball", "spherical", "rod", "bob")
-    system = eomgen.derive(
-        builder.effort("drive", "hinge", "motor - 0.5 * v.hinge").build(), terms=["mass", "force", "coupling"]
-    )
-    assert named(system, "force") == {"load", "motor", "q_hinge", "v_hinge"}
-    assert named(system, "mass") == {"load", "q_ball_0", "q_ball_1", "q_ball_2", "q_ball_3"}
-    assert {"v_ball_0", "v_ball_1", "v_ball_2", "v_hinge"} <= named(system, "coupling")
-    drive = sympy.Matrix(system.sympy("force"))[0]
-    motor, load, q, v = (sympy.Symbol(name, real=True) for name in ("motor", "load", "q_hinge", "v_hinge"))
-    assert sympy.expand(drive - (motor - v / 2 - sympy.Float(4.905) * load * sympy.sin(q))) == 0
-
-
 def test_names_that_would_collide_give_way_to_places() -> None:
     builder = eomgen.SceneBuilder("clash").parameter("q_slide", 2.0, tunable=True).parameter("u0", 3.0, tunable=True)
     builder.input("push").input("w_0").body("slug", "q_slide + u0")

@@ -13,12 +13,11 @@ import pytest
 from docs.scene_tables import tables
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
-from eomgen.mechanics.forces.applied import law_of, laws_of, offered_by
+from eomgen.mechanics.forces.applied import offered_by
 from eomgen.products.pictures.scenery import scenery
 from eomgen.products.testing.contracts import check_law_of_element
 from eomgen.products.testing.demands import power_error
 from eomgen.scene.document.reference import schema
-from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
@@ -60,15 +59,6 @@ def test_every_row_has_a_law_that_gives_what_it_offers(row: ElementSection) -> N
     assert row.key == row.model.section
     [element] = scene_with(row).elements
     check_law_of_element(element)
-
-
-def test_laws_are_in_the_order_of_the_register() -> None:
-    assert law_of(CosseratBeam).before_joints
-    scene = from_data({**SCENE, "efforts": ENTRIES["efforts"]})
-    kinds = [CosseratBeam, *(row.model for row in ELEMENTS)]
-    assert [law.model for law in laws_of(scene)] == [
-        kind for kind in kinds if any(isinstance(element, kind) for element in scene.elements)
-    ]
 
 
 @EVERY

@@ -87,9 +87,9 @@ def remounted(folder: Path, *options: str) -> None:
 
 def left_in(cache: Path) -> dict[str, Any]:
     """Return the names in a cache that are no entries, with what is in them."""
-    shelves = ("claims", "failed", "quarantine")
+    shelves = ("claims", "failed")
     found: dict[str, Any] = {name: sorted(path.name for path in (cache / name).glob("*")) for name in shelves}
     return {**found, "tmp": sorted(path.name for path in cache.glob("tmp-*"))}
 
 
-NOTHING_LEFT = {"claims": [], "failed": [], "quarantine": [], "tmp": []}
+NOTHING_LEFT = {"claims": [], "failed": [], "tmp": []}

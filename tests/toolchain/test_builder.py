@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -85,15 +84,6 @@ def test_faults_of_a_source_that_was_begun_are_those_of_its_library(tmp_path: Pa
         builder.build(b"content", files, CDEF, LAYOUT)
 
 
-def test_a_bound_call_sees_changes_of_its_arrays(tmp_path: Path) -> None:
-    t, q, y = np.zeros(1), np.zeros(2), np.zeros(1)
-    call = build(tmp_path).bind("f", [t, q], [y])
-    for value in (1.0, 2.0):
-        q[1] = value
-        call()
-        assert y[0] == 10 * value
-
-
 def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path: Path) -> None:
     library = build(tmp_path)
     t, q, y = np.zeros(1), np.zeros(2), np.zeros(1)
@@ -138,21 +128,6 @@ def test_the_log_tells_compiled_files_from_kept_objects(tmp_path: Path, caplog: 
     first, second = (message for message in caplog.messages if "lines of C" in message)
     assert first.startswith("compiled 1 of 1 files, ")
     assert second.startswith("linked 1 kept objects, ")
-
-
-def test_a_source_is_compiled_while_the_next_one_is_written(tmp_path: Path) -> None:
-    def written() -> Iterator[tuple[str, str]]:
-        yield "other.h", "int answer(void);\n"
-        yield "other.c", '#include "other.h"\nint answer(void) { return 42; }\n'
-        deadline = time.monotonic() + 60.0
-        while not list(tmp_path.glob("tmp-*/other.o")):
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
-        yield from FILES.items()
-
-    library = Builder("quick", cache=Cache(tmp_path)).build(b"content", written(), CDEF, LAYOUT)
-    assert library.fingerprint == "f00d"
-    assert not list(library.folder.glob("*.o"))
 
 
 def test_what_fails_while_sources_are_written_is_passed_on(tmp_path: Path) -> None:
@@ -203,20 +178,6 @@ def test_without_python_headers_the_abi_mode_serves(tmp_path: Path, monkeypatch:
     assert build(tmp_path).mode == "abi"
     with pytest.raises(ToolchainError, match=r"Python\.h is missing.*try: apt install python3-dev, or mode abi"):
         Builder("quick", mode="api", cache=Cache(tmp_path))
-
-
-def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:
-    first = build(tmp_path)
-    second = build(
-        tmp_path,
-        content=b"other",
-        files={**FILES, "model.c": FILES["model.c"].replace("10 *", "20 *").replace("f00d", "beef")},
-    )
-    y = np.zeros(1)
-    first.call("f", [np.zeros(1), np.ones(2)], [y])
-    assert (y[0], first.fingerprint) == (10.0, "f00d")
-    second.call("f", [np.zeros(1), np.ones(2)], [y])
-    assert (y[0], second.fingerprint) == (20.0, "beef")
 
 
 @pytest.mark.slow

@@ -14,12 +14,9 @@ from eomgen.errors import ToolchainError
 from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import build_in
 from eomgen.toolchain import profiles
-from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
 from eomgen.toolchain.profiles import (
-    AFTER_REGISTERS,
-    OF_ANGLES,
     OF_ELIMINATION,
     OF_STRAIGHT,
     PROFILES,
@@ -73,24 +70,6 @@ def test_short_sources_are_compiled_with_all_passes() -> None:
     assert passes_for("x" * 130_001, flags, version) == without_slow_passes(flags, version) != flags
     assert passes_for("x" * 60_000, flags, version, loops=True) == flags
     assert passes_for("x" * 60_001, flags, version, loops=True) == without_slow_passes(flags, version)
-
-
-def test_the_stepper_of_a_model_with_several_files_has_few_passes() -> None:
-    builder = Builder("fast")
-    few = without_slow_passes(builder.flags, builder.compiler.version, AFTER_REGISTERS)
-    assert builder._flags_for("arm_step.c", "", {"arm.c", "arm_2.c"}) == few
-    fewest = without_slow_passes(builder.flags, builder.compiler.version, OF_ELIMINATION)
-    assert builder._flags_for("car_step.c", "x" * 130_001, {"car.c", "car_2.c"}) == fewest
-    assert builder._flags_for("arm_step.c", "", ()) == builder.flags
-
-
-def test_functions_without_loops_have_the_fewest_passes() -> None:
-    builder, sources = Builder("fast"), {"arm.c", "arm_2.c"}
-    version = builder.compiler.version
-    assert builder._flags_for("arm.c", "x = y;", sources) == without_slow_passes(builder.flags, version, OF_STRAIGHT)
-    text = "for (i = 0; i < 8; ++i) {"  # a loop over angles becomes vectors by a pass that other functions lack
-    assert builder._flags_for("arm_2.c", text, sources) == without_slow_passes(builder.flags, version, OF_ANGLES)
-    assert set(OF_STRAIGHT) - set(OF_ANGLES) == {"-fno-tree-fre"}
 
 
 def _bits(model: Model) -> tuple[dict[str, bytes], Array]:

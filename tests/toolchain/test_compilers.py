@@ -6,7 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from eomgen.errors import ToolchainError
@@ -90,14 +89,6 @@ def test_zig_has_a_folder_without_one_of_the_user(tmp_path: Path, monkeypatch: p
     _zig_folder.cache_clear()
     monkeypatch.setenv(name, "/chosen")
     assert _variables(command)[name] == "/chosen"
-
-
-def test_differences_are_named() -> None:
-    one = {"q": np.array([[0.0, 1.0], [2.0, 3.0]])}
-    assert difference(one, {"q": one["q"].copy()}) == ""
-    assert difference(one, {"q": np.nextafter(one["q"], 9.0)}) == "q in row 0: np.float64(0.0), np.float64(5e-324)"
-    assert difference(one, {"q": one["q"][:1]}) == "2 rows of q, and 1"
-    assert difference(one, "toolchain error") == "toolchain error"
 
 
 @pytest.mark.slow

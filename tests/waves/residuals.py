@@ -1,14 +1,12 @@
 """Residuals of the full nonlinear Lagrangian equations, from positions and pressures alone: derivatives by labels are
-differences of fourth order, whose own error is below 1e-9. Of their second order also by SymPy."""
+differences of fourth order, whose own error is below 1e-9."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import sympy
-from sympy import Expr, Matrix, diff
 
 from eomgen.base.arrays import Array
 from eomgen.waves import Components, Motion, Sea
@@ -80,69 +78,3 @@ def three_waves(small: float, vectors: Sequence[tuple[float, float]]) -> Compone
     """Return three components with amplitudes in the ratio 1 : 0.7 : 0.5, steepest about ``small``."""
     amplitude = np.array([1.0, 0.7, 0.5]) * small / 0.06
     return Components(np.array(vectors), amplitude, np.array([0.3, 1.0, 2.0]))
-
-
-LABELS = sympy.symbols("a b c", real=True)
-TIME, SMALL, GRAVITY = sympy.symbols("t epsilon g", real=True)
-
-
-def hierarchy() -> Mapping[str, tuple[list[Expr], list[Expr]]]:
-    """Return momentum (3 equations), continuity (1) and vorticity (3) by name, each as expressions of first and of
-    second order that are to be zero. They contain functions X1, Y1, Z1, P1 and X2, Y2, Z2, P2 of labels and time."""
-    at = (*LABELS, TIME)
-    first, second = ([sympy.Function(f"{name}{order}")(*at) for name in "XYZ"] for order in (1, 2))
-    p1, p2 = (sympy.Function(f"P{order}")(*at) for order in (1, 2))
-    position = [label + SMALL * x + SMALL**2 * y for label, x, y in zip(LABELS, first, second, strict=True)]
-    pressure = -GRAVITY * LABELS[2] + SMALL * p1 + SMALL**2 * p2
-    gradient = Matrix([[diff(x, label) for label in LABELS] for x in position])
-    velocity = [diff(x, TIME) for x in position]
-    carried = [sum(gradient[k, i] * velocity[k] for k in range(3)) for i in range(3)]  # (grad X)^T X_t
-    equations = {
-        "momentum": [
-            sum(diff(x, TIME, 2) * diff(x, label) for x in position)
-            + GRAVITY * diff(position[2], label)
-            + diff(pressure, label)
-            for label in LABELS
-        ],
-        "continuity": [gradient.det() - 1],
-        "vorticity": [
-            diff(carried[(i + 2) % 3], LABELS[(i + 1) % 3]) - diff(carried[(i + 1) % 3], LABELS[(i + 2) % 3])
-            for i in range(3)
-        ],
-    }
-    return {
-        name: ([_order(item, 1) for item in items], [_order(item, 2) for item in items])
-        for name, items in equations.items()
-    }
-
-
-def _order(expression: Expr, order: int) -> Expr:
-    return sympy.expand(expression.doit()).coeff(SMALL, order)
-
-
-def second_order_residuals() -> Mapping[str, Expr]:
-    """Return, by equation, the residual of the equations of second order for the solution of the kernels; 0 for a valid
-    one.
-
-    xi = grad psi with psi two harmonic exponentials of any growth in time; eta_t = (xi . grad) u, and p2 without Phi,
-    which is harmonic and solves the linear equations. Each equation is differentiated by time once, so that eta enters
-    through its velocity.
-    """
-    growth = [sympy.Function(f"f{i}")(TIME) for i in (1, 2)]
-    p, r = sympy.symbols("p_1 p_2"), sympy.symbols("r_1 r_2")
-    q = [sympy.I * sympy.sqrt(p[i] ** 2 + r[i] ** 2) for i in range(2)]
-    a, b, c = LABELS
-    psi = sum(growth[i] * sympy.exp(p[i] * a + q[i] * b + r[i] * c) for i in range(2))
-    xi = [diff(psi, label) for label in LABELS]
-    u = [diff(x, TIME) for x in xi]
-    velocity = [sum(x * diff(v, label) for x, label in zip(xi, LABELS, strict=True)) for v in u]
-    p1 = -diff(psi, TIME, 2) - GRAVITY * xi[2]
-    energy = sum(v * v for v in u) / 2 + sum(x * diff(v, TIME) for x, v in zip(xi, u, strict=True))
-    names = [sympy.Function(f"{name}{order}")(*LABELS, TIME) for order in (1, 2) for name in "XYZP"]
-    of_first = dict(zip(names, (*xi, p1, 0, 0, 0, 0), strict=True))
-    of_second = dict(zip(names, (0, 0, 0, 0, *velocity, -diff(energy, TIME) - GRAVITY * velocity[2]), strict=True))
-    left = {}
-    for name, (_, items) in hierarchy().items():
-        each = [diff(x.subs(of_first).doit(), TIME) + x.subs(of_second).doit() for x in items]
-        left[name] = sum(abs(sympy.expand(x)) for x in each)
-    return left

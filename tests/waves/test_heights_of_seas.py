@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import pytest
 from eomgen.errors import UsageError
 from eomgen.formula.nodes import EntryQuantity
 from eomgen.scene.load import from_data
-from eomgen.waves import Components, Jonswap, Sea, Spreading, discretized, divided
+from eomgen.waves import Jonswap, Sea, Spreading, discretized, divided
 
 SPREAD = Spreading(6.0, heading=0.4, directions=9)
 
@@ -87,18 +86,6 @@ def test_waves_that_break_are_refused_at_second_order(depth: float) -> None:
     from_data(_scene({"regular": [{"amplitude": amplitude, "period": period}], "order": 2}))
     with pytest.raises(Exception, match="breaks from an amplitude"):
         from_data(_scene({"regular": [{"amplitude": 1.02 * amplitude, "period": period}], "order": 2}))
-
-
-def test_seas_that_are_too_steep_together_are_warned_of() -> None:
-    storm = discretized(Jonswap(14.0, 8.0), height=14.0).realisation(1)
-    for order in (1, 2):
-        with pytest.warns(RuntimeWarning, match=r"Sea: the significant slope is 0\.8\d*, and waves break from 0\.446"):
-            Sea(storm, order=order)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        Sea(discretized(Jonswap(7.0, 10.0), height=7.0).realisation(1))
-        Sea(Components(np.array([[0.05, 0.0], [0.06, 0.0]]), np.array([1.0, 1.0]), np.zeros(2)))
-        _one(0.9, order=1)
 
 
 def _scene(sea: dict[str, Any]) -> dict[str, Any]:

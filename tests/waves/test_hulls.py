@@ -120,23 +120,6 @@ def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
     assert spun == pytest.approx(-0.5 * RHO * 1.2 * D * 0.25 * np.sum(depths**3), rel=1e-3)
 
 
-@pytest.mark.parametrize("period", [5.0, 9.0])
-def test_the_end_of_a_column_is_pushed_along_it(period: float) -> None:
-    """By axial added mass a and drag c of the water at the end at the depth T: a a_w + c |u| u, beside the same column
-    with neither; under deep waves of amplitude A, a_w = A w^2 exp(-k T) down under a crest, and u = A w exp(-k T) up
-    a quarter of a period before."""
-    A, w = 0.3, 2.0 * math.pi / period
-    decay = math.exp(-(w**2) / G * DRAUGHT)
-    waves = {"regular": [{"amplitude": A, "period": period}], "stretching": "none"}
-    ends = {"with": {"axial_drag": 500.0, "axial_added_mass": EXTRA}, "none": {"axial_drag": 0, "axial_added_mass": 0}}
-    made = {name: _system(None, waves, {"column": COLUMN | more}) for name, more in ends.items()}
-    crest, rising = (
-        _at_start(made["with"], "force", t)[0] - _at_start(made["none"], "force", t)[0] for t in (0.0, 0.75 * period)
-    )
-    assert crest == pytest.approx(-EXTRA * A * w**2 * decay, rel=1e-9)
-    assert rising == pytest.approx(500.0 * (A * w * decay) ** 2, rel=1e-3)
-
-
 def test_added_mass_is_across_the_axis() -> None:
     """By hand, of an upright column: rho C_a A T across, its moments about the origin, and what moves along."""
     bare = {"column": COLUMN | {"added_mass": 0, "axial_added_mass": 0}}
@@ -145,15 +128,6 @@ def test_added_mass_is_across_the_axis() -> None:
     np.testing.assert_allclose(np.diag(added)[3:], [own, own, EXTRA], rtol=1e-10)
     np.testing.assert_allclose(np.diag(added)[:3], [own * DRAUGHT**2 / 3.0] * 2 + [0.0], rtol=1e-10, atol=1e-6 * own)
     assert added[1, 3] == pytest.approx(-own * DRAUGHT / 2.0, rel=1e-10)
-
-
-HULLS = {
-    "leg": COLUMN
-    | {"start": [1, 0.5, -5], "end": [1.5, 0.2, 3], "drag": 1.1, "axial_drag": 80, "wet": 4, "stations": 2},
-    "pontoon": COLUMN
-    | {"start": [-3, 0.5, -5], "end": [3, 0.2, -4.5], "drag": 0.9, "stations": 1, "axial_added_mass": 0},
-}
-SEA = {"spectrum": {"type": "jonswap", "height": 1, "period": 7}, "components": 2, "depth": 40}
 
 
 @pytest.mark.slow
@@ -216,13 +190,3 @@ def _noted(changes: dict[str, Any], **more: Any) -> list[str]:
 def test_what_hardly_anyone_means_is_noted(changes: dict[str, Any], joint: dict[str, Any] | None, text: str) -> None:
     (note,) = _noted(changes, joint=joint)
     assert text in note
-
-
-def test_hulls_as_they_are_meant_have_no_notes() -> None:
-    assert _noted({}) == []
-    assert _noted({"area": 4.0}) == []  # a square section
-    turned = {"type": "revolute", "axis": [1, 0, 0], "initial": {"position": 1.5707963}}
-    assert _noted({"wet": None}, joint=turned) == [], "a lying column is half in the water"
-    assert _noted({"wet": None, "added_mass": 0, "axial_added_mass": 0}) == []
-    start = {"simulation": {"start": "equilibrium"}}
-    assert _noted({}, joint={"type": "prismatic", "axis": [0, 0, 1], "initial": {"position": 8}}, **start) == []

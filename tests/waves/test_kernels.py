@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,8 @@ from eomgen.products.waves.second_order.routines import routines
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
-from eomgen.waves import Components, Sea, WaveNumber, gravity_waves
+from eomgen.waves import WaveNumber, gravity_waves
 from tests.waves import oracle
-from tests.waves.residuals import second_order_residuals
 
 Vector = tuple[float, float]
 
@@ -123,33 +121,3 @@ def test_operations_of_a_pair_are_within_their_budgets() -> None:
     }
     assert counts[False, False, True] <= 40
     assert counts[True, True, True] <= 160
-
-
-def three(spread: bool, depth: float) -> Sea:
-    """Three waves along x; with a fourth of no height across them for the kernels of several directions."""
-    vectors: Sequence[Vector] = ((0.05, 0.0), (0.055, 0.0), (0.08, 0.0), (0.0, 0.06))
-    count = 4 if spread else 3
-    amplitude, phase = np.array([1.0, 0.7, 0.5, 0.0]), np.array([0.3, 1.0, 2.0, 0.0])
-    return Sea(Components(np.array(vectors[:count]), amplitude[:count], phase[:count]), depth)
-
-
-@pytest.mark.parametrize("c", [0.0, -4.0])
-def test_pruned_kernels_are_the_whole_ones(c: float) -> None:
-    labels = np.random.default_rng(2).uniform(-100.0, 100.0, (30, 2))
-    for one, other in (
-        (three(False, math.inf), three(True, math.inf)),
-        (three(False, 20.0), three(True, 20.0)),
-        (three(False, math.inf), three(False, 20000.0)),
-        (three(True, math.inf), three(True, 20000.0)),
-    ):
-        pruned, whole = one.motion(labels, 5.0, c), other.motion(labels, 5.0, c)
-        for name in ("position", "velocity", "acceleration"):
-            assert getattr(pruned, name) == pytest.approx(getattr(whole, name), rel=1e-13, abs=1e-13)
-        assert pruned.pressure == pytest.approx(whole.pressure, abs=1e-12)
-
-
-@pytest.mark.long
-def test_the_hierarchy_is_solved_by_the_velocity_that_kernels_are_made_of() -> None:
-    """With xi and u gradients of harmonic functions, eta_t = (xi . grad) u + grad Phi holds continuity and vorticity of
-    second order, and p2 = -|u|^2/2 - xi . u_t - Phi_t - g eta_z momentum: shown with waves of general profiles."""
-    assert second_order_residuals() == {"momentum": 0, "continuity": 0, "vorticity": 0}

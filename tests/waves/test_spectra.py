@@ -53,13 +53,6 @@ def test_pierson_moskowitz_has_the_height_of_its_wind() -> None:
     assert spectrum.density(w) == pytest.approx(same.density(w), rel=1e-4)
 
 
-def test_a_table_is_straight_between_its_points() -> None:
-    spectrum = SpectrumTable([0.5, 1.0, 1.5], [0.0, 2.0, 0.0])
-    assert spectrum.density(np.array([0.4, 0.75, 1.25, 1.6])).tolist() == [0.0, 1.0, 1.0, 0.0]
-    sea = discretized(spectrum, band=(0.5, 1.5), length=4000.0)
-    assert sea.height == pytest.approx(4.0, rel=2e-3)
-
-
 @pytest.mark.parametrize("components", [1, 5, 40])
 @pytest.mark.parametrize("width", [0.2, 0.005, 1e-4])
 def test_parts_of_a_table_have_its_energy_however_narrow_it_is(width: float, components: int) -> None:

@@ -75,16 +75,6 @@ def test_directions_in_two_dimensions_are_stepped() -> None:
     assert stepped.displacement().reshape(-1, 3) == pytest.approx(two - one, abs=1e-6)
 
 
-def test_steps_back_lead_to_where_they_began() -> None:
-    stepped = SteppedSea(five_waves(), (LENGTH, 1.0), (LABELS, 1))
-    start = stepped.potential(), stepped.displacement()
-    stepped.step(0.3, 40)
-    assert np.abs(stepped.potential() - start[0]).max() > 0.1
-    stepped.step(-0.3, 40)
-    assert stepped.potential() == pytest.approx(start[0], abs=1e-12)
-    assert stepped.displacement() == pytest.approx(start[1], abs=1e-12)
-
-
 def test_a_forcing_that_comes_in_slowly_makes_fewer_free_waves() -> None:
     """Deviations from the bound waves that the sums over pairs are, after the start."""
     waves, end = five_waves(), 60.0

@@ -9,7 +9,6 @@ import pytest
 
 from eomgen.errors import NumericalError
 from eomgen.waves import Components, Sea
-from tests.waves import stokes
 from tests.waves.residuals import three_waves
 
 SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))
@@ -35,13 +34,6 @@ def test_derivatives_by_labels_are_those_of_positions(sea: Sea) -> None:
         assert first[:, :, axis] == pytest.approx((there.position - here.position) / (2.0 * d), abs=1e-9)
         change = (sea.derivatives(LABELS + move, 3.0)[0] - sea.derivatives(LABELS - move, 3.0)[0]) / (2.0 * d)
         assert second[:, :, axis : axis + 2] == pytest.approx(change, abs=1e-9)
-
-
-def test_velocity_and_acceleration_are_those_of_positions(sea: Sea) -> None:
-    d = 1e-4
-    before, now, after = (sea.motion(LABELS, t) for t in (3.0 - d, 3.0, 3.0 + d))
-    assert now.velocity == pytest.approx((after.position - before.position) / (2.0 * d), abs=1e-8)
-    assert now.acceleration == pytest.approx((after.velocity - before.velocity) / (2.0 * d), abs=1e-8)
 
 
 def test_fixed_points_have_the_motion_of_the_particles_there(sea: Sea) -> None:
@@ -98,27 +90,6 @@ def test_fixed_points_see_stokes_waves_to_third_order() -> None:
             errors[order].append(np.abs(there - _eulerian(x, k, waves.amplitude, waves.phase, t, 2)).max())
     assert np.log2(errors[2][1] / errors[2][2]) == pytest.approx(3.0, abs=0.05)
     assert np.log2(errors[1][1] / errors[1][2]) == pytest.approx(2.0, abs=0.1)
-
-
-@pytest.mark.parametrize("kh", [0.5, 1.0, 2.0, 6.0])
-def test_the_second_harmonic_is_that_of_stokes(kh: float) -> None:
-    k, steepness = 0.05, 0.01
-    x = np.linspace(0.0, 2.0 * math.pi / k, 64, endpoint=False)
-    wave = Sea.of_one_wave(k, steepness / k, kh / k)
-    second = 2.0 * np.fft.rfft(wave.elevation(x, 0.0, 0.0))[2].real / 64.0
-    expected = 0.25 * steepness**2 / k * math.cosh(kh) * (2.0 + math.cosh(2.0 * kh)) / math.sinh(kh) ** 3
-    assert second == pytest.approx(expected, rel=1e-3)
-
-
-@pytest.mark.parametrize(("steepness", "celerity", "most"), [(0.2, 1.020203, 0.0031), (0.3, 1.046016, 0.0125)])
-def test_steep_waves_are_near_exact_ones(steepness: float, celerity: float, most: float) -> None:
-    k = 0.05
-    x, eta, c = stokes.deep_wave(k, 2.0 * steepness / k)
-    assert c / math.sqrt(9.81 / k) == pytest.approx(celerity, abs=2e-6)
-    found = Sea.of_one_wave(k, steepness / k).elevation(x, 0.0, 0.0)
-    assert np.abs(found - eta).max() <= most * 2.0 * steepness / k
-    linear = steepness / k * np.cos(k * x)
-    assert np.abs(linear - eta).max() > 10.0 * most * steepness / k
 
 
 def test_fixed_points_are_found_after_the_water_has_drifted_by_many_waves() -> None:

@@ -179,11 +179,3 @@ def test_the_pressure_of_a_long_wave_on_a_fixed_disc() -> None:
     wedge = -RHO * G * A * (of_x * chord) @ (np.sin(k * x) * x)
     assert moment == pytest.approx(solid + wedge, rel=0.01)
     assert abs(wedge) > 0.3 * abs(solid + wedge)
-
-
-def test_a_hull_without_gravity_has_drag_and_no_lift() -> None:
-    data = _scene(2.0, -3.0, 1.0, 4, drag=1.0) | {"gravity": [0, 0, 0]}
-    q = [1.0, 0, 0, 0, 0, 0, 0]
-    assert np.abs(_force(data, q, [0.0] * 6)).max() < 1e-4
-    moving = _force(data, q, [0, 0, 0, 2.0, 0, 0])
-    assert moving[3] == pytest.approx(-0.5 * RHO * 2.0 * 3.0 * 4.0, rel=1e-3)

@@ -59,32 +59,23 @@ OF_SEAS: list[tuple[Callable[[], Any], str]] = [
         "component 1 has k A coth(k h) = 1.8; from 1 on a wave crosses itself",
     ),
     (lambda: _sea(depth=0.0), "Sea: depth: 0 m is not above 0; try: math.inf for water without a bottom"),
-    (lambda: _sea(depth=math.nan), "Sea: depth: nan m is not above 0"),
     (lambda: _sea(VECTORS * [[0.0], [1.0]]), "component 0 has the wave vector (0, 0): the water's level"),
     (lambda: _sea(VECTORS[[0, 0]]), "two components have the same wave vector; try: one with the sum of both"),
     (lambda: _sea(amplitude=-ONE), "the amplitude -1 m is negative; try: the phase + pi"),
-    (lambda: _sea(amplitude=ONE[:1]), "2 wave vectors have amplitudes of shape (1,) and phases of (2,)"),
-    (lambda: _sea(VECTORS[0]), "wave vectors have the shape (2,); try: (n, 2), at least one"),
+    (lambda: _sea(amplitude=ONE[:1]), "amplitudes and phases have the shapes (2, 2), (1,) and (2,); try: (n, 2), (n,)"),
     (lambda: _sea(amplitude=ONE * np.inf), "a wave vector, an amplitude or a phase is not a finite number"),
     (lambda: _sea(order=3), "Sea: order: there is no order 3; try: 1 or 2"),
     (lambda: _sea(gravity=0.0), "Sea: gravity: 0 m/s^2 is not above 0; try: 9.81"),
     (lambda: _sea(vorticity="some"), "Sea: vorticity: there is no 'some'; try: none, or gerstner"),
     (lambda: _sea(order=1).bound_waves(0.0), "Sea.bound_waves: a sea of order 1 has no pairs; try: order = 2"),
-    (lambda: Sea(Components(VECTORS, ONE, ONE), dept=3.0), "depth"),  # type: ignore[call-arg]
     (lambda: _sea().motion([1.0, 2.0], 0.0), "Sea: labels: an array of shape (2,); try: finite numbers of shape"),
-    (lambda: _sea().at([[1.0, np.nan]], 0.0), "an array of shape (1, 2), with numbers that are not finite"),
     (lambda: _sea().motion([[1.0, 2.0]], 0.0, 3.0), "at c = 3 m are outside of the water, which is from -20 m to 0"),
-    (lambda: _sea().motion([[1.0, 2.0]], 0.0, -21.0), "labels at c = -21 m are outside of the water"),
-    (lambda: _sea().motion([[1.0, 2.0]]), "time"),  # type: ignore[call-arg]
     (lambda: _sea().motion([[0.0, 0.0]], math.nan), "Sea: time: nan s is not a finite number"),
-    (lambda: _sea().motion([[0.0, 0.0]], "now"), "Sea: time: a number is needed, not str"),  # type: ignore[arg-type]
-    (lambda: _sea().elevation(np.zeros(3), 0.0, math.inf), "Sea: time: inf s is not a finite number"),
     (lambda: _sea().elevation(np.zeros(3), np.zeros(2), 0.0), "Sea: x and y: shapes (3,) and (2,) do not go together"),
     (
         lambda: _sea(VECTORS * [[1.0, 1.0], [0.0, 1.0]] + [[0.0, 0.02], [0.06, 0.0]]).profile(64, 0.0),
         "several directions",
     ),
-    (lambda: Sea(SWELL.realisation(0)).profile(512, math.nan), "Sea: time: nan s is not a finite number"),
     (lambda: Sea(SWELL.realisation(0)).profile(16, 0.0), "Sea.profile: count: 16 labels are too few; try:"),
     (lambda: Sea(SWELL.realisation(0)).profile(4096.5, 0.0), "count: 4096.5 is not a whole number from 1 on; try: 69"),  # type: ignore[arg-type]
     (
@@ -104,45 +95,34 @@ OF_SPECTRA: list[tuple[Callable[[], Any], str]] = [
     (lambda: Jonswap(0.0, 10.0), "Jonswap: height: 0 is not above 0; try: a number above 0"),
     (lambda: Jonswap(2.0, math.inf), "Jonswap: period: inf is not a finite number; try: a finite number"),
     (lambda: Jonswap(1.0, 10.0, 0.99), "Jonswap: peakedness: 0.99 is not from 1 to 20; try: 3.3, or 1 for a fully"),
-    (lambda: Jonswap(1.0, 10.0, 20.1), "Jonswap: peakedness: 20.1 is not from 1 to 20"),
     (lambda: PiersonMoskowitz(0.0), "PiersonMoskowitz: wind: 0 m/s is not above 0"),
     (lambda: PiersonMoskowitz(10.0, -9.81), "PiersonMoskowitz: gravity: -9.81 m/s^2 is not above 0; try: 9.81"),
     (lambda: SpectrumTable([1.0, 0.5], [1.0, 1.0]), "frequencies: they have to increase from above 0"),
-    (lambda: SpectrumTable([0.0, 2.0], [1.0, 1.0]), "frequencies: they have to increase from above 0"),
     (
         lambda: SpectrumTable([0.5, 1.0], [1.0, -0.1]),
         "densities: the least is -0.1 m^2 s/rad, the greatest 1; try: none",
     ),
-    (lambda: SpectrumTable([0.5, 1.0], [0.0, 0.0]), "densities: the least is 0 m^2 s/rad, the greatest 0; try: none"),
     (lambda: SpectrumTable([0.5], [1.0]), "shapes (1,) and (1,); try: as many densities as frequencies"),
-    (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "a frequency or a density is not a finite number"),
     (lambda: Spreading(0.0), "Spreading: exponent: 0 is not above 0"),
     (
         lambda: Spreading(4.0, directions=1),
         "Spreading: directions: 1 is not from 2 to 1000000; try: no spreading at all",
     ),
-    (lambda: Spreading(10.0, directions=2.5), "Spreading: directions: 2.5 is not from 2 to"),  # type: ignore[arg-type]
-    (lambda: Spreading(10.0, math.nan), "Spreading: heading: nan rad is not a finite number"),
     (
         lambda: _long_crested(band=(2.0, 1.0)),
         "band: 2 to 1 does not increase from above 0; try: band = [0.5, 3.0]",
     ),
-    (lambda: _long_crested(band=(0.0, 1.0)), "discretized: band: 0 to 1 does not increase"),
     (lambda: _long_crested(depth=0.0), "discretized: depth: 0 m is not above 0; try: math.inf"),
     (lambda: _long_crested(gravity=0.0), "discretized: gravity: 0 m/s^2 is not above 0; try: 9.81"),
     (lambda: _long_crested(length=-2.0), "discretized: length: -2 m is not above 0; try: 500"),
     (lambda: _long_crested(length=5.0), "no wave number 2 pi j/length is from"),
     (lambda: _long_crested(length=1e12), "wave numbers 2 pi j/length are within the band, more than 1000000; try: a"),
-    (lambda: _long_crested(heading=math.nan), "discretized: heading: nan rad is not a finite number"),
     (lambda: discretized(SpectrumTable([0.5, 0.6], ONE), band=(2.0, 3.0)), "band: the spectrum is zero from"),
     (lambda: wave_number(0.0), "wave_number: frequency: 0 rad/s is not above 0"),
-    (lambda: wave_number(1.0, 0.0), "wave_number: depth: 0 m is not above 0; try: math.inf for water without a bottom"),
     (lambda: divided(Jonswap(2.0, 10.0), 0), "divided: components: 0 is not from 1 to 1000000"),
     (lambda: divided(Jonswap(2.0, 10.0), 5, height=-2.0), "divided: height: -2 m is not above 0; try: the significant"),
-    (lambda: divided(Jonswap(2.0, 8.0), 4, band=(1.0, 1.0)), "divided: band: 1 to 1 does not increase from above"),
     (lambda: SWELL.realisation(1, "none"), "there is no 'none'; try: gaussian, or fixed"),  # type: ignore[arg-type]
     (lambda: SWELL.realisation(-1), "realisation: seed: -1 is not a whole number from 0 on"),
-    (lambda: SWELL.realisation(1.5), "realisation: seed: 1.5 is not a whole number from 0 on"),  # type: ignore[arg-type]
     (lambda: statistics_of(_long_crested(spreading=Spreading(4.0))), "waves of one direction alone, and these have"),
     (lambda: statistics_of(divided(Jonswap(2.0, 10.0), 9, depth=15.0)), "statistics_of: closed forms are of deep"),
 ]
@@ -158,7 +138,6 @@ OF_RADARS: list[tuple[Callable[[], Any], str]] = [
         lambda: RADAR.image(_sea(), 0.0, EDGES**2, EDGES),
         "Radar.image: columns: cells are 100 to 1900 m wide; try: edges",
     ),
-    (lambda: RADAR.image(_sea(), 0.0, EDGES, [1.0]), "Radar.image: rows: edges have to increase, two at least"),
     (
         lambda: Radar(1e9, 0.4).image(_sea(), 0.0, EDGES, EDGES),
         "more than 3e+07: facets move by up to 3.286e+09 m; try",
@@ -167,10 +146,7 @@ OF_RADARS: list[tuple[Callable[[], Any], str]] = [
     (lambda: RADAR.line(_profile(), 600.0, 0), "Radar.line: cells: 0 is not from 1 to 10000000; try: 400"),
     (lambda: RADAR.line(_profile(), 600.0, 10, 2), "Radar.line: direction: 2 is none; try: 1 with the flight"),  # type: ignore[arg-type]
     (lambda: RADAR.critical_amplitude(-1.0), "Radar.critical_amplitude: wave_number: -1 rad/m is not above 0"),
-    (lambda: RADAR.critical_amplitude(0.04, 0), "Radar.critical_amplitude: direction: 0 is none"),  # type: ignore[arg-type]
-    (lambda: RADAR.critical_amplitude(0.04, gravity=-9.81), "critical_amplitude: gravity: -9.81 m/s^2 is not above 0"),
     (lambda: RADAR.backscatter(-1.0), "Radar.backscatter: slope_density: -1 is below 0"),
-    (lambda: RADAR.backscatter(0.1, -0.1), "Radar.backscatter: reflectivity: -0.1 is below 0"),
     (lambda: RADAR.intensity_spectrum(SWELL, 0.0, 10), "intensity_spectrum: length: 0 m is not above 0"),
     (lambda: RADAR.intensity_spectrum(SWELL, 600.0, 0), "intensity_spectrum: count: 0 is not from 1 to"),
     (lambda: RADAR.intensity_spectrum(SWELL, 600.0, 10**6), "1000000 wave numbers need"),
@@ -180,9 +156,7 @@ OF_RADARS: list[tuple[Callable[[], Any], str]] = [
         lambda: RADAR.cutoff(_long_crested(depth=15.0)),
         "velocity_deviation: closed forms are of deep water, and waves of",
     ),
-    (lambda: RADAR.cutoff(SWELL, math.nan), "Radar.velocity_deviation: gravity: nan m/s^2 is not a finite number"),
     (lambda: RADAR.fold_probability(_long_crested(depth=15.0)), "Radar.fold_probability: closed"),
-    (lambda: RADAR.fold_probability(SWELL, 0.0), "Radar.fold_probability: gravity: 0 m/s^2 is not above 0; try: 9.81"),
     (lambda: RADAR.fold_probability(_long_crested(heading=0.3)), "try: bunching(sea, labels, time)"),
     (lambda: specular_points(_profile(), math.nan), "specular_points: slope: nan is not a finite number"),
 ]

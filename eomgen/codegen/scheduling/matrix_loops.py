@@ -4,7 +4,8 @@ per kind of entry."""
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import dataclass
@@ -70,18 +71,18 @@ def assembly(solver: Mapping[str, Any]) -> MatrixAssembly:
     def source(number: int) -> tuple[str, int]:
         return ("numbers", number) if number < first else ("w", number - first)
 
-    loops = _Loops()
+    groups: _Groups = defaultdict(list)
     for number_of_entry, row in enumerate(solver["moved"]):
         reads = [item for number, tangent in row for item in (("numbers", number), ("tangents", tangent))]
-        loops.add(("moved", len(row)), reads, ("w", number_of_entry))
+        groups["moved", len(row)].append((reads, ("w", number_of_entry)))
     for number_of_entry, entry in enumerate(solver["entries"]):
         linear, products = entry["linear"], sorted(entry["products"])
         reads = [source(number) for _, number in linear]
         reads += [item for _, number, nonzero in products for item in (source(number), ("jacobian", nonzero))]
         blocks = tuple(block for block, _ in reads)
         shape = ("entry", tuple(weight for weight, _ in linear), tuple(weight for weight, _, _ in products), blocks)
-        loops.add(shape, reads, (0, number_of_entry))
-    return MatrixAssembly(tuple(loops.statements()), True, len(solver["moved"]))
+        groups[shape].append((reads, (0, number_of_entry)))
+    return MatrixAssembly(tuple(_loops(groups)), True, len(solver["moved"]))
 
 
 def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
@@ -116,30 +117,23 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
     return result
 
 
-class _Loops:
-    """Entries of a matrix grouped by the operations of their computation (``shape``), each with operands and target."""
+#: Entries of a matrix by the operations of their computation (shape), each with operands and target.
+_Groups = dict[tuple[Any, ...], list[tuple[Sequence[tuple[str, int]], tuple[Any, int]]]]
 
-    def __init__(self) -> None:
-        self.groups: dict[tuple[Any, ...], list[tuple[Sequence[tuple[str, int]], tuple[Any, int]]]] = {}
 
-    def add(self, shape: tuple[Any, ...], reads: Sequence[tuple[str, int]], target: tuple[Any, int]) -> None:
-        self.groups.setdefault(shape, []).append((reads, target))
-
-    def statements(self) -> list[Statement]:
-        """Return the ``repeat`` statements of all groups: one loop or a few for each shape, in order."""
-        result = []
-        for shape, members in self.groups.items():
-            read: list[Expression] = [
-                ("row", column[0][0], *rule([index for _, index in column]))
-                for column in zip(*(reads for reads, _ in members), strict=True)
-            ]
-            tape = Tape()
-            total = _sum_of_products(tape, shape[1]) if shape[0] == "moved" else _entry(tape, shape[1], shape[2], read)
-            made = schedule(tape, [[total]], (READ,), part_limit=10**9, fill=False, reroll=False)
-            target: Expression = ("row", members[0][1][0], *rule([index for _, (_, index) in members]))
-            data = repeat_statements(len(members), made.parts[0].statements, read, (target,))
-            result += [Statement("repeat", item) for item in data]
-        return result
+def _loops(groups: _Groups) -> Iterator[Statement]:
+    """Yield the ``repeat`` statements of all groups: one loop or a few for each shape, in order."""
+    for shape, members in groups.items():
+        read: list[Expression] = [
+            ("row", column[0][0], *rule([index for _, index in column]))
+            for column in zip(*(reads for reads, _ in members), strict=True)
+        ]
+        tape = Tape()
+        total = _sum_of_products(tape, shape[1]) if shape[0] == "moved" else _entry(tape, shape[1], shape[2], read)
+        made = schedule(tape, [[total]], (READ,), part_limit=10**9, fill=False, reroll=False)
+        target: Expression = ("row", members[0][1][0], *rule([index for _, (_, index) in members]))
+        data = repeat_statements(len(members), made.parts[0].statements, read, (target,))
+        yield from (Statement("repeat", item) for item in data)
 
 
 def _sum_of_products(tape: Tape, count: int) -> Ref:

@@ -16,12 +16,6 @@ from eomgen.symbolic.tape import ARITY, ZERO, Ref, Tape
 
 _CIRCULAR = (Op.SIN, Op.COS)
 _MAP = Op.MAP
-#: Functions of more operations than this many limits have parts of a third of the limit: compilers need up to a third
-#: less time for these, and the functions take no longer, since most values wait in memory in any case. Forward dynamics
-#: of 2500 operations would take up to 9 % longer.
-_LONG, _SHORTER = 4, 3
-#: Operations that compile in the time of the call of a shared stretch with tables.
-OF_CALL = 4
 
 
 class Plan:
@@ -135,9 +129,11 @@ class Plan:
     def _cut(self, part_limit: int) -> dict[int, int]:
         """Set ``parts``, the number of parts, and return the number of the part of each operation in ``order``. Parts
         have nearly equal numbers of operations, at most ``part_limit``; a third of this in functions of more than
-        ``_LONG`` times the limit."""
+        four times the limit."""
         weights = [self.weight(node) for node in self.order]
-        parts_of_limit = _SHORTER if sum(weights) > _LONG * part_limit else 1
+        # Parts of a third of the limit: compilers take up to a third less time, and long functions no longer, for most
+        # values wait in memory in any case. Forward dynamics of 2500 operations would take up to 9 % longer.
+        parts_of_limit = 3 if sum(weights) > 4 * part_limit else 1
         self.parts = max(1, -(-parts_of_limit * sum(weights) // part_limit))
         length = max(1, -(-sum(weights) // self.parts))
         before = accumulate(weights, initial=0)
@@ -146,7 +142,7 @@ class Plan:
     def weight(self, node: int) -> int:
         """Return the number of operations written for an entry of ``order``."""
         if node in self.stretches:
-            return OF_CALL
+            return 4  # operations compile in the time of the call with its tables
         return self.loops[node].period if node in self.loops else 1
 
     def group(self, node: int) -> list[int]:

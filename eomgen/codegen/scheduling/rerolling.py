@@ -12,7 +12,8 @@ Equally spaced indices become start + step k, all others a table.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from itertools import groupby, pairwise
+from itertools import chain, groupby, pairwise
+from operator import itemgetter
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -27,8 +28,6 @@ from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
 
 #: Least number of operations that a loop removes from the text.
 MINIMUM_SAVED = 150
-#: Length of the hashed windows, in operations.
-_WINDOW = 24
 
 #: Input blocks that are not arrays: structs and a number, with components that a loop cannot index.
 UNINDEXED = frozenset({"p", "t", "base"})
@@ -69,7 +68,7 @@ def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[
         if is_map:
             continue
         fixed = [node for node in nodes if not is_circular(tape, node)]
-        for start, period, iterations in sorted(repetitions(_codes(tape, fixed), (_WINDOW,), judge)):
+        for start, period, iterations in sorted(repetitions(_codes(tape, fixed), (24,), judge)):
             groups = [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
             loop = _consistent(tape, groups, sample)
             if loop is not None:
@@ -214,7 +213,8 @@ def loop_iteration(
     """
     iterations = loop.iterations
     position_of = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
-    columns, unmatched = _rows_of_outputs(iterations, stores)
+    columns, left = match_stores(iterations, stores)
+    unmatched = [item for _, item in sorted(chain.from_iterable(left), key=itemgetter(0))]
     exports = _exports(tape, iterations, position_of, read_outside.union(node for *_, node in unmatched))
     first = values.reserve(len(exports) * len(iterations))
     row = {j: number for number, j in enumerate(exports)}
@@ -279,25 +279,26 @@ def _position_within(refs: Sequence[Ref], position_of: _Positions) -> int | None
     return position if number == 0 and position_of.get(abs(refs[-1])) == (len(refs) - 1, position) else None
 
 
-def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tuple[list[Column], list[Unmatched]]:
-    """Return the stores to outputs that all iterations make alike, and the remaining stores. ``iterations`` are the
-    nodes of each iteration. Stores are alike if the operation at one position goes to the same output with the same
-    sign in all iterations; the component may vary."""
+def match_stores(
+    repeats: Sequence[Sequence[int]], stores: Stores
+) -> tuple[list[Column], list[list[tuple[int, Unmatched]]]]:
+    """Return the stores to outputs that all repeats of some operations make alike, and for each repeat the others with
+    their positions. ``repeats`` are the nodes of each repeat. Stores are alike if the operation at one position goes to
+    the same output with the same sign in all repeats; the component may vary."""
     columns: list[Column] = []
-    unmatched: list[Unmatched] = []
-    for j in range(len(iterations[0])):
-        by_iteration = [
-            sorted((number, sign, component) for number, component, sign in stores.get(iteration[j], ()))
-            for iteration in iterations
+    left: list[list[tuple[int, Unmatched]]] = [[] for _ in repeats]
+    for j in range(len(repeats[0])):
+        stored = [
+            sorted((number, sign, component) for number, component, sign in stores.get(nodes[j], ()))
+            for nodes in repeats
         ]
-        alike = [(number, sign) for number, sign, _ in by_iteration[0]]
-        if all([(number, sign) for number, sign, _ in stored] == alike for stored in by_iteration):
-            for position, (number, sign) in enumerate(alike):
-                columns.append((j, number, sign, [stored[position][2] for stored in by_iteration]))
-        else:
-            for iteration, stored in zip(iterations, by_iteration, strict=True):
-                unmatched += [(number, component, sign, iteration[j]) for number, sign, component in stored]
-    return columns, unmatched
+        if len({tuple(item[:2] for item in items) for items in stored}) == 1:
+            for index, (number, sign, _) in enumerate(stored[0]):
+                columns.append((j, number, sign, [items[index][2] for items in stored]))
+            continue
+        for others, nodes in zip(left, repeats, strict=True):
+            others += [(j, (*store, nodes[j])) for store in stores.get(nodes[j], ())]
+    return columns, left
 
 
 def _read(tape: Tape, refs: Sequence[Ref], values: LoopServices, slot: Callable[[int], int]) -> Expression:

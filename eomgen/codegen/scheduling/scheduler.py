@@ -47,8 +47,6 @@ COPIED_FROM = 8
 #: operations below this part.
 REROLL_FROM = PART_LIMIT
 REROLLED_PART = 0.6
-#: Least number of angles whose sines and cosines are computed in one loop.
-TOGETHER = 3
 
 
 @dataclass(frozen=True)
@@ -406,14 +404,14 @@ class Scheduler:
 
     def _angles(self, nodes: Sequence[int]) -> None:
         """Write one statement that computes sine and cosine of all angles of a part that are inputs, which compilers
-        vectorise. Fewer than ``TOGETHER`` angles are left out; both sine and cosine must be needed."""
+        vectorise. Fewer than three angles are left out; both sine and cosine must be needed."""
         tape = self.tape
         leaders = [
             node
             for node in nodes
             if tape.op[node] in (Op.SIN, Op.COS) and node in self.plan.members and tape.op[abs(tape.a[node])] is _INPUT
         ]
-        if len(leaders) < TOGETHER:
+        if len(leaders) < 3:
             return
         angles = []
         for node in leaders:

@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass, field
 from eomgen.codegen.program import PART_LIMIT
-from eomgen.codegen.scheduling.rerolling import READ, Unmatched
+from eomgen.codegen.scheduling.rerolling import READ, Unmatched, match_stores
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ARITY, Ref, Tape, record
 
-#: Least number of operations of a function in which stretches are looked for, and part of the operations below which
-#: stretches must reduce the text.
-SHARE_FROM, SHARED_PART = PART_LIMIT, 0.8
+#: Least number of operations of a function in which stretches are looked for.
+SHARE_FROM = PART_LIMIT
 #: Least and largest number of operations of a stretch: a call takes as long as ten operations, an operand from a table
 #: twice as long as one from a fixed place, and compilers take more than proportional time for long functions.
 SHORTEST, LONGEST = 48, 1100
@@ -96,7 +95,7 @@ def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[R
         return []
     search = _RepeatSearch(tape, live)
     groups = search.groups()
-    if sum((len(starts) - 1) * length for length, starts in groups) < (1.0 - SHARED_PART) * len(live):
+    if sum((len(starts) - 1) * length for length, starts in groups) < 0.2 * len(live):  # a fifth of the text
         return []
     return _Occurrences(tape, live, groups, outputs).stretches()
 
@@ -350,12 +349,12 @@ class _Occurrences:
 
     def _make_stretches(self, group: _Group) -> list[Occurrence]:
         """Return the occurrences of a group, in order, which share one recorded body."""
-        made = _record_body(self.tape, group)
-        known = made.known
-        stores, left = self._stores(group)
+        kernel, known, numbers = _record_body(self.tape, group)
+        columns, left = match_stores(group.nodes, self.stores)
+        stores = sorted(columns, key=lambda item: item[1])
         exports = sorted({*group.exports, *(offset for items in left for offset, _ in items)})
         body = SharedBody(
-            made.kernel,
+            kernel,
             tuple(known[offset] for offset in exports),
             tuple((output, known[offset] if sign > 0 else -known[offset]) for offset, output, sign, _ in stores),
         )
@@ -367,30 +366,10 @@ class _Occurrences:
                 tuple(nodes[offset] for offset in exports),
                 tuple(components[k] for _, _, _, components in stores),
                 tuple(item for _, item in left[k]),
-                tuple(values[k] for values in made.numbers),
+                tuple(values[k] for values in numbers),
             )
             for k, nodes in enumerate(group.nodes)
         ]
-
-    def _stores(self, group: _Group) -> tuple[list[tuple[int, int, int, list[int]]], list[list[tuple[int, Unmatched]]]]:
-        """Return the stores to outputs that all occurrences of a group have alike, and the others of each occurrence.
-        The first list has offset, output, sign and the component in each occurrence, sorted by output; the second has,
-        for each occurrence, (offset, (output, component, sign, operation))."""
-        alike: list[tuple[int, int, int, list[int]]] = []
-        left: list[list[tuple[int, Unmatched]]] = [[] for _ in group.nodes]
-        for offset in range(len(group.nodes[0])):
-            stored = [
-                sorted((output, sign, component) for output, component, sign in self.stores.get(nodes[offset], ()))
-                for nodes in group.nodes
-            ]
-            if len({tuple(item[:2] for item in items) for items in stored}) == 1:
-                for index, (output, sign, _) in enumerate(stored[0]):
-                    alike.append((offset, output, sign, [items[index][2] for items in stored]))
-                continue
-            for others, nodes in zip(left, group.nodes, strict=True):
-                node = nodes[offset]
-                others += [(offset, (*store, node)) for store in self.stores.get(node, ())]
-        return sorted(alike, key=lambda item: item[1]), left
 
 
 def _terms(tape: Tape, node: int) -> list[Ref]:
@@ -401,19 +380,10 @@ def _terms(tape: Tape, node: int) -> list[Ref]:
     return taken
 
 
-@dataclass(frozen=True)
-class _RecordedBody:
-    """The operations of a stretch: their tape, the reference of each by offset, and columns of ``NUMBER``, one number
-    for each occurrence, with their inputs."""
-
-    kernel: Tape
-    known: list[Ref]
-    numbers: dict[tuple[float, ...], Ref]
-
-
-def _record_body(tape: Tape, group: _Group) -> _RecordedBody:
-    """Record the operations of the first occurrence of a group on a tape. Numbers and signs that differ between
-    occurrences become inputs of block ``NUMBER``."""
+def _record_body(tape: Tape, group: _Group) -> tuple[Tape, list[Ref], dict[tuple[float, ...], Ref]]:
+    """Record the operations of the first occurrence of a group on a tape, and return the tape with the reference of
+    each operation by offset. Numbers and signs that differ between occurrences become inputs of block ``NUMBER``; the
+    last result has the inputs by the numbers, one for each occurrence."""
     kernel, known, numbers = Tape(), list[Ref](), dict[tuple[float, ...], Ref]()
     offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
 
@@ -437,4 +407,4 @@ def _record_body(tape: Tape, group: _Group) -> _RecordedBody:
     for node, columns in zip(group.nodes[0], group.taken, strict=True):
         taken = [operand(column) if column[0] > 0 else -operand(column) for column in columns]
         known.append(record(kernel, _ADD if tape.op[node] is _SUB else tape.op[node], taken))
-    return _RecordedBody(kernel, known, numbers)
+    return kernel, known, numbers

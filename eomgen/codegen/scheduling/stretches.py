@@ -23,8 +23,8 @@ from eomgen.codegen.program import Expression, Statement
 
 #: Least number of repetitions that become a loop, and of rows that a loop saves.
 FEWEST, _SAVED = 4, 12
-#: Lengths of the hashed windows, and candidate periods of each.
-_WINDOWS, _DISTANCES = (1, 5, 24), 12
+#: Lengths of the hashed windows.
+_WINDOWS = (1, 5, 24)
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,8 @@ def repetitions(
 
 
 def _periods(codes: NDArray[np.uint64], windows: Sequence[int]) -> list[int]:
-    """Return candidate periods of the codes, sorted: the most frequent distances of equal windows by length."""
-    distances = [_equal_windows(codes, window).most_common(_DISTANCES) for window in windows]
+    """Return candidate periods of the codes, sorted: the twelve most frequent distances of equal windows by length."""
+    distances = [_equal_windows(codes, window).most_common(12) for window in windows]
     return sorted({distance for common in distances for distance, _ in common})
 
 
@@ -150,8 +150,6 @@ def _equal_windows(codes: NDArray[np.uint64], window: int) -> Counter[int]:
     return Counter((order[1:] - order[:-1])[equal].tolist())
 
 
-#: A loop of no more statements is cut.
-_FEW = 8
 #: A table of more ranges is not printed as a choice.
 MOST_RANGES = 4
 
@@ -165,7 +163,7 @@ def repeat_statements(
     whole = (count, tuple(statements), tuple(read), tuple(targets))
     if count < _SAVED or not any(_is_table(expression) for expression in (*read, *targets)):
         return [whole]
-    if len(statements) > _FEW:
+    if len(statements) > 8:  # each part would repeat the text
         return [(count, tuple(statements), tuple(map(_choice, read)), tuple(map(_choice, targets)))]
     for order in _orders(count, read, targets):
         taken, stored = ([_reorder(expression, order) for expression in side] for side in (read, targets))

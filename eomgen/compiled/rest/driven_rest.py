@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 #: Fractions of a turn of the fastest drive at which rates and forces are looked at again.
 _LATER = (0.11, 0.37, 1.0, 2.6)
-#: Newton's corrections onto the rows at another time than the start.
-_CORRECTIONS = 12
 _AS_IT_MOVES = 'at="initial", or solution.linearize(t) about the motion itself'
 
 
@@ -87,7 +85,7 @@ def driven_components(model: CompiledModel, measures: SceneMeasures, q: Array) -
 
 def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     """Return q, (nq,), moved onto the holonomic rows at the measures' time by Newton's corrections, also over turns.
-    Corrections end as soon as one does not reduce the largest violation, or after ``_CORRECTIONS``."""
+    Corrections end as soon as one does not reduce the largest violation, or after twelve."""
     if not model.functions.sizes["holonomic"]:
         return q
     arguments, extents = _arguments(measures), _extents(model, measures, q)
@@ -97,7 +95,7 @@ def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Arr
         return np.asarray(violation, dtype=float)
 
     violation = off(q)
-    for _ in range(_CORRECTIONS):
+    for _ in range(12):
         (B,) = model.evaluate("constraint_jacobian", q, **arguments).values()
         step = extents * np.linalg.lstsq(B[: len(violation)] * extents, -violation, rcond=None)[0]
         nearer = _move(model, measures, q, step, 1.0)

@@ -10,13 +10,14 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import first_of
+from eomgen.base.rounding import WRITTEN
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
 from eomgen.compiled.rest.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.compiled.rest.loaded_statics import check_partials, loaded_statics
 from eomgen.compiled.rest.sparse_partials import SparsePartials, check_continuous, soft_modes, sparse_partials
-from eomgen.compiled.rest.state_warnings import SAME, SceneMeasures, equilibrium_notes
+from eomgen.compiled.rest.state_warnings import SceneMeasures, equilibrium_notes
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import Message, ModelError, NumericalError, Problem
 from eomgen.formula.features import rough_operations
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
 
 _TO_STAY = "any_kind=True (--any-kind) finds the nearest of any kind"
 _ELSEWHERE = "it is not where a damped motion"
-#: Components of a direction below this part of the largest are left out of its description.
-_NAMED = 0.05
 #: Name of the last equilibrium in the results that are kept with a library.
 _KEPT = "equilibrium"
 #: Largest load steps.
@@ -297,16 +296,9 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Search
     return ""
 
 
-@dataclass(frozen=True)
-class _Stiffness:
-    """Squared frequencies ``values`` by stiffness alone, (rad/s)^2, increasing, exactly 0 without restoring force, and
-    the ``directions``, (nv, m), of the first m, which are not positive."""
-
-    values: Array
-    directions: Array
-
-
-def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
+def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> tuple[Array, Array]:
+    """Return squared frequencies by stiffness alone, (rad/s)^2, increasing, exactly 0 without restoring force, and the
+    directions, (nv, m), of the first m, which are not positive."""
     largest = point.largest_stiffness
     limit = max(1e2 * SOFT * largest, _no_stiffness(statics))
     values, vectors = point.stiffness_blocks.symmetric.lowest(limit)
@@ -316,14 +308,14 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _
     values[: len(soft)][soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
     order = np.argsort(values[: len(soft)], kind="stable")
     directions = directions[:, order[values[order] <= 0.0]]
-    return _Stiffness(np.sort(values), directions)
+    return np.sort(values), directions
 
 
 def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
     """Return the warning that rest was found past a bifurcation; names the side of the coordinate that moved most.
     ``left_along``, (nv,), is the displacement away from the unstable rest."""
     shares = left_along / statics.sizes
-    k = int(np.flatnonzero(np.abs(shares) >= (1.0 - SAME) * np.max(np.abs(shares)))[0])
+    k = int(np.flatnonzero(np.abs(shares) >= (1.0 - WRITTEN) * np.max(np.abs(shares)))[0])
     sides = ("positive", "negative") if shares[k] > 0.0 else ("negative", "positive")
     name = model.v_names[k].removeprefix("v.")
     return (
@@ -344,7 +336,7 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
         ]
     off = difference(statics.factors, chosen.point.q, damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes)) if len(off) else 0
-    if not len(off) or abs(off[k]) <= SAME * statics.sizes[k]:
+    if not len(off) or abs(off[k]) <= WRITTEN * statics.sizes[k]:
         return []
     unit = model.v_units[k].removesuffix("/s")
     where = f"{off[k]:.4g} {unit} from here along {model.v_names[k].removeprefix('v.')}"
@@ -422,15 +414,15 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
 def _result(
     model: CompiledModel,
     loaded: LoadedStatics,
-    stiffness: _Stiffness,
+    stiffness: tuple[Array, Array],
     search: Search,
     v: Array,
     measures: SceneMeasures,
     notes: Sequence[str],
 ) -> Equilibrium:
     """Return an equilibrium with its stability, frequencies, undetermined coordinates and message."""
-    point, values, directions = search.point, stiffness.values, stiffness.directions
-    soft = stiffness.values == 0.0
+    point, (values, directions) = search.point, stiffness
+    soft = values == 0.0
     undetermined = _components(model, directions[:, soft[: directions.shape[1]]])
     against = int(np.sum(values[~soft] < 0.0))
     stable: bool | None = not against
@@ -472,11 +464,11 @@ def _result(
 
 
 def _components(model: CompiledModel, directions: Array) -> list[str]:
-    """Return the names of the components of v above ``_NAMED`` times the largest in a direction, (nv, m)."""
+    """Return the names of the components of v above a twentieth of the largest in a direction, (nv, m)."""
     if not directions.size:
         return []
     sizes = np.max(np.abs(directions) / np.max(np.abs(directions), axis=0), axis=1)
-    return [name for name, size in zip(model.v_names, sizes, strict=True) if size > _NAMED]
+    return [name for name, size in zip(model.v_names, sizes, strict=True) if size > 0.05]
 
 
 def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:

@@ -32,10 +32,6 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Rest is the same to this part of the scene's length, or rad.
-SAME = 1e-6
-
-
 class SceneMeasures:
     """Measures of a scene at given parameters, and the positions of points in a configuration.
 

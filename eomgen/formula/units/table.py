@@ -191,9 +191,9 @@ def _product(terms: Iterable[tuple[Measure, int]]) -> Measure:
     """Return the measure of the product of units with exponents."""
     size: Any = 1
     dimension: dict[str, int] = {}
-    for (factor, own), exponent in terms:
+    for (factor, unit_powers), exponent in terms:
         size = factor**exponent * size
-        for name, power in own.items():
+        for name, power in unit_powers.items():
             dimension[name] = dimension.get(name, 0) + exponent * power
     return size, {name: power for name, power in dimension.items() if power}
 

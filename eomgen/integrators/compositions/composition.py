@@ -122,9 +122,8 @@ class Composition:
             grid = np.linspace(start, start + 1, 500 + 1)
             excess = beyond(grid)
             # a maximum between two points may lie beyond the bound though both points do not
-            peaks = 1 + np.flatnonzero(
-                (excess[1:-1] >= excess[:-2]) & (excess[1:-1] >= excess[2:]) & (excess[1:-1] > -1e-4)
-            )
+            before, here, after = excess[:-2], excess[1:-1], excess[2:]
+            peaks = 1 + np.flatnonzero((here >= before) & (here >= after) & (here > -1e-4))
             finer = [np.linspace(grid[peak - 1], grid[peak + 1], 513) for peak in peaks]
             points = np.unique(np.concatenate([grid, *finer]))
             outside = np.flatnonzero(beyond(points) > COMPUTED)

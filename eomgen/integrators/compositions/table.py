@@ -46,9 +46,8 @@ def leapfrog_recursion(order: int, forward: int, first: Part = "drift", name: st
     if count > MOST_LEAPFROGS:
         fault = f"a step of order {order} with {forward} leapfrogs on either side has {count} of them [E0328]"
         fewer = int((MOST_LEAPFROGS ** (1.0 / (order // 2 - 1)) - 1.0) / 2.0)
-        raise UsageError(
-            Problem("composition", fault, f"at most {fewer} on either side at this order, or a lower order")
-        )
+        hint = f"at most {fewer} on either side at this order, or a lower order"
+        raise UsageError(Problem("composition", fault, hint))
     label = name or (f"creutz_gocksch{order}_{forward}" if order > 2 else "leapfrog")
     fractions, levels = _recursion(order, forward)
     return Composition(label, order, first, fractions, _RECURSION, levels)
@@ -214,9 +213,8 @@ def _key(name: str) -> str:
 @functools.lru_cache(maxsize=256)
 def _make_composition(name: str, first: Part) -> Composition:
     if first not in ("drift", "kick"):
-        raise UsageError(
-            Problem("first", f"a step begins with a drift or a kick, not with {shown(first)} [E0329]", "drift")
-        )
+        fault = f"a step begins with a drift or a kick, not with {shown(first)} [E0329]"
+        raise UsageError(Problem("first", fault, "drift"))
     if name in _TABULATED:
         order, source, lists = _TABULATED[name]
         return Composition(name, order, first, lists.get(first, lists["drift"]), source)

@@ -81,7 +81,8 @@ def longest_setting(longest: float) -> Setting:
 
 def step_state(sizes: Sizes) -> tuple[Field, ...]:
     """Return the members of a stepper's state by which the size of the next adaptive step is chosen."""
-    fields = [
+    rates = "sizes of the rates of z, and the largest"
+    return (
         Field("own_step", "size of the next adaptive step, s; 0: none yet", group="control", member="step"),
         Field(
             "own_error",
@@ -91,11 +92,8 @@ def step_state(sizes: Sizes) -> tuple[Field, ...]:
         ),
         Field("own_speed", "size of velocities, and the largest so far", 2, group="control", member="speed"),
         Field("own_change", "size of accelerations, and the largest so far", 2, group="control", member="change"),
-    ]
-    if sizes.z:
-        rates = Field("own_rates", "sizes of the rates of z, and the largest", 2 * sizes.z, group="control")
-        fields.append(Field(rates.name, rates.comment, rates.size, group="control", member="rates"))
-    return tuple(fields)
+        *((Field("own_rates", rates, 2 * sizes.z, group="control", member="rates"),) if sizes.z else ()),
+    )
 
 
 STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "Data for the size of the next adaptive step."),)

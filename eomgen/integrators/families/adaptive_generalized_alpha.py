@@ -26,13 +26,12 @@ from eomgen.integrators.families.adaptive import (
     step_statuses,
     tolerance_setting,
 )
-from eomgen.integrators.families.family import Bound, Field, GroupFunction, MethodName, Setting, Sizes, Status
+from eomgen.integrators.families.family import Bound, Field, MethodName, Setting, Sizes, Status
 from eomgen.integrators.families.generalized_alpha import NAMED_CASES, OF_ORDER_2, STABILISED, GeneralizedAlpha
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-DEFAULT_TOLERANCE = 1e-5
 #: A step of another size needs new factors; alternating steps 1 : 2 leave stiff modes damped at any spectral radius,
 #: 1 : 4 do not.
 _CONTROL = CONTROL._replace(least_growth=1.25, most_growth=2.0, noisy_growth=1.25)
@@ -52,8 +51,10 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         states each relative to its own change. Raises UsageError outside 1e-14..0.1.
     """
 
-    tolerance: float = DEFAULT_TOLERANCE
+    tolerance: float = 1e-5
     family = "adaptive_generalized_alpha"
+    group_functions = ("update", "tangent", "bracket")
+    chooses_steps = True
     dense_output = "steps"
     groups = STEP_GROUPS
 
@@ -75,20 +76,12 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         return f"{super().title(constrained)}, with steps of its own"
 
     @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:
-        return ("update", "tangent", "bracket")
-
-    @property
     def parameters(self) -> dict[str, Fraction]:
         return {**self.coefficients, "tolerance": Fraction(repr(float(self.tolerance)))}
 
     @property
     def keywords(self) -> dict[str, float]:
         return {**super().keywords, "tolerance": self.tolerance}
-
-    @property
-    def chooses_steps(self) -> bool:
-        return True
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         return (*super().state(sizes), *step_state(sizes))
@@ -119,11 +112,13 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         }
 
 
-def _optimal(rho_inf: float = 0.8, tolerance: float = DEFAULT_TOLERANCE) -> AdaptiveGeneralizedAlpha:
+def _optimal(rho_inf: float = 0.8, tolerance: float = AdaptiveGeneralizedAlpha.tolerance) -> AdaptiveGeneralizedAlpha:
     return AdaptiveGeneralizedAlpha(rho_inf, STABILISED, tolerance=tolerance)
 
 
-def _named_case(name: str, tolerance: float = DEFAULT_TOLERANCE, **parameters: float) -> AdaptiveGeneralizedAlpha:
+def _named_case(
+    name: str, tolerance: float = AdaptiveGeneralizedAlpha.tolerance, **parameters: float
+) -> AdaptiveGeneralizedAlpha:
     """Return a case; ``alpha``, if given, replaces ``rho_inf``."""
     if "alpha" in parameters:
         parameters.pop("rho_inf", None)

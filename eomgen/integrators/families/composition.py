@@ -19,7 +19,6 @@ from eomgen.integrators.families.family import (
     NOT_FINITE,
     SINGULAR_MASS,
     Family,
-    GroupFunction,
     MethodName,
     Status,
 )
@@ -58,6 +57,7 @@ class SymplecticComposition(Family):
     composition: Composition
     needs = (UNCONSTRAINED, NO_INNER_STATES, CONSTANT_INERTIA, NO_VELOCITY_FORCES)
     family = "composition"
+    group_functions = ("update",)
     dense_output = "hermite_5"
     state_is_all = True
 
@@ -84,10 +84,6 @@ class SymplecticComposition(Family):
 
     def title(self, constrained: bool) -> str:
         return f"symplectic composition {self.composition.name} of kicks and drifts, order {self.order}"
-
-    @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:
-        return ("update",)
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
         return (SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT)
@@ -116,11 +112,6 @@ def _check_velocities(system: System) -> None:
     Coriolis forces do."""
     function = system.functions.get("forward_dynamics") or system.functions["residual"]
     if any(symbol.block == "v" for symbol in system.tape.depends_on(function.refs)):
-        raise ModelError(
-            Problem(
-                "method",
-                "composition needs accelerations that do not depend on velocities, and gyroscopic or Coriolis forces"
-                " do: kicks by them would not be symplectic [E0333]",
-                NO_VELOCITY_FORCES.alternative,
-            )
-        )
+        fault = "composition needs accelerations that do not depend on velocities, and gyroscopic or Coriolis forces"
+        fault += " do: kicks by them would not be symplectic [E0333]"
+        raise ModelError(Problem("method", fault, NO_VELOCITY_FORCES.alternative))

@@ -25,12 +25,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import (
     Bound,
     DenseOutput,
     Field,
-    GroupFunction,
     MethodName,
     Setting,
     Sizes,
@@ -61,6 +60,7 @@ class CorrectedPredictor(OneFactorization):
     needs = (UNCONSTRAINED_LINEARISED,)
     source = "Jia, Liu, Li and Liao 2014; Nakashima, Kato and Takaoka 1992"
     family = "corrected_predictor"
+    group_functions = ("update",)
     dense_output: ClassVar[DenseOutput] = "hermite_3"
     renewal = "evaluates accelerations anew"
 
@@ -73,10 +73,6 @@ class CorrectedPredictor(OneFactorization):
 
     def title(self, constrained: bool) -> str:
         return "a predictor that is corrected once, on Lie groups"
-
-    @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:
-        return ("update",)
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         meaning = "number of steps with one matrix; 0: all steps of this size use the matrix of the first"
@@ -97,30 +93,15 @@ class CorrectedPredictor(OneFactorization):
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
         """Return the work of a step that forms and factors a matrix: calls of model functions, and the stepper's
         operations. `method` is ``Program.method``."""
-        from eomgen.integrators.step_work import (  # noqa: PLC0415
-            Work,
-            work_of_groups,
-            work_of_products,
-            work_of_system,
-        )
+        from eomgen.integrators.step_work import Work, work_of_groups, work_of_matrix  # noqa: PLC0415
 
-        un, solver = method["unknowns"], method["solver"]
+        un = method["unknowns"]
         v, z = un["v"], un["size"] - un["first_z"]
         plain = sum(run["size"] for run in method["lie"]["runs"] if run["group"] == "R")
-        drivers = [name for name in ("inputs", "base") if name in system.functions]
-        assembly, factors, substitution = work_of_system(solver, un["size"])
-        inertia, stiff = work_of_products(method["products"])
         return (
             Work("forward_dynamics", 1, of_model=True),
             *((Work("internal_rate", 1, of_model=True),) if z else ()),
-            Work(solver["function"], 1, of_model=True),
-            *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
-            *(Work(name, 2, of_model=True) for name in drivers),
-            assembly,
-            factors,
-            replace(inertia, times=2),
-            stiff,
-            replace(substitution, times=2),
+            *work_of_matrix(system, method, drivers=2, inertia=2, stiffness=1, solutions=2),
             *work_of_groups(method, {"update": 2}),
             Work("vectors and time", 1, False, 8 * (v + z) + 1, 7 * (v + z) + 4, 1),
             Work("compensation of sums", 1, False, 4 * (v + z) + 3 * plain),

@@ -43,7 +43,6 @@ from eomgen.base.data import dataclass, replace
 from eomgen.integrators.families.family import (
     DenseOutput,
     Field,
-    GroupFunction,
     MethodName,
     Setting,
     Sizes,
@@ -91,6 +90,8 @@ class DiscontinuousGalerkin(OneFactorization):
     needs = (UNCONSTRAINED_LINEARISED,)
     source = "Thompson and Kunthong 2006; Burrage 1978; Butcher 1979"
     family = "discontinuous_galerkin"
+    group_functions = ("update", "tangent", "rate")
+    more_stable = "tdg1, which damps unresolved motions most"
     dense_output: ClassVar[DenseOutput] = "hermite_5"
     state_is_all = True
     renewal = "needs no restart, because it evaluates the forces at its start"
@@ -128,14 +129,6 @@ class DiscontinuousGalerkin(OneFactorization):
         parts = f"degree {self.degree}, {self.passes} passes, order {self.order}"
         return f"time-discontinuous Galerkin method in passes on Lie groups, {parts}"
 
-    @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:
-        return ("update", "tangent", "rate")
-
-    @property
-    def more_stable(self) -> str:
-        return "tdg1, which damps unresolved motions most"
-
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         return (STOP_AT_GROWTH,)
 
@@ -168,14 +161,9 @@ class DiscontinuousGalerkin(OneFactorization):
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
         """Return the work of one step: calls of the model's functions, and operations of the stepper.
         `method` is ``Program.method``."""
-        from eomgen.integrators.step_work import (  # noqa: PLC0415
-            Work,
-            work_of_groups,
-            work_of_products,
-            work_of_system,
-        )
+        from eomgen.integrators.step_work import Work, work_of_groups, work_of_matrix  # noqa: PLC0415
 
-        un, solver, refined = method["unknowns"], method["solver"], bool(method["refined"])
+        un, refined, tangents = method["unknowns"], bool(method["refined"]), method["solver"]["tangents"]
         v, z = un["v"], un["size"] - un["first_z"]
         runs = method["lie"]["runs"]
         plain = sum(run["size"] for run in runs if run["group"] == "R")
@@ -184,9 +172,6 @@ class DiscontinuousGalerkin(OneFactorization):
         equations = "equations" if z else "residual"
         called = "relative_forces" if method["links"] else equations
         timed = bool({"t", "u", "base"} & set(system.functions[equations].inputs))
-        drivers = [name for name in ("inputs", "base") if name in system.functions]
-        assembly, factors, substitution = work_of_system(solver, un["size"])
-        inertia, stiff = work_of_products(method["products"])
         again = evaluated if refined else 0
         forces = method["rights"] if refined or method["links"] else v
         rotating = self.passes + later if v > plain else 0
@@ -196,15 +181,10 @@ class DiscontinuousGalerkin(OneFactorization):
         sum_of_node = Work("", 1, False, v * nodes + z, nodes + v * nodes)
         return (
             Work(called, (nodes if timed else 1) + evaluated + again, of_model=True),
-            Work(solver["function"], 1, of_model=True),
-            *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
-            *(Work(name, nodes + 1, of_model=True) for name in drivers),
-            assembly,
-            factors,
-            replace(inertia, times=modes + again),
-            replace(stiff, times=modes),
-            replace(substitution, times=modes + again),
-            *(_work_of_turns(solver["tangents"], 2 * modes) if solver["tangents"] else ()),
+            *work_of_matrix(
+                system, method, drivers=nodes + 1, inertia=modes + again, stiffness=modes, solutions=modes + again
+            ),
+            *(_work_of_turns(tangents, 2 * modes) if tangents else ()),
             *work_of_groups(method, {"update": evaluated + 1, "rate": evaluated, "tangent": 1}),
             *(
                 Work(f"sums over nodes, {size} each", times, False, nodes * nodes * size, nodes * nodes * (size + 1))

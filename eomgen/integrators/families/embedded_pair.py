@@ -92,6 +92,7 @@ class EmbeddedRungeKutta(Family):
     pair: EmbeddedPair = DORMAND_PRINCE
     needs = (UNCONSTRAINED,)
     family = "embedded_pair"
+    chooses_steps = True
     dense_output = "steps"
     groups = STEP_GROUPS
 
@@ -134,10 +135,6 @@ class EmbeddedRungeKutta(Family):
     @property
     def keywords(self) -> dict[str, float]:
         return {"tolerance": self.tolerance}
-
-    @property
-    def chooses_steps(self) -> bool:
-        return True
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         return step_state(sizes)

@@ -20,8 +20,6 @@ from itertools import pairwise
 from eomgen.base.data import dataclass
 
 Matrix = list[list[Fraction]]
-#: Binary places of roots.
-_PLACES = 256
 
 
 @dataclass(frozen=True)
@@ -86,15 +84,15 @@ def laguerre(degree: int, x: Fraction) -> list[Fraction]:
 
 def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction) -> Fraction:
     """Return a zero of a function between two places at which its signs differ, rounded down to 256 binary places."""
-    rising = function(high) > 0
-    below, above = math.floor(low * 2**_PLACES), math.ceil(high * 2**_PLACES)
+    rising, parts = function(high) > 0, 2**256
+    below, above = math.floor(low * parts), math.ceil(high * parts)
     while above - below > 1:
         middle = (below + above) // 2
-        if (function(Fraction(middle, 2**_PLACES)) > 0) is rising:
+        if (function(Fraction(middle, parts)) > 0) is rising:
             above = middle
         else:
             below = middle
-    return Fraction(below, 2**_PLACES)
+    return Fraction(below, parts)
 
 
 def product(left: Sequence[Sequence[Fraction]], right: Sequence[Sequence[Fraction]]) -> Matrix:

@@ -143,18 +143,13 @@ class GeneralizedAlpha(Family):
         if self.case is not None:
             self._take(self.case)
         elif not (isinstance(self.rho_inf, int | float) and math.isfinite(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
-            raise UsageError(
-                Problem(
-                    "method.rho_inf",
-                    f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r} [E0335]",
-                    "0.9 for mild numerical damping, 1 for none, 0 for the most",
-                )
-            )
+            fault = f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r} [E0335]"
+            hint = "0.9 for mild numerical damping, 1 for none, 0 for the most"
+            raise UsageError(Problem("method.rho_inf", fault, hint))
         for key, value, known in (("form", self.form, (STABILISED, INDEX_3)), ("variant", self.variant, VARIANTS)):
             if value not in known:
-                raise UsageError(
-                    Problem(f"method.{key}", f"there is no {key} {value!r} [E0100]", f"one of {', '.join(known)}")
-                )
+                fault = f"there is no {key} {value!r} [E0100]"
+                raise UsageError(Problem(f"method.{key}", fault, f"one of {', '.join(known)}"))
         if self.form == INDEX_3 and self.rho_inf >= INDEX_3_REFUSED_RHO:
             self._refuse_index_3()
 
@@ -168,16 +163,12 @@ class GeneralizedAlpha(Family):
             object.__setattr__(self, name, value)
 
     def _refuse_index_3(self) -> None:
-        fault = (
-            f"index 3 does not bear a spectral radius of {self.rho_inf:g}: on the fast heavy top Newton's iteration "
-            "diverges after 351 steps of 1e-3 s at 1, after 472 at 0.99, because nothing damps the multipliers [E0338]"
-        )
+        radius = f"a spectral radius of {self.rho_inf:.4g}"
+        fault = f"index 3 does not bear {radius}, at which nothing damps the multipliers: iterations diverge [E0338]"
         hint = "form stabilised, which runs at any radius, or a radius of at most 0.9"
         if self.case is not None:
-            fault = (
-                f"{self.case.name} has a spectral radius of {self.rho_inf:.4g} here, and index 3 is weakly unstable"
-                " then: nothing damps the errors of the multipliers, which alternate from step to step and grow [E0339]"
-            )
+            unstable = "index 3 is weakly unstable: nothing damps errors of the multipliers, which grow [E0339]"
+            fault = f"{self.case.name} has {radius} here, and {unstable}"
             hint = f"{self.case.name} without _index3, the stabilised form, or hht_index3 with alpha = 0.05"
         raise UsageError(Problem("method.rho_inf", fault, hint))
 
@@ -186,21 +177,14 @@ class GeneralizedAlpha(Family):
         are."""
         if self.form == INDEX_3 and not constrained:
             return ()
+        text = ""
         if self.case is not None and not self.case.unconditionally_stable:
-            return (
-                (
-                    f"{self.case.name} with 2 beta < gamma is stable only while step times the highest angular"
-                    f" frequency stays below {self.case.largest_phase:.4g}"
-                ),
-            )
-        if self.form == INDEX_3 and self.rho_inf > INDEX_3_SAFE_RHO:
-            return (
-                (
-                    f"index 3 with a spectral radius of {self.rho_inf:.4g} damps multipliers too little: errors of its"
-                    " start live for many steps, and from 0.99 on it fails; take at most 0.9, or the stabilised form"
-                ),
-            )
-        return ()
+            text = f"{self.case.name} with 2 beta < gamma is stable only while step times the highest angular"
+            text += f" frequency stays below {self.case.largest_phase:.4g}"
+        elif self.form == INDEX_3 and self.rho_inf > INDEX_3_SAFE_RHO:
+            text = f"index 3 with a spectral radius of {self.rho_inf:.4g} damps multipliers too little: errors of its"
+            text += " start live for many steps, and from 0.99 on it fails; take at most 0.9, or the stabilised form"
+        return (text,) if text else ()
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
@@ -226,14 +210,8 @@ class GeneralizedAlpha(Family):
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         if constrained:
-            return (
-                "mass",
-                *(() if internal else ("residual",)),
-                *KINEMATIC,
-                "jacobian_values",
-                "equations",
-                "iteration",
-            )
+            forces = () if internal else ("residual",)
+            return ("mass", *forces, *KINEMATIC, "jacobian_values", "equations", "iteration")
         return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
 
     def calls(self, system: System) -> set[str]:
@@ -276,9 +254,9 @@ class GeneralizedAlpha(Family):
             return {"rho_inf": self.rho_inf}
         if self.case.name in ("hht", "wbz"):
             return {"alpha": float(self.case.gamma - Fraction(1, 2))}
-        return (
-            {} if self.case.name == "trapezoidal" else {"beta": float(self.case.beta), "gamma": float(self.case.gamma)}
-        )
+        if self.case.name == "trapezoidal":
+            return {}
+        return {"beta": float(self.case.beta), "gamma": float(self.case.gamma)}
 
     def _index_3(self, sizes: Sizes) -> bool:
         """Return whether constraints are enforced at position level only."""
@@ -292,6 +270,7 @@ class GeneralizedAlpha(Family):
         """Return the members of the stepper's state beyond the common ones: algorithmic accelerations, multipliers and
         rates with their last values for predictions, and the coefficients."""
         before = "of the last two steps, newest first, for predictions"
+        history = "number of steps for predictions, at most 3; -1: none, and the first step is damped"
         fields = [
             Field("a", "algorithmic acceleration", sizes.v),
             Field("a_before", f"algorithmic accelerations {before}", 2 * sizes.v),
@@ -314,12 +293,7 @@ class GeneralizedAlpha(Family):
             ]
         return (
             *fields,
-            Field(
-                "history",
-                "number of steps for predictions, at most 3; -1: none, and the first step is damped",
-                0,
-                "long",
-            ),
+            Field("history", history, 0, "long"),
             Field("predictor_order", "order of the polynomial with the best prediction of the last step", 0, "long"),
             *(Field(name, "coefficient with which a was computed") for name in self.coefficients),
         )
@@ -340,21 +314,17 @@ class GeneralizedAlpha(Family):
         increment = f"tolerance of Newton increments of mean velocity{also}: weighted RMS, relative to each component"
         whole_motion = "tolerance of the same increments, relative to the size of the whole motion in such components"
         perturb = "1: start with velocities that avoid a first-order error of the multipliers; 0: with the given ones"
-        whole = (
-            Setting("max_iterations", 16, "Newton iterations per attempt at most", (1, 2**31 - 1)),
-            Setting("max_halvings", 6, "halvings at most of a step that fails with a fresh matrix", (0, 30)),
-            Setting(
-                "reuse", 1, "1: reuse a factorization as long as iterations converge well; 0: one per step", (0, 1)
-            ),
-            *((Setting("perturb", 1, perturb, (0, 1)),) if self._index_3(sizes) else ()),
-        )
+        reuse = "1: reuse a factorization as long as iterations converge well; 0: one per step"
         return (
             *(Setting(name, float(value), meaning[name]) for name, value in self.coefficients.items()),
             # errors of the iteration stay below errors of the method at steps of 1e-5; the stepper keeps the demand
             # above round-off
             Setting("rtol", 1e-10, increment, single=1e-5),
             Setting("atol", 1e-12, whole_motion, single=1e-6),
-            *whole,
+            Setting("max_iterations", 16, "Newton iterations per attempt at most", (1, 2**31 - 1)),
+            Setting("max_halvings", 6, "halvings at most of a step that fails with a fresh matrix", (0, 30)),
+            Setting("reuse", 1, reuse, (0, 1)),
+            *((Setting("perturb", 1, perturb, (0, 1)),) if self._index_3(sizes) else ()),
         )
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
@@ -397,11 +367,7 @@ class GeneralizedAlpha(Family):
         constraints."""
         if not sizes.lam:
             return ()
-        raw = (
-            "; if it is large, rows of the record hold the values that follow from q and v"
-            if self._index_3(sizes)
-            else ""
-        )
+        raw = "; if it is large, rows of the record hold the values that follow from q and v" * self._index_3(sizes)
         return (
             Field("max_constraint", "largest |Phi| over the recorded states and the last one"),
             Field("max_constraint_velocity", "largest |w| over these states"),
@@ -512,17 +478,10 @@ class GeneralizedAlpha(Family):
         return (1 - self.rate_alpha_m) / (self.rate_gamma * (1 - self.alpha_f))
 
 
-_ROW_NOTES = [
-    (
-        "Constraints are met at positions only, so v, vdot and lam of the state hold rounding of positions by the step"
-        " and by"
-    ),
-    (
-        "its square. Where that is much of lam, rows have v on the constraints and the vdot and lam that follow from q"
-        " and v;"
-    ),
-    "the state goes on with its own.",
-]
+_ROW_NOTES = """\
+Constraints are met at positions only, so v, vdot and lam of the state hold rounding of positions by the step and by
+its square. Where that is much of lam, rows have v on the constraints and the vdot and lam that follow from q and v;
+the state goes on with its own.""".splitlines()
 
 
 def _optimal(form: str, variant: str, rho_inf: float | None = 0.8) -> GeneralizedAlpha:
@@ -544,9 +503,8 @@ def _factorization_cost(system: System, solver: Solver) -> list[float]:
     residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
     turns = sum(1 for factor in system.factors if factor.group != "R")
     waits = 4 if solver.fronts is None else 1
-    iteration = (
-        system.counts[residual].flops + waits * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns
-    )
+    iteration = system.counts[residual].flops + waits * solver.solve_operations
+    iteration += 10 * solver.unknowns.size + 120 * turns
     forming = system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns
     return [int(count) if count == int(count) else count for count in (forming, iteration)]
 

@@ -82,7 +82,6 @@ def hht(alpha: float | None = None, rho_inf: float | None = None) -> Coefficient
         alpha,
         rho_inf,
         Fraction(1, 3),
-        "1/3",
         "at high frequencies it damps less again above 1/3, and wbz goes to 1",
     )
     return Coefficients("hht", Fraction(0), a, (1 + a) ** 2 / 4, _HALF + a, "Hilber, Hughes and Taylor 1977")
@@ -102,7 +101,7 @@ def wbz(alpha: float | None = None, rho_inf: float | None = None) -> Coefficient
     ------
     UsageError
     """
-    a = _damping("wbz", alpha, rho_inf, Fraction(1), "1", "1 is a spectral radius of zero already")
+    a = _damping("wbz", alpha, rho_inf, Fraction(1), "1 is a spectral radius of zero already")
     return Coefficients("wbz", -a, Fraction(0), (1 + a) ** 2 / 4, _HALF + a, "Wood, Bossak and Zienkiewicz 1980")
 
 
@@ -126,7 +125,7 @@ def newmark(beta: float | None = None, gamma: float | None = None, alpha: float 
         if beta is not None or gamma is not None:
             fault = "newmark takes alpha, or beta and gamma, not both [E0342]"
             raise UsageError(Problem("method.alpha", fault, "alpha alone: gamma = 1/2 + alpha, beta = (1 + alpha)^2/4"))
-        a = _damping("newmark", alpha, None, Fraction(1), "1", "1 is a spectral radius of zero already")
+        a = _damping("newmark", alpha, None, Fraction(1), "1 is a spectral radius of zero already")
         return Coefficients("newmark", Fraction(0), Fraction(0), (1 + a) ** 2 / 4, _HALF + a, _NEWMARK)
     b = Fraction(1, 4) if beta is None else exact("method.beta", beta)
     g = _HALF if gamma is None else exact("method.gamma", gamma)
@@ -151,17 +150,14 @@ def exact(where: str, value: object) -> Fraction:
     return Fraction(repr(float(value)))
 
 
-def _damping(
-    name: str, alpha: float | None, rho_inf: float | None, largest: Fraction, text: str, reason: str
-) -> Fraction:
+def _damping(name: str, alpha: float | None, rho_inf: float | None, largest: Fraction, reason: str) -> Fraction:
     """Return alpha of the case `name` as an exact fraction, from ``alpha`` or from the radius ``rho_inf`` at infinity.
-    Raises UsageError for an alpha outside 0 to `largest`, whose name is `text`, with the reason, or for a wrong
-    radius."""
+    Raises UsageError for an alpha outside 0 to `largest`, with the reason, or for a wrong radius."""
     if alpha is not None:
         value = exact("method.alpha", alpha)
         if not 0 <= value <= largest:
             why = "the papers and Abaqus have the opposite sign" if value < 0 else reason
-            fault = f"alpha of {name} must lie in 0..{text}, not {alpha!r}: {why} [E0345]"
+            fault = f"alpha of {name} must lie in 0..{largest}, not {alpha!r}: {why} [E0345]"
             raise UsageError(Problem("method.alpha", fault, f"{-alpha!r}" if -largest <= value < 0 else "0.05"))
         return value
     rho = Fraction(1) if rho_inf is None else exact("method.rho_inf", rho_inf)

@@ -85,7 +85,9 @@ class OneFactorization(Family):
         unit = Field(
             "unit", "units of velocities, 1/sqrt(M_ii) at the start, in which pivots are compared", sizes.v + sizes.z
         )
-        return (unit, *_remainders(sizes))
+        of_sums = (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
+        remainders = [Field(f"{name}_remainder", f"rounding lost by sums of {name}", size) for name, size in of_sums]
+        return (unit, *(item for item in remainders if item.size))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         return (Bound("step", "finite"), Bound("step", ">", 0.0))
@@ -141,15 +143,6 @@ def linear_system(
         "rights": unknowns.matrix_size + len(links),
         "links": [list(pair) for pair in links],
     }
-
-
-def _remainders(sizes: Sizes) -> tuple[Field, ...]:
-    """Return the members of a stepper's state for the rounding lost by sums of q, v and z; sizes of 0 are left out."""
-    members = (
-        Field(f"{name}_remainder", f"rounding lost by sums of {name}", size)
-        for name, size in (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
-    )
-    return tuple(item for item in members if item.size)
 
 
 def _products(

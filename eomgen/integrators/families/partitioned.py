@@ -61,17 +61,11 @@ _LIMITS: Mapping[str, float] = {
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
     """Return the members of a stepper's state for coordinate partitioning, and for passing singular positions."""
     largest = "largest value so far of the smallest pivot of B_D, rows and columns weighted by inertia"
+    times = "times of the last two states with regular constraints, newest first"
     return (
         Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
         Field("largest_regularity", largest, group="passage"),
-        Field(
-            "passage_t",
-            "times of the last two states with regular constraints, newest first",
-            2,
-            "real",
-            "passage",
-            "t",
-        ),
+        Field("passage_t", times, 2, "real", "passage", "t"),
         Field("passage_vdot", "accelerations of these states", 2 * sizes.v, "real", "passage", "vdot"),
         Field("history", "number of these states", 0, "long", "passage"),
         Field("singularity_near", "1: a singular position is near", 0, "long", "passage"),

@@ -28,7 +28,6 @@ from eomgen.integrators.families.family import (
     DenseOutput,
     Family,
     Field,
-    GroupFunction,
     LinearTransitions,
     MethodName,
     Setting,
@@ -57,6 +56,8 @@ class Rattlie(Family):
     source = "Hante and Arnold 2021; Hante, Tumiotto and Arnold 2022"
     needs = (POSITIONS_ALONE,)
     family = "rattlie"
+    group_functions = ("update", "tangent", "cotangent")
+    more_stable = "generalized_alpha, which is stable at any step"
     dense_output: ClassVar[DenseOutput] = "hermite_3"
     implicit = True
     holds_constraints = True
@@ -88,14 +89,6 @@ class Rattlie(Family):
     @property
     def linear_step(self) -> LinearTransitions:
         return LinearTransitions()
-
-    @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:
-        return ("update", "tangent", "cotangent")
-
-    @property
-    def more_stable(self) -> str:
-        return "generalized_alpha, which is stable at any step"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         unit = Field(

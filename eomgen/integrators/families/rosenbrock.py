@@ -37,7 +37,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import (
     KINEMATIC,
     NOT_CONSISTENT,
@@ -179,9 +179,9 @@ class Rosenbrock(OneFactorization):
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
         """Return the work of one step: calls of the model's functions, and operations of the stepper.
         `method` is ``Program.method``."""
-        from eomgen.integrators.step_work import Work, work_of_groups, work_of_products, work_of_system  # noqa: PLC0415
+        from eomgen.integrators.step_work import Work, work_of_groups, work_of_matrix  # noqa: PLC0415
 
-        un, solver = method["unknowns"], method["solver"]
+        un = method["unknowns"]
         v, lam, z = un["v"], un["lam"], un["size"] - un["first_z"]
         forces = ("residual", *(("internal_rate",) if z else ())) if lam else ("equations",) if z else ("residual",)
         timed = any({"t", "u", "base"} & set(system.functions[name].inputs) for name in forces)
@@ -189,23 +189,14 @@ class Rosenbrock(OneFactorization):
         twice = 2 if timed or self.stages == 2 else 1
         of_positions, of_velocities = (method["corrections"] * bool(rows) for rows in (method["positions_held"], lam))
         prepared = self.stages * 2 if lam else twice
-        drivers = [name for name in ("inputs", "base") if name in system.functions]
-        inertia, stiff = work_of_products(method["products"])
-        assembly, factors, substitution = work_of_system(solver, un["size"])
+        solutions = self.stages + of_positions + of_velocities
         updates = self.stages + bool(lam) + of_positions
         group_calls = {"update": updates, "bracket": 1} if self.stages == 2 else {"update": updates}
         plain = sum(run["size"] for run in method["lie"]["runs"] if run["group"] == "R")
         return (
             *(Work(name, twice, of_model=True) for name in forces),
-            Work(solver["function"], 1, of_model=True),
-            *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
-            *(Work(name, prepared, of_model=True) for name in drivers),
             *(_work_of_rows(method, of_positions, of_velocities, self.stages) if lam else ()),
-            assembly,
-            factors,
-            inertia,
-            replace(stiff, times=self.stages),
-            replace(substitution, times=self.stages + of_positions + of_velocities),
+            *work_of_matrix(system, method, drivers=prepared, inertia=1, stiffness=self.stages, solutions=solutions),
             *work_of_groups(method, group_calls),
             Work("vectors and time", 1, False, *_vector_operations(method, self.stages, timed=timed)),
             Work("compensation of sums", 1, False, 3 * (plain * (1 + of_positions) + v * (1 + of_velocities) + z)),

@@ -125,12 +125,8 @@ class RungeKuttaMuntheKaas(Family):
         A = [list(map(float, row)) for row in self.A]
         return LinearTransitions(A, list(map(float, self.b)), list(map(float, self.c)))
 
-    @property
-    def real_stability(self) -> float:
-        return self._real_stability
-
     @cached_property
-    def _real_stability(self) -> float:
+    def real_stability(self) -> float:
         return real_stability(self.A, self.b)  # asked at every judgement: exact fractions take long to be hashed
 
     @classmethod

@@ -21,7 +21,6 @@ from eomgen.integrators.families.family import (
     SMALLER_STEP,
     Family,
     Field,
-    GroupFunction,
     MethodName,
     Setting,
     Sizes,
@@ -82,6 +81,8 @@ class Taylor(Family):
     source = "Jorba and Zou 2005; Griewank and Walther 2008, table 13.2"
     needs = (UNCONSTRAINED_SERIES,)
     family = "taylor"
+    group_functions = ("update",)
+    discontinuity_order = MAX_ORDER
     inputs = "series"
     dense_output = "steps"
     renewal = "expands the motion anew"
@@ -100,11 +101,8 @@ class Taylor(Family):
                 raise UsageError(Problem("order", fault, "order = 12, or a tolerance, from which the order follows"))
             object.__setattr__(self, "order", order_for(self.tolerance))
         if self.order != int(self.order) or not 2 <= self.order <= MAX_ORDER:
-            raise UsageError(
-                Problem(
-                    "order", f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g} [E0356]", "20"
-                )
-            )
+            fault = f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g} [E0356]"
+            raise UsageError(Problem("order", fault, "20"))
         object.__setattr__(self, "order", int(self.order))
 
     @classmethod
@@ -114,10 +112,6 @@ class Taylor(Family):
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         return ("mass", "residual") if mass else ("forward_dynamics",)
-
-    @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:
-        return ("update",)
 
     def title(self, constrained: bool) -> str:
         return "Taylor series of any order"
@@ -133,10 +127,6 @@ class Taylor(Family):
     @property
     def chooses_steps(self) -> bool:
         return self.tolerance > 0.0
-
-    @property
-    def discontinuity_order(self) -> int:
-        return MAX_ORDER
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         states = ", and to z or 1" if sizes.z else ""

@@ -25,22 +25,11 @@ from eomgen.system.system import WHOLE, Sample
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.
 THRESHOLD = 0.02
-#: The same limit for a pivot that an earlier stage of the same structure chose: one order for all these stages makes
-#: one piece of code.
-_REPEATED = 0.002
 #: Number of stages above which the limit decreases with the cube of the number, so that fewer of many stages have
 #: separate code.
 _MANY = 16
-#: Number of stages above which stages to which earlier ones leave columns serve as an example as well: pivots of the
-#: first stages may be too small in a long chain, and each stage leaves a column to the next one then.
-_LONG = 200
-#: A pivot is at least this part of the largest entry of its column. The iteration makes up for digits lost to growth,
-#: because the residual does not depend on the factors.
-_OF_ALL = 1e-6
 #: Threshold of a last resort.
 _LAST_THRESHOLDS = (1e-3, 1e-8)
-#: Rows and columns of lowest count among which a pivot is looked for before all are.
-_SEARCHED = 4
 
 
 @dataclass(frozen=True)
@@ -131,7 +120,11 @@ def eliminate(
     state = _ActiveSubmatrix(size, samples, groups, diagonal_first, 0.1 if meant > _MANY else 1.0)
     pivots, starts = _PivotOrder(state), list[int]()
     orders: dict[object, list[tuple[int, int]]] = sample.orders_of(diagonal_first)
-    repeated, long = _REPEATED * (_MANY / max(meant, _MANY)) ** 3, _is_long(meant, sample)
+    # a pivot that an earlier stage of the same structure chose may be smaller: one order for all is one piece of code
+    repeated = THRESHOLD / 10 * (_MANY / max(meant, _MANY)) ** 3
+    # in a long chain, pivots of the first stages may be too small, and each stage then leaves a column to the next one:
+    # stages to which earlier ones leave columns serve as an example as well
+    long = meant > 200 or sample.orders is not None
     for number, (new_rows, new_columns) in enumerate(plan):
         begun, last = len(pivots.rows), number == len(plan) - 1
         delayed = bool(state.columns_of_stage)
@@ -203,10 +196,6 @@ class _PivotOrder:
         return Elimination(tuple(self.rows), tuple(self.columns), lower, upper, self._operations, tuple(starts), groups)
 
 
-def _is_long(stages: float, sample: Sample) -> bool:
-    return stages > _LONG or sample.orders is not None
-
-
 #: Cost, whether another place is preferred, the size with a minus, row and column.
 _Candidate = tuple[float, bool, float, int, int]
 
@@ -266,11 +255,12 @@ class _ActiveSubmatrix:
         `thresholds` are tried if there is none. A few short rows and columns are searched before all."""
         rows, columns = self.rows_of_stage, self.columns_of_stage
         best: _Candidate | None = None
-        for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[:_SEARCHED]:
+        few = slice(4)
+        for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[few]:
             for column in self.rows[row]:
                 if column in columns:
                     best = self._better(best, row, column, thresholds[0])
-        for column in sorted(columns, key=lambda k: (len(self.columns[k]), k))[:_SEARCHED]:
+        for column in sorted(columns, key=lambda k: (len(self.columns[k]), k))[few]:
             for row in self.columns[column]:
                 if row in rows:
                     best = self._better(best, row, column, thresholds[0])
@@ -310,15 +300,10 @@ class _ActiveSubmatrix:
         largest = entries.max(axis=0)
         able = np.all((entries > 1e-13) & (entries >= threshold * largest), axis=1)
         if len(all_rows) > 1:
-            able &= np.all(entries >= _OF_ALL * self._largest(column, all_rows), axis=1)
+            # the iteration makes up for digits lost to growth: the residual does not depend on the factors
+            largest_of_all = np.abs(self.values[[self.rows[row][column] for row in all_rows]]).max(axis=0)
+            able &= np.all(entries >= 1e-6 * largest_of_all, axis=1)
         return {near[k]: float(np.min(entries[k] / largest)) for k in np.flatnonzero(able)}
-
-    def _value(self, row: int, column: int) -> Array:
-        return np.asarray(self.values[self.rows[row][column]])
-
-    def _largest(self, column: int, rows: Iterable[int]) -> Array:
-        """Return the largest absolute values of a column among some rows."""
-        return np.asarray(np.abs(self.values[[self.rows[row][column] for row in rows]]).max(axis=0))
 
     def _better(self, best: _Candidate | None, row: int, column: int, threshold: float) -> _Candidate | None:
         cost = float((len(self.rows[row]) - 1) * (len(self.columns[column]) - 1))
@@ -338,7 +323,7 @@ class _ActiveSubmatrix:
         return result
 
     def _pivot_value(self, row: int, column: int) -> Array:
-        entry = self._value(row, column)
+        entry: Array = self.values[self.rows[row][column]]
         return entry - self._sums(row).get(self.group[row], 0.0) if self.group[row] >= 0 else entry
 
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:
@@ -351,7 +336,7 @@ class _ActiveSubmatrix:
         pivot = self._pivot_value(row, column)
         sums = self._sums(row) if self.grouped else {}
         if group >= 0:
-            sums[group] = self._value(row, column)
+            sums[group] = self.values[pivot_row[column]]
         del pivot_row[column]
         beside = sorted(pivot_row)
         self.columns[column].discard(row)
@@ -372,18 +357,14 @@ class _ActiveSubmatrix:
             places.append([target[other_column] for other_column in pivot_row])
             if self.group[number] >= 0 and number in pivot_row:
                 places[-1][list(pivot_row).index(number)] = 0
-        self._make_room()
+        if self.used > len(self.values):
+            self.values = np.concatenate([self.values, np.zeros((self.used, self.values.shape[1]))])
         if below:
             products = factors[:, np.newaxis] * self.values[list(pivot_row.values())]
             self.values[places] = self.values[places] - products
         self.rows[row] = {}
         self.columns[column] = set()
         return below, beside
-
-    def _make_room(self) -> None:
-        """Lengthen the array of samples after the places in use."""
-        if self.used > len(self.values):
-            self.values = np.concatenate([self.values, np.zeros((self.used, self.values.shape[1]))])
 
 
 def _equilibrate(size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]) -> Array:

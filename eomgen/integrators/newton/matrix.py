@@ -83,18 +83,13 @@ class Unknowns:
         return row if row < self.v else self.size + row - self.v
 
     @property
-    def phi(self) -> int:
-        """First row of Phi/h."""
-        return self.v
-
-    @property
     def skipped_rows(self) -> int:
         """Number of rows of w that are not equations."""
         return 0 if self.stabilised else self.holonomic
 
     def phi_row(self, constraint: int) -> int | None:
         """Return the row of Phi/h that belongs to a constraint row; None for rows of velocity constraints."""
-        return self.phi + constraint if constraint < self.holonomic else None
+        return self.v + constraint if constraint < self.holonomic else None
 
     def velocity_row(self, constraint: int) -> int | None:
         """Return the row of w that belongs to a constraint row; None for holonomic rows without stabilisation."""
@@ -109,7 +104,7 @@ class Unknowns:
             "holonomic": self.holonomic,
             "eta": self.eta,
             "size": self.size,
-            "phi": self.phi,
+            "phi": self.v,
             "w": self.v + self.holonomic,
             "skipped": self.skipped_rows,
             "first_z": self.first_z,

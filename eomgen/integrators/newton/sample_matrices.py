@@ -7,7 +7,6 @@ would look bad.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.integrators.newton.matrix import (
-    MatrixIndex,
     Packing,
     dense,
     pack,
@@ -25,14 +23,6 @@ from eomgen.integrators.newton.matrix import (
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import Evaluation, evaluate
 
-#: States besides the initial one.
-_OTHERS = 3
-#: For constrained systems: number of increments to a random state, each corrected onto the constraints, and tolerance
-#: of each row after as many further corrections, relative to the scales of velocity (1 rad, size of the machine).
-_MOVES = 6
-_NEAR = 1e-3
-#: Systems of more unknowns are sampled without multipliers: a dense solve costs more than multipliers improve samples.
-_SOLVED = 1000
 #: Entries of B up to which B is an array: the products of some thousand entries are as fast, without SciPy.
 _DENSE = 20_000
 
@@ -60,19 +50,15 @@ class SampledPartials:
 def packing_of(system: Any) -> Packing:
     """Return the packing of the system's partials: of ``iteration`` if it exists, else of ``partials``; with row
     sums."""
-    packing = _packing_of_partials(system)
-    return with_sums(packing, system.patterns) if "row_sums" in system.functions else packing
-
-
-def _packing_of_partials(system: Any) -> Packing:
     if "iteration" in system.functions:
-        return pack(system.patterns)
-    nonzero: dict[str, list[MatrixIndex]] = {}
-    for block in system.functions["partials"].outputs:
-        nonzero[block.name] = [
-            divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0
-        ]
-    return dense(nonzero, system.nv)
+        packing = pack(system.patterns)
+    else:
+        nonzero = {
+            block.name: [divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0]
+            for block in system.functions["partials"].outputs
+        }
+        packing = dense(nonzero, system.nv)
+    return with_sums(packing, system.patterns) if "row_sums" in system.functions else packing
 
 
 def at_both_ends(samples: SampledPartials) -> SampledPartials:
@@ -90,7 +76,7 @@ def samples_of(system: Any) -> SampledPartials:
     normal = random.Random(1).gauss  # numpy.random takes a thirtieth of the time to a first step to import
     q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
     # draws of the first bodies do not depend on the number of bodies
-    drawn = np.reshape([normal() for _ in range(system.nv * 2 * _OTHERS)], (system.nv, 2, _OTHERS))
+    drawn = np.reshape([normal() for _ in range(system.nv * 2 * 3)], (system.nv, 2, 3))
     scale = _scales(system)
     turns, spins = 0.7 * drawn[:, 0].T * scale, drawn[:, 1].T * scale * (1.0 + np.abs(v0 / scale).max(initial=0.0))
     with np.errstate(all="ignore"):
@@ -154,20 +140,21 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
     def jacobians(rows: int) -> list[_ScaledRows]:
         return [_ScaledRows(_rows_of(system, values)[:rows], scale) for values in B_of.on_arrays(known | {"q": q})]
 
-    size = np.full(len(q), np.inf)
-    for move in range(2 * _MOVES):
+    size, near = np.full(len(q), np.inf), 1e-3  # of rows, relative to the scales of velocity
+    moves = 6  # each is corrected onto the constraints, and as many further corrections follow
+    for move in range(2 * moves):
         Phi = Phi_of.on_arrays(known | {"q": q})
         holonomic = jacobians(system.holonomic)
         size = np.array([np.abs(B.rows * value).max(initial=0.0) for B, value in zip(holonomic, Phi, strict=True)])
-        if move >= _MOVES and np.all(size <= _NEAR):
+        if move >= moves and np.all(size <= near):
             break
-        steps = turns / _MOVES if move < _MOVES else np.zeros_like(turns)
+        steps = turns / moves if move < moves else np.zeros_like(turns)
         for number, B in enumerate(holonomic):
             steps[number] = steps[number] - B.shortest(B.of(steps[number]) + Phi[number])
         q = product.update(system.factors, q, steps)
     for number, B in enumerate(jacobians(len(system.multipliers))):
         v[number] = v[number] - B.shortest(B.of(v[number]))
-    return q[size <= _NEAR], v[size <= _NEAR]
+    return q[size <= near], v[size <= near]
 
 
 class _ScaledRows:
@@ -243,7 +230,8 @@ def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
     are needed. `inputs` has all blocks of the samples."""
     nl, nv = len(system.multipliers), system.nv
     forces = "equations" if "equations" in system.functions else "residual"
-    if not nl or nv + nl > _SOLVED or not {forces, "constraint_bias", "iteration"} <= set(system.functions):
+    # of more unknowns, a dense solve costs more than multipliers improve samples
+    if not nl or nv + nl > 1000 or not {forces, "constraint_bias", "iteration"} <= set(system.functions):
         return {}
     at_start = {name: value[0] if name in ("q", "v", "a", "lam") else value for name, value in inputs.items()}
 
@@ -259,8 +247,8 @@ def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
     right = np.concatenate([values(forces, "r"), values("constraint_bias", "g")])
     scale = _equilibrating(A, nv)
     solution = scale * np.linalg.lstsq(A * np.outer(scale, scale), -scale * right, rcond=None)[0]
-    count = len(inputs["q"])
-    return {"a": _repeat(solution[:nv], count), "lam": _repeat(solution[nv:], count)}
+    parts = {"a": solution[:nv], "lam": solution[nv:]}
+    return {name: np.broadcast_to(part, (len(inputs["q"]), len(part))).copy() for name, part in parts.items()}
 
 
 def _equilibrating(A: Array, nv: int) -> Array:
@@ -271,7 +259,3 @@ def _equilibrating(A: Array, nv: int) -> Array:
     rows = np.max(np.abs(A[nv:, :nv] * scale[:nv]), axis=1, initial=0.0)
     scale[nv:] = 1.0 / np.where(rows > 0.0, rows, 1.0)
     return scale
-
-
-def _repeat(values: Sequence[float] | Array, count: int) -> Array:
-    return np.broadcast_to(np.asarray(values, float), (count, len(values))).copy()

@@ -23,9 +23,6 @@ from eomgen.integrators.newton.matrix import evaluate_terms
 from eomgen.integrators.newton.sample_matrices import SampledPartials
 from eomgen.integrators.newton.solver import Solver
 
-#: The matrix is examined with gains this much smaller than the step's.
-_SMALL = 1e-6
-
 
 def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[str, Any]:
     """Return the signs that the pivots of a solver made ``at_start`` have without growth, as data of
@@ -61,7 +58,7 @@ def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[s
 def _small_matrix(solver: Solver, samples: SampledPartials, gain: float) -> tuple[Array, NDArray[np.intp]]:
     """Return the entries (n,) of the matrix at the initial state, and their rows and columns (2, n), for a gain a
     million times smaller than `gain`."""
-    small = _SMALL * gain
+    small = 1e-6 * gain
     weights = (1.0, small, small * small, 1.0, 1.0, 1.0, small)
     none = np.zeros((1, 0))
     entries = evaluate_terms(solver.terms, samples.numbers[:1], none, none, weights)
@@ -78,11 +75,8 @@ def _sign_of_determinant(values: Array, places: NDArray[np.intp]) -> int:
         factors = splu(csc_array((values, (places[0], places[1]))))
     except RuntimeError:
         return 0
-    return (
-        _parity(factors.perm_r.tolist())
-        * _parity(factors.perm_c.tolist())
-        * int(np.prod(np.sign(factors.U.diagonal())))
-    )
+    turned = _parity(factors.perm_r.tolist()) * _parity(factors.perm_c.tolist())
+    return turned * int(np.prod(np.sign(factors.U.diagonal())))
 
 
 def _parity(order: Sequence[int]) -> int:

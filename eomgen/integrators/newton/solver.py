@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import accumulate, chain
 from typing import Any
@@ -31,16 +32,8 @@ from eomgen.system.system import WHOLE, Sample
 UNROLLED = 4000
 #: Unknowns up to which one with groups is, whose repeated stages do not share code.
 GROUPS_UNROLLED = 64
-#: The same limit for code shared by fronts. A shorter elimination has fronts if the number of fronts for each piece of
-#: code is at least ``REPETITIONS``, or at least two and the elimination is at least half as long.
-FRONTS_UNROLLED = 12000
-REPETITIONS = 4
-#: Number of unknowns up to which a dense factorization with pivoting replaces chosen pivots that break down.
-DENSE_FALLBACK = 120
 #: Weights that leave inertia and constraints.
 _INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0)
-#: A loop over a whole matrix runs this many times faster per operation than one over tables.
-_DENSE_ADVANTAGE = 4.0
 
 
 @dataclass(frozen=True)
@@ -133,66 +126,46 @@ def make_solver(
     if not unknowns.inner:
         values = _in_natural_units(unknowns, samples, values)
     packing = samples.packing
-    order = (
-        stages_of_tree(unknowns, factors, owners, packing)
-        if unknowns.inner
-        else stages(unknowns, factors, packing, growth)
-    )
-    elimination = _pivots(
-        unknowns,
-        values,
-        order,
-        len(samples.numbers),
-        groups=groups,
-        constrained="B" in packing.blocks,
-        diagonal_first=at_start,
-        sample=sample,
-    )
+    if unknowns.inner:
+        order = stages_of_tree(unknowns, factors, owners, packing)
+    else:
+        order = stages(unknowns, factors, packing, growth)
+    options: dict[str, Any] = {"stages": order, "groups": groups, "diagonal_first": at_start, "sample": sample}
+    choose: Callable[..., Elimination] = partial(eliminate, unknowns.matrix_size, **options)
+    elimination = _pivots(choose, values, len(samples.numbers), constrained="B" in packing.blocks)
     if groups:
         return Solver(unknowns, samples.packing, terms, elimination, None, growth)
     operations = growth * elimination.operations
     # a compiler takes five seconds for the fronts of bodies on joints, and one for tables of the same elimination
-    most = min(FRONTS_UNROLLED if sample.orders is None else UNROLLED, operations / 2)
+    most = min(3 * UNROLLED if sample.orders is None else UNROLLED, operations / 2)
     if fewest_operations(elimination, list(values)) <= most:
         fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
-        repetitions = REPETITIONS if operations <= UNROLLED / 2 else 2
+        repetitions = 4 if operations <= UNROLLED / 2 else 2  # fronts for each piece of code
         repeated = operations > UNROLLED or growth * len(fronts.kind_of) >= repetitions * len(fronts.kinds)
         if fronts.operations <= most and repeated:
             return Solver(unknowns, samples.packing, terms, elimination, fronts, growth)
-    whole = (growth * unknowns.size) ** 3 / 3 < _DENSE_ADVANTAGE * operations
+    # a loop over a whole matrix runs four times faster per operation than one over tables
+    whole = (growth * unknowns.size) ** 3 / 3 < 4.0 * operations
     loop_is_cheaper = operations > UNROLLED and whole and not unknowns.inner
     return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination, None, growth)
 
 
 def _pivots(
-    unknowns: Unknowns,
-    values: Mapping[tuple[int, int], Array],
-    order: Sequence[tuple[Sequence[int], Sequence[int]]],
-    count: int,
-    *,
-    groups: Sequence[Sequence[int]],
-    constrained: bool,
-    diagonal_first: bool,
-    sample: Sample,
+    choose: Callable[..., Elimination], values: Mapping[MatrixIndex, Array], count: int, *, constrained: bool
 ) -> Elimination:
     """Return an elimination whose pivots serve at all samples, or if only the scene's own state is singular, at all
-    others. Rings of a gimbal that are aligned in the scene, and links of a linkage that lie in one line, do not matter
-    for runs that start elsewhere. ``values`` are entries at ``count`` samples for a step, the scene's state first, and,
-    if required, the same for accelerations. Raises ModelError if no pivots serve; `constrained` is for its message."""
-    size = unknowns.matrix_size
+    others; ``choose`` makes one from entries. Rings of a gimbal that are aligned in the scene, and links of a linkage
+    that lie in one line, do not matter for runs that start elsewhere. ``values`` are entries at ``count`` samples for a
+    step, the scene's state first, and, if required, the same for accelerations. Raises ModelError if no pivots serve;
+    `constrained` is for its message."""
     try:
-        return eliminate(
-            size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first, sample=sample
-        )
+        return choose(values, constrained=constrained)
     except ModelError:
         if count < 2:
             raise
         others = np.arange(len(next(iter(values.values())))) % count > 0
-        try:
-            kept = {index: part[others] for index, part in values.items()}
-            return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first, sample=sample)
-        except ModelError:
-            pass
+        with suppress(ModelError):
+            return choose({index: part[others] for index, part in values.items()})
         raise  # of the scene's state, which the message names
 
 
@@ -338,7 +311,8 @@ def solver_data(
         "inertia": _inertia_numbers(solver.unknowns, packing),
         "rate_diagonal": [place_of[index] for index in terms.rate_diagonal],
         "grouped": _grouped_columns(solver),
-        "fallback": solver.elimination is None or solver.growth * solver.unknowns.matrix_size <= DENSE_FALLBACK,
+        # a dense factorization with pivoting replaces chosen pivots that break down
+        "fallback": solver.elimination is None or solver.growth * solver.unknowns.matrix_size <= 120,
         "B": [list(index) for index in packing.nonzeros["B"]],
         "plain": plain,
         "iterated": iterated,
@@ -389,11 +363,7 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
         start.append(start[-1] + len(across))
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     row_at = {row: position for position, row in enumerate(elimination.rows)}
-    entry_columns = [column_at[column] for _, column in indices]
-    entry_start = [0] * (elimination.size + 1)
-    for row, _ in indices:
-        entry_start[row_at[row] + 1] += 1
-    entry_start = [int(x) for x in np.cumsum(entry_start)]
+    entry_at = {(row_at[row], column_at[column]): k for k, (row, column) in enumerate(indices)}
     data: dict[str, Any] = {
         "size": elimination.size,
         "rows": list(elimination.rows),
@@ -404,169 +374,108 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
     }
     written_out = _is_written_out(elimination, growth)
     if not (written_out and elimination.groups):  # rows that are written out without groups have loops, too
-        data |= {"start": start} | _kinds_of_rows(elimination, entry_start, entry_columns)
+        data |= {"start": start} | _kinds_of_rows(elimination, entry_at)
     if elimination.groups:
         data["groups"] = list(elimination.groups)
-        entries = partial(_entry, entry_start=entry_start, entry_columns=entry_columns)
-        return data | _elimination_of_groups(elimination, data, slots, entries, written_out=written_out)
     if written_out:
-        data["unrolled"] = [
-            {
-                "loads": [
-                    [slot, _entry(position, column, entry_start, entry_columns)]
-                    for column, slot in slots[position].items()
-                ],
-                "taken": [
-                    {
-                        "slot": slots[position][earlier],
-                        "pivot": diagonal[earlier],
-                        "updates": [
-                            [slots[position][column], slots[earlier][column]] for column in elimination.upper[earlier]
-                        ],
-                    }
-                    for earlier in elimination.lower[position]
-                ],
-                "lower": [[slots[position][column], column] for column in elimination.lower[position]],
-                "upper": [[slots[position][column], column] for column in elimination.upper[position]],
-                "diagonal": diagonal[position],
-            }
-            for position in range(elimination.size)
-        ]
+        return data | _write_out(elimination, start[-1], slots, entry_at)
+    if elimination.groups:
+        data |= {"factors": start[-1] + elimination.size, "sums": elimination.size}
     return data
 
 
-def _kinds_of_rows(
-    elimination: Elimination, entry_start: Sequence[int], entry_columns: Sequence[int]
-) -> dict[str, list[int]]:
+def _kinds_of_rows(elimination: Elimination, entries: Iterable[MatrixIndex]) -> dict[str, list[int]]:
     """Return tables of the kinds of rows: rows of one kind have factors and entries at equal distances from the
     diagonal. ``kind_of`` has the kind of each row. ``begin`` and ``entry_begin`` are the places of the first distance
-    of each kind in ``distance`` (of factors) and ``entry_distance`` (of matrix entries), and the number of all
-    distances at the end; ``left`` is the number of factors to the left of the diagonal."""
+    of each kind in ``distance`` and ``entry_distance``, and ``left`` the numbers of factors before the diagonal."""
+    columns_of: list[list[int]] = [[] for _ in elimination.rows]
+    for row, column in entries:
+        columns_of[row].append(column)
     kinds: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}
     kind_of = []
     for row, (lower, upper) in enumerate(zip(elimination.lower, elimination.upper, strict=True)):
-        columns = entry_columns[entry_start[row] : entry_start[row + 1]]
-        distances = tuple([k - row for k in (*lower, row, *upper)]), tuple([k - row for k in columns])
+        distances = tuple([k - row for k in (*lower, row, *upper)]), tuple([k - row for k in columns_of[row]])
         kind_of.append(kinds.setdefault(distances, len(kinds)))
-    factors, entries = ([kind[part] for kind in kinds] for part in (0, 1))
+    factors, entry_distances = ([kind[part] for kind in kinds] for part in (0, 1))
     return {
         "kind_of": kind_of,
         "left": [sum(distance < 0 for distance in kind) for kind in factors],
         "begin": [0, *accumulate(map(len, factors))],
         "distance": [*chain.from_iterable(factors)],
-        "entry_begin": [0, *accumulate(map(len, entries))],
-        "entry_distance": [*chain.from_iterable(entries)],
+        "entry_begin": [0, *accumulate(map(len, entry_distances))],
+        "entry_distance": [*chain.from_iterable(entry_distances)],
     }
 
 
-def _elimination_of_groups(
-    elimination: Elimination,
-    data: Mapping[str, Any],
-    slots: Sequence[Mapping[int, int]],
-    entry: Callable[[int, int], int],
-    *,
-    written_out: bool,
+def _write_out(
+    elimination: Elimination, end: int, slots: Sequence[Mapping[int, int]], entry_at: Mapping[MatrixIndex, int]
 ) -> dict[str, Any]:
-    """Return further data for an elimination with groups of unknowns: numbers of factors and sums, and the written-out
-    rows.
+    """Return the rows of an elimination, ``unrolled``; with groups of unknowns also numbers of factors and sums.
 
-    A row with a group has the sum over this group, d over the pivot; other rows have the sums needed by rows of groups
-    below. Tables have sums by position, and add sums of other groups if required.
+    Keys of a row: ``loads``, pairs of a slot and the matrix entry that is loaded, -1 for fill; ``taken``, earlier rows
+    that are subtracted, with the ``slot`` of the factor of L, ``pivot``, and ``updates``, pairs of the slot that
+    changes and the slot that is multiplied. In a row of a group, ``sum`` stands for the diagonal.
 
     Parameters
     ----------
-    data : of the elimination without groups
-    slots : for each row, the slot of each of its factors by column
-    entry : from row and column to the index of the matrix entry, -1 for fill
-    written_out : whether rows are written out under ``unrolled``
+    end : number of factors without sums
+    slots : of each row by column
+    entry_at : numbers of matrix entries by positions of row and column
     """
-    if not written_out:
-        return {"factors": data["factors"] + elimination.size, "sums": elimination.size}
-    asked = _asked_groups(elimination)
-    others = [
-        {number: _columns_of(elimination, position, number) for number in sorted(asked[position])}
-        for position in range(elimination.size)
-    ]
-    end = data["factors"]
+    groups, upper = elimination.groups or (-1,) * elimination.size, elimination.upper
+    sums, asked = _number_sums(elimination, groups, end)
+    rows = []
+    for position, group in enumerate(groups):
+        at, own_sums = slots[position], sums[position]
+        diagonal = own_sums[group] if group >= 0 else at[position]
+        loads = [[slot, entry_at.get((position, column), -1)] for column, slot in at.items() if column != position]
+        diagonal_position = len(elimination.lower[position]) if group < 0 else len(loads)
+        loads.insert(diagonal_position, [diagonal, entry_at.get((position, position), -1)])
+
+        def updates(earlier: int, position: int = position, group: int = group) -> list[list[int]]:
+            changed = [column for column in upper[earlier] if column != position or group < 0]
+            pairs = [[slots[position][column], slots[earlier][column]] for column in changed]
+            return [*pairs, [sums[position][group], sums[earlier][group]]] if group in sums[earlier] else pairs
+
+        row: dict[str, Any] = {
+            "loads": loads,
+            "taken": [
+                {"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates(earlier)}
+                for earlier in elimination.lower[position]
+            ],
+            "lower": [[at[column], column] for column in elimination.lower[position]],
+            "upper": [[at[column], column] for column in upper[position]],
+            "diagonal": at[position],
+        }
+        if elimination.groups:
+            others = {number: slot for number, slot in own_sums.items() if number != group}
+            members = {number: [at[k] for k in upper[position] if groups[k] == number] for number in own_sums}
+            row["others"] = [[slot, members[number]] for number, slot in others.items()]
+        if group >= 0:
+            row |= {"sum": diagonal, "within": members[group]}
+        if group in asked[position]:
+            row["kept"] = diagonal
+        rows.append(row)
+    count = sum(map(len, sums))
+    return {**({"factors": end + count, "sums": count} if elimination.groups else {}), "unrolled": rows}
+
+
+def _number_sums(
+    elimination: Elimination, groups: Sequence[int], end: int
+) -> tuple[list[dict[int, int]], list[set[int]]]:
+    """Return, for each row, numbers from `end` on of its sums by group, and the groups of later rows, which need the
+    sum of this row over their group."""
+    asked: list[set[int]] = [set() for _ in groups]
+    for group, across in zip(groups, elimination.lower, strict=True):
+        for earlier in across if group >= 0 else ():
+            asked[earlier].add(group)
     sums: list[dict[int, int]] = []
-    for position, group in enumerate(elimination.groups):
-        numbers = [group] if group >= 0 else []
-        numbers += [number for number, columns in others[position].items() if number != group and columns]
+    for position, group in enumerate(groups):
+        there = {groups[column] for column in elimination.upper[position]}
+        numbers = [group] * (group >= 0) + [number for number in sorted(asked[position] & there) if number != group]
         sums.append(dict(zip(numbers, range(end, end + len(numbers)), strict=True)))
         end += len(numbers)
-    rows = []
-    for position, group in enumerate(elimination.groups):
-        at = slots[position]
-        row: dict[str, Any] = {
-            "loads": _loads_of_row(elimination, position, entry, at, sums[position]),
-            "taken": _rows_taken(elimination, position, slots, sums),
-            "lower": [[at[column], column] for column in elimination.lower[position]],
-            "upper": [[at[column], column] for column in elimination.upper[position]],
-            "diagonal": at[position],
-            "others": [
-                [slot, [at[column] for column in others[position][number]]]
-                for number, slot in sums[position].items()
-                if number != group
-            ],
-        }
-        if group >= 0:
-            row["sum"] = sums[position][group]
-            row["within"] = [at[column] for column in _columns_of(elimination, position, group)]
-        if group in asked[position]:
-            row["kept"] = row["sum"]
-        rows.append(row)
-    return {"factors": end, "sums": end - data["factors"], "unrolled": rows}
-
-
-def _asked_groups(elimination: Elimination) -> list[set[int]]:
-    """Return for each row the groups of later rows from which the row is subtracted, and which need its sum over the
-    group."""
-    asked: list[set[int]] = [set() for _ in elimination.groups]
-    for position, across in enumerate(elimination.lower):
-        for earlier in across:
-            if elimination.groups[position] >= 0:
-                asked[earlier].add(elimination.groups[position])
-    return asked
-
-
-def _columns_of(elimination: Elimination, position: int, number: int) -> list[int]:
-    """Return the columns to the right of the diagonal in the row at a position that belong to the group `number`."""
-    return [column for column in elimination.upper[position] if elimination.groups[column] == number]
-
-
-def _loads_of_row(
-    elimination: Elimination,
-    position: int,
-    entry: Callable[[int, int], int],
-    at: Mapping[int, int],
-    sums: Mapping[int, int],
-) -> list[list[int]]:
-    """Return pairs of a slot of the row at a position and the matrix entry that is loaded into it, -1 for fill. In a
-    row of a group, the slot of its sum is loaded with the diagonal entry. `at` has the slots by column, `sums` by
-    group."""
-    group = elimination.groups[position]
-    summed = [column for column in at if column != position or group < 0]
-    loads = [[at[column], entry(position, column)] for column in summed]
-    if group >= 0:
-        loads.append([sums[group], entry(position, position)])
-    return loads
-
-
-def _rows_taken(
-    elimination: Elimination, position: int, slots: Sequence[Mapping[int, int]], sums: Sequence[Mapping[int, int]]
-) -> list[dict[str, Any]]:
-    """Return the earlier rows that are subtracted from the row at a position, as mappings. Keys: ``slot`` of the factor
-    of L, ``pivot``, and ``updates``, pairs of the slot that changes and the slot that is multiplied. `slots` has the
-    slots of each row by column, `sums` by group."""
-    at, group = slots[position], elimination.groups[position]
-    taken = []
-    for earlier in elimination.lower[position]:
-        changed = [column for column in elimination.upper[earlier] if column != position or group < 0]
-        updates = [[at[column], slots[earlier][column]] for column in changed]
-        if group in sums[earlier]:
-            updates.append([sums[position][group], sums[earlier][group]])
-        taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
-    return taken
+    return sums, asked
 
 
 def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unknowns: int) -> None:
@@ -610,12 +519,3 @@ def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: in
             [kind, *row, *[0] * (width - len(row))] for kind, row in zip(fronts.kind_of, fronts.table, strict=True)
         ],
     }
-
-
-def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:
-    """Return the index of the stored matrix entry at the row of a position and a column, -1 for fill. `entry_start` has
-    the first entry of each row, `entry_columns` the column of each entry."""
-    for entry in range(entry_start[position], entry_start[position + 1]):
-        if entry_columns[entry] == column:
-            return entry
-    return -1

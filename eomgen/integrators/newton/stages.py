@@ -25,12 +25,9 @@ from eomgen.integrators.newton.matrix import MatrixIndex, Packing, Unknowns
 from eomgen.lie.product import Factor
 
 Stage = tuple[list[int], list[int]]
-
-#: Free bodies from which on elimination takes them in the order of the scene, if that takes at most _DEARER times
-#: the multiply-subtracts: of rows of equal bodies every front is then like the one a row earlier.
-_ROWS, _DEARER = 800, 2.5
-#: Inertia counts as sparse from this number of components on, with at most this share of nonzeros.
-_MANY, _SPARSE = 20, 0.25
+#: Free bodies from which on elimination takes them in the order of the scene, unless that costs many more operations:
+#: of rows of equal bodies every front is then like the one a row earlier.
+_ROWS = 800
 
 
 def stages_of_tree(
@@ -84,7 +81,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
     result: list[Stage] = [(early, early)] if early else []
     left = set(bodies)
     many = growth * len(bodies) >= _ROWS and not unknowns.lam
-    in_order = many and _fill(neighbours, by_degree=False) <= _DEARER * _fill(neighbours, by_degree=True)
+    in_order = many and _fill(neighbours, by_degree=False) <= 2.5 * _fill(neighbours, by_degree=True)
 
     def rank(body: int) -> tuple[bool, int, int]:
         degree = 0 if in_order else len(neighbours[body])
@@ -154,7 +151,7 @@ def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) ->
         return [*of_factors, *inertia]
     body_of = joined_components(unknowns.v, [*of_factors, *inertia])
     sizes, nonzeros = Counter(body_of), Counter(body_of[row] for row, _ in inertia)
-    sparse = {body for body, size in sizes.items() if size >= _MANY and nonzeros[body] <= _SPARSE * size * size}
+    sparse = {body for body, size in sizes.items() if size >= 20 and nonzeros[body] <= 0.25 * size * size}
     return [*of_factors, *((row, column) for row, column in inertia if body_of[row] not in sparse)]
 
 
@@ -312,19 +309,13 @@ def _with_right_side(elimination: Elimination, below: Sequence[Sequence[int]], s
     return live
 
 
-def _kinds_of_work(works: Iterable[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[int]]:
+def _kinds_of_work(works: Sequence[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[int]]:
     """Return the distinct descriptions of work, in the order of first use, and for each front the index of its
     description."""
-    kinds: dict[str, int] = {}
-    descriptions: list[Mapping[str, Any]] = []
-    kind_of: list[int] = []
-    for work in works:
-        key = repr(work)
-        if key not in kinds:
-            kinds[key] = len(descriptions)
-            descriptions.append(work)
-        kind_of.append(kinds[key])
-    return descriptions, kind_of
+    keys = [repr(work) for work in works]
+    distinct = dict(zip(keys, works, strict=True))
+    number = {key: k for k, key in enumerate(distinct)}
+    return list(distinct.values()), [number[key] for key in keys]
 
 
 def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided: int | None = None) -> Fronts:
@@ -347,7 +338,7 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
     ]
     for front in fronts:
         for target in front.targets:
-            fronts[front_of[min(target)]].receive(target)
+            fronts[front_of[min(target)]].received.add(target)
     descriptions, kind_of = _kinds_of_work([front.work(fronts, front_of) for front in fronts])
     first_factor, first_entry = [0], [0]
     for front in fronts:
@@ -412,9 +403,6 @@ class _Front:
             {(row, k) for pivot in pivots for row in self.below[pivot] for k in self.upper[pivot]} - set(self.own)
         )
         self.received: set[MatrixIndex] = set()
-
-    def receive(self, index: MatrixIndex) -> None:
-        self.received.add(index)
 
     def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:
         """Return the work of a front, with indices local to the front.

@@ -14,7 +14,7 @@ other along the motion have the same. Velocities of bodies are not such multiple
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain
 
 from eomgen.base.data import dataclass
@@ -158,11 +158,10 @@ class AbsoluteQuantities(Quantities):
         self._references = {
             angle: self.input("q", poses + number) for number, angle in enumerate(counted_angles(scene))
         }
-        _refuse(
-            f"{joint.name}.rotor_inertia"
-            for joint in scene.joints
-            if set(joint.each(joint.rotor_inertia)) - {Number(0.0)}
-        )
+        rotors = [joint.name for joint in scene.joints if set(joint.each(joint.rotor_inertia)) - {Number(0.0)}]
+        if rotors:
+            fault = "has no place in absolute coordinates [E0489]"
+            raise ModelError([Problem(f"joints.{name}.rotor_inertia", fault, "joint coordinates") for name in rotors])
 
     def __call__(self, symbol: Symbol) -> Scalar:
         if symbol.kind == "q":
@@ -288,14 +287,6 @@ def driven_rows(quantities: Quantities) -> list[ConstraintRow]:
                 ConstraintRow(name, value, "1" if angle else "m", size, pair.lever, pair.path_length, joint, index)
             )
     return rows
-
-
-def _refuse(keys: Iterable[str]) -> None:
-    problems = [
-        Problem(f"joints.{key}", "has no place in absolute coordinates [E0489]", "joint coordinates") for key in keys
-    ]
-    if problems:
-        raise ModelError(problems)
 
 
 def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> ConstraintCalculus:

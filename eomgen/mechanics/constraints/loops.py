@@ -42,7 +42,7 @@ class _JointEnd:
 
     link: int
     axes: Matrix
-    place: Vector
+    origin: Vector
 
     @classmethod
     def of(cls, quantities: Quantities, frame: Frame) -> _JointEnd:
@@ -53,7 +53,7 @@ class _JointEnd:
 
     @property
     def numbers(self) -> list[Scalar]:
-        return [*chain.from_iterable(self.axes), *self.place]
+        return [*chain.from_iterable(self.axes), *self.origin]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class _Member:
     """A joint of a kind: position in the list of constraints, constraint, its two frames, and value of its length or
     pitch."""
 
-    place: int
+    position: int
     item: Constraint
     ends: tuple[_JointEnd, _JointEnd]
     number: Scalar
@@ -156,15 +156,13 @@ class _JointKind:
         sizes = self._loop_values("scales of the equations", inputs, scales)
         result: dict[int, list[ConstraintRow]] = {}
         for position, (member, value, size) in enumerate(zip(self.members, values, sizes, strict=True)):
-            prefix, rows_of_joint = f"{self.members[0].item.name}: ", []
+            prefix = f"{self.members[0].item.name}: "
             for number, row in enumerate(rows):
                 name = f"{member.item.name}: {row.name.removeprefix(prefix)}"
                 scale, extent, path = size[3 * number : 3 * number + 3]
                 index = position * len(rows) + number
-                rows_of_joint.append(
-                    ConstraintRow(name, value[number], row.unit, scale, extent, path, group=self, in_group=index)
-                )
-            result[member.place] = rows_of_joint
+                made = ConstraintRow(name, value[number], row.unit, scale, extent, path, group=self, in_group=index)
+                result.setdefault(member.position, []).append(made)
         return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
@@ -196,13 +194,8 @@ class _JointKind:
         fixed = {value.ref: outer.scalar(value.constant) for value in values if value.constant is not None}
 
         def joint_values(row: Sequence[Ref]) -> list[Scalar]:
-            known = dict(zip(varying, row, strict=True))
-            return [
-                fixed[value.ref]
-                if value.ref in fixed
-                else Scalar(outer.tape, known[abs(value.ref)] * (1 if value.ref > 0 else -1))
-                for value in values
-            ]
+            known = fixed | {ref: Scalar(outer.tape, result) for ref, result in zip(varying, row, strict=True)}
+            return [known[value.ref] if value.ref in known else -known[-value.ref] for value in values]
 
         return [joint_values(row) for row in rows]
 

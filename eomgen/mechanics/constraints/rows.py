@@ -199,8 +199,9 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
     kind, turns = item.kind, len(item.kind.turned_about)
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
-        residual = _screw_residual(quantities, item, pair, local)
-        driven = [length("travel follows the angle", residual, quantities.formula(item.pitch))]
+        pitch = quantities.formula(item.pitch)  # times the sine of the rotation beyond travel / pitch: any revolution
+        residual = pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
+        driven = [length("travel follows the angle", residual, pitch)]
     return [*(length(label, value) for label, value in _across(kind, first, gap, local)), *turned, *driven]
 
 
@@ -224,14 +225,6 @@ def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FrameP
     """Return sin(rotation of the second frame about z - angle), smooth over any number of revolutions."""
     cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
-
-
-def _screw_residual(quantities: Quantities, item: Constraint, pair: FramePair, local: Vector) -> Scalar:
-    """Return the residual of a screw joint, m: pitch times the sine of the rotation in excess of travel / pitch.
-    ``local`` is the position, m, of the first frame's origin in axes of the second. The travel selects the
-    revolution."""
-    pitch = quantities.formula(item.pitch)
-    return pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
 
 
 @dataclass(frozen=True)
@@ -277,14 +270,6 @@ def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Ve
     return lowest if item.shape == "disc" else minus(lowest, scaled(quantities.formula(item.tube_radius), normal))
 
 
-#: Steps of Newton's method for the place of a contact on a surface, before and after the check that the steps converge,
-#: of spheres and of other shapes, whose curvature varies; the largest distance at the check, by the size of the body.
-#: The steps after the check square this distance to round-off.
-_STEPS_OF_SPHERES, _STEPS, _NEAR = (3, 3), (5, 4), 0.01
-#: Further steps, with one matrix. Each has the derivatives of the place to an order more: Phi and B need three.
-_DIFFERENTIATED = 3
-
-
 def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
     """Return the contact of a body with a surface z = h(x, y) in the first frame.
 
@@ -298,13 +283,13 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
     if item.shape != "sphere":
         pose += [dot(pair.first.axis(row), pair.second.axis(column)) for row in range(3) for column in range(3)]
     contact, conditions, first_node = pose[:2], list[Scalar](), len(tape.op)
-    before, after = _STEPS_OF_SPHERES if item.shape == "sphere" else _STEPS
+    before, after = (3, 3) if item.shape == "sphere" else (5, 4)  # the curvature of other shapes varies
     inverse = minors = list[Scalar]()
     for number in range(before + after):
         x, y, off, *inverse = _call(tape, step, [*contact, *pose])
         contact, inverse, minors = [x, y], inverse[:4], inverse[4:]
         if number == before:
-            size = _NEAR * _curved_size(quantities, item)
+            size = 0.01 * _curved_size(quantities, item)  # the steps after the check square this to round-off
             conditions.append(size * size - off)
     unit = touches = algebra.one
     for condition in (*conditions, *minors):
@@ -313,7 +298,7 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
             touches = touches * algebra.select(algebra.call(Op.LT, algebra.zero, condition), unit, missed)
     results = [abs(value.ref) for value in (*contact, *inverse, touches)]
     tape.converged |= {node for node in results if node >= first_node}
-    for _ in range(_DIFFERENTIATED):
+    for _ in range(3):  # with one matrix; each has derivatives of the place to an order more, and Phi and B need three
         off_x, off_y = _call(tape, residual, [*contact, *pose])
         x, y = (inverse[k] * off_x + inverse[k + 1] * off_y for k in (0, 2))
         contact = [contact[0] - x, contact[1] - y]
@@ -393,17 +378,12 @@ def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:
     return (x + y + z) * (1 / 3)
 
 
-def _body_size(quantities: Quantities, item: Constraint) -> Scalar:
-    """Return the size, m, of a rolling or sliding body: summed semi-axes of an ellipsoid, else radius and tube
-    radius."""
+def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
+    """Return size, lever and path length of a pair with the size of a rolling or sliding body, without the position on
+    the plane. That size, m, is the sum of an ellipsoid's semi-axes, else of radius and tube radius."""
     lengths = item.semi_axes if item.shape == "ellipsoid" else (item.radius, item.tube_radius)
     first, *others = (magnitude(quantities.formula(length)) for length in lengths)
-    return sum(others, first)
-
-
-def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
-    """Return size, lever and path length of a pair with the wheel's radius, without the position on the plane."""
-    radius = _body_size(quantities, item)
+    radius = sum(others, first)
     return pair.size + radius, pair.lever + radius, pair.path_length + radius
 
 

@@ -13,6 +13,7 @@ from eomgen.lie.product import update
 from eomgen.mechanics.tree.links import Tree
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import ONE
 from eomgen.system.cancellation import cancellation
 
 
@@ -43,7 +44,7 @@ def ltdl(M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]) -> tuple[lis
     factors: list[dict[int, Scalar]] = [{} for _ in range(size)]
     inverse = [M[k][k] for k in range(size)]
     for k in reversed(range(size)):
-        inverse[k] = _reciprocal(A[k][k])
+        inverse[k] = Scalar(A[k][k].tape, ONE) / A[k][k]
         above = _ancestors(parents, k)
         for i in (i for i in above if i in A[k]):
             factor = A[k][i] * inverse[k]
@@ -64,10 +65,6 @@ def half_solved(factors: Sequence[dict[int, Scalar]], right: Sequence[Scalar]) -
     return x
 
 
-def _reciprocal(value: Scalar) -> Scalar:
-    return Scalar(value.tape, value.tape.constant(1.0)) / value
-
-
 def _ancestors(parents: Sequence[int], k: int) -> list[int]:
     ancestors = []
     while (k := parents[k]) >= 0:
@@ -75,15 +72,10 @@ def _ancestors(parents: Sequence[int], k: int) -> list[int]:
     return ancestors
 
 
-#: Largest ratio of composite to articulated inertia with which M is factored. Robots have up to 1200, chains of equal
-#: links 1000 at 30 links.
-MOST_CANCELLATION = 3e3
-
-
 def loses_digits(
     tree: Tree, M: Sequence[Mapping[int, Scalar]], start: Sequence[float], parameters: Sequence[float]
 ) -> bool:
-    """Return whether the ratio of composite to articulated inertia exceeds ``MOST_CANCELLATION`` in one of six
+    """Return whether the ratio of composite to articulated inertia exceeds 3000 in one of six
     positions.
 
     The positions are pseudo-random but the same in each call.
@@ -107,7 +99,7 @@ def loses_digits(
             for (i, j), value in zip(places, values.T, strict=True):
                 matrices[:, i - first, j - first] = matrices[:, j - first, i - first] = value
             slices = [slice(joint.start - first, joint.stop - first) for joint in joints]
-            if np.any(cancellation(matrices, slices) > MOST_CANCELLATION):
+            if np.any(cancellation(matrices, slices) > 3e3):
                 return True
     return False
 

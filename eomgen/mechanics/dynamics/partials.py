@@ -59,6 +59,8 @@ from eomgen.symbolic.scalar import (
 )
 from eomgen.symbolic.tape import ZERO
 
+Square = list[list[Scalar]]
+
 
 @dataclass(frozen=True)
 class Screws:
@@ -109,8 +111,8 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[Pai
                 screw = column.angular, column.linear
                 turned = bracket((omega, velocity), screw)
                 left, right = bracket((alpha, spatial), screw), bracket((omega, velocity), turned)
-                own = bracket(twists[-1], screw)
-                screws_of_link.append(Screws(screw, turned, pair_plus(left, right), pair_plus(turned, own)))
+                screw_rate = bracket(twists[-1], screw)
+                screws_of_link.append(Screws(screw, turned, pair_plus(left, right), pair_plus(turned, screw_rate)))
             screws.append(screws_of_link)
     return screws, twists
 
@@ -184,20 +186,43 @@ def _loads(tree: Tree, base: BaseMotion) -> list[Wrench]:
     return total
 
 
-def inertial_partials(
-    tree: Tree, base: BaseMotion
-) -> tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]]:
+def inertial_partials(tree: Tree, base: BaseMotion) -> tuple[Square, Square, Square]:
     """Return K, C, M: partials of the inertia forces less weight in q (left-trivialised), v and a, each dense (nv, nv).
     ``base`` is the motion of the base with gravity. For trees of rigid links."""
-    algebra = tree.algebra
-    nv = tree.nv
-    K, C, M = ([[algebra.zero] * nv for _ in range(nv)] for _ in range(3))
+    algebra, links, nv = tree.algebra, tree.links, tree.nv
+    K, C, M = blocks = tuple([[algebra.zero] * nv for _ in range(nv)] for _ in range(3))
     screws, twists = _motions(tree, base)
     bodies, flows, loads = composites(tree), _flows(tree, twists), _loads(tree, base)
-    for index, link in enumerate(tree.links):
+
+    def add_column(index: int, k: int) -> None:
+        """Add the entries that couple column ``k`` of a joint with columns of this joint and of all joints towards the
+        root."""
+        link, screw = links[index], screws[index][k]
+        dof, ratio = link.dofs[k], link.coordinates.ratio
+        by_q, by_v, by_a = _wrenches(algebra, screw, bodies[index], flows[index])
+        rows = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
+        for row, values in zip(link.dofs, rows, strict=True):
+            _add(blocks, row, dof, ratio * ratio, values)
+        by_q = pair_plus(by_q, moved_load(screw.screw, loads[index]))
+        work = flows[index].adjoint(screw.screw)
+        while links[index].parent != ROOT:
+            below = links[index]
+            by_q, by_v, by_a = carry(below, by_q), carry(below, by_v), carry(below, by_a)
+            work = below.rotation.rotate(work)
+            index = below.parent
+            above = links[index]
+            both = above.coordinates.ratio * ratio
+            projected = zip(project(above, by_q), project(above, by_v), project(above, by_a), strict=True)
+            for row, there, values in zip(above.dofs, screws[index], projected, strict=True):
+                _add(blocks, row, dof, both, values)
+                turned = pair_dot(there.accelerated, by_a) + dot(there.turned[0], work)
+                rated = pair_dot(there.rated, by_a) + dot(there.screw[0], work)
+                _add(blocks, dof, row, both, (turned, rated, values[2]))
+
+    for index, link in enumerate(links):
         with algebra.tape.block(f"partials, joint {link.joint.name}"):
-            for k, screw in enumerate(screws[index]):
-                _column(tree, index, k, screw, screws, bodies[index], flows[index], loads[index], (K, C, M))
+            for k in range(len(link.columns)):
+                add_column(index, k)
     for dof, rotor in tree.rotors():
         M[dof][dof] = M[dof][dof] + rotor
     return K, C, M
@@ -216,45 +241,7 @@ def _wrenches(
     return by_q, by_v, by(screw.screw)
 
 
-def _column(
-    tree: Tree,
-    index: int,
-    k: int,
-    screw: Screws,
-    screws: list[list[Screws]],
-    body: RecordedInertia,
-    flow: CompositeMomentum,
-    load: Wrench,
-    blocks: tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]],
-) -> None:
-    """Add to K, C and M (``blocks``), in place, the entries that couple column ``k`` of a joint with columns of this
-    joint and of all joints towards the root. ``body``, ``flow`` and ``load`` are composite inertia, momentum and wrench
-    of the subtree of link ``index``."""
-    algebra, link = tree.algebra, tree.links[index]
-    dof, ratio = link.dofs[k], link.coordinates.ratio
-    by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
-    rows = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
-    for row, values in zip(link.dofs, rows, strict=True):
-        _add(blocks, row, dof, ratio * ratio, values)
-    by_q = pair_plus(by_q, moved_load(screw.screw, load))
-    work = flow.adjoint(screw.screw)
-    below = index
-    while tree.links[below].parent != ROOT:
-        below_link = tree.links[below]
-        by_q, by_v, by_a = carry(below_link, by_q), carry(below_link, by_v), carry(below_link, by_a)
-        work = below_link.rotation.rotate(work)
-        below = below_link.parent
-        above: Link = tree.links[below]
-        both = above.coordinates.ratio * ratio
-        projected = zip(project(above, by_q), project(above, by_v), project(above, by_a), strict=True)
-        for row, there, values in zip(above.dofs, screws[below], projected, strict=True):
-            _add(blocks, row, dof, both, values)
-            turned = pair_dot(there.accelerated, by_a) + dot(there.turned[0], work)
-            rated = pair_dot(there.rated, by_a) + dot(there.screw[0], work)
-            _add(blocks, dof, row, both, (turned, rated, values[2]))
-
-
-def _add(blocks: Sequence[list[list[Scalar]]], row: int, column: int, ratio: Scalar, values: Sequence[Scalar]) -> None:
+def _add(blocks: Sequence[Square], row: int, column: int, ratio: Scalar, values: Sequence[Scalar]) -> None:
     for block, value in zip(blocks, values, strict=True):
         block[row][column] = block[row][column] + ratio * value
 
@@ -408,9 +395,6 @@ class WorkHessian:
             value = 2.0 * value
         entry = max(i, j), min(i, j)
         self.entries[entry] = self.entries.get(entry, self.tree.algebra.zero) + value
-
-
-Square = list[list[Scalar]]
 
 
 def differentiated_partials(tree: Tree, base: BaseMotion) -> tuple[Square, Square, Square]:

@@ -62,17 +62,14 @@ def law_of(kind: type[ForceElement]) -> Law:
         If the module does not load, or has no law for this class: one of another distribution may be broken.
     """
     try:
-        law = import_target(kind.law)
+        law, why = import_target(kind.law), None
+        fault = f"is not an eomgen.mechanics.forces.loads.Law of {kind.__qualname__} [E0500]"
+        if isinstance(law, Law) and law.model is kind:
+            return law
     except Exception as error:  # any error of a module of another distribution
-        raise _broken(kind, f"does not load: {type(error).__name__}: {error} [E0499]") from error
-    if not isinstance(law, Law) or law.model is not kind:
-        raise _broken(kind, f"is not an eomgen.mechanics.forces.loads.Law of {kind.__qualname__} [E0500]")
-    return law
-
-
-def _broken(kind: type[ForceElement], fault: str) -> UsageError:
+        fault, why = f"does not load: {type(error).__name__}: {error} [E0499]", error
     text = f"the law {kind.law} of {kind.__module__}.{kind.__qualname__} {fault}"
-    return UsageError(Problem(kind.section, text, "another version of the distribution that brings it"))
+    raise UsageError(Problem(kind.section, text, "another version of the distribution that brings it")) from why
 
 
 def laws_of(scene: Scene) -> list[Law]:

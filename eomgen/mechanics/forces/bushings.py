@@ -17,7 +17,6 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.points import rotation_vector
 from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.bushings import Bushing
-from eomgen.scene.joints.model import Frame
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, dot, minus, multiply, negative, plus, transpose
 
 Rows = list[list[Scalar]]
@@ -53,7 +52,16 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
     moment = apply(first.axes, apply(pull_back, _vector(response[:3])))
     force = apply(first.axes, _vector(response[3:]))
     for here, there, sign in ((bushing.second, bushing.first, 1.0), (bushing.first, bushing.second, -1.0)):
-        _add_at(loads, quantities, here, second.origin, (moment, force), sign, external=there.body == WORLD_NAME)
+        link = quantities.mount(here).link
+        if link < 0:  # base and world take no load
+            continue
+        R, origin = quantities.kinematics.pose(link)
+        turn, push = (moment, force) if sign > 0 else (negative(moment), negative(force))
+        back = transpose(R)
+        wrench = (apply(back, plus(turn, cross(minus(second.origin, origin), push))), apply(back, push))
+        add_wrench(loads.wrenches, link, wrench)
+        if there.body == WORLD_NAME:
+            add_wrench(loads.external, link, wrench)
     loads.potential = loads.potential + 0.5 * dot(e, elastic) - dot(preload, e)
     loads.power = loads.power - dot(rate, viscous)
 
@@ -69,30 +77,6 @@ def _relative_motion(quantities: Quantities, bushing: Bushing, second: FramePose
         motions.append((omega, plus(velocity, cross(omega, minus(second.origin, origin)))))
     (turn_first, move_first), (turn_second, move_second) = motions
     return minus(turn_second, turn_first), minus(move_second, move_first)
-
-
-def _add_at(
-    loads: Loads,
-    quantities: Quantities,
-    frame: Frame,
-    point: Vector,
-    load: tuple[Vector, Vector],
-    sign: float,
-    *,
-    external: bool,
-) -> None:
-    """Add a moment and a force through ``point``, all in base axes, times ``sign``, to the wrench on the link of a
-    frame. ``external``: the world exerts the load. Base and world take no load."""
-    link = quantities.mount(frame).link
-    if link < 0:
-        return
-    R, origin = quantities.kinematics.pose(link)
-    moment, force = load if sign > 0 else (negative(load[0]), negative(load[1]))
-    back = transpose(R)
-    wrench = (apply(back, plus(moment, cross(minus(point, origin), force))), apply(back, force))
-    add_wrench(loads.wrenches, link, wrench)
-    if external:
-        add_wrench(loads.external, link, wrench)
 
 
 def _product(rows: Rows, values: Sequence[Scalar]) -> list[Scalar]:

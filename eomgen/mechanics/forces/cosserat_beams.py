@@ -430,7 +430,7 @@ class Chain:
             result[pair] = results(self._element(pair), *numbers[pair])
         if repeated := self._repeated_pairs:
             tape = self.quantities.algebra.tape
-            loop = _loop(self.sections, self.nodes, repeated, label, results, [numbers[pair] for pair in repeated])
+            loop = self._loop(label, results, [numbers[pair] for pair in repeated])
             rows = add_map(tape, loop).rows
             result |= {pair: [Scalar(tape, ref) for ref in row] for pair, row in zip(repeated, rows, strict=True)}
         return [result[pair] for pair in self.pairs]
@@ -440,10 +440,30 @@ class Chain:
         records. ``label`` names the loop."""
         algebra = self.quantities.algebra
         result = [results(self._element(pair)) for pair in self._alone]
-        if repeated := self._repeated_pairs:
-            loop = _loop(self.sections, self.nodes, repeated, label, results, summed=True)
-            result.append([Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, loop).sums])
+        if self._repeated_pairs:
+            sums = add_map(algebra.tape, self._loop(label, results, summed=True)).sums
+            result.append([Scalar(algebra.tape, ref) for ref in sums])
         return [sum(parts, algebra.zero) for parts in zip(*result, strict=True)]
+
+    def _loop(self, label: str, results: Results, more: Sequence[Six] = (), *, summed: bool = False) -> Map:
+        """Return the loop over the repeated elements that records ``results`` for each. ``more``: further numbers for
+        each element, which ``results`` takes. ``summed``: the loop gives sums over the elements."""
+        sections, nodes, pairs = self.sections, self.nodes, self._repeated_pairs
+        kernel = Tape()
+        algebra = Algebra(kernel)
+        size = POSE + TWIST if any(sections[first].has_damping for first, _ in pairs) else POSE
+        gathered = [[number.ref for number in node.numbers[:size]] for node in nodes]
+        rows = [[*gathered[first], *gathered[second]] for first, second in pairs]
+        if more:
+            rows = [[*row, *(number.ref for number in extra)] for row, extra in zip(rows, more, strict=True)]
+        columns = LoopInputs(algebra, list(zip(*rows, strict=True)))
+        numbers = algebra.block("gather", len(rows[0]))
+        of_sections = zip(*(sections[first].numbers for first, _ in pairs), strict=True)
+        section = SectionNumbers.of([columns.number(entries) for entries in of_sections])
+        rest = [algebra.zero] * (POSE + TWIST - size)
+        first, second = (SectionFrame.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
+        outputs = results(ElementStrain(algebra, section, first, second), *numbers[2 * size :])
+        return columns.loop(len(pairs), label, **{"sums" if summed else "stacked": outputs})
 
     def _element(self, pair: tuple[int, int]) -> ElementStrain:
         first, second = pair
@@ -506,35 +526,6 @@ def _section(quantities: Quantities, part: BeamElement) -> SectionNumbers:
         result = with_varying_sections(algebra, stiffness, means[0], means[1], initial)
     sizes = algebra.scalar(length), algebra.scalar(1.0 / length)
     return SectionNumbers(result.stiffness, result.damping, result.of_section, *sizes, rest, result.following)
-
-
-def _loop(
-    sections: Sequence[SectionNumbers],
-    nodes: Sequence[SectionFrame],
-    pairs: Sequence[tuple[int, int]],
-    label: str,
-    results: Results,
-    more: Sequence[Six] = (),
-    *,
-    summed: bool = False,
-) -> Map:
-    """Return the loop over the elements between ``pairs`` of nodes that records ``results`` for each element. ``more``:
-    further numbers for each element, which ``results`` takes. ``summed``: the loop gives sums over the elements."""
-    kernel = Tape()
-    algebra = Algebra(kernel)
-    size = POSE + TWIST if any(sections[first].has_damping for first, _ in pairs) else POSE
-    gathered = [[number.ref for number in node.numbers[:size]] for node in nodes]
-    rows = [[*gathered[first], *gathered[second]] for first, second in pairs]
-    if more:
-        rows = [[*row, *(number.ref for number in extra)] for row, extra in zip(rows, more, strict=True)]
-    columns = LoopInputs(algebra, list(zip(*rows, strict=True)))
-    numbers = algebra.block("gather", len(rows[0]))
-    of_sections = zip(*(sections[first].numbers for first, _ in pairs), strict=True)
-    section = SectionNumbers.of([columns.number(entries) for entries in of_sections])
-    rest = [algebra.zero] * (POSE + TWIST - size)
-    first, second = (SectionFrame.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
-    outputs = results(ElementStrain(algebra, section, first, second), *numbers[2 * size :])
-    return columns.loop(len(pairs), label, **{"sums" if summed else "stacked": outputs})
 
 
 class LoopInputs:

@@ -97,11 +97,7 @@ class _LoadedNodes:
         quantities, base = self.quantities, _numbers_of_base(self.quantities)
         node = node_at(quantities, self._mount(load))
         formulas = (*load.force, *load.moment)
-        return _wrench(quantities.algebra, node, base, formulas, weight, quantities, own_axes=self._own_axes)
-
-    @property
-    def _own_axes(self) -> bool:
-        return self.item.axes == "beam"
+        return self._wrench(node, base, formulas, weight, quantities)
 
     def _loop(self) -> tuple[Map, Map] | None:
         """Return the loop over the wrenches of all nodes, and the loop that sums their power. None if the load has a
@@ -119,12 +115,35 @@ class _LoadedNodes:
         def resolve(symbol: Symbol) -> Scalar:
             return numbers[symbol.index] if symbol.kind == "number" else inputs.number([quantities(symbol)])
 
-        results = _wrench(algebra, node, base, patterns[0][0], weight, resolve, own_axes=self._own_axes)
+        *wrench, power = self._wrench(node, base, patterns[0][0], weight, resolve)
         if kernel.maps:  # waves are loops
             return None
-        *wrench, power = results
         wrenches = inputs.loop(len(rows), self.item.label, stacked=wrench)
         return wrenches, inputs.loop(len(rows), f"power of {self.item.label}", sums=[power])
+
+    def _wrench(
+        self, node: SectionFrame, base: Six, formulas: Formulas, weight: Scalar, elsewhere: Resolver
+    ) -> list[Scalar]:
+        """Return moment and force on a node in node axes, (6,), and the power of both, W: seven numbers.
+
+        Parameters
+        ----------
+        base : (18,), axes by rows, position, angular velocity and velocity of the base
+        formulas : three of the force and three of the moment per length
+        weight : m, of the quadrature
+        elsewhere : gives the values of symbols that are not of the node's motion
+        """
+        algebra = Algebra(weight.tape)
+        x, y, z, origin, omega, velocity = ((base[k], base[k + 1], base[k + 2]) for k in range(0, 18, 3))
+        back = transpose(node.axes)
+        turning = plus(node.omega, apply(back, omega))
+        moving = plus(node.velocity, apply(back, plus(velocity, cross(omega, node.origin))))
+        axes, point = multiply((x, y, z), node.axes), plus(origin, apply((x, y, z), node.origin))
+        local = LoadPointFrame(algebra, axes, point, turning, moving, self.item.axes == "beam", elsewhere)
+        force, moment = (
+            scaled(weight, local.vector((part[0], part[1], part[2]))) for part in (formulas[:3], formulas[3:])
+        )
+        return [*moment, *force, dot(moment, turning) + dot(force, moving)]
 
     def _column(self, inputs: LoopInputs, numbers: Iterable[float]) -> Scalar:
         return inputs.number([self.quantities.algebra.scalar(number) for number in numbers])
@@ -133,36 +152,6 @@ class _LoadedNodes:
 def _numbers_of_base(quantities: Quantities) -> list[Scalar]:
     base = quantities.kinematics.base
     return [*(entry for row in base.orientation for entry in row), *base.position, *base.omega, *base.velocity]
-
-
-def _wrench(
-    algebra: Algebra,
-    node: SectionFrame,
-    base: Six,
-    formulas: Formulas,
-    weight: Scalar,
-    elsewhere: Resolver,
-    *,
-    own_axes: bool,
-) -> list[Scalar]:
-    """Return moment and force on a node in node axes, (6,), and the power of both, W: seven numbers.
-
-    Parameters
-    ----------
-    base : (18,), axes by rows, position, angular velocity and velocity of the base
-    formulas : three of the force and three of the moment per length
-    weight : m, of the quadrature
-    elsewhere : gives the values of symbols that are not of the node's motion
-    own_axes : whether the formulas are in node axes, not in world axes
-    """
-    x, y, z, origin, omega, velocity = ((base[k], base[k + 1], base[k + 2]) for k in range(0, 18, 3))
-    back = transpose(node.axes)
-    turning = plus(node.omega, apply(back, omega))
-    moving = plus(node.velocity, apply(back, plus(velocity, cross(omega, node.origin))))
-    axes, point = multiply((x, y, z), node.axes), plus(origin, apply((x, y, z), node.origin))
-    local = LoadPointFrame(algebra, axes, point, turning, moving, own_axes, elsewhere)
-    force, moment = (scaled(weight, local.vector((part[0], part[1], part[2]))) for part in (formulas[:3], formulas[3:]))
-    return [*moment, *force, dot(moment, turning) + dot(force, moving)]
 
 
 def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:

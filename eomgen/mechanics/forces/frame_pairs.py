@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from eomgen.base.data import dataclass
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.points import LinkKinematics
-from eomgen.mechanics.tree.links import ROOT, Mount
+from eomgen.mechanics.tree.links import ROOT
 from eomgen.scene.joints.model import Frame
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Matrix, Scalar, Vector, all_zero, apply, cross, minus, multiply, plus
@@ -64,19 +64,16 @@ class FramePair:
 
 def frame_pose(quantities: Quantities, frame: Frame) -> FramePose:
     """Return the pose of a frame in base axes; in absolute coordinates in world axes."""
-    side, kinematics = _Side.of(quantities, frame), quantities.kinematics
-    R, p = kinematics.pose(side.mount.link)
-    turned = multiply(side.mount.orientation, quantities.algebra.matrix(frame.orientation))
-    return FramePose(side.mount.link, multiply(R, turned), plus(p, apply(R, side.position)))
+    return _Side(quantities, frame).pose(quantities.kinematics)
 
 
 def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair:
     """Return the poses of two frames in the axes of the nearest link that carries both bodies, with scales of lengths.
     Positions are relative to an origin near both frames."""
     algebra, zero = quantities.algebra, quantities.algebra.zero_vector
-    sides = [_Side.of(quantities, frame) for frame in (first, second)]
+    sides = [_Side(quantities, frame) for frame in (first, second)]
     shared = sum(1 for left, right in zip(sides[0].chain, sides[1].chain, strict=False) if left == right)
-    (position, travel), (other_position, other_travel) = (side.start(quantities, shared) for side in sides)
+    (position, travel), (other_position, other_travel) = (side.start(shared) for side in sides)
     # Origin: the start of the first chain, or of the second chain if only the second is fixed, so that large offsets
     # cancel first.
     if all_zero(travel) or not all_zero(other_travel):
@@ -87,11 +84,19 @@ def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair
     poses: dict[int, tuple[Matrix, Vector]] = {sides[0].chain[shared - 1]: (algebra.identity, zero)}
     twists: dict[int, tuple[Vector, Vector]] = {sides[0].chain[shared - 1]: (zero, zero)}
     for side, start in zip(sides, starts, strict=True):
-        side.begin(quantities, shared, start, poses, twists)
+        for link in side.chain[shared : shared + 1]:  # the first one after the common link
+            if link >= 0:
+                poses[link] = (quantities.tree.links[link].rotation.matrix(algebra), start)
+            else:
+                R, _ = quantities.kinematics.pose(link)
+                poses[link] = (R, minus(start, apply(R, side.position)))
+                twists[link] = quantities.kinematics.twist(link)
     relative = LinkKinematics(quantities.tree, poses, twists)
-    steps = [step for side in sides for step in side.beyond(quantities, shared)]
+    steps = [step for side in sides for step in side.beyond(shared)]
     size = lengths((minus(other_position, position), travel, other_travel, *steps))
-    frames = [side.pose(quantities, shared, relative, start) for side, start in zip(sides, starts, strict=True)]
+    frames = [
+        side.pose(relative, None if side.beyond(shared) else start) for side, start in zip(sides, starts, strict=True)
+    ]
     lever = lengths(steps) if steps else algebra.zero
     return FramePair(relative, frames[0], frames[1], size, lever, lengths((apart, *steps)))
 
@@ -107,68 +112,41 @@ def magnitude(value: Scalar) -> Scalar:
     return Scalar(value.tape, value.tape.call(Op.ABS, value.ref))
 
 
-@dataclass(frozen=True)
 class _Side:
     """One of two frames: the chain of links from the root to the carrying link, the mount of the body, and the frame's
     origin, m, in link axes."""
 
-    frame: Frame
-    chain: tuple[int, ...]
-    mount: Mount
-    position: Vector
-
-    @classmethod
-    def of(cls, quantities: Quantities, frame: Frame) -> _Side:
-        mount = quantities.mount(frame)
+    def __init__(self, quantities: Quantities, frame: Frame) -> None:
+        self.quantities, self.frame, self.mount = quantities, frame, quantities.mount(frame)
         r = quantities.vector(frame.position)
-        chain = [mount.link]
-        while chain[0] != ROOT:
-            chain.insert(0, quantities.tree.links[chain[0]].parent if chain[0] >= 0 else ROOT)
-        return cls(frame, tuple(chain), mount, plus(mount.position, apply(mount.orientation, r)))
+        self.chain = [self.mount.link]
+        while self.chain[0] != ROOT:
+            self.chain.insert(0, quantities.tree.links[self.chain[0]].parent if self.chain[0] >= 0 else ROOT)
+        self.position = plus(self.mount.position, apply(self.mount.orientation, r))
 
-    def start(self, quantities: Quantities, shared: int) -> tuple[Vector, Vector]:
+    def start(self, shared: int) -> tuple[Vector, Vector]:
         """Return the position of the chain's first joint on the common link at neutral coordinates, m, and its
         displacement. ``shared`` is the number of links that both chains have. Of a frame on the common link it is the
         frame's origin."""
-        zero = quantities.algebra.zero_vector
+        zero = self.quantities.algebra.zero_vector
         if len(self.chain) == shared:
             return self.position, zero
         link = self.chain[shared]
         if link >= 0:
-            return quantities.tree.links[link].neutral_position, quantities.tree.links[link].travel
-        R, p = quantities.kinematics.pose(link)
+            return self.quantities.tree.links[link].neutral_position, self.quantities.tree.links[link].travel
+        R, p = self.quantities.kinematics.pose(link)
         return zero, plus(p, apply(R, self.position))
 
-    def begin(
-        self,
-        quantities: Quantities,
-        shared: int,
-        start: Vector,
-        poses: dict[int, tuple[Matrix, Vector]],
-        twists: dict[int, tuple[Vector, Vector]],
-    ) -> None:
-        """Enter into ``poses`` the pose of the first link of the chain after the common link, which starts at
-        ``start``. ``shared`` is the number of links that both chains have. For base and world the twist is entered as
-        well."""
-        if len(self.chain) == shared:
-            return
-        link = self.chain[shared]
-        if link >= 0:
-            poses[link] = (quantities.tree.links[link].rotation.matrix(quantities.algebra), start)
-            return
-        R, _ = quantities.kinematics.pose(link)
-        poses[link], twists[link] = (R, minus(start, apply(R, self.position))), quantities.kinematics.twist(link)
-
-    def beyond(self, quantities: Quantities, shared: int) -> list[Vector]:
+    def beyond(self, shared: int) -> list[Vector]:
         """Return the steps from the chain's first joint to the frame's origin, m, each in the axes of the link. Empty
         for a frame on the common link, the base or the world."""
         if len(self.chain) == shared or self.mount.link < 0:
             return []
-        return [*(quantities.tree.links[link].position for link in self.chain[shared + 1 :]), self.position]
+        return [*(self.quantities.tree.links[link].position for link in self.chain[shared + 1 :]), self.position]
 
-    def pose(self, quantities: Quantities, shared: int, relative: LinkKinematics, start: Vector) -> FramePose:
-        turned = multiply(self.mount.orientation, quantities.algebra.matrix(self.frame.orientation))
-        R, p = relative.pose(self.mount.link)
-        if len(self.chain) == shared or self.mount.link < 0:
-            return FramePose(self.mount.link, multiply(R, turned), start)
-        return FramePose(self.mount.link, multiply(R, turned), plus(p, apply(R, self.position)))
+    def pose(self, kinematics: LinkKinematics, origin: Vector | None = None) -> FramePose:
+        """Return the pose of the frame among links with known poses, at a given origin, m, if there is one."""
+        turned = multiply(self.mount.orientation, self.quantities.algebra.matrix(self.frame.orientation))
+        R, p = kinematics.pose(self.mount.link)
+        axes = multiply(R, turned)
+        return FramePose(self.mount.link, axes, origin or plus(p, apply(R, self.position)))

@@ -49,10 +49,9 @@ Chain = tuple[tuple[str, int], ...]
 class _SpringEnd:
     """The end of a spring: a link, negative for base and world, and a place in axes of the link."""
 
-    name: str
     body: str
     link: int
-    place: Vector
+    position: Vector
 
 
 def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -> list[Spring]:
@@ -90,7 +89,7 @@ def _end(quantities: Quantities, name: str) -> _SpringEnd:
     link, point = quantities.kinematics.local(body, r)
     while link >= 0 and quantities.tree.links[link].kind == "ball" and all_zero(point):
         link, point = quantities.tree.links[link].parent, quantities.tree.links[link].position
-    return _SpringEnd(name, body, link, point)
+    return _SpringEnd(body, link, point)
 
 
 def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
@@ -108,7 +107,8 @@ class _SpringKind:
 
     def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _SpringEnd, _SpringEnd]]) -> None:
         # in the order of the bodies, so that springs of a row of a net are neighbours
-        self.quantities, self.members = quantities, sorted(members, key=_place)
+        self.quantities = quantities
+        self.members = sorted(members, key=lambda item: sorted((item[1].link, item[2].link), reverse=True))
         self.names = f"{members[0][0].name} to {members[-1][0].name}"
         rows = [
             [*self._node(first), *self._node(second), *map(quantities.formula, (s.stiffness, s.damping, s.length))]
@@ -125,7 +125,7 @@ class _SpringKind:
         numbers."""
         orientation, origin = self.quantities.kinematics.pose(end.link)
         omega, velocity = self.quantities.kinematics.twist(end.link)
-        return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.place]
+        return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.position]
 
     def add(self, loads: Loads) -> None:
         """Add to ``loads``, in place, the forces of all springs, the potential energy and the power of dampers."""
@@ -135,16 +135,13 @@ class _SpringKind:
         for (_, *ends), row in zip(self.members, rows, strict=True):
             for end, opposite, start in zip(ends, reversed(ends), (0, 6), strict=True):
                 if end.link >= 0:
-                    load = self._wrench(row[start : start + 6])
+                    x, y, z, *force = (Scalar(self.quantities.algebra.tape, ref) for ref in row[start : start + 6])
+                    load = (x, y, z), (force[0], force[1], force[2])
                     add_wrench(loads.wrenches, end.link, load)
                     if opposite.body == WORLD_NAME:
                         add_wrench(loads.external, end.link, load)
         loads.potential = loads.potential + self._sum("energy", potential)
         loads.power = loads.power - self._sum("power of dampers", power)
-
-    def _wrench(self, refs: Sequence[int]) -> Wrench:
-        x, y, z, *force = (Scalar(self.quantities.algebra.tape, ref) for ref in refs)
-        return (x, y, z), (force[0], force[1], force[2])
 
     def _sum(self, label: str, term: Scalar) -> Scalar:
         tape = self.quantities.algebra.tape
@@ -153,12 +150,6 @@ class _SpringKind:
     def _loop(self, label: str, **results: Sequence[Scalar]) -> Map:
         count = len(self.members)
         return self.inputs.loop(count, f"{label} of {count} springs, {self.names}", **results)
-
-
-def _place(member: tuple[Spring, _SpringEnd, _SpringEnd]) -> tuple[int, int]:
-    """Return the later and the earlier link of a spring."""
-    _, first, second = member
-    return max(first.link, second.link), min(first.link, second.link)
 
 
 def _results(
@@ -259,15 +250,13 @@ def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
     loads.power = loads.power - power
 
 
-def _length(quantities: Quantities, spring: Spring) -> Scalar:
-    return stretch(quantities, spring)[0]
-
-
-def _rate(quantities: Quantities, spring: Spring) -> Scalar:
-    return stretch(quantities, spring)[1]
-
-
-LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tension}, add_loops, before_joints=True)
+#: Quantities of springs in formulas.
+_QUANTITIES = {
+    "length": lambda quantities, spring: stretch(quantities, spring)[0],
+    "rate": lambda quantities, spring: stretch(quantities, spring)[1],
+    "tension": tension,
+}
+LAW = Law(Spring, add_spring, _QUANTITIES, add_loops, before_joints=True)
 
 
 def add_torsion_spring(loads: Loads, torsion: TorsionSpring, quantities: Quantities) -> None:

@@ -76,24 +76,16 @@ class Quantities:
                 return self.input("z", self.state_numbers[symbol.name])
             case "controller":
                 return self.controller(symbol.name)
-            case "q":
-                return self.tree.coordinates[symbol.name].q[symbol.index]
-            case "v":
-                return self.tree.coordinates[symbol.name].v[symbol.index]
-            case "a":
-                return self.tree.coordinates[symbol.name].a[symbol.index]
-            case "position":
-                return self.kinematics.position(*self.at(self.points[symbol.name]))[symbol.index]
-            case "velocity":
-                return self.kinematics.velocity(*self.at(self.points[symbol.name]))[symbol.index]
-            case "acceleration":
-                return self.kinematics.acceleration(*self.at(self.points[symbol.name]))[symbol.index]
+            case "q" | "v" | "a" as letter:
+                return getattr(self.tree.coordinates[symbol.name], letter)[symbol.index]  # type: ignore[no-any-return]
+            case "position" | "velocity" | "acceleration" as of_point:
+                vector: Vector = getattr(self.kinematics, of_point)(*self.at(self.points[symbol.name]))
+                return vector[symbol.index]
+            case "angular_velocity" | "angular_acceleration" as of_body:
+                vector = getattr(self.kinematics, of_body)(symbol.name)
+                return vector[symbol.index]
             case "rotation":
                 return rotation_vector(self.algebra, self.kinematics.axes(symbol.name))[symbol.index]
-            case "angular_velocity":
-                return self.kinematics.angular_velocity(symbol.name)[symbol.index]
-            case "angular_acceleration":
-                return self.kinematics.angular_acceleration(symbol.name)[symbol.index]
             case "gravity" | "tau":
                 return self.dynamics(symbol)
             case "reaction" | "drive_effort":

@@ -24,9 +24,6 @@ from eomgen.scene.forces.tendons import Tendon, Wrap
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
 
-#: Square of the sine of the angle between both directions from the centre of a sphere below which the plane of the path
-#: is undetermined.
-_PARALLEL = 1e-24
 Plane = tuple[Scalar, Scalar]
 #: Whether a path in the plane touches a circle (1 or 0), the points of contact, and the length of the arc between them.
 _Contacts = tuple[Scalar, tuple[Plane, Plane], Scalar]
@@ -140,7 +137,8 @@ def _on_sphere(
     toward = _unit(algebra, ends[0])
     normal = cross(ends[0], ends[1])
     size = dot(normal, normal)
-    apart = _less(algebra, _PARALLEL * dot(ends[0], ends[0]) * dot(ends[1], ends[1]), size)
+    # below a sine of 1e-12 between both directions the plane of the path is undetermined
+    apart = _less(algebra, 1e-24 * dot(ends[0], ends[0]) * dot(ends[1], ends[1]), size)
     size = algebra.select(apart, size, algebra.one)
     across = cross(scaled(algebra.one / algebra.call(Op.SQRT, size), normal), toward)
     plane = [(dot(point, toward), dot(point, across)) for point in ends]
@@ -322,17 +320,10 @@ def _push(loads: Loads, quantities: Quantities, point: _PathPoint, force: Vector
         add_wrench(loads.external, point.link, wrench)
 
 
-def _path_length(quantities: Quantities, tendon: Tendon) -> Scalar:
-    return _path(quantities, tendon).length
-
-
-def _path_rate(quantities: Quantities, tendon: Tendon) -> Scalar:
-    return _path(quantities, tendon).rate
-
-
-LAW = Law(
-    Tendon,
-    add_tendon,
-    {"path_length": _path_length, "path_rate": _path_rate, "path_tension": tension},
-    before_joints=True,
-)
+#: Quantities of tendons in formulas.
+_QUANTITIES = {
+    "path_length": lambda quantities, tendon: _path(quantities, tendon).length,
+    "path_rate": lambda quantities, tendon: _path(quantities, tendon).rate,
+    "path_tension": tension,
+}
+LAW = Law(Tendon, add_tendon, _QUANTITIES, before_joints=True)

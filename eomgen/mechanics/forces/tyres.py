@@ -86,10 +86,6 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
     return value, along_x, along_y, in_time
 
 
-def _load(quantities: Quantities, tyre: Tyre) -> Scalar:
-    return tyre_contact(quantities, tyre).load
-
-
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
     """Add to ``loads``, in place, the contact force of a tyre on the wheel, the potential energy, J, and the power, W.
     On a road at rest the spring force has a potential. A moving road does work on the tyre: then the spring force
@@ -150,8 +146,9 @@ def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) ->
     return arm, patch_velocity, scaled(size, plus(scaled(demanded[0], forward), scaled(demanded[1], sideways)))
 
 
-def _deflection(quantities: Quantities, tyre: Tyre) -> Scalar:
-    return tyre_contact(quantities, tyre).deflection
-
-
-LAW = Law(Tyre, add_tyre, {"load": _load, "deflection": _deflection})
+#: Quantities of tyres in formulas.
+_QUANTITIES = {
+    "load": lambda quantities, tyre: tyre_contact(quantities, tyre).load,
+    "deflection": lambda quantities, tyre: tyre_contact(quantities, tyre).deflection,
+}
+LAW = Law(Tyre, add_tyre, _QUANTITIES)

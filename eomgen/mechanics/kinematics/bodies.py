@@ -6,7 +6,7 @@ the choice of the links' frames, which are turned against the bodies' if axes ar
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
@@ -26,15 +26,15 @@ def constant_quaternion(R: Matrix) -> list[float]:
     return list(quaternion_of_matrix([[entry.number or 0.0 for entry in row] for row in R]))
 
 
-def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
-    """Return the constant quaternion (w, x, y, z) of each link's joint frame in the parent. Of alike links the
-    components are generic constants, so that their recordings are the same."""
-    parts = [[tree.algebra.scalar(part) for part in constant_quaternion(link.orientation)] for link in tree.links]
-    for members in tree.alike:
-        rows = generic_rows(tree.algebra, members, [parts[index] for index in members], "quaternion of link")
-        for index, row in zip(members, rows, strict=True):
-            parts[index] = row
-    return parts
+def _scalars(tree: Tree, quaternions: Mapping[int, Sequence[float]], label: str) -> dict[int, list[Scalar]]:
+    """Return constant quaternions, by link, as scalars. Of alike links the components are generic constants, so that
+    their recordings are the same."""
+    scalars = {index: [tree.algebra.scalar(part) for part in parts] for index, parts in quaternions.items()}
+    for alike in tree.alike:
+        members = [index for index in alike if index in scalars]
+        rows = generic_rows(tree.algebra, members, [scalars[index] for index in members], label)
+        scalars |= dict(zip(members, rows, strict=True))
+    return scalars
 
 
 def _joint_quaternion(tree: Tree, link: Link, constant: list[Scalar]) -> list[Scalar]:
@@ -66,10 +66,16 @@ class Orientations:
         self.root = list(kinematics.base.struct[:4]) if kinematics.base.turning else still
         self.carrier = list(kinematics.carrier.struct[:4]) if kinematics.carrier.turning else still
         self.links: list[list[Scalar]] = []
-        for link, constant in zip(tree.links, _link_quaternions(tree), strict=True):
+        turned = {index: constant_quaternion(link.orientation) for index, link in enumerate(tree.links)}
+        constants = _scalars(tree, turned, "quaternion of link")
+        for index, link in enumerate(tree.links):
             above = self.root if link.parent == ROOT else self.links[link.parent]
-            self.links.append(quaternion_product(above, _joint_quaternion(tree, link, constant)))
-        self.mounted = _mounted_scalars(tree, _mount_quaternions(scene, tree))
+            self.links.append(quaternion_product(above, _joint_quaternion(tree, link, constants[index])))
+        mounted = _mount_quaternions(scene, tree)
+        self.mounted = {name: [self.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
+        of_links = {index: mounted[link.name] for index, link in enumerate(tree.links) if link.name in mounted}
+        alike = _scalars(tree, of_links, "quaternion of body")
+        self.mounted |= {tree.links[index].name: parts for index, parts in alike.items()}
 
     def at(self, name: str, r: Vector) -> list[Scalar]:
         """Return the quaternion to world axes of a body's frame at a point ``r`` of the body, (3,), m, in body axes. On
@@ -88,18 +94,6 @@ class Orientations:
         above = {ROOT: self.root, CARRIER: self.carrier}[link] if link < 0 else self.links[link]
         parts = self.mounted.get(name, [self.algebra.one, *self.algebra.zero_vector])
         return quaternion_product(above, parts)
-
-
-def _mounted_scalars(tree: Tree, mounted: dict[str, list[float]]) -> dict[str, list[Scalar]]:
-    """Return constant quaternions of bodies in links as scalars, by name; generic constants for bodies of alike
-    links."""
-    scalars = {name: [tree.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
-    for members in tree.alike:
-        bodies = [index for index in members if tree.links[index].name in scalars]
-        rows = [scalars[tree.links[index].name] for index in bodies]
-        for index, row in zip(bodies, generic_rows(tree.algebra, bodies, rows, "quaternion of body"), strict=True):
-            scalars[tree.links[index].name] = row
-    return scalars
 
 
 def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:

@@ -82,13 +82,6 @@ def centripetal(omega: Vector) -> Matrix:
     return ((-(yy + zz), xy, xz), (xy, -(xx + zz), yz), (xz, yz, -(xx + yy)))
 
 
-def _bias(link: Link, turn: Vector, slide: Vector) -> tuple[Vector, Vector]:
-    """Return the velocity-dependent terms of angular and origin acceleration across a joint, in child axes."""
-    if link.station is not None:
-        return link.station.bias
-    return link.coordinates.algebra.zero_vector, cross(turn, slide)
-
-
 def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
     """Return the angular velocity of each link, (3,), rad/s, in link axes, for a base with ``omega_base``."""
     algebra, omegas = tree.algebra, list[Vector]()
@@ -98,9 +91,7 @@ def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
     return omegas
 
 
-def total_fields(
-    tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True
-) -> list[LinkField]:
+def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool) -> list[LinkField]:
     """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity, in link axes.
 
     Parameters
@@ -111,33 +102,29 @@ def total_fields(
     """
     algebra = tree.algebra
     start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
-    root = AccelerationField(start, base.alpha, centripetal(base.omega))
-    relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
-    omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
+    relative_motion = {"rates": True, "own_rates": True, "accelerations": accelerations}
+    root, fields = LinkField(start, base.alpha, centripetal(base.omega), base.omega, {}), list[LinkField]()
     quantity, bias = ("acceleration", "") if accelerations else ("centripetal and Coriolis acceleration", "0")
     for link in tree.links:
         with algebra.tape.block(f"{quantity} of link {link.name}"):
-            up = link.parent
-            omega_up, alpha_up, field_up = (
-                (base.omega, base.alpha, root) if up == ROOT else (omegas[up], alphas[up], fields[up])
-            )
-            rates = link.velocities if velocities else (algebra.zero,) * len(link.columns)
-            turn, slide = relative(algebra, link, rates)
-            carried = link.rotation.rotate_back(omega_up)
-            omegas.append(algebra.named(f"omega_{link.name}", plus(carried, turn)))
-            alpha = plus(link.rotation.rotate_back(alpha_up), cross(carried, turn))
-            origin = link.rotation.rotate_back(field_up.at(link.position))
-            bias_rotation, bias_slide = (
-                _bias(link, turn, slide) if velocities else (algebra.zero_vector, algebra.zero_vector)
-            )
-            alpha = plus(alpha, bias_rotation)
+            above = root if link.parent == ROOT else fields[link.parent]
+            turn, slide = relative(algebra, link, link.velocities)
+            carried = link.rotation.rotate_back(above.spin)
+            omega = algebra.named(f"omega_{link.name}", plus(carried, turn))
+            alpha = plus(link.rotation.rotate_back(above.alpha), cross(carried, turn))
+            origin = link.rotation.rotate_back(above.at(link.position))
+            if link.station is None:
+                bias_slide = cross(turn, slide)
+            else:
+                bias_rotation, bias_slide = link.station.bias
+                alpha = plus(alpha, bias_rotation)
             origin = plus(origin, plus(scaled(2.0, cross(carried, slide)), bias_slide))
             if accelerations:
                 turn_rate, slide_rate = relative(algebra, link, link.accelerations)
                 alpha, origin = plus(alpha, turn_rate), plus(origin, slide_rate)
-            alphas.append(algebra.named(f"alpha{bias}_{link.name}", alpha))
+            algebra.named(f"alpha{bias}_{link.name}", alpha)
             algebra.named(f"acc{bias}_{link.name}", origin)
-            fields.append(LinkField(origin, alpha, centripetal(omegas[-1]), omegas[-1], relative_motion))
+            fields.append(LinkField(origin, alpha, centripetal(omega), omega, relative_motion))
     return fields
 
 
@@ -147,20 +134,15 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
     field in a link is alpha~ + omega~ (omega~ + 2 omega_relative~). Joint accelerations do not contribute."""
     algebra = tree.algebra
     relative_omegas = angular_velocities(tree, algebra.zero_vector)
-    omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
-    root = AccelerationField(base.acceleration, base.alpha, centripetal(base.omega))
+    fields: list[LinkField] = []
+    root = LinkField(base.acceleration, base.alpha, centripetal(base.omega), base.omega, {})
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"base motion felt by link {link.name}"):
-            up = link.parent
-            omega_up, alpha_up, field_up = (
-                (base.omega, base.alpha, root) if up == ROOT else (omegas[up], alphas[up], fields[up])
-            )
+            above = root if link.parent == ROOT else fields[link.parent]
             _, slide = relative(algebra, link, link.velocities)
-            omega, alpha = link.rotation.rotate_back(omega_up), link.rotation.rotate_back(alpha_up)
-            origin = plus(link.rotation.rotate_back(field_up.at(link.position)), scaled(2.0, cross(omega, slide)))
+            omega, alpha = link.rotation.rotate_back(above.spin), link.rotation.rotate_back(above.alpha)
+            origin = plus(link.rotation.rotate_back(above.at(link.position)), scaled(2.0, cross(omega, slide)))
             spin = plus(omega, scaled(2.0, relative_omegas[index]))
-            omegas.append(omega)
-            alphas.append(alpha)
             fields.append(LinkField(origin, alpha, multiply(skew(omega), skew(spin)), omega, _CARRIED))
     return fields
 

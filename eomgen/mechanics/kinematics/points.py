@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
@@ -139,12 +139,15 @@ class Kinematics(LinkKinematics):
     def acceleration(self, body: str, r: Vector) -> Vector:
         """Return the inertial acceleration of a point, (3,), m/s^2, in world axes (depends on the block ``a``)."""
         link, s = self.local(body, r)
+        return self._in_world(link, lambda field: field.at(s))
+
+    def _in_world(self, link: int, acceleration: Callable[[AccelerationField], Vector]) -> Vector:
+        """Return an acceleration of a link by its acceleration field, in world axes."""
         if link == WORLD:
             return self.algebra.zero_vector
         if link < 0:
-            return apply(self.carrier.orientation, self.field(link).at(s))
-        in_base = apply(self.pose(link)[0], self.field(link).at(s))
-        return apply(self.base.orientation, in_base)
+            return apply(self.carrier.orientation, acceleration(self.field(link)))
+        return apply(self.base.orientation, apply(self.pose(link)[0], acceleration(self.field(link))))
 
     def axes(self, body: str) -> Matrix:
         """Return the axes of a rigid body, (3, 3), by columns, in world axes."""
@@ -160,12 +163,7 @@ class Kinematics(LinkKinematics):
     def angular_acceleration(self, body: str) -> Vector:
         """Return the inertial angular acceleration of a rigid body, (3,), rad/s^2, in world axes (depends on the block
         ``a``)."""
-        link = self.tree.mounts[body].link
-        if link == WORLD:
-            return self.algebra.zero_vector
-        if link < 0:
-            return apply(self.carrier.orientation, self.field(link).alpha)
-        return apply(self.base.orientation, apply(self.pose(link)[0], self.field(link).alpha))
+        return self._in_world(self.tree.mounts[body].link, lambda field: field.alpha)
 
     def field(self, link: int) -> AccelerationField:
         """Return the inertial acceleration field of a link in link axes; for negative numbers of the carrying base."""

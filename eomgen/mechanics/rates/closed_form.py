@@ -111,13 +111,9 @@ class SystemMatrices:
         origin."""
         sums: Columns = []
         for link, row in zip(self.tree.links, x, strict=True):
-            above = sums[link.parent] if link.parent != ROOT else None
-            if above is None:
-                sums.append(list(row))
-            else:
-                sums.append(
-                    [p if all_zero(*q) else pair_plus(p, to_link(link, q)) for p, q in zip(row, above, strict=True)]
-                )
+            above = sums[link.parent] if link.parent != ROOT else [self.zero] * len(row)
+            pairs = zip(row, above, strict=True)
+            sums.append([p if all_zero(*q) else pair_plus(p, to_link(link, q)) for p, q in pairs])
         return sums
 
     def inwards(self, x: Columns) -> Columns:
@@ -159,12 +155,8 @@ class SystemMatrices:
         """Return A and the time derivatives, six columns for each link, as the image of the unit twists."""
         zero, units = self.tree.algebra.zero_vector, self.tree.algebra.identity
         basis: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
-        rows: Columns = []
-        for row in range(len(self.tree.links)):
-            rows.append(
-                [basis[k] if row == column else self.zero for column in range(len(self.tree.links)) for k in range(6)]
-            )
-        return Image(self, rows)
+        links = range(len(self.tree.links))
+        return Image(self, [[unit if row == at else self.zero for at in links for unit in basis] for row in links])
 
     def twists(self, order: int, first: int = 0) -> list[Pair]:
         """Return the derivative of the link twists J v, one for each link in link axes, for a base at rest: b, b', b''.

@@ -49,7 +49,6 @@ class ShapeFunctions:
 
 
 _NODES = 24
-_WAVE_PER_PANEL = 3.0  # rad: the quadrature error of products of four functions is below 1e-18
 
 
 @functools.cache
@@ -112,7 +111,8 @@ class QuadratureGrid:
         wave = max((family.wave_number for family in families), default=0.0)
         self.edges = [edges[0]]
         for first, last in itertools.pairwise(edges):
-            count = max(1, math.ceil(wave * float(last - first) / _WAVE_PER_PANEL))
+            # 3 rad a panel: the quadrature error of products of four functions is below 1e-18
+            count = max(1, math.ceil(wave * float(last - first) / 3.0))
             self.edges += [first + (last - first) * number / count for number in range(1, count + 1)]
         nodes, weights, _ = _rule()
         self.lengths = array(last - first for first, last in itertools.pairwise(self.edges))

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -83,9 +84,8 @@ def _natural(deformation: Deformation, beam: Beam) -> tuple[ShapeFunctions, Ends
     return uniform_beams.modes(kind.startswith("bending"), deformation.shapes, size), deformation.shapes
 
 
-_VANISHES = 54  # bits: integrals below the bound of Cauchy and Schwarz by these are zero up to quadrature
-
-Pairs = Callable[[int, int], bool]
+#: Whether an entry of a symmetric matrix may differ from 0, (n, n).
+Pairs = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 def shape_integrals(beam: Beam) -> ShapeIntegrals:
@@ -107,6 +107,9 @@ class _Integrator:
         self.origin = self.place(0.0)
         self.grid = QuadratureGrid(self.families, [Fraction(0), self.origin, Fraction(1)])
         self.kinds = tuple(item.kind for item in beam.deformations for _ in range(item.modes))
+        bends = np.array([kind.startswith("bending") for kind in self.kinds], bool)
+        #: Whether two coordinates bend in the same plane, (n, n).
+        self.planar = np.array([[first == second for second in self.kinds] for first in self.kinds], bool) & bends
         self.f, self.slope, self.curvature = self.values(self.grid.positions)
 
     def place(self, x: float) -> Fraction:
@@ -138,13 +141,13 @@ class _Integrator:
             second=float(length * _over(product(mass, product(arm, arm)))),
             d=self.vector(rho, deflects),
             e=self.vector(times(rho, x), deflects),
-            m=self.matrix(functools.partial(self.product, self.f, rho), lambda k, j: bool(deflects[k] and deflects[j])),
+            m=self.matrix(self.f, rho, np.outer(deflects, deflects)),
             g0=self.shortening_integrals(mass),
             g1=self.shortening_integrals(product(mass, arm)),
             h1=h1,
             h2=h2,
             t0=self.vector(rho_p, ~deflects),
-            t2=self.matrix(functools.partial(self.product, self.f, rho_p), functools.partial(self.are, "torsion")),
+            t2=self.matrix(self.f, rho_p, np.outer(~deflects, ~deflects)),
             k=self.stiffness(),
             load=self.vector(array([1] * len(grid.positions)), np.ones(len(self.kinds), bool)),
         )
@@ -153,9 +156,6 @@ class _Integrator:
         """Return the polynomial in s of a property's profile, as a share of the property's value; 1 without a
         profile."""
         return tuple(Fraction(entry) for entry in self.beam.profiles.get(name, (1.0,)))
-
-    def bend_in_same_plane(self, k: int, j: int) -> bool:
-        return self.kinds[k] == self.kinds[j] and self.kinds[k].startswith("bending")
 
     @functools.cached_property
     def squares(self) -> list[tuple[int, int]]:
@@ -174,19 +174,22 @@ class _Integrator:
             result[k] = _unless_zero(self.grid.integral(self.f[k], weight), bound, self.squares[k][0])
         return round_to_doubles(result, self.length)
 
-    def matrix(self, integral: Callable[[int, int], int], pairs: Pairs, scale: Fraction | None = None) -> Array:
-        """Return a symmetric matrix of integrals, (n, n) doubles, times a scale (default: the length). ``integral(k,
-        j)`` returns an entry in fixed-point numbers; ``pairs(k, j)`` whether the entry may differ from 0. Diagonals are
-        positive. Entries that are negligible against the diagonal are 0."""
-        size = len(self.kinds)
-        result = np.zeros((size, size), dtype=object)
-        for k in range(size):
-            for j in range(k, -1, -1):
-                if pairs(k, j):
-                    result[k, j] = result[j, k] = integral(k, j)
-        for k in range(size):
-            for j in range(k):
-                result[k, j] = result[j, k] = _unless_zero(result[k, j], result[k, k], result[j, j])
+    def matrix(
+        self,
+        functions: Fixed,
+        weight: Any,
+        pairs: Pairs,
+        scale: Fraction | None = None,
+        grid: QuadratureGrid | None = None,
+    ) -> Array:
+        """Return integrals of products of two functions with a weight, (n, n) doubles, times a scale (default: the
+        length). Functions and weight are given at the nodes of the grid, fixed-point; entries outside ``pairs``, and
+        those negligible against the diagonal, are 0."""
+        result = np.zeros(pairs.shape, dtype=object)
+        for k, j in np.argwhere(np.tril(pairs)):
+            result[k, j] = result[j, k] = (grid or self.grid).integral(functions[k], functions[j], weight)
+        for k, j in np.argwhere(np.tril(pairs, -1)):
+            result[k, j] = result[j, k] = _unless_zero(result[k, j], result[k, k], result[j, j])
         return round_to_doubles(result, self.length if scale is None else scale)
 
     def stiffness(self) -> Array:
@@ -197,18 +200,9 @@ class _Integrator:
             order = 2 if kind.startswith("bending") else 1
             strain = self.curvature if order == 2 else self.slope
             weight = polynomial(self.profile(kind), self.grid.positions)
-            result += self.matrix(
-                functools.partial(self.product, strain, weight),
-                functools.partial(self.are, kind),
-                1 / self.length ** (2 * order - 1),
-            )
+            of_kind = np.array([each == kind for each in self.kinds])
+            result += self.matrix(strain, weight, np.outer(of_kind, of_kind), 1 / self.length ** (2 * order - 1))
         return result
-
-    def product(self, functions: Fixed, weight: Fixed, k: int, j: int) -> int:
-        return self.grid.integral(functions[k], functions[j], weight)
-
-    def are(self, kind: str, k: int, j: int) -> bool:
-        return self.kinds[k] == self.kinds[j] == kind
 
     def shortening_integrals(self, density: Coefficients) -> Array:
         """Return the integrals over a density of the shortening H_kl = int_0^x f_k' f_l' dx, (n, n). ``density`` are
@@ -219,12 +213,10 @@ class _Integrator:
         beyond = outer * to_fixed(_over(density)) - beyond
         bound = self.grid.integral(beyond, beyond)
         result = np.zeros((len(self.kinds), len(self.kinds)), dtype=object)
-        for k in range(len(self.kinds)):
-            for j in range(k + 1):
-                if self.bend_in_same_plane(k, j):
-                    value = self.grid.integral(self.slope[k], self.slope[j], beyond)
-                    steep = math.isqrt(self.squares[k][1] * self.squares[j][1])
-                    result[k, j] = result[j, k] = _unless_zero(value, steep, math.isqrt(bound << BITS))
+        for k, j in np.argwhere(np.tril(self.planar)):
+            value = self.grid.integral(self.slope[k], self.slope[j], beyond)
+            steep = math.isqrt(self.squares[k][1] * self.squares[j][1])
+            result[k, j] = result[j, k] = _unless_zero(value, steep, math.isqrt(bound << BITS))
         return round_to_doubles(result)
 
     def second_order_terms(self, rho: Fixed) -> tuple[Array, Array]:
@@ -232,7 +224,7 @@ class _Integrator:
         the mass at the nodes of the grid, fixed-point."""
         size, grid = len(self.kinds), self.grid
         h1, h2 = np.zeros((size,) * 3, dtype=object), np.zeros((size,) * 4, dtype=object)
-        pairs = [(k, j) for k in range(size) for j in range(k + 1) if self.bend_in_same_plane(k, j)]
+        pairs = [(k, j) for k, j in np.argwhere(np.tril(self.planar)).tolist()]
         H = {pair: grid.from_origin(times(self.slope[pair[0]], self.slope[pair[1]]), self.origin) for pair in pairs}
         squares = {pair: grid.integral(values, values, rho) for pair, values in H.items()}
         for (k, j), values in H.items():
@@ -262,13 +254,10 @@ class _Integrator:
         precision; all positions use the slopes at the quadrature nodes."""
         s = [self.place(x) for x in places]
         f, slope, _ = self.values(array(s))
-        planar = np.array(
-            [[self.bend_in_same_plane(k, j) for j in range(len(self.kinds))] for k in range(len(self.kinds))]
-        )
-        value, turn = round_to_doubles(f), round_to_doubles(slope, 1 / self.length) * np.diagonal(planar)[:, None]
+        value, turn = round_to_doubles(f), round_to_doubles(slope, 1 / self.length) * np.diagonal(self.planar)[:, None]
         slopes = round_to_doubles(self.slope)
         weights = self.grid.weights_up_to(s) - self.grid.weights_up_to([self.origin])
-        shortenings = [np.where(planar, (slopes * row) @ slopes.T / float(self.length), 0.0) for row in weights]
+        shortenings = [np.where(self.planar, (slopes * row) @ slopes.T / float(self.length), 0.0) for row in weights]
         return tuple(map(Station, value.T, turn.T, shortenings))
 
     def shortening(self, s: Fraction) -> Array:
@@ -279,12 +268,13 @@ class _Integrator:
         grid = QuadratureGrid(self.families, sorted((self.origin, s)))
         slope = self.values(grid.positions)[1]
         sign = 1 if s > self.origin else -1
-        return self.matrix(lambda k, j: grid.integral(slope[k], slope[j]), self.bend_in_same_plane, sign / self.length)
+        return self.matrix(slope, ONE, self.planar, sign / self.length, grid)
 
 
 def _unless_zero(value: int, square: int, second: int) -> int:
-    """Return a value, or 0 if the value is negligible compared with the root of the product of two squares."""
-    return 0 if (abs(value) << _VANISHES) ** 2 <= square * second else value
+    """Return a value, or 0 if the value is below the bound of Cauchy and Schwarz, the root of the product of two
+    squares, by 54 bits: zero up to quadrature."""
+    return 0 if (abs(value) << 54) ** 2 <= square * second else value
 
 
 def _over(density: Coefficients) -> Fraction:

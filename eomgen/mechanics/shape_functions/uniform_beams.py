@@ -72,11 +72,7 @@ def _jacobi(degree: int, alpha: int, beta: int) -> Coefficients:
 
 def product(first: Coefficients, second: Coefficients) -> Coefficients:
     """Return the coefficients, constant first, of the product of two polynomials."""
-    result = [Fraction(0)] * (len(first) + len(second) - 1)
-    for power, factor in enumerate(first):
-        for other_power, entry in enumerate(second):
-            result[power + other_power] += factor * entry
-    return tuple(result)
+    return tuple(np.convolve(np.array(first, object), np.array(second, object)))
 
 
 def differentiate(entry: Coefficients, times: int = 1) -> Coefficients:
@@ -101,10 +97,7 @@ def integrate(entry: Coefficients) -> Coefficients:
 
 
 def _power(base: Coefficients, exponent: int) -> Coefficients:
-    result: Coefficients = (Fraction(1),)
-    for _ in range(exponent):
-        result = product(result, base)
-    return result
+    return functools.reduce(product, [base] * exponent, (Fraction(1),))
 
 
 class Root(NamedTuple):

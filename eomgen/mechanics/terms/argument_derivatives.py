@@ -72,12 +72,12 @@ def input_derivatives(derivation: Derivation) -> list[Block]:
 
 def _implicit(derivation: Derivation) -> bool:
     """Return whether derivatives of forward dynamics follow from derivatives of inverse dynamics, by solving with M."""
-    return not (derivation.ill_scaled or derivation.deep or _loops(derivation))
+    return not (derivation.ill_scaled or derivation.tree.deep or _loops(derivation))
 
 
 def _loops(derivation: Derivation) -> bool:
     tape = derivation.tape
-    return any(tape.op[node] is Op.MAP for node in tape.live([value.ref for value in derivation.inverse()]))
+    return any(tape.op[node] is Op.MAP for node in tape.live([value.ref for value in derivation.inverse]))
 
 
 class _ForwardDynamics:
@@ -97,7 +97,7 @@ class _ForwardDynamics:
         self.arguments, self.vdot = arguments, vdot
         self.accelerations = {tape.input("a", k): ref for k, ref in enumerate(vdot)}
         self.of_a = range(arguments.firsts["a"], arguments.firsts["a"] + nv)
-        self.equations = [value.ref for value in derivation.inverse()]
+        self.equations = [value.ref for value in derivation.inverse]
         partials = arguments.jacobian(self.equations)
         places = [entry for entry in partials if entry[1] not in self.of_a]
         refs = splice(tape, tape, [partials[entry] for entry in places], {}, known=self.accelerations)
@@ -202,8 +202,8 @@ class Arguments:
         """Return the partials of inverse dynamics in q, v and a by recursion, as {(row, column): reference}. Empty if
         ``values`` are other values than inverse dynamics, with constraints, and for large trees."""
         derivation = self.derivation
-        inverse = [value.ref for value in derivation.inverse()]
-        if list(values) != inverse or derivation.has_constraints or derivation.large:
+        inverse = [value.ref for value in derivation.inverse]
+        if list(values) != inverse or derivation.has_constraints or derivation.tree.large:
             return {}
         nv, entries = derivation.tree.nv, dict[tuple[int, int], Ref]()
         for block, name in zip(derivation.partials(), ("q", "v", "a"), strict=True):
@@ -226,14 +226,14 @@ class Arguments:
         entries with arguments that move the base alone are included. Inertia and weight are differentiated by composite
         bodies, all else operation by operation. Empty for other ``values``, and for large or elastic trees."""
         derivation, tape = self.derivation, self.derivation.tape
-        if derivation.large or not derivation.tree.rigid:
+        if derivation.tree.large or not derivation.tree.rigid:
             return {}
         others = [-value for value in derivation.applied_forces()]
         if derivation.constraints is not None:
             others = [x + y for x, y in zip(others, derivation.constraints.forces(), strict=True)]
             if list(values) != list(derivation.residual()[0].refs):
                 return {}
-        elif list(values) != [value.ref for value in derivation.inverse()]:
+        elif list(values) != [value.ref for value in derivation.inverse]:
             return {}
         nv = derivation.tree.nv
         weights = [Scalar(tape, tape.input("weights", number)) for number in range(nv)]

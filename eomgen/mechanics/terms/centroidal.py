@@ -16,7 +16,7 @@ and Ratiu, Commun. Math. Phys. 175 (1996) 1):
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 from eomgen.mechanics.dynamics.separated import carried_loads, composites, field_wrenches, unit_acceleration, zero_base
 from eomgen.mechanics.kinematics.directions import configuration_directions
@@ -139,14 +139,6 @@ class Centroidal:
         """Return dJ/dt v for the Jacobian J of the centre of mass, (3,)."""
         return [value / self._divisor for value in self.drift()[3:]]
 
-    def jacobian_rate(self) -> list[Scalar]:
-        """Return dJ/dt, (3, nv) row by row, of the centre of mass."""
-        return self.kinematics.rates(self.jacobian())
-
-    def momentum_rate(self) -> list[Scalar]:
-        """Return dA/dt, (6, nv) row by row, of the centroidal momentum matrix."""
-        return self.kinematics.rates(self.momentum())
-
 
 def _rows(columns: Sequence[Sequence[Scalar]]) -> list[Scalar]:
     return [value for row in zip(*columns, strict=True) for value in row]
@@ -161,34 +153,32 @@ def center_of_mass(derivation: Derivation) -> list[Block]:
     ]
 
 
-def _recorder(
-    name: str, values: Callable[[Centroidal], list[Scalar]], rows: int, description: str, *, has_columns: bool = True
-) -> Callable[[Derivation], list[Block]]:
-    """Return the function that records a block of (rows, nv) values, or of (rows,) without ``has_columns``."""
+#: Name of the block, rows, words, and values. J v is the velocity of the centre of mass against the base, A v the
+#: momentum about the centre of mass, angular first, both in world axes; a drift is dJ/dt v or dA/dt v.
+_ROWS: Mapping[str, tuple[str, int, str, Callable[[Centroidal], list[Scalar]]]] = {
+    "center_of_mass_jacobian": ("J", 3, "Jacobian of the centre of mass", Centroidal.jacobian),
+    "center_of_mass_jacobian_rate": (
+        "J_dot", 3, "dJ/dt of the centre of mass", lambda of: of.kinematics.rates(of.jacobian())
+    ),
+    "center_of_mass_drift": ("drift", 3, "dJ/dt v of the centre of mass", Centroidal.center_drift),
+    "centroidal_momentum": ("A", 6, "centroidal momentum matrix", Centroidal.momentum),
+    "centroidal_momentum_rate": (
+        "A_dot", 6, "dA/dt of the centroidal momentum matrix", lambda of: of.kinematics.rates(of.momentum())
+    ),
+    "centroidal_drift": ("drift", 6, "dA/dt v of the centroidal momentum matrix", Centroidal.drift),
+}  # fmt: skip  # a table
 
-    def record(derivation: Derivation) -> list[Block]:
-        shape = (rows, derivation.tree.nv) if has_columns else (rows,)
-        return [derivation.block(name, shape, values(Centroidal(derivation.kinematics)), description)]
 
-    return record
+def _centroidal(derivation: Derivation, term: str) -> list[Block]:
+    """Return the block of a term of ``_ROWS``, (rows, nv), or of a drift, (rows,)."""
+    name, rows, description, values = _ROWS[term]
+    shape = (rows,) if name == "drift" else (rows, derivation.tree.nv)
+    return [derivation.block(name, shape, values(Centroidal(derivation.kinematics)), description)]
 
 
-#: J v is the velocity of the centre of mass against the base, A v the momentum about the centre of mass, angular first,
-#: both in world axes; a drift is dJ/dt v or dA/dt v.
 CENTROIDAL_RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "center_of_mass": center_of_mass,
-    "center_of_mass_jacobian": _recorder("J", Centroidal.jacobian, 3, "Jacobian of the centre of mass"),
-    "center_of_mass_jacobian_rate": _recorder("J_dot", Centroidal.jacobian_rate, 3, "dJ/dt of the centre of mass"),
-    "center_of_mass_drift": _recorder(
-        "drift", Centroidal.center_drift, 3, "dJ/dt v of the centre of mass", has_columns=False
-    ),
-    "centroidal_momentum": _recorder("A", Centroidal.momentum, 6, "centroidal momentum matrix"),
-    "centroidal_momentum_rate": _recorder(
-        "A_dot", Centroidal.momentum_rate, 6, "dA/dt of the centroidal momentum matrix"
-    ),
-    "centroidal_drift": _recorder(
-        "drift", Centroidal.drift, 6, "dA/dt v of the centroidal momentum matrix", has_columns=False
-    ),
+    **{term: partial(_centroidal, term=term) for term in _ROWS},
 }
 
 

@@ -41,21 +41,18 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
     rows = []
     for event, value, start in zip(scene.events, _values(derivation), starts, strict=False):
         blocks = {symbol.block for symbol in derivation.tape.depends_on([value.ref])}
-        if event.action == "impact" and (other_blocks := blocks - _POSITIONS):
-            fault = (
-                f"the impact needs a formula of positions and time, and this one depends on"
-                f" {_words(other_blocks)} [E0511]"
-            )
-            raise ModelError([Problem(event.place, fault, 'a distance, such as "q.ball"')])
-        if not blocks - {"p"}:
-            fault = "the formula does not change along a run: nothing of the motion and no time is left in it [E0512]"
-            raise ModelError([Problem(event.place, fault, 'a formula such as "q.ball" or "t - 2"')])
-        if event.action == "impact" and "q" not in blocks:
-            fault = (
-                "the impact needs a formula of positions, for its impulse is along their gradient, and this has"
-                " none [E0513]"
-            )
-            raise ModelError([Problem(event.place, fault, 'a distance, such as "q.ball", or action = "reset"')])
+        impact = event.action == "impact"
+        said, hint = "", 'a distance, such as "q.ball"'
+        if impact and (more := blocks - _POSITIONS):
+            said = f"the impact needs a formula of positions and time, and this one depends on {_words(more)} [E0511]"
+        elif not blocks - {"p"}:
+            said = "the formula does not change along a run: nothing of the motion and no time is left in it [E0512]"
+            hint = 'a formula such as "q.ball" or "t - 2"'
+        elif impact and "q" not in blocks:
+            said = "the impact needs a formula of positions, for its impulse is along their gradient, and this has none"
+            said, hint = f"{said} [E0513]", f'{hint}, or action = "reset"'
+        if said:
+            raise ModelError([Problem(event.place, said, hint)])
         rows.append(
             EventRow(
                 event.name,
@@ -65,8 +62,8 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
                 assignments=tuple(
                     Assignment(*_number(derivation, symbol), start + k) for k, (symbol, _) in enumerate(event.resets)
                 ),
-                restitution=start if event.action == "impact" else -1,
-                gradient=impacts.index(event) if event.action == "impact" else -1,
+                restitution=start if impact else -1,
+                gradient=impacts.index(event) if impact else -1,
                 mode=scene.modes.index(event.mode) if event.action == "switch" else -1,
                 value=start if event.action == "switch" else -1,
                 least_interval=event.least_interval,

@@ -227,11 +227,6 @@ def _outward(
     return tree.by_dof(vdot)
 
 
-#: Ratio of expected times up to which an algorithm with more operations, hence more compile time and memory, is
-#: preferred.
-FASTER = 0.85
-
-
 def forward_blocks(derivation: Derivation, *, ordered: bool = False) -> list[Block]:
     """Return vdot, (nv,), as the block of the term ``forward_dynamics``.
 
@@ -242,7 +237,7 @@ def forward_blocks(derivation: Derivation, *, ordered: bool = False) -> list[Blo
     """
     tape, values = derivation.tape, _fastest(derivation)
     refs = [value.ref for value in values]
-    alike = derivation.absolute or derivation.deep  # bodies of long scenes have equal operations
+    alike = derivation.absolute or derivation.tree.deep  # bodies of long scenes have equal operations
     if ordered and not alike and not derivation.ill_scaled and waits(tape, refs):
         values = [Scalar(tape, ref) for ref in sums_by_readiness(tape, refs)]
     return [derivation.block("vdot", (len(values),), values, "time derivative of v")]
@@ -253,14 +248,15 @@ def _fastest(derivation: Derivation) -> list[Scalar]:
     ill-scaled trees only articulated bodies are considered; elastic trees, joints that follow other joints and many
     absolute bodies, whose M has a block for each body, have M only."""
     loads = derivation.loads
-    if not derivation.free_columns or (derivation.absolute and derivation.large):
+    if not derivation.free_columns or (derivation.absolute and derivation.tree.large):
         return _by_mass_matrix(derivation)
     tree = derivation.tree if derivation.ill_scaled else derivation.grouped  # moved masses cost digits, too
     articulated = articulated_forward(tree, derivation.motion, loads.wrenches, loads.efforts)
-    if derivation.deep or derivation.ill_scaled:
+    if derivation.tree.deep or derivation.ill_scaled:
         return articulated
     ways = [articulated, _by_mass_matrix(derivation)]
-    return ways[fastest(derivation.tape, [[value.ref for value in values] for values in ways], FASTER)]
+    # a way with more operations, hence more compile time and memory, has to gain 15 %
+    return ways[fastest(derivation.tape, [[value.ref for value in values] for values in ways], 0.85)]
 
 
 def _by_mass_matrix(derivation: Derivation) -> list[Scalar]:

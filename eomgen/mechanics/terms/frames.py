@@ -9,14 +9,15 @@ and of the base: that takes fewer operations than the cross products with the an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 
 from eomgen.mechanics.dynamics.elimination import half_solved, ltdl
+from eomgen.mechanics.dynamics.separated import zero_base
 from eomgen.mechanics.kinematics.bodies import Orientations, jacobian_of_mount, link_columns
 from eomgen.mechanics.kinematics.fields import AccelerationField, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.mechanics.tree.base import BaseMotion, quaternion_product
+from eomgen.mechanics.tree.base import quaternion_product
 from eomgen.mechanics.tree.links import ROOT, Mount
 from eomgen.symbolic.scalar import (
     Matrix,
@@ -57,7 +58,6 @@ class FrameMotion:
         self.tree = kinematics.tree
         self.algebra = kinematics.algebra
         self.reference = reference
-        self._fields: Sequence[AccelerationField] | None = None
         self._links = link_columns(self.tree) if reference == "body" else []
 
     def jacobian(self, mount: Mount) -> list[Scalar]:
@@ -65,12 +65,13 @@ class FrameMotion:
         if self.reference == "body":
             return jacobian_of_mount(self.tree, self._links, mount)
         point, turn = self._point(mount), self.kinematics.base.orientation
-        rows = self._zeros()
+        rows = [[self.algebra.zero] * self.tree.nv for _ in range(6)]
         for link in self._path(mount.link):
             origin = self.kinematics.pose(link)[1]
             for dof, angular, linear in self._columns(link):
                 moved = plus(linear, cross(angular, minus(point, origin)))
-                self._add(rows, dof, (apply(turn, angular), apply(turn, moved)))
+                for row, value in zip(rows, (*apply(turn, angular), *apply(turn, moved)), strict=True):
+                    row[dof] = row[dof] + value
         return [value for row in rows for value in row]
 
     def jacobian_rate(self, mount: Mount) -> list[Scalar]:
@@ -83,9 +84,6 @@ class FrameMotion:
             return self.kinematics.rates(self._twist(mount))
         if mount.link < 0:
             return [self.algebra.zero] * 6
-        if self._fields is None:
-            still = BaseMotion(*(self.algebra.zero_vector,) * 4)
-            self._fields = total_fields(self.tree, still, accelerations=False, gravity=False)
         field, R = self._fields[mount.link], self.kinematics.pose(mount.link)[0]
         alpha, acceleration = apply(R, field.alpha), apply(R, field.at(mount.position))
         if self.reference == "world":
@@ -94,6 +92,10 @@ class FrameMotion:
             moved = plus(cross(passing, apply(R, omega)), cross(self._position(mount), alpha))
             acceleration = plus(acceleration, moved)
         return [*alpha, *acceleration]
+
+    @cached_property
+    def _fields(self) -> Sequence[AccelerationField]:
+        return total_fields(self.tree, zero_base(self.tree), accelerations=False, gravity=False)
 
     def _twist(self, mount: Mount) -> list[Scalar]:
         """Return the twist J v of a frame relative to the base, (6,), angular first, in the axes of ``reference``."""
@@ -139,14 +141,6 @@ class FrameMotion:
             (dof, scaled(ratio, apply(R, column.angular)), scaled(ratio, apply(R, column.linear)))
             for dof, column in zip(link.dofs, link.columns, strict=True)
         ]
-
-    def _zeros(self) -> list[list[Scalar]]:
-        return [[self.algebra.zero] * self.tree.nv for _ in range(6)]
-
-    @staticmethod
-    def _add(rows: list[list[Scalar]], dof: int, parts: tuple[Vector, Vector]) -> None:
-        for row, value in enumerate((*parts[0], *parts[1])):
-            rows[row][dof] = rows[row][dof] + value
 
 
 def frame_mount(derivation: Derivation, frame: FixedFrame) -> Mount:

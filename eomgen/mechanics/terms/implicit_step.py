@@ -11,15 +11,12 @@ step.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
-from eomgen.mechanics.forces.internal_states import InternalStates
 from eomgen.mechanics.kinematics.directions import block_directions, motion_directions
-from eomgen.mechanics.kinematics.fields import Wrench, angular_velocities, total_fields
-from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.kinematics.fields import angular_velocities, total_fields
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.symbolic.calculus.partials import cut_partials, forward_partials
 from eomgen.symbolic.scalar import Scalar
@@ -29,14 +26,7 @@ from eomgen.system.system import Block
 Entries = dict[tuple[int, int], Ref]
 
 
-def extended_partials(
-    tree: Tree,
-    kinematics: Kinematics,
-    base: BaseMotion,
-    loads: Sequence[Wrench | None],
-    residual: Sequence[Scalar],
-    internal: InternalStates,
-) -> tuple[dict[str, Entries], tuple[int, ...]]:
+def extended_partials(derivation: Derivation) -> tuple[dict[str, Entries], tuple[int, ...]]:
     """Return the nonzeros by (row, column) of K, C, M, X, and of Rz, Fq, Fv, Fz, Fx of internal states.
 
     Also returned is, for each unknown s, the first velocity component of the unknown's link.
@@ -44,17 +34,17 @@ def extended_partials(
     Rows: the residual, then one definition g(q, v, a, s) - s for each unknown s. Columns of K (left-trivialised), C, M:
     velocity components; of X: the unknowns s; of Rz: internal states. F: rows are the rates of internal states.
     """
-    tape, nv = tree.algebra.tape, tree.nv
-    seeds = motion_directions(tree)
+    tape, tree, internal = derivation.tape, derivation.grouped, derivation.internal
+    nv, seeds = tree.nv, motion_directions(tree)
     first = 3 * nv + internal.count
     seeds |= block_directions("z", internal.count, 3 * nv)
     owners: dict[int, int] = {}
     alone = _alone(tree)
     if len(alone) < len(tree.links):
-        for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
+        for link, scalar in _passed_on(derivation):
             if link not in alone:
                 owners.setdefault(abs(scalar.ref), tree.links[link].dofs[0])
-    outputs = [value.ref for value in (*residual, *internal.rates)]
+    outputs = [value.ref for value in (*derivation.inverse, *internal.rates)]
     tangents, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}
     for names, rows in (
@@ -78,11 +68,10 @@ def _alone(tree: Tree) -> set[int]:
     return {index for index, link in enumerate(tree.links) if link.parent == ROOT and index not in carrying}
 
 
-def _passed_on(
-    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], *, posed: bool
-) -> Iterable[tuple[int, Scalar]]:
+def _passed_on(derivation: Derivation) -> Iterable[tuple[int, Scalar]]:
     """Yield (number of the link, scalar) for all quantities that the recursion of inverse dynamics passes between
-    links. Poses and twists are among them if ``posed``, or if there are applied wrenches."""
+    links. Poses and twists are among them if there are internal states or applied wrenches."""
+    tree, base, loads = derivation.grouped, derivation.motion, derivation.loads.wrenches
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     net = net_wrenches(tree, fields, loads)
     for index, omega in enumerate(angular_velocities(tree, base.omega)):
@@ -91,10 +80,10 @@ def _passed_on(
         yield from ((index, entry) for entry in (*field.alpha, *field.origin))
     for index, (moment, force) in enumerate(carried_loads(tree, net, "inverse dynamics")):
         yield from ((index, entry) for entry in (*moment, *force))
-    if posed or any(load is not None for load in loads):
+    if derivation.internal.count or any(load is not None for load in loads):
         for index in range(len(tree.links)):
-            R, p = kinematics.pose(index)
-            omega, velocity = kinematics.twist(index)
+            R, p = derivation.kinematics.pose(index)
+            omega, velocity = derivation.kinematics.twist(index)
             yield from ((index, entry) for entry in (*R[0], *R[1], *R[2], *p, *omega, *velocity))
 
 
@@ -114,13 +103,13 @@ def iteration(derivation: Derivation) -> list[Block]:
     nonzeros are entered into ``derivation.patterns`` by name of the matrix.
     """
     if (
-        derivation.large
+        derivation.tree.large
         and derivation.sparse
         and derivation.flat
         and (derivation.has_constraints or derivation.has_carried_links)
     ):
         blocks = differentiated_iteration(derivation)
-    elif derivation.large and not derivation.has_constraints:
+    elif derivation.tree.large and not derivation.has_constraints:
         return extended_iteration(derivation)
     else:
         matrices = derivation.partials()
@@ -160,14 +149,7 @@ def extended_iteration(derivation: Derivation) -> list[Block]:
     inner unknowns.
     """
     with derivation.tape.block("partials of each step of the recursion"):
-        partials, derivation.inner_owners = extended_partials(
-            derivation.grouped,
-            derivation.kinematics,
-            derivation.motion,
-            derivation.loads.wrenches,
-            derivation.inverse(),
-            derivation.internal,
-        )
+        partials, derivation.inner_owners = extended_partials(derivation)
     return [nonzeros(derivation, name, entries, f"{name} of the extended system") for name, entries in partials.items()]
 
 
@@ -193,8 +175,8 @@ def mass_values(derivation: Derivation) -> list[Block]:
 def nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
     """Return the block of the nonzeros among the entries of a matrix, row by row. Their (row, column) are entered into
     ``derivation.patterns`` under the name."""
-    places = derivation.patterns[name] = tuple(sorted(place for place, ref in entries.items() if ref != ZERO))
-    return Block(name, (len(places),), tuple(entries[place] for place in places), f"nonzeros of {description}")
+    places = derivation.patterns[name] = tuple(sorted(position for position, ref in entries.items() if ref != ZERO))
+    return Block(name, (len(places),), tuple(entries[position] for position in places), f"nonzeros of {description}")
 
 
 def _pack(derivation: Derivation, block: Block) -> Block:

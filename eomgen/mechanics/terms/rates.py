@@ -88,7 +88,7 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     along the flow.
     """
     tree = derivation.tree
-    if derivation.deep and tree.rigid and not tree.following:
+    if derivation.tree.deep and tree.rigid and not tree.following:
         (block,) = forward_blocks(derivation)
         return motion_jets(derivation).along_flow(block.refs, order)
     M = derivation.mass_rows

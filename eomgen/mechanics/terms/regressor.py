@@ -63,11 +63,6 @@ def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities
     return rows
 
 
-def without_linear_parameters(scene: Scene) -> Scene:
-    """Return the scene without damping and dry friction in joints: the regressor has columns for them."""
-    return replace(scene, joints=tuple(replace(joint, damping=ZERO, friction=()) for joint in scene.joints))
-
-
 def _body_columns(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> dict[int, list[Scalar]]:
     """Return by velocity component the virtual work per unit of each of the ten inertial parameters of a body.
     ``field`` is the acceleration field of the body's link, ``motions`` are the columns of the link, see
@@ -124,7 +119,9 @@ def regressor_blocks(derivation: Derivation) -> list[Block]:
     rows = regressor(scene, tree, derivation.motion, quantities)
     names = [item.name for item in linear_parameters(scene)]
     derivation.energies()  # which formulas of forces may name
-    loads = applied_loads(without_linear_parameters(scene), tree, quantities)
+    # damping and dry friction in joints have columns
+    others = replace(scene, joints=tuple(replace(joint, damping=ZERO, friction=()) for joint in scene.joints))
+    loads = applied_loads(others, tree, quantities)
     zero = (tree.algebra.zero_vector, tree.algebra.zero_vector)
     wrenches = generalized_force(tree, [zero if load is None else load for load in loads.wrenches], "other forces")
     left = [-(x + y) for x, y in zip(wrenches, loads.efforts, strict=True)]

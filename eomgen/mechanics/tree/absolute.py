@@ -15,8 +15,9 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.lie.product import Factor
+from eomgen.mechanics.tree.build import moved_link
 from eomgen.mechanics.tree.inertia import RecordedInertia, added_masses, body_inertia, elements_with_mass
-from eomgen.mechanics.tree.joints import IDENTITY, JointMotion, columns_of, name_rotation, own_coordinates, pose_of
+from eomgen.mechanics.tree.joints import IDENTITY, JointMotion, own_coordinates
 from eomgen.mechanics.tree.links import (
     CARRIER,
     ROOT,
@@ -126,29 +127,9 @@ def _link(
 ) -> FreeLink:
     """Return the link of a free body, and the factor: the coordinates are all of this factor, at the origin of the
     parent. ``kind`` is "free", "travel" or "ball"."""
-    units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor, {})
     motion = JointMotion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))
-    with algebra.tape.block(f"rotation of body {name}"):
-        rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)
-        name_rotation(rotation, name, f"R_{name}")
     joint = Joint(factor.name, "spherical" if kind == "ball" else "free", BASE, name)
-    link = Link(
-        name=name,
-        joint=joint,
-        kind=kind,
-        parent=parent,
-        rotation=rotation,
-        orientation=units,
-        neutral_position=algebra.zero_vector,
-        travel=position,
-        position=position,
-        columns=columns_of(algebra, motion, zero),
-        coordinates=coordinates,
-        velocities=coordinates.v,
-        accelerations=coordinates.a,
-        inertia=inertia,
-        rotor_inertias=(zero,) * factor.v_size,
-        balanced=kind == "ball",
-    )
-    return link, factor
+    mount = Mount(parent, algebra.identity, algebra.zero_vector)
+    link = moved_link(name, joint, motion, mount, coordinates, algebra.zero, "body")
+    return replace(link, inertia=inertia, balanced=kind == "ball"), factor

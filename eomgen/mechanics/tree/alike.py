@@ -13,29 +13,21 @@ from operator import eq
 
 from eomgen.base.data import replace
 from eomgen.mechanics.tree.inertia import RecordedInertia
-from eomgen.mechanics.tree.joints import JointMotion, columns_of, motions_of, pose_of
+from eomgen.mechanics.tree.joints import columns_of, motions_of, pose_of
 from eomgen.mechanics.tree.links import ROOT, Link, Mount, Tree
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar
 
-#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have
-#: long won.
-LONG_TREE = 20_000
-#: Trees with more velocity components are stepped with the sparse extended system, even if branches are short: above
-#: this number, forming and factoring whole matrices takes longer.
-MANY = 64
 #: Least number of links, or of springs, of a kind for a loop: code of fewer is shorter without it.
 FEWEST = 8
-#: Share of links up to which a nonzero number at a place makes a link different from links with a zero at this place.
-RARE = 0.02
 
 
-def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
+def is_irregular(tree: Tree, grouped: Tree) -> bool:
     """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity. ``grouped``
     is the tree with grouped inertias. Nine of ten links equal to the link one to six places earlier are regular: loops
-    over these need no change of axes. False for short trees."""
-    if not _long(scene):
+    over these need no change of axes. False for small trees."""
+    if not tree.large:
         return False
     patterns: dict[tuple[object, ...], int] = {}
     order = [
@@ -74,17 +66,6 @@ def _directions(joint: Joint) -> tuple[object, ...]:
     return tuple(motion.axes for motion in motions_of(joint)[1])
 
 
-def _long(scene: Scene) -> bool:
-    """Return whether a tree has more than ``MANY`` velocity components, or squared depths summing to ``LONG_TREE``."""
-    depths, carried = list[int](), dict[str, int]()
-    for joint in scene.joints:
-        size = joint.kind.v_size if joint.kind.moves and joint.mimic is None else 0
-        above = carried.get(joint.parent, 0)
-        carried[joint.child] = above + size
-        depths += range(above + 1, above + size + 1)
-    return len(depths) > MANY or sum(depth * depth for depth in depths) >= LONG_TREE
-
-
 def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
     """Return copies of a tree and of the tree with grouped inertias, in which alike links are recorded with equal
     operations. Links of a kind that differ in zeros and signs get generic constants. Inertias have been added and
@@ -98,13 +79,17 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
     for members in kinds.values():
         numbers = {index: _numbers(links[index], inertias[index], mounts.get(links[index].name)) for index in members}
         same = _members_with_pattern(numbers)
-        if len(same) < FEWEST or not _differ([numbers[index] for index in same]):
+        # signs and zeros, at which the tape and the rule for equal moments look
+        looks = {tuple(map(_looked_at, numbers[k])) + tuple(_equal_moments(numbers[k])) for k in same}
+        if len(same) < FEWEST or len(looks) == 1:
             continue
         alike.append(tuple(same))
         for index, row in zip(same, generic_rows(tree.algebra, same, [numbers[k] for k in same], "link"), strict=True):
             links[index], inertias[index] = _with_numbers(tree.algebra, links[index], row)
             if links[index].name in mounts:
-                mounts[links[index].name] = Mount(index, _matrix(row[-12:-3]), _vector(row[-3:]))
+                mounts[links[index].name] = Mount(
+                    index, _matrix(tree.algebra, row[-12:-3]), tree.algebra.vector(row[-3:])
+                )
     made = replace(tree, links=tuple(links), mounts=mounts, alike=tuple(alike))
     moved = (replace(link, inertia=inertia) for link, inertia in zip(links, inertias, strict=True))
     return made, replace(made, links=tuple(moved))
@@ -148,7 +133,8 @@ def _numbers(link: Link, grouped: RecordedInertia, mount: Mount | None) -> list[
     numbers = [*_flat(link.orientation), *link.neutral_position]
     for inertia in (link.inertia, grouped):
         numbers += [inertia.mass, *inertia.first, *(inertia.second[i][j] for i, j in _UPPER)]
-    numbers += [_motion_of(link)[1], *link.rotor_inertias]
+    assert link.pitch is not None  # a link that a joint moves
+    numbers += [link.pitch, *link.rotor_inertias]
     return numbers if mount is None else [*numbers, *_flat(mount.orientation), *mount.position]
 
 
@@ -163,7 +149,7 @@ def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
     for _ in range(len(members)):
         rows = [numbers[index] for index in members]
         rare = [
-            {index for index, count in enumerate(counts) if 0 < count < RARE * len(rows)}
+            {index for index, count in enumerate(counts) if 0 < 50 * count < len(rows)}
             for counts in (
                 [sum(not entry.is_zero for entry in column) for column in zip(*rows, strict=True)],
                 [sum(entry.number is None for entry in column) for column in zip(*rows, strict=True)],
@@ -178,11 +164,6 @@ def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
             break
         members = kept
     return members
-
-
-def _differ(rows: Sequence[Sequence[Scalar]]) -> bool:
-    """Return whether numbers differ in a property that the tape or the rule for equal moments looks at (sign, zero)."""
-    return len({tuple(map(_looked_at, row)) + tuple(_equal_moments(row)) for row in rows}) > 1
 
 
 def _looked_at(entry: Scalar) -> float | None:
@@ -209,8 +190,9 @@ def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
 
 def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, RecordedInertia]:
     """Return a link, and the grouped inertia of the link, with the numbers of a row (see ``_numbers``) substituted."""
-    motion, _ = _motion_of(link)
-    orientation, position, pitch = _matrix(row[_ORIENTATION]), _vector(row[_POSITION]), row[_PITCH]
+    motion = link.motion
+    assert motion is not None  # a link that a joint moves
+    orientation, position, pitch = _matrix(algebra, row[_ORIENTATION]), algebra.vector(row[_POSITION]), row[_PITCH]
     rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, link.coordinates.q)
     _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, link.coordinates.q)
     made = replace(
@@ -221,30 +203,18 @@ def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[
         travel=travel,
         position=moved_to,
         columns=columns_of(algebra, motion, pitch),
-        inertia=replace(_inertia(row[_INERTIA]), added=link.inertia.added),
+        inertia=replace(_inertia(algebra, row[_INERTIA]), added=link.inertia.added),
         rotor_inertias=tuple(row[_PITCH + 1 : _PITCH + 1 + len(link.columns)]),
         pitch=pitch,
     )
-    return made, replace(_inertia(row[_GROUPED]), added=link.inertia.added)
+    return made, replace(_inertia(algebra, row[_GROUPED]), added=link.inertia.added)
 
 
-def _motion_of(link: Link) -> tuple[JointMotion, Scalar]:
-    """Return the elementary motion of a link, and the pitch, m/rad."""
-    if link.motion is None or link.pitch is None:
-        raise ValueError(f"link {link.name} is not moved by a joint")
-    return link.motion, link.pitch
-
-
-def _inertia(numbers: Sequence[Scalar]) -> RecordedInertia:
+def _inertia(algebra: Algebra, numbers: Sequence[Scalar]) -> RecordedInertia:
     upper = dict(zip(_UPPER, numbers[4:], strict=True))
-    rows = tuple(_vector([upper[min(i, j), max(i, j)] for j in range(3)]) for i in range(3))
-    return RecordedInertia(numbers[0], _vector(numbers[1:4]), (rows[0], rows[1], rows[2]))
+    second = algebra.matrix([[upper[min(i, j), max(i, j)] for j in range(3)] for i in range(3)])
+    return RecordedInertia(numbers[0], algebra.vector(numbers[1:4]), second)
 
 
-def _vector(values: Sequence[Scalar]) -> Vector:
-    x, y, z = values
-    return (x, y, z)
-
-
-def _matrix(values: Sequence[Scalar]) -> Matrix:
-    return (_vector(values[:3]), _vector(values[3:6]), _vector(values[6:]))
+def _matrix(algebra: Algebra, values: Sequence[Scalar]) -> Matrix:
+    return algebra.matrix([values[:3], values[3:6], values[6:]])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
@@ -75,14 +75,7 @@ class ElasticBody:
         """
         still = (self.algebra.zero,) * self.size
         fields = self.deflections
-        moving = Deflections(
-            self.algebra,
-            fields.integrals,
-            fields.shortens,
-            fields.q,
-            fields.v if own_rates else still,
-            fields.a if accelerations else still,
-        )
+        moving = replace(fields, v=fields.v if own_rates else still, a=fields.a if accelerations else still)
         velocity = fields.velocity() if rates else fields.resting().velocity()
         return RelativeMotion(velocity, moving.acceleration(), fields.v if rates else still, moving.a)
 

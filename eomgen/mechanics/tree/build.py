@@ -43,23 +43,21 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import FactoredRotation, MatrixFactor
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, minus, multiply, plus, transpose
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, plus, transpose
 from eomgen.system.description import BASE
 
 
 def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
-    """Return the tree with the links of an elastic body, whose joint is in the tree already; unchanged for a rigid
-    body.
+    """Return the tree with the links of an elastic body, whose joint is in the tree already.
 
     There is a link for the beam, and one for each station to which the scene attaches something and that deforms. The
     beam's link does not move relative to the parent: columns of the joint are zero, and elastic coordinates deform the
     beam. So the frame of the beam, and with it the shape integrals, are the frame and the integrals of the body for any
     axes of the joint.
     """
-    if body.beam is None:
-        return tree
     from eomgen.mechanics.shape_functions.integrals import shape_integrals  # noqa: PLC0415  # imports SciPy
 
+    assert body.beam is not None  # asked for by the caller
     algebra, mount = tree.algebra, tree.mounts[body.name]
     integrals, coordinates = shape_integrals(body.beam), tree.coordinates[body.name]
     center = algebra.vector([number(item) for item in body.center_of_mass])
@@ -221,21 +219,9 @@ def _add_body(
         last = number_of_motion == len(motions) - 1
         name = body.name if last else f"{body.name}, part {number_of_motion + 1} of its joint"
         inner = inertia.transform(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra)
-        links.append(
-            _link(
-                algebra,
-                name,
-                joint,
-                motion,
-                parent,
-                orientation,
-                position,
-                number(joint.pitch),
-                tree.coordinates[joint.name],
-                rotors,
-                inner,
-            )
-        )
+        pose, coordinates = Mount(parent, orientation, position), tree.coordinates[joint.name].of(motion)
+        link = moved_link(name, joint, motion, pose, coordinates, number(joint.pitch), "link")
+        links.append(replace(link, inertia=inner, rotor_inertias=tuple(rotors[k] for k in motion.components)))
         parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
     return Mount(parent, transpose(axes), algebra.zero_vector)
 
@@ -264,43 +250,32 @@ def _still_link(name: str, joint: Joint, kind: str, mount: Mount, coordinates: J
     )
 
 
-def _link(
-    algebra: Algebra,
-    name: str,
-    joint: Joint,
-    motion: JointMotion,
-    parent: int,
-    orientation: Matrix,
-    position: Vector,
-    pitch: Scalar,
-    coordinates: JointCoordinates,
-    rotors: Sequence[Scalar],
-    inertia: RecordedInertia,
+def moved_link(
+    name: str, joint: Joint, motion: JointMotion, mount: Mount, coordinates: JointCoordinates, pitch: Scalar, label: str
 ) -> Link:
-    """Return the link that moves by one elementary motion of a joint, with inertia and rotor inertias. ``orientation``,
-    (3, 3), and ``position``, m, are the pose in the parent link at neutral coordinates; ``rotors`` are the rotor
-    inertias of all components of the joint."""
-    motion_coordinates = coordinates.of(motion)
-    with algebra.tape.block(f"{'position' if motion.kind == 'travel' else 'rotation'} of link {name}"):
-        rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, motion_coordinates.q)
-        name_rotation(rotation, joint.name, f"R_{name}" if parent == ROOT else f"turn_{name}")
-    _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, motion_coordinates.q)
+    """Return the link, without inertias, that moves by one elementary motion of a joint. ``mount`` is the pose in the
+    parent link at neutral coordinates, ``pitch`` is in m/rad, ``label`` begins the name of a matrix of rotation."""
+    algebra = coordinates.algebra
+    with algebra.tape.block(f"{'position' if motion.kind == 'travel' else 'rotation'} of {label} {name}"):
+        rotation, position = pose_of(algebra, motion, pitch, mount.orientation, mount.position, coordinates.q)
+        name_rotation(rotation, joint.name, f"R_{name}" if label == "body" or mount.link == ROOT else f"turn_{name}")
+    _, travel = pose_of(algebra, motion, pitch, mount.orientation, algebra.zero_vector, coordinates.q)
     return Link(
         name=name,
         joint=joint,
         kind=motion.kind,
-        parent=parent,
+        parent=mount.link,
         rotation=rotation,
-        orientation=orientation,
-        neutral_position=position,
+        orientation=mount.orientation,
+        neutral_position=mount.position,
         travel=travel,
-        position=moved_to,
+        position=position,
         columns=columns_of(algebra, motion, pitch),
-        coordinates=motion_coordinates,
-        velocities=motion_coordinates.v,
-        accelerations=motion_coordinates.a,
-        inertia=inertia,
-        rotor_inertias=tuple(rotors[k] for k in motion.components),
+        coordinates=coordinates,
+        velocities=coordinates.v,
+        accelerations=coordinates.a,
+        inertia=no_inertia(algebra),
+        rotor_inertias=(algebra.zero,) * len(coordinates.dofs),
         turn=motion.turn,
         motion=motion,
         pitch=pitch,

@@ -24,6 +24,9 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
 
 ROOT, CARRIER, WORLD = range(-1, -4, -1)
 WORLD_NAME = "world"
+#: Trees with more velocity components are stepped with the sparse extended system, even if branches are short: above
+#: this number, forming and factoring whole matrices takes longer.
+MANY = 64
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,25 @@ class Tree:
         """Whether all inertia is rigid: no link deforms, and there is no added mass of water."""
         return not self.elastic and not any(link.inertia.added for link in self.links)
 
+    @property
+    def large(self) -> bool:
+        """Whether partials of the whole tree are too large by default: then each step of the recursion is
+        differentiated separately."""
+        return self.deep or self.nv > MANY
+
+    @property
+    def deep(self) -> bool:
+        """Whether the tree is so deep that terms quadratic in the depth are recorded on request only: articulated
+        bodies have long won against a factored mass matrix."""
+        return sum(depth * depth for depth in self.depths()) >= 20_000
+
+    def depths(self) -> list[int]:
+        """Return for each velocity component the number of components from the root to this component."""
+        depths: list[int] = []
+        for parent in self.dof_parents():
+            depths.append(1 + (depths[parent] if parent >= 0 else 0))
+        return depths
+
     def without_water(self) -> Tree:
         """Return the tree without added mass."""
         links = (replace(link, inertia=replace(link.inertia, added=())) for link in self.links)
@@ -215,14 +237,6 @@ class Tree:
         for link in self.links:
             ratio = link.coordinates.ratio
             yield from ((dof, ratio * ratio * rotor) for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True))
-
-    def children(self) -> list[list[int]]:
-        """Return the child links of each link."""
-        lists: list[list[int]] = [[] for _ in self.links]
-        for index, link in enumerate(self.links):
-            if link.parent != ROOT:
-                lists[link.parent].append(index)
-        return lists
 
 
 def parameter_scalars(algebra: Algebra, scene: Scene) -> dict[str, Scalar]:

@@ -6,7 +6,7 @@ Every reader of a description fills the same classes, so that a comparison knows
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Node, infix
 from eomgen.scene.inertia import NOTHING, Inertia, combine_inertias, tensor
 from eomgen.scene.joints.model import Joint
-from eomgen.symbolic.evaluate import Evaluation
+from eomgen.symbolic.evaluate import evaluate as evaluate_tape
 from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
@@ -282,7 +282,7 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
         tuple(_loop(item, lumps, values) for item in scene.constraints),
         tuple(item.name for item in scene.inputs),
         lambda key: _place(scene.source, key) or file,
-        _Equations(system, links),
+        partial(_forces, system, links),
         _parts(scene, values),
         scene.notes,
         {joint.name: joint.initial_position[0] for joint in scene.joints if len(joint.initial_position) == 1},
@@ -314,10 +314,10 @@ def of_equations(name: str, system: System, links: Sequence[MachineLink], solids
         hint = f"coordinates named as the joints: {', '.join(names)}"
         raise UsageError(Problem("coordinates", fault, hint))
     renamed = [replace(link, joint=names.get(link.joint, link.joint)) for link in links]
-    evaluated, inputs = _Equations(system, renamed), tuple(item.name for item in system.inputs)
+    inputs = tuple(item.name for item in system.inputs)
 
     def total(motion: MachineMotion) -> Forces:
-        return evaluated(motion)._replace(bias=None, force=None)
+        return _forces(system, renamed, motion)._replace(bias=None, force=None)
 
     mass_properties: dict[str, tuple[float, Array]] = {}
     for solid in solids:
@@ -411,57 +411,37 @@ def _place(source: Mapping[str, str], key: str) -> str:
     return next((source[name] for name in keys if name in source), "")
 
 
-class _Equations:
-    """The functions of a System on arrays, in the order of a machine's links."""
+def _forces(system: System, links: Sequence[MachineLink], motion: MachineMotion) -> Forces:
+    """Return inertia matrix and forces of a system at the states of a motion, in the order of the links' coordinates;
+    parameters and internal states have their defaults, and terms that the system does not have are zero."""
+    factors = {factor.name: factor for factor in system.factors}
+    count, size = next((len(q) for q in motion.q), 1), len(system.initial_v)
+    blocks: dict[str, Array] = {
+        "q": np.tile(system.initial_q, (count, 1)),
+        "v": np.zeros((count, size)),
+        "p": np.array([item.value for item in system.parameters]),
+        "z": np.array([item.value for item in system.states]),
+        "t": np.zeros(1),
+        "u": np.zeros((count, len(system.inputs))),
+    }
+    columns = np.zeros(0, int)
+    for link, q, v in zip(links, motion.q, motion.v, strict=True):
+        if not link.held:
+            factor = factors[link.joint]
+            blocks["q"][:, factor.q], blocks["v"][:, factor.v] = q, v
+            columns = np.append(columns, np.arange(factor.v.start, factor.v.stop))
+    for number, item in enumerate(system.inputs):
+        blocks["u"][:, number] = motion.inputs.get(item.name, 0.0)
 
-    def __init__(self, system: System, links: Sequence[MachineLink]) -> None:
-        self.system = system
-        factors = {factor.name: factor for factor in system.factors}
-        self._factors = [None if link.held else factors[link.joint] for link in links]
-        self._columns = np.concatenate(
-            [np.arange(factor.v.start, factor.v.stop) for factor in self._factors if factor is not None]
-            or [np.zeros(0, int)]
-        ).astype(int)
-        self._evaluations = {
-            name: Evaluation(system.tape, function.refs)
-            for name, function in system.functions.items()
-            if name in ("mass", "coupling", "force", "base_motion", "base")
-        }
+    def values(name: str, width: int = size) -> Array:
+        if name not in system.functions:
+            return np.zeros((count, width))
+        function = system.functions[name]
+        table = evaluate_tape(system.tape, function.refs, {block: blocks[block] for block in function.inputs})
+        return np.broadcast_to(table, (count, table.shape[-1]))
 
-    def __call__(self, motion: MachineMotion) -> Forces:
-        """Return inertia matrix and forces at the states of a motion, in the order of the links' coordinates;
-        parameters and internal states have their defaults."""
-        system = self.system
-        count = next((len(q) for q in motion.q), 1)
-        blocks: dict[str, Array] = {
-            "q": np.tile(system.initial_q, (count, 1)),
-            "v": np.zeros((count, len(system.initial_v))),
-            "p": np.array([item.value for item in system.parameters]),
-            "z": np.array([item.value for item in system.states]),
-            "t": np.zeros(1),
-            "u": np.zeros((count, len(system.inputs))),
-        }
-        for factor, q, v in zip(self._factors, motion.q, motion.v, strict=True):
-            if factor is not None:
-                blocks["q"][:, factor.q], blocks["v"][:, factor.v] = q, v
-        for number, item in enumerate(system.inputs):
-            blocks["u"][:, number] = motion.inputs.get(item.name, 0.0)
-        if "base" in self._evaluations:
-            blocks["base"] = self._values("base", blocks)
-        columns, size = self._columns, len(system.initial_v)
-        mass = self._values("mass", blocks).reshape(-1, size, size)[:, columns[:, np.newaxis], columns]
-        bias = self._values("coupling", blocks)[:, columns]
-        if "base_motion" in self._evaluations:
-            bias = bias + self._values("base_motion", blocks)[:, columns]
-        force = self._values("force", blocks)[:, columns]
-        return Forces(mass, bias, force, bias - force)
-
-    def _values(self, name: str, blocks: Mapping[str, Array]) -> Array:
-        """Return the values of a function at n states, (n, size); zeros for a function that the system does not have.
-        ``blocks`` are its inputs by name."""
-        count, size = blocks["q"].shape[0], blocks["v"].shape[1]
-        if name not in self._evaluations:
-            return np.zeros((count, size))
-        inputs = self.system.functions[name].inputs
-        values = self._evaluations[name].on_arrays({block: blocks[block] for block in inputs})
-        return np.broadcast_to(values, (count, values.shape[-1]))
+    blocks["base"] = values("base")
+    mass = values("mass", size * size).reshape(-1, size, size)[:, columns[:, np.newaxis], columns]
+    bias = values("coupling")[:, columns] + values("base_motion")[:, columns]
+    force = values("force")[:, columns]
+    return Forces(mass, bias, force, bias - force)

@@ -91,27 +91,23 @@ def errors_of(pairing: Pairing, first: Forces, second: Forces) -> tuple[dict[str
     worst: list[Difference] = []
     if not names:
         return errors, worst
-    diagonal = np.sqrt(np.abs(np.einsum("nii->ni", first.mass)))
-    scale = diagonal[:, :, np.newaxis] * diagonal[:, np.newaxis]
-    apart = np.abs(mass - first.mass) / np.where(scale > 0.0, scale, 1.0)
-    state, row, column = np.unravel_index(np.argmax(apart), apart.shape)
-    errors["mass matrix"] = float(apart[state, row, column])
-    element = f"M[{names[row]}, {names[column]}]"
-    worst.append(
-        Difference(element, "mass matrix", float(first.mass[state, row, column]), float(mass[state, row, column]))
-    )
-    both = first.bias is not None and second.bias is not None
-    terms = [("bias", first.bias, second.bias), ("force", first.force, second.force)] if both else []
-    for name, mine, theirs in terms or [("sum", first.total, second.total)]:
-        if mine is None or theirs is None:
-            continue
+    root = np.sqrt(np.abs(np.einsum("nii->ni", first.mass)))
+    terms = [("mass matrix", first.mass, mass, root[:, :, np.newaxis] * root[:, np.newaxis])]
+    separate = [("bias", first.bias, second.bias), ("force", first.force, second.force)]
+    together = first.bias is None or second.bias is None
+    for name, mine, theirs in [("sum", first.total, second.total)] if together else separate:
+        assert mine is not None and theirs is not None  # bias and force are given together
         moved = theirs[:, columns] @ transform
         size = np.abs(first.total).max(axis=0) + np.abs(mine).max(axis=0)
-        size = np.maximum(size, 1e-9 * max(float(size.max()), float(np.abs(moved).max()), 1e-300))
-        relative = np.abs(moved - mine) / size
-        state, row = np.unravel_index(np.argmax(relative), relative.shape)
-        errors[name] = float(relative[state, row])
-        worst.append(Difference(f"v.{names[row]}", name, float(mine[state, row]), float(moved[state, row])))
+        size = np.maximum(size, 1e-9 * max(float(size.max()), float(np.abs(moved).max())))
+        terms.append((name, mine, moved, size))
+    for name, mine, theirs, size in terms:
+        apart = np.abs(theirs - mine) / np.where(size > 0.0, size, 1.0)
+        index = np.unravel_index(np.argmax(apart), apart.shape)
+        errors[name] = float(apart[index])
+        entry = ", ".join(names[k] for k in index[1:])
+        element = f"M[{entry}]" if name == "mass matrix" else f"v.{entry}"
+        worst.append(Difference(element, name, float(mine[index]), float(theirs[index])))
     return errors, worst
 
 

@@ -1,4 +1,4 @@
-"""Runs of generalized-alpha and its kin made linear: matrices of the linearised steps between rows of a run, and the
+"""Runs of generalized-alpha and kin made linear: matrices of the linearised steps between rows of a run, and the
 start."""
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ class StartedRun(LinearRun[PartType]):
         """The start of the run."""
         start, (_, alpha_m, alpha_f, *_) = self.motion.start, self.coefficients
         share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
-        return self.linear_start(share)
+        return LinearizedStart(self, share)
 
     def equation_directions(self, along: StateDirections) -> StateDirections:
         """Return directions without motions of multipliers of velocities, which are not in the equations."""
@@ -172,8 +172,8 @@ class AlphaRun(StartedRun[AlphaPart]):
             t = float(states.t[1:][int(np.argmin(finite))])
             raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
-        given = part.memory, self.coefficients, self.inverse_inertia, both["B"][:-1]
-        matrices, eta = step_matrices(self.equations, ends, before, after, rows_of(blocks, slice(None, -1)), *given)
+        step_data = part.memory, self.coefficients, self.inverse_inertia, both["B"][:-1]
+        matrices, eta = step_matrices(self.equations, ends, before, after, rows_of(blocks, slice(None, -1)), *step_data)
         return AlphaPart(part.first, states, blocks, matrices, eta)
 
     def tangents(self, part: AlphaPart, dp: Array, state: Array) -> Array:

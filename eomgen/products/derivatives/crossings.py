@@ -8,12 +8,11 @@ it, and a direction of derivatives moves the argument there, derivatives of the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
 from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.discontinuities import applications
@@ -26,8 +25,6 @@ from eomgen.products.derivatives.linear_run import LinearRun
 if TYPE_CHECKING:
     from eomgen.system.branches import Branches
 
-#: Largest number of examined jumps, the earliest ones in time.
-_MOST = 64
 #: Symbols of formulas that do not move with the motion.
 _GIVEN = frozenset({"time", "parameter", "number", "place"})
 
@@ -36,8 +33,7 @@ class CrossedJump(UsageError):
     """The run passes a jump of the forces at a moment that moves."""
 
 
-@dataclass(frozen=True)
-class BranchCrossing:
+class BranchCrossing(NamedTuple):
     """A branch whose sides are passed in time order.
 
     Attributes
@@ -84,11 +80,8 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
 
 def _decided_by_motion(formula: Formula) -> bool:
     """Return whether a formula takes another value at once when a moving argument passes a number."""
-    jumping = [
-        application.argument
-        for application in applications(formula)
-        if any(order <= 0 for _, order in application.curve.kinks())
-    ]
+    curves = applications(formula)
+    jumping = [item.argument for item in curves if any(order <= 0 for _, order in item.curve.kinks())]
     decided = [*comparisons(formula), *jumping]
     return any(symbol.kind not in _GIVEN for formula in decided for symbol in symbols(formula))
 
@@ -111,9 +104,9 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
                 change = float(arguments[1][k, branch] - arguments[0][k, branch])
                 row = part.first + int(rows[k])
                 result.append(BranchCrossing(row, branch, rows_of(before, k), rows_of(after, k), change))
-        if len(result) > _MOST:
+        if len(result) >= 64:
             break
-    return result[:_MOST]
+    return result[:64]
 
 
 def _jumps(branches: Branches, crossing: BranchCrossing) -> bool:
@@ -211,9 +204,8 @@ def _between(crossing: BranchCrossing, share: float) -> dict[str, Array]:
 def _aside(values: Mapping[str, Array], sign: float) -> dict[str, Array]:
     """Return input blocks with q, v and z moved by a small random amount, the same for each call, times `sign`."""
     draws = np.random.default_rng(0)
-    moved = {
-        name: array + sign * COMPUTED * (1.0 + np.abs(array)) * draws.standard_normal(array.shape)
-        for name, array in values.items()
-        if name in ("q", "v", "z")
-    }
-    return {**values, **moved}
+    moved = dict(values)
+    for name in (name for name in values if name in ("q", "v", "z")):
+        array = values[name]
+        moved[name] = array + sign * COMPUTED * (1.0 + np.abs(array)) * draws.standard_normal(array.shape)
+    return moved

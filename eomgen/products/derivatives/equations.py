@@ -85,23 +85,17 @@ class StepEquations:
     p : (np,) of the run
     chosen : columns of the parameters that derivatives are taken by
     outputs : rows of the outputs that derivatives are taken of
-    holonomic : rows of constraints on positions
     driven : directions of inputs, which are further parameters after the chosen parameters: the change of inputs along
         these directions differs from row to row: block ``du`` of the values, (n, nu, driven)
     """
 
     def __init__(
-        self,
-        model: CompiledModel,
-        p: Array,
-        chosen: Sequence[int],
-        outputs: Sequence[int],
-        holonomic: int,
-        driven: int,
+        self, model: CompiledModel, p: Array, chosen: Sequence[int], outputs: Sequence[int], driven: int
     ) -> None:
         """Collect the terms of a model at parameters p, with partials in the ``chosen`` parameters and in the
         drives."""
         self.model, self.p = model.having(_TERMS), p
+        holonomic = int(model.library.layout["sizes"]["holonomic"])
         self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
         self.nv, self.nz, self.nl, self.driven = model.nv, model.nz, len(model.multipliers), driven
         self.parameters, self.rows = len(self.chosen) + driven, self.nv + self.nz + holonomic + self.nl
@@ -248,12 +242,13 @@ class StepEquations:
         partials = self.of("output_partials", values)
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
         of_state = [
-            self._rows(partials[name]) if name in partials else _zeros(count, rows, size)
+            partials[name][:, self.outputs] if name in partials else _zeros(count, rows, size)
             for name, size in sizes.items()
         ]
         Y = np.concatenate(of_state, axis=2)
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
-        Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
+        by_parameters = {name: array[:, self.outputs] for name, array in by_parameters.items()}
+        Yp = self._parameters(by_parameters, "Yp", rows, count)
         if self.driven:
             Yp = np.concatenate([Yp, self.input_partials(values)[1] @ values["du"]], axis=2)
         return Y, Yp
@@ -369,15 +364,10 @@ class StepEquations:
         """Return the outputs, (n, outputs)."""
         return self.of("outputs", values)["y"][:, self.outputs]
 
-    def _rows(self, of_outputs: Array) -> Array:
-        """Return the rows of the chosen outputs, (n, outputs, ...)."""
-        return of_outputs if self.outputs == list(range(of_outputs.shape[1])) else of_outputs[:, self.outputs]
-
     def _parameters(self, partials: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
         if name not in partials:
             return _zeros(count, rows, len(self.chosen))
-        whole = self.chosen == list(range(partials[name].shape[2]))
-        return partials[name] if whole else partials[name][:, :, self.chosen]
+        return partials[name][:, :, self.chosen]
 
 
 @lru_cache(maxsize=64)

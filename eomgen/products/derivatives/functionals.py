@@ -1,4 +1,4 @@
-"""Functionals of a run: sums over its rows to one number, linear in the outputs."""
+"""Functionals of a run: sums over the rows to one number, linear in the outputs."""
 
 from __future__ import annotations
 

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.rounding import WRITTEN
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.events import SHORTEST, STOPPED
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.simulation.stepping.chunks import rows_from
-
-#: Largest distance of a sample from a point of the grid, in steps, and rounding of times, as in the steppers.
-_AT_POINT, _ROUNDING = 1e-6, 64.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -96,8 +94,9 @@ class JumpMotion(ReplayedRun):
             count = 1
             while begun not in inside and begun + count < size and begun + count not in inside:
                 count += 1
-            if after_cut and not renewed:
-                self._go_on(done + begun)
+            if after_cut and not renewed:  # the step starts anew with the same units
+                state[places["step"]] = -run.grid.step
+                state[places["origin"]], state[places["count"]] = run.grid.start, done + begun
             ends = [times[begun], *inside.get(begun, ()), times[begun + count]]
             events, points = self._legs(ends, count, begun, table)
             record[begun : begun + count] = points[-count:]
@@ -138,12 +137,6 @@ class JumpMotion(ReplayedRun):
             acting, reached = self._taken_steps(1, end - begin, inputs)
             events, rows = [*events, *acting], [*rows, *reached]
         return events, rows
-
-    def _go_on(self, number: int) -> None:
-        """Prepare step ``number`` of the grid, which starts anew with the same units."""
-        state, places, grid = self.stepper.state, self.stepper.places, self.run.grid
-        state[places["step"]] = -grid.step
-        state[places["origin"]], state[places["count"]] = grid.start, number
 
     def _taken_steps(self, count: int, size: float, table: Array | None) -> tuple[list[Any], list[Array]]:
         """Take ``count`` steps of a size (s); return the events that change the motion, and the rows at the ends.
@@ -225,8 +218,8 @@ class JumpMotion(ReplayedRun):
         return first + np.array([int(row["state"]) for row in self._clocks["rows"]], dtype=np.intp)
 
     def _tolerance(self, times: Array) -> Array:
-        at_point = min(_AT_POINT * self.run.grid.step, self._clocks["closest"])
-        tolerance: Array = at_point + _ROUNDING * np.abs(times)
+        at_point = min(WRITTEN * self.run.grid.step, self._clocks["closest"])  # as in the steppers
+        tolerance: Array = at_point + 64.0 * float(np.finfo(float).eps) * np.abs(times)
         return tolerance
 
     def _due(self, times: Array) -> NDArray[np.bool_]:

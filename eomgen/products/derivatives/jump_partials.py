@@ -150,22 +150,13 @@ class JumpPartials:
         if row["action"] == "impact":
             rows.append(self._impulse(moved)["gradient"][:, row["gradient"]])
             steps.append(-(1.0 + actions[:, row["restitution"]]) * of_rates[0, :, event])
-        if rows:
-            result[nv : 2 * nv] = (v + self._velocity_changes(moved, rows, steps)).T.imag / _TINY
+        if rows:  # the least impulses with C dv = d (Gauss), constraints included
+            blocks, C = self._impulse(moved), np.stack(rows, axis=1)
+            C = np.concatenate([blocks["B"], C], axis=1) if e.nl else C
+            right = np.concatenate([np.zeros((self.columns, nv + e.nl)), np.stack(steps, axis=1)], axis=1)
+            pushed = np.linalg.solve(bordered_matrix(blocks["M"], C), right[..., np.newaxis])[:, :nv, 0]
+            result[nv : 2 * nv] = (v + pushed).T.imag / _TINY
         return EventPartials(guard, result, mode)
-
-    def _velocity_changes(self, moved: Mapping[str, Array], rows: Sequence[Array], steps: Sequence[Array]) -> Array:
-        """Return the changes of velocities, (columns, nv), by the least impulses with C dv = d (Gauss), at incremented
-        states. `rows` are the rows of C, (columns, nv) each, `steps` the entries of d, (columns,) each; constraints are
-        added."""
-        blocks, nv, nl = self._impulse(moved), self._equations.nv, self._equations.nl
-        C, d = np.stack(rows, axis=1), np.stack(steps, axis=1)
-        if nl:
-            C = np.concatenate([blocks["B"], C], axis=1)
-            d = np.concatenate([np.zeros((len(d), nl)), d], axis=1)
-        right = np.concatenate([np.zeros((len(d), nv)), d], axis=1)
-        pushed: Array = np.linalg.solve(bordered_matrix(blocks["M"], C), right[..., np.newaxis])[:, :nv, 0]
-        return pushed
 
     def _impulse(self, moved: Mapping[str, Array]) -> dict[str, Array]:
         """Return M, B and gradients of impacts, (columns, ...) each."""

@@ -41,9 +41,6 @@ from eomgen.products.derivatives.start import (
 from eomgen.products.derivatives.steps import STAGES, WEIGHTS
 from eomgen.simulation.stepping.states import States, states_of
 
-#: Deviation of the velocities of a first step, as a part of their change, above which the step is another method's.
-_OTHER = 1e-3
-
 
 @dataclass(frozen=True)
 class Restarts:
@@ -172,10 +169,8 @@ class JumpRun(StartedRun[JumpPart]):
         size, count = self.linear.record_size, len(gradient)
         for move in reversed(part.moves):
             if isinstance(move, Sweep):
-                own_direct, every = (
-                    direct[move.first : move.last].copy(),
-                    np.zeros((count + 1 + len(inertia), state.shape[1])),
-                )
+                own_direct = direct[move.first : move.last].copy()
+                every = np.zeros((count + 1 + len(inertia), state.shape[1]))
                 own_direct[-1] += last
                 self.linear.adjoints(move.matrices, own_direct, of_steps, every, move.times)
                 gradient += every[:count]
@@ -221,17 +216,15 @@ class JumpRun(StartedRun[JumpPart]):
         assert isinstance(part, JumpSegment)  # for mypy
         states, blocks = states_of(part.rows, self.run.model), self.values(part)[1]
         plain, firsts = self._plain(part)
-        before, after = states_of(firsts[plain], self.run.model), States(*(block[plain + 1] for block in states))
         anew = plain[part.anew[plain]]
         sizes = np.full(len(anew), self.run.grid.step)
         starts = self._restarts(firsts[anew], part.rows[anew + 1], part.p[anew], sizes, moving=False)
-        into = dict(zip(anew.tolist(), range(len(anew)), strict=True))
         inside = [stretch for k in sorted(part.cut) for stretch in part.cut[k]]
         stepped = self._linearise_stepped([stretch for stretch in inside if not stretch.short])
         stretches = (self._linearise_short_stretch(item) if item.short else next(stepped) for item in inside)
         cuts = {k: self._through(part, blocks, k, stretches) for k in sorted(part.cut)}
         kept = {k: inertia for k, (_, inertia) in cuts.items()}
-        matrices = self._matrices(part, plain, before, after, starts, into, kept)
+        matrices = self._matrices(part, starts, kept)
         # by the step before which a map comes, or with which a sweep begins
         moves: dict[tuple[int, bool], Sweep | Cut] = {(k, False): cut for k, (cut, _) in cuts.items()}
         moves |= {(step, False): cut for step, cut in self._into_starts(part, blocks, anew, starts).items()}
@@ -248,19 +241,12 @@ class JumpRun(StartedRun[JumpPart]):
         firsts[:, held] = part.rows[1:, held]
         return np.array([k for k in range(len(part.samples)) if k not in part.cut], dtype=np.intp), firsts
 
-    def _matrices(
-        self,
-        part: JumpSegment,
-        plain: NDArray[np.intp],
-        before: States,
-        after: States,
-        starts: Restarts,
-        into: Mapping[int, int],
-        kept: Mapping[int, Array],
-    ) -> StepMatrices:
-        """Return the matrices of the steps `plain` without a jump inside, with a column for time after the parameters.
-        `before` and `after` are the states at both ends, `starts` the steps that start anew, ``into`` their numbers by
-        step, ``kept`` W = 1/M_ii after cut steps."""
+    def _matrices(self, part: JumpSegment, starts: Restarts, kept: Mapping[int, Array]) -> StepMatrices:
+        """Return the matrices of the steps without a jump inside, with a column for time after the parameters. `starts`
+        are the starts of steps that start anew, in order, ``kept`` W = 1/M_ii after cut steps."""
+        plain, firsts = self._plain(part)
+        before, after = (states_of(rows, self.run.model) for rows in (firsts[plain], part.rows[plain + 1]))
+        into = {step: number for number, step in enumerate(plain[part.anew[plain]].tolist())}
         of_ends = self.equations.blocks(self._blocks(after, part.p[plain + 1], after.t))
         known, a = part.memory, np.zeros((len(plain), self.equations.nv))
         inertia, every = part.inertia, np.zeros((len(plain), len(part.inertia)))
@@ -292,12 +278,11 @@ class JumpRun(StartedRun[JumpPart]):
     ) -> StepMatrices:
         """Return the matrices of steps from partials of the equations at the ends, with ``more`` (n, rows, columns),
         changes of e with time and size, after the parameters."""
-        e = self.equations
-        columns = dict(
-            zip(("Rp", "Fp", "Hp", "Zp"), np.split(more, np.cumsum([e.nv, e.nz, e.holonomic]), axis=1), strict=True)
-        )
-        columns["Fp"] = -columns["Fp"]  # e has minus the rates
-        blocks = {**blocks, **{name: np.concatenate([blocks[name], x], axis=2) for name, x in columns.items()}}
+        e, blocks = self.equations, dict(blocks)
+        parts = np.split(more, np.cumsum([e.nv, e.nz, e.holonomic]), axis=1)
+        parts[1] = -parts[1]  # e has minus the rates
+        for name, part in zip(("Rp", "Fp", "Hp", "Zp"), parts, strict=True):
+            blocks[name] = np.concatenate([blocks[name], part], axis=2)
         coefficients, values = (size, *self.coefficients[1:]), self._blocks(before, p, before.t)
         return step_matrices(e, blocks, before, after, values, a, coefficients, inertia)[0]
 
@@ -408,7 +393,7 @@ class JumpRun(StartedRun[JumpPart]):
         change = sizes * np.max(np.abs(a), axis=1, initial=0.0)
         change = change + COMPUTED * np.max(np.abs(np.concatenate([after.v, states.v], axis=1)), axis=1, initial=0.0)
         rounded = 1e-13 * np.max(np.abs(states.q), axis=1, initial=1.0)
-        wrong = off > (_OTHER * change if whole else _OTHER * change * sizes + rounded)
+        wrong = off > (1e-3 * change if whole else 1e-3 * change * sizes + rounded)  # of another method
         if wrong.any():
             t = float(states.t[int(np.argmax(wrong))])
             fault = f"the jump at t = {t:.6g} s excites motions too fast for the step: no derivatives [E0581]"
@@ -437,7 +422,7 @@ class JumpRun(StartedRun[JumpPart]):
         """Return the map of a cut step from the record before it and the parameters to the record at its end, and W
         there. A cut step has samples or events inside; `stretches` yields its parts made linear. `blocks` are input
         blocks at the rows of the part."""
-        e, count, size = self.equations, self.equations.parameters, self.linear.record_size
+        count, size = self.equations.parameters, self.linear.record_size
         start = rows_of(blocks, slice(step, step + 1))
         record, dp = np.eye(size + count)[:size], np.eye(size + count)[size:]
         time = np.zeros((1, size + count))
@@ -464,13 +449,9 @@ class JumpRun(StartedRun[JumpPart]):
             record, time = before + by_size[:, np.newaxis] * change, time + change
         inertia = made.of_inertia @ np.concatenate([entering, change])
         if part.cut[step][-1].renews:
-            row = part.rows[step + 1 : step + 2]
-            renewed = self._restarts(
-                row, row, part.p[step + 1 : step + 2], np.array([self.run.grid.step]), moving=False, whole=False
-            )
-            nv, nz = e.nv, e.nz
-            kept = np.concatenate([record[: 2 * nv], record[3 * nv : 3 * nv + nz], dp, np.zeros((2, size + count))])
-            record = renewed.record[0] @ kept
+            row, p = part.rows[step + 1 : step + 2], part.p[step + 1 : step + 2]
+            renewed = self._restarts(row, row, p, np.array([self.run.grid.step]), moving=False, whole=False)
+            record = renewed.record[0] @ np.concatenate([record[self._kept_by_jumps], dp, np.zeros((2, size + count))])
         return Cut(step, record, inertia if len(inertia) else None), made.inertia
 
     def _linearise_short_stretch(self, stretch: StepPart) -> LinearStretch:
@@ -494,10 +475,8 @@ class JumpRun(StartedRun[JumpPart]):
             dz + h * dzdot + zdot.T * by_size,
             starts.record[0][3 * nv + nz :],
         ]
-        ended = after._replace(a=starts.vdot, multipliers=starts.multipliers)
-        return LinearStretch(
-            np.concatenate(moved), self._blocks(ended, p, middle), starts.inertia[0], starts.of_inertia[0]
-        )
+        ended = self._blocks(after._replace(a=starts.vdot, multipliers=starts.multipliers), p, middle)
+        return LinearStretch(np.concatenate(moved), ended, starts.inertia[0], starts.of_inertia[0])
 
     def _linearise_stepped(self, stretches: Sequence[StepPart]) -> Iterator[LinearStretch]:
         """Yield the parts of cut steps that are taken as whole steps of their own size, made linear, in order."""
@@ -505,9 +484,7 @@ class JumpRun(StartedRun[JumpPart]):
             return
         e, factors = self.equations, self.equations.model.factors
         nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters
-        first, last, p = (
-            np.array([getattr(stretch, name) for stretch in stretches]) for name in ("first", "last", "p")
-        )
+        first, last, p = (np.array([getattr(item, name) for item in stretches]) for name in ("first", "last", "p"))
         sizes, middle = last[:, 0] - first[:, 0], 0.5 * (first[:, 0] + last[:, 0])
         moving, h = any(stretch.event >= 0 for stretch in stretches), sizes[:, np.newaxis]
         starts = self._restarts(first, last, p, sizes, moving=moving, whole=False)

@@ -1,6 +1,6 @@
 """A run made linear part by part: states and inputs at its rows, and derivatives of functionals by rows.
 
-The linear form of a step belongs to its method: ``alpha_run``, ``transition_run``.
+The linear form of a step belongs to the method: ``alpha_run``, ``transition_run``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from eomgen.formula.features import rough_operations
 from eomgen.products.derivatives.equations import StepEquations, rows_of
 from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
-from eomgen.products.derivatives.start import LinearizedRest, LinearizedStart, StateDirections, at_rest
+from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
@@ -139,8 +139,7 @@ class LinearRun(ABC, Generic[PartType]):
         self.motion, self.columns, self.samples, self.start = motion, by.columns, by.samples, start
         self.run: Run = motion.run
         model = self.run.model
-        holonomic = int(model.library.layout["sizes"]["holonomic"])
-        self.equations = StepEquations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
+        self.equations = StepEquations(model, self.run.parameters, by.columns["p"], rows, len(by.samples))
         self.rest: LinearizedRest | None = None
         self.asked = self._directions()
 
@@ -223,21 +222,9 @@ class LinearRun(ABC, Generic[PartType]):
         if len(weighed):
             Y, Yp = self.equations.output_partials(rows_of(part.blocks, weighed))
             result[weighed] = np.swapaxes(Y, 1, 2) @ of_outputs[weighed]
-            own = weighed >= (part.first > 0)
-            by[: self.equations.parameters] += np.einsum("nop,nof->pf", Yp[own], of_outputs[weighed[own]])
+            new_rows = weighed >= (part.first > 0)
+            by[: self.equations.parameters] += np.einsum("nop,nof->pf", Yp[new_rows], of_outputs[weighed[new_rows]])
         return result
-
-    def linear_start(self, share: float) -> LinearizedStart:
-        """Return the start made linear; ``share`` as of ``LinearizedStart``."""
-        begun, grid = self.motion.start, self.run.grid
-        state = begun["q"], begun["v"], begun.get("z", np.zeros(0))
-        first_step = np.array([grid.start + 0.5 * grid.step])
-
-        def prescribed_at(part: float) -> PrescribedInputs:
-            return self.prescribe(np.array([grid.start + part * grid.step]), first_step)
-
-        start = self.equations, grid.start, grid.step, *state, prescribed_at, self.moved_inputs, share
-        return LinearizedStart(*start, self.start.asked)
 
     def _directions(self) -> StateDirections:
         """Return the changes of the requested start along the directions, one column each, with changes of parameters.

@@ -21,17 +21,9 @@ _LANES = 8
 #: Files of ``templates/derivatives`` in an order in which each reads the earlier ones alone; the first has the
 #: declarations.
 _FILES = (
-    *(
-        "steps.h",
-        "algebra.c",
-        "sparse_factors.c",
-        "generalized_alpha.c",
-        "step_plan.c",
-        "step_matrices.c",
-        "step_factors.c",
-    ),
-    *("step_reactions.c", "step_rotations.c", "step_tangents.c", "step_adjoints.c"),
-)
+    "steps.h", "algebra.c", "sparse_factors.c", "generalized_alpha.c", "step_plan.c", "step_matrices.c",
+    "step_factors.c", "step_reactions.c", "step_rotations.c", "step_tangents.c", "step_adjoints.c",
+)  # fmt: skip  # in order
 
 
 @functools.cache
@@ -45,9 +37,9 @@ def _routine() -> tuple[Any, Any]:
 _GROUPS = ("SO3", "R3xSO3", "SE3")
 #: Matrices of a step in the order of the C.
 _BLOCKS = (
-    *("Rq", "Fq", "Hq", "Zq", "Rv", "Fv", "Zv", "Ra", "Rz", "Fz", "L", "T", "G"),
-    *("Rp", "Fp", "Hp", "Zp", "N", "Np", "reaction"),
-)
+    "Rq", "Fq", "Hq", "Zq", "Rv", "Fv", "Zv", "Ra", "Rz", "Fz", "L", "T", "G",
+    "Rp", "Fp", "Hp", "Zp", "N", "Np", "reaction",
+)  # fmt: skip  # in order
 
 
 #: Matrices of linearised steps by name, (steps, rows, columns) each, as ``templates/derivatives/generalized_alpha.c``
@@ -81,11 +73,8 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
     from_start = ffi.cast("const double *", B.ctypes.data)
     pointers = [ffi.cast("double *", array.ctypes.data) for array in (W, moved, G, eta, reaction)]
     room = ffi.from_buffer("double[]", np.empty(_LANES * (nh * nh + 2 * nh * nv + 2 * nh + nv)))
-    columns = nv if W.ndim == 2 else 0
-    done = lib.eomgen_step_reactions(
-        count, nv, nh, from_start, B.strides[0] // 8, pointers[0], columns, *pointers[1:], room
-    )
-    if done != count:
+    of_W = pointers[0], nv if W.ndim == 2 else 0
+    if lib.eomgen_step_reactions(count, nv, nh, from_start, B.strides[0] // 8, *of_W, *pointers[1:], room) != count:
         fault = "the multipliers of velocities in a step are not unique: constraints repeat each other [E0585]"
         raise NumericalError(Problem("sensitivities", fault, "constraints that do not repeat"))
     return G, eta, reaction
@@ -223,12 +212,8 @@ class LinearSteps:
         arguments.steps, arguments.directions, arguments.turns = steps, directions, len(self._turn)
         A, T = np.ascontiguousarray(matrices["A"]), np.ascontiguousarray(matrices["T"])
         turn, coefficients = ffi.from_buffer("long[]", self._turn), self._doubles(self._coefficients)
-        arguments.turn, arguments.coefficients, arguments.A, arguments.T = (
-            turn,
-            coefficients,
-            self._doubles(A),
-            self._doubles(T),
-        )
+        arguments.turn, arguments.coefficients = turn, coefficients
+        arguments.A, arguments.T = self._doubles(A), self._doubles(T)
         arguments.scale = self._doubles(self._scale)
         for block, name in zip(arguments.block, _BLOCKS, strict=True):
             array = T if name == "T" else matrices[name]

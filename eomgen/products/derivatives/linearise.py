@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.arrays import Array, count_of
+from eomgen.base.arrays import count_of
 from eomgen.base.calls import checked_call, names_of
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState, check_initial, initial_state, starts_of, values_by_joint
@@ -17,6 +17,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import comparisons, symbols
+from eomgen.formula.nodes import Formula
 from eomgen.integrators.families.family import LinearStep, LinearTransitions
 from eomgen.integrators.families.register import Method, method_named
 from eomgen.products.derivatives.alpha_run import AlphaRun
@@ -82,7 +83,7 @@ def sensitivities(
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
 ) -> Sensitivities:
-    """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
+    """Return derivatives of a run's outputs in parameters and the initial state, exact for the discrete steps.
 
     The run is the run of ``simulate`` with the same options. Residuals of Newton's iteration are in the derivatives,
     too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.
@@ -154,29 +155,32 @@ def sensitivities(
     names, directions = _directions(model, by, signals, grid.whole)
     parameter_names = [list(model.parameters)[column] for column in directions.columns["p"]]
     _check_formulas(model, signals, parameter_names)
-    _check_switches(model, signals, parameter_names)
     chosen.check_span(run, changed=request.changed)
     state, _, _ = request.initial_state(run)
-    start = _start(model, initial, run.parameters, state, parameter_names, at_rest=request.at_rest)
+    start = _start(run, initial, state, parameter_names, at_rest=request.at_rest)
     rows = [row for places in outputs.values() for row in places]
     stepper = Stepper(chosen.library, run.settings, run.parameters)
-    linear = _linear_run(run, stepper, state, linear_step, start, directions, rows)
+    jumps = stepper.layout["sampled"] or "events" in stepper.layout["method"]
+    motion: type[ReplayedRun] = ReplayedRun
+    linear_run: Callable[..., LinearRun[Any]] = TransitionRun
+    if isinstance(linear_step, LinearStep):
+        of_step = 48 * (model.nv + model.nz) * (model.nv + model.nz + len(model.multipliers))
+        motion, linear_run = (JumpMotion, JumpRun) if jumps else (ReplayedRun, AlphaRun)
+    else:
+        of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
+        motion = PartitionedMotion if linear_step.b and model.multipliers else ReplayedRun
+    linear = linear_run(motion(run, stepper, state, of_step), start, directions, rows)
     check_crossings(linear, names)
     return Sensitivities(linear, names, outputs)
 
 
 def _start(
-    model: CompiledModel,
-    initial: Mapping[str, Any] | None,
-    p: Array,
-    state: InitialState,
-    by: Sequence[str],
-    *,
-    at_rest: bool,
+    run: Run, initial: Mapping[str, Any] | None, state: InitialState, by: Sequence[str], *, at_rest: bool
 ) -> Start:
     """Return the dependence of a run's initial state on the parameters ``by``. `initial` is the caller's, `state` the
     state with which the run begins, at static equilibrium if `at_rest`. Raises UsageError if derivatives of the initial
     state in the parameters are not known."""
+    model, p = run.model, run.parameters
     asked = initial_state(model, initial, p, asked=not at_rest)
     if at_rest:
         asked = InitialState(state.q, asked.v, state.z)
@@ -198,32 +202,6 @@ def _start(
             elif factor is not None and part in parts:
                 slope[factor.v] = 0.0
     return Start(asked, slopes=slopes)
-
-
-def _linear_run(
-    run: Run,
-    stepper: Stepper,
-    state: InitialState,
-    step: LinearStep | LinearTransitions,
-    start: Start,
-    by: DerivativeVariables,
-    rows: Sequence[int],
-) -> LinearRun[Any]:
-    """Return the run made linear, of the class that fits the method and the jumps, ready for tangents and adjoints.
-    `rows` are the components of outputs with derivatives, `by` the variables, `state` and `start` the initial state."""
-    model = run.model
-    motion: type[ReplayedRun]
-    linear: Callable[..., LinearRun[Any]]
-    if isinstance(step, LinearStep):
-        of_step = 48 * (model.nv + model.nz) * (model.nv + model.nz + len(model.multipliers))
-        jumps = stepper.layout["sampled"] or "events" in stepper.layout["method"]
-        motion = JumpMotion if jumps else ReplayedRun
-        linear = JumpRun if jumps else AlphaRun
-    else:
-        of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
-        motion = PartitionedMotion if step.b and model.multipliers else ReplayedRun
-        linear = TransitionRun
-    return linear(motion(run, stepper, state, of_step), start, by, rows)
 
 
 def _directions(
@@ -366,29 +344,27 @@ def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
 
 
 def _check_formulas(model: CompiledModel, inputs: Collection[str], by: Sequence[str]) -> None:
-    """Raise UsageError for an input given by the caller whose formula in the scene contains a parameter of ``by``.
-    Partials would belong to the formula, which the run does not use."""
-    for item in model.description.inputs:
-        if item.name not in inputs or item.formula is None:
-            continue
-        inside = [symbol.name for symbol in symbols(item.formula) if symbol.kind == "parameter" and symbol.name in by]
-        if inside:
-            fault = f"the input {item.name} is given, but derivatives by {inside[0]} belong to its formula [E0613]"
-            raise UsageError(Problem("inputs", fault, f"by=... without {inside[0]}, or {item.name} by its formula"))
+    """Raise UsageError for an input given by the caller whose formula in the scene contains a parameter of ``by``:
+    partials would belong to the formula, which the run does not use. Also for a comparison of time with such a
+    parameter: the instant at which a formula takes another branch moves with it, which no partial derivative shows."""
 
+    def parameter_in(formula: Formula) -> str:
+        names = (symbol.name for symbol in symbols(formula) if symbol.kind == "parameter")
+        return next((name for name in names if name in by), "")
 
-def _check_switches(model: CompiledModel, inputs: Collection[str], by: Sequence[str]) -> None:
-    """Raise UsageError for a comparison of time with a parameter of ``by``: the instant at which a formula takes
-    another branch moves with it, which no partial derivative shows."""
-    formula_inputs = [item for item in model.description.inputs if item.name not in inputs]
-    of_inputs = [item.formula for item in formula_inputs if item.formula is not None]
-    for formula in (*model.description.formulas, *of_inputs):
-        for condition in comparisons(formula):
-            inside = symbols(condition)
-            name = next((symbol.name for symbol in inside if symbol.kind == "parameter" and symbol.name in by), "")
-            if name and any(symbol.kind == "time" for symbol in inside):
-                fault = f"{name} moves the instant at which a formula takes another branch, without derivatives [E0614]"
-                raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
+    followed = list(model.description.formulas)
+    prescribed = {item.name: item.formula for item in model.description.inputs if item.formula is not None}
+    for input_name, formula in prescribed.items():
+        if input_name not in inputs:
+            followed.append(formula)
+        elif name := parameter_in(formula):
+            fault = f"the input {input_name} is given, but derivatives by {name} belong to its formula [E0613]"
+            raise UsageError(Problem("inputs", fault, f"by=... without {name}, or {input_name} by its formula"))
+    for condition in (condition for formula in followed for condition in comparisons(formula)):
+        name = parameter_in(condition)
+        if name and any(symbol.kind == "time" for symbol in symbols(condition)):
+            fault = f"{name} moves the instant at which a formula takes another branch, without derivatives [E0614]"
+            raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
 
 
 def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep | LinearTransitions:

@@ -17,9 +17,6 @@ from eomgen.products.derivatives.equations import solve
 from eomgen.products.derivatives.linear_operations import Block, Instant, LinearOperations, Moved, add
 from eomgen.products.derivatives.motion import ReplayedRun
 
-#: Corrections of positions at most.
-_CORRECTIONS = 16
-
 
 class PartitionedMotion(ReplayedRun):
     """A run by coordinate partitioning, whose segments keep the dependent components of each step, which rows lack."""
@@ -50,7 +47,7 @@ class PartitionedOperations(LinearOperations):
         if 0 < nh < nl:
             q = self._moved_onto(q, z, t, unit)
         position = q.value
-        for _ in range(_CORRECTIONS if nh == nl else 0):
+        for _ in range(16 if nh == nl else 0):
             values = self.blocks(position, v.value, z.value, t)
             (Phi,) = equations.of("constraint", values).values()
             (B,) = equations.of("constraint_jacobian", values).values()
@@ -85,7 +82,7 @@ class PartitionedOperations(LinearOperations):
         """
         equations, nv, nl, nh = self.of, self.nv, self.nl, self.of.holonomic
         rows, rates = slice(-nl - nh, -nl), slice(-nl, None)
-        for _ in range(_CORRECTIONS):
+        for _ in range(16):
             values = self.blocks(q.value, np.zeros((self.count, nv)), z.value, t)
             (Phi,) = equations.of("constraint", values).values()
             still = equations.partials(values)

@@ -1,4 +1,4 @@
-"""Derivatives of a run in parameters, inputs and the initial state, exact for its discrete steps: tangents and
+"""Derivatives of a run in parameters, inputs and the initial state, exact for the discrete steps: tangents and
 adjoints."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Second derivatives of functionals of a run, exact for its discrete steps, its start, and increments of rotations.
+"""Second derivatives of functionals of a run, exact for the discrete steps, the start, and increments of rotations.
 
 Steps have e(x) = 0, x a row with parameters; a functional is a sum of w . y(x) over rows. Along directions i and j with
 tangents dx_i, dx_j and the multipliers mu of its adjoint, its second derivative is
@@ -111,11 +111,13 @@ class StartSecondDerivatives:
     def __init__(self, run: AlphaRun, second: StateDirections | None = None) -> None:
         self.start, self.W, self.equations = run.beginning, run.inverse_inertia, run.equations
         self.rest = run.rest
-        self.asked, self.on, self.stages = (run.asked,) * 2, (run.along,) * 2, (run.stages,) * 2
+        self.asked, self.stages, along = (run.asked,) * 2, (run.stages,) * 2, (run.along,) * 2
         if second is not None:
             on = on_constraints(self.start, second, self.W) if self.equations.nl else second
-            self.asked, self.on = (run.asked, second), (run.along, on)
+            self.asked, along = (run.asked, second), (run.along, on)
             self.stages = run.stages, self.start.stages(run.equation_directions(on))
+        self.on = [run.equation_directions(directions) for directions in along]
+        self.changes_of_W = [directions.dp[len(run.asked.dp) :] for directions in along]
         self.hessian = np.zeros((run.size, self.asked[1].dq.shape[1]))
 
     def of(self, state: Array, record: Array, of_inertia: Array) -> Array:
@@ -151,8 +153,7 @@ class StartSecondDerivatives:
     def _inertia(self, of_inertia: Array, back: StartDerivatives) -> None:
         """Add the second derivatives of W = 1/M_ii to the Hessian, and its derivatives in q to `back`. ``of_inertia``
         (nv,) are multipliers of W."""
-        nv, W, size = self.equations.nv, self.W, len(self.asked[0].dp)
-        dW = [directions.dp[size:] for directions in self.on]
+        nv, W, dW = self.equations.nv, self.W, self.changes_of_W
         self.hessian += dW[0].T @ (2.0 * (of_inertia / W)[:, np.newaxis] * dW[1])
         omega = of_inertia * W**2 * follows_inertia(W, self.stages[0][0].matrix[:nv, :nv])
         values = self.stages[0][0].values
@@ -160,7 +161,7 @@ class StartSecondDerivatives:
         units["v"], units["a"] = np.zeros((nv + 1, nv)), np.eye(nv + 1, nv)
         multipliers = np.zeros((nv + 1, self.equations.rows))
         multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, minus the value at rest
-        rows = [self._row(directions.dq, directions.dp[:size]) for directions in self.on]
+        rows = [self._row(directions.dq, directions.dp) for directions in self.on]
         changes = self.equations.second_partials(units, multipliers, np.repeat(rows[1][np.newaxis], nv + 1, axis=0))
         self.hessian += rows[0].T @ changes.sum(axis=0)
         back.q = back.q - omega @ inertia_partials(self.equations, self.start.first[0])[1][0]
@@ -169,23 +170,20 @@ class StartSecondDerivatives:
         """Add the second derivatives of moving velocities onto the constraints to the Hessian, and take `back` through
         the move."""
         equations, stage = self.equations, self.stages[0][0]
-        nv, nz, nh, nl, size = equations.nv, equations.nz, equations.holonomic, equations.nl, len(self.asked[0].dp)
+        nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
         M, B = stage.matrix[:nv, :nv], stage.matrix[nv:, :nv]
         solved = np.linalg.solve(stage.matrix, np.concatenate([back.v, np.zeros(nl)]))
         tau = np.concatenate([np.zeros(nv + nz + nh), solved[nv:]])
         moved = [directions.dv - asked.dv for directions, asked in zip(self.on, self.asked, strict=True)]
-        along = [
-            StateDirections(directions.dq, directions.dv, directions.dz, directions.dp[:size]) for directions in self.on
-        ]
-        self._add_moving_projection(M, B, solved[:nv], moved, along)
-        rows = [self._row(directions.dq, directions.dp, directions.dv) for directions in along]
+        self._add_moving_projection(M, B, solved[:nv], moved, self.on)
+        rows = [self._row(directions.dq, directions.dp, directions.dv) for directions in self.on]
         self._pair(rows[0], rows[1], tau, np.zeros(nl))
         back.q = back.q - tau @ stage.partials.Jq[0]
 
     def _position(self, back: StartDerivatives) -> None:
         """Add the second derivatives of moving positions onto the constraints to the Hessian, and take `back` through
         the move."""
-        equations, stage, size = self.equations, self.stages[0][0], len(self.asked[0].dp)
+        equations, stage = self.equations, self.stages[0][0]
         nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
         M, B = stage.matrix[:nv, :nv], stage.matrix[nv : nv + nh, :nv]
         R = np.linalg.solve(M, B.T)
@@ -199,7 +197,7 @@ class StartSecondDerivatives:
         self.hessian -= 0.5 * self._brackets(gamma, d[1], d[0]) + self._brackets(gamma, moved[1], d[0])
         self.hessian -= 0.5 * self._brackets(gamma, moved[1], moved[0])
         multipliers = np.concatenate([np.zeros(nv + nz), of_rows, np.zeros(nl)])
-        rows = [self._row(directions.dq, directions.dp[:size]) for directions in self.on]
+        rows = [self._row(directions.dq, directions.dp) for directions in self.on]
         self._pair(rows[0], rows[1], multipliers, np.zeros(nl))
         back.q = gamma
 
@@ -294,7 +292,7 @@ class Gradients:
 
 @dataclass(frozen=True)
 class _AlphaTangents:
-    """A part of a run made linear, with tangents at its rows and of its steps along directions.
+    """A part of a run made linear, with tangents at the rows and of the steps along directions.
 
     Attributes
     ----------
@@ -378,12 +376,9 @@ def hessians(run: AlphaRun, weights: Sequence[RowWeights], known: Gradients | No
     adjoint = known.adjoint if known is not None and swept else RunAdjoint.of(run, len(weights))
     result = np.zeros((len(weights), run.size, run.size))
     for number_of_part, tangents in enumerate(_parts(run, run.along, run.state, run.record)):
-        of_part = swept[number_of_part] if swept else take_back(run, tangents.part, weights, adjoint)
-        multipliers, ends, of_outputs = of_part
+        of = swept[number_of_part] if swept else take_back(run, tangents.part, weights, adjoint)
         for number in range(len(weights)):
-            of_rows, of_steps, of_parameters = tangents.changes(
-                run, multipliers[..., number], ends[..., number], of_outputs[..., number]
-            )
+            of_rows, of_steps, of_parameters = tangents.changes(run, *(each[..., number] for each in of))
             result[number] += _inner_product(tangents.rows[tangents.own], of_rows)
             result[number] += _inner_product(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
     for number in range(len(weights)):

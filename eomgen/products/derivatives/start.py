@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ from eomgen.base.rounding import COMPUTED
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import EquationPartials, StepEquations, bordered_matrix
+from eomgen.products.derivatives.equations import EquationPartials, StepEquations, bordered_matrix, rows_of
 from eomgen.products.derivatives.steps import STAGES, WEIGHTS
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
@@ -56,7 +57,7 @@ class LinearizedRest:
 def at_rest(
     equations: StepEquations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None
 ) -> LinearizedRest:
-    """Return the static equilibrium at the start of a run made linear, with its derivatives in the parameters.
+    """Return the static equilibrium at the start of a run made linear, with derivatives in the parameters.
 
     Parameters
     ----------
@@ -113,7 +114,7 @@ def moved_positions(
         largest = max(largest, size)
         if size <= 1e-13 * max(largest, 1.0):  # later steps change no derivative
             break
-        dc = step.changes(equations, values, partials, B @ dq + partials.P[0, rows] @ dp, (dq, dp))
+        dc = step.changes(equations, values, B @ dq + partials.P[0, rows] @ dp, dq, dp)
         turns = c * [unit == "rad/s" for unit in equations.model.v_units]
         k = int(np.argmax(np.abs(turns)))
         if (turn := abs(turns[k])) > 1.0:  # steps turn by 1 rad at most
@@ -123,37 +124,29 @@ def moved_positions(
     return dq
 
 
-def moved_velocities(
-    equations: StepEquations,
-    state: InitialState,
-    t: Array,
-    prescribed: PrescribedInputs,
-    dq: Array,
-    dv: Array,
-    dp: Array,
-) -> Array:
+def moved_velocities(equations: StepEquations, values: dict[str, Array], dq: Array, dv: Array, dp: Array) -> Array:
     """Return the changes (nv, n) of velocities after the step onto the constraints. dq, dv (nv, n) and dp (parameters,
-    n) are changes of positions, of requested velocities and of parameters; `state` has positions on the constraints,
-    velocities as requested."""
+    n) are changes of positions, of requested velocities and of parameters; `values` are input blocks at positions on
+    the constraints, with velocities as requested."""
     nv, nl = equations.nv, equations.nl
-    values = _values(equations, state, t, prescribed)
     partials = equations.partials(values)
     rows = slice(nv + equations.nz + equations.holonomic, None)
     B = partials.Jv[0, rows]
     w = equations.of("constraint_velocity", values)["w"][0, :nl]
     change = partials.Jq[0, rows] @ dq + B @ dv + partials.P[0, rows] @ dp
-    moved: Array = dv - _Correction.of(partials, B, w).changes(equations, values, partials, change, (dq, dp))
+    moved: Array = dv - _Correction.of(partials, B, w).changes(equations, values, change, dq, dp)
     return moved
 
 
 @dataclass(frozen=True)
 class _Correction:
     """A step c (nv,) onto constraints, with M c = B^T sigma and B c = off; ``matrix`` is the matrix of these
-    equations."""
+    equations, ``partials`` are of e before the step."""
 
     c: Array
     sigma: Array
     matrix: Array
+    partials: EquationPartials
 
     @classmethod
     def of(cls, partials: EquationPartials, B: Array, off: Array) -> _Correction:
@@ -161,20 +154,13 @@ class _Correction:
         nv = B.shape[1]
         matrix = bordered_matrix(partials.Ja[0, :nv], B, -B.T)
         solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off]))
-        return cls(solution[:nv], solution[nv:], matrix)
+        return cls(solution[:nv], solution[nv:], matrix, partials)
 
-    def changes(
-        self,
-        equations: StepEquations,
-        values: dict[str, Array],
-        partials: EquationPartials,
-        of_off: Array,
-        along: tuple[Array, Array],
-    ) -> Array:
-        """Return the changes (nv, n) of c by changes `along` (dq, dp) of positions and parameters, and `of_off` of B c.
-        ``values`` and `partials` belong to accelerations and multipliers of 0. The residual is affine in accelerations
-        and multipliers, and rates of constraints in velocities."""
-        (nv, count), (dq, dp) = (len(self.c), len(self.sigma)), along
+    def changes(self, equations: StepEquations, values: dict[str, Array], of_off: Array, dq: Array, dp: Array) -> Array:
+        """Return the changes (nv, n) of c by changes dq and dp of positions and parameters, and `of_off` of B c.
+        ``values`` belong to accelerations and multipliers of 0. The residual is affine in accelerations and
+        multipliers, and rates of constraints in velocities."""
+        nv, count, partials = len(self.c), len(self.sigma), self.partials
         lam = np.zeros((1, equations.nl))
         lam[0, :count] = -self.sigma
         pushed = {**values, "a": self.c[np.newaxis], "lam": lam}
@@ -183,15 +169,11 @@ class _Correction:
         rates = slice(first, first + count)
         forces = (equations.of("partials", pushed)["K"][0] - partials.Jq[0, :nv]) @ dq
         moved = (equations.of("velocity_partials", moving)["Z"][0, :count] - partials.Jq[0, rates]) @ dq
-        if equations.chosen:  # inputs push alike with and without the step
-            chosen_count = len(equations.chosen)
-            forces = (
-                forces
-                + (equations.parameter_rows(pushed, "Rp", nv)[0] - partials.P[0, :nv, :chosen_count])
-                @ dp[:chosen_count]
-            )
-            by_p = equations.parameter_rows(moving, "Zp", equations.nl)[0, :count] - partials.P[0, rates, :chosen_count]
-            moved = moved + by_p @ dp[:chosen_count]
+        if chosen := len(equations.chosen):  # inputs push alike with and without the step
+            by_p = equations.parameter_rows(pushed, "Rp", nv)[0] - partials.P[0, :nv, :chosen]
+            forces = forces + by_p @ dp[:chosen]
+            by_p = equations.parameter_rows(moving, "Zp", equations.nl)[0, :count] - partials.P[0, rates, :chosen]
+            moved = moved + by_p @ dp[:chosen]
         solution: Array = np.linalg.solve(self.matrix, np.concatenate([-forces, of_off - moved]))
         return solution[:nv]
 
@@ -280,31 +262,33 @@ class StartDerivatives:
         return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, z + of_z, zdot + r, of_lam)
 
 
-@dataclass(frozen=True)
 class LinearizedStart:
     """The start of a run, made linear.
+
+    Parameters
+    ----------
+    run : ``LinearRun``, made linear but for the start
+    share : see below
 
     Attributes
     ----------
     equations : of the run
     t, step : s
     q, v, z : the initial state
-    prescribed_at : inputs and base at a share of the first step
-    moved_inputs : changes of inputs at times along directions of inputs
     share : alpha_m - alpha_f; 0 if vddot is left out
     asked : the requested initial state, before a correction onto the constraints
     """
 
-    equations: StepEquations
-    t: float
-    step: float
-    q: Array
-    v: Array
-    z: Array
-    prescribed_at: Callable[[float], PrescribedInputs]
-    moved_inputs: Callable[[Array], Array | None]
-    share: float
-    asked: InitialState
+    def __init__(self, run: Any, share: float) -> None:
+        begun, grid = run.motion.start, run.run.grid
+        self.equations, self.asked, self.share = run.equations, run.start.asked, share
+        self.t, self.step, self._moved_inputs = grid.start, grid.step, run.moved_inputs
+        self.q, self.v, self.z = begun["q"], begun["v"], begun.get("z", np.zeros(0))
+        self._prescribe: Callable[..., PrescribedInputs] = run.prescribe
+
+    def prescribed_at(self, share: float) -> PrescribedInputs:
+        """Return inputs and base at a share of the first step."""
+        return self._prescribe(np.array([self.t + share * self.step]), np.array([self.t + 0.5 * self.step]))
 
     @property
     def moved_far(self) -> bool:
@@ -393,13 +377,13 @@ class LinearizedStart:
 
     @cached_property
     def first(self) -> tuple[dict[str, Array], EquationPartials]:
-        """Input blocks at the start, with its accelerations and multipliers, and the partials of e there."""
+        """Input blocks at the start, with accelerations and multipliers, and the partials of e there."""
         return self._accelerate(0.0, self.q, self.v)
 
     def _accelerate(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:
         times = np.array([self.t + share * self.step])
-        given = self.prescribed_at(share), self.moved_inputs(times)
-        values = _values(self.equations, InitialState(q, v, self.z), times, *given)
+        prescribed_and_moved = self.prescribed_at(share), self._moved_inputs(times)
+        values = _values(self.equations, InitialState(q, v, self.z), times, *prescribed_and_moved)
         values = self.equations.with_accelerations(values)
         return values, self.equations.partials(values)
 
@@ -419,10 +403,11 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     equations, (values, partials) = start.equations, start.first
     dq, dv, dp = along.dq, along.dv, along.dp
     if start.moved_far:
-        given = np.array([start.t]), start.prescribed_at(0.0)
-        dq = moved_positions(equations, start.asked, *given, dq, dp)
+        time_and_prescribed = np.array([start.t]), start.prescribed_at(0.0)
+        dq = moved_positions(equations, start.asked, *time_and_prescribed, dq, dp)
         dq = nearest_changes(equations, partials, dq[np.newaxis], dv, dp)[0][0]
-        dv = moved_velocities(equations, InitialState(start.q, start.asked.v, start.z), *given, dq, dv, dp)
+        asked = _values(equations, InitialState(start.q, start.asked.v, start.z), *time_and_prescribed)
+        dv = moved_velocities(equations, asked, dq, dv, dp)
     (dq,), (dv,) = nearest_changes(equations, partials, dq[np.newaxis], dv, dp)
     if inverse_inertia.size:
         dp = np.concatenate([dp, changes_of_weights(equations, values, inverse_inertia[np.newaxis], dq, dp)[0]])
@@ -480,16 +465,11 @@ def inertia_partials(equations: StepEquations, values: Mapping[str, Array]) -> t
     """Return M at n states (n, nv, nv), and partials of the diagonal in q, (n, nv, nv), and in the parameters, (n, nv,
     parameters)."""
     nv, count, unit = equations.nv, len(values["t"]), np.arange(equations.nv)
-    many = {
-        name: array if name == "p" and array.ndim == 1 else np.repeat(array, nv + 1, axis=0)
-        for name, array in values.items()
-    }
+    many = rows_of(values, np.repeat(np.arange(count), nv + 1))
     many["v"], many["lam"] = np.zeros_like(many["v"]), np.zeros_like(many["lam"])
     many["a"] = np.tile(np.concatenate([np.zeros((1, nv)), np.eye(nv)]), (count, 1))
     of_residual = equations.of("partials", many)
-    each = [
-        block.reshape(count, nv + 1, nv, -1)
-        for block in (of_residual["M"], of_residual["K"], equations.parameter_rows(many, "Rp", nv))
-    ]
+    blocks = (of_residual["M"], of_residual["K"], equations.parameter_rows(many, "Rp", nv))
+    each = [block.reshape(count, nv + 1, nv, -1) for block in blocks]
     by_q, by_p = ((block[:, 1:] - block[:, :1])[:, unit, unit] for block in each[1:])
     return each[0][:, 0], by_q, np.concatenate([by_p, np.zeros((count, nv, equations.driven))], axis=2)

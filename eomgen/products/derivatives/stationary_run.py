@@ -20,11 +20,8 @@ from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.equations import rows_of
 from eomgen.products.derivatives.functionals import RowWeights
-from eomgen.products.derivatives.motion import RunSegment
+from eomgen.products.derivatives.motion import KEPT_BYTES, RunSegment
 from eomgen.products.derivatives.second_order import StartSecondDerivatives
-
-#: Bytes of partials at all rows above which a run is taken part by part, by its own state.
-_MOST_BYTES = 2**27
 
 
 class StationaryRun:
@@ -50,7 +47,7 @@ class StationaryRun:
         than angles. `weights` are functionals, whose output weights are taken."""
         size = run.size * (run.motion.steps + 1) * (run.equations.nv + run.equations.nz + len(run.equations.outputs))
         plain = not run.equations.nl and all(factor.group == "R" for factor in run.run.model.factors)
-        if not plain or len(run.along.dp) < run.size or 8 * size > _MOST_BYTES:
+        if not plain or len(run.along.dp) < run.size or size > 4 * KEPT_BYTES // 8:
             return None
         row = run.motion.first_row
         rows = np.repeat(row[np.newaxis], run.motion.steps + 1, axis=0)
@@ -91,7 +88,7 @@ class StationaryRun:
         state_count, bending = len(self._bending[0]), [*self._bending[0], *self._bending[1]]
         parameters = np.array(self._bending[1], dtype=int) - width
         direct = np.eye(width + size)[:, bending]
-        together = max(1, _MOST_BYTES // (8 * direct.size + 1))
+        together = max(1, 4 * KEPT_BYTES // (8 * direct.size + 1))
         for first in range(0, row + 1 if bending else 0, together):
             part = slice(first, min(first + together, row + 1))
             along = np.broadcast_to(direct, (part.stop - first, *direct.shape))

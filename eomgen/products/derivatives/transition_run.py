@@ -28,7 +28,7 @@ from eomgen.products.derivatives.linear_run import (
 )
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.partitioned_steps import PartitionedOperations
-from eomgen.products.derivatives.start import on_constraints
+from eomgen.products.derivatives.start import LinearizedStart, on_constraints
 from eomgen.products.derivatives.steps import runge_kutta, variational
 from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
@@ -54,7 +54,7 @@ class TransitionRun(LinearRun[TransitionPart]):
     def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         self.size_of_state = 2 * self.equations.nv + self.equations.nz
-        self.beginning = self.linear_start(0.0)
+        self.beginning = LinearizedStart(self, 0.0)
         self.along = on_constraints(self.beginning, self.asked, np.zeros(0)) if self.equations.nl else self.asked
         _, self.record = self.beginning.tangents(self.along, self.beginning.stages(self.along))
         self.state = np.concatenate([self.along.dq, self.along.dv, self.along.dz])

@@ -31,20 +31,7 @@ if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
 
 
-#: Remedy for operations without a value.
-OTHER_FORMULA = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
 _SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})"}
-#: Displacements to the places around a centre, by the size of a body.
-_AROUND = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
-#: Distance of ends in one place, in parts of their coordinates.
-_MET = 8.0 * float(np.finfo(float).eps)
-#: Remedy for tyres without directions of slip.
-UPRIGHT = "the axis of the wheel's spin, in the axes of its body, and another initial state"
-#: Cause and remedy of a contact whose equations have no solution.
-_NO_CONTACT = (
-    ", and the body meets no single point of the surface, as in a valley that is narrower than the body",
-    "a surface whose radius of curvature is above the radius of the body, or a smaller radius",
-)
 
 
 def cause_of(
@@ -55,17 +42,7 @@ def cause_of(
     (np,) are parameters, ``signals`` the inputs."""
     q, v, z = state
     poses = cache(lambda: poses_of(model.having(("poses",)), t, q, p))
-    cause = _cause(model, q, poses, values_of(model, t, q, v, z, p, signals))
-    if not cause[0] and (tyres := _upright_tyres(model, poses)):
-        return f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
-    return _NO_CONTACT if not cause[0] and "contact with the surface" in block else cause
-
-
-def _cause(
-    model: CompiledModel, q: Array, poses: Callable[[], Mapping[str, Array]], values: SymbolValues
-) -> tuple[str, str]:
-    """Return the cause of blocks that are not finite, as a clause, and a remedy; empty texts if curves, springs,
-    formulas and angles show no cause. ``values`` are numbers by kind, name and index of a symbol."""
+    values: SymbolValues = values_of(model, t, q, v, z, p, signals)
     values = {**values, **_positions(model, poses, values)}
     if left := curves_outside_range(model.description, values) or _left_by_contacts(model, poses, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
@@ -77,7 +54,14 @@ def _cause(
     if angles := large_joint_angles(model.q_names, model.q_units, q):
         return f", where {angles}: {REASON}", SMALLER_ANGLES
     if unknown := operations_without_value(model.description, values):
-        return f", where in a formula {unknown}", OTHER_FORMULA
+        hint = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
+        return f", where in a formula {unknown}", hint
+    if tyres := _upright_tyres(model, poses):
+        hint = "the axis of the wheel's spin, in the axes of its body, and another initial state"
+        return f", where slip.axis of the tyre {tyres} is upright", hint
+    if "contact with the surface" in block:
+        fault = ", and the body meets no single point of the surface, as in a valley that is narrower than the body"
+        return fault, "a surface whose radius of curvature is above the radius of the body, or a smaller radius"
     return "", ""
 
 
@@ -95,12 +79,11 @@ def operations_without_value(description: Description, values: SymbolValues) -> 
 
 
 def _quantity_without_value(formula: EntryQuantity, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    names = formula.word.arguments_of(formula.item)
-    numbers = [evaluate(part, value_of) for part in formula.arguments]
-    value = evaluate(formula, value_of)
+    numbers, value = [evaluate(part, value_of) for part in formula.arguments], evaluate(formula, value_of)
     if all(map(math.isfinite, numbers)) and not math.isfinite(value):
-        argument_values = ", ".join(f"{name} = {number:.6g}" for name, number in zip(names, numbers, strict=False))
-        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {argument_values}"
+        pairs = zip(formula.word.arguments_of(formula.item), numbers, strict=False)
+        texts = [f"{name} = {number:.6g}" for name, number in pairs]
+        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {', '.join(texts)}"
 
 
 def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
@@ -169,7 +152,7 @@ def _met_springs(model: CompiledModel, poses: Callable[[], Mapping[str, Array]],
         ends = [points[line.first], points[line.second]]
         with suppress(ArithmeticError, KeyError):  # of something that is not known here
             places = [place(poses()[end.body], _numbers(values, end.position)) for end in ends]
-            if line.elastic and np.ptp(places, axis=0).max() <= _MET * np.abs(places).max():
+            if line.elastic and np.ptp(places, axis=0).max() <= 8.0 * np.finfo(float).eps * np.abs(places).max():
                 result.append(line.name)
     return f"the spring{'s' * (len(result) > 1)} {listed(result)}" if result else ""
 
@@ -189,15 +172,14 @@ def _left_by_contacts(model: CompiledModel, poses: Callable[[], Mapping[str, Arr
             in_body = rotated(pose[:4] * BACK, place(poses()[item.rider], center) - pose[4:])
             local = (in_body - np.array(origin)) @ np.array(item.axes)
             for curve, argument in used:
-                arguments = [_numbers(_with_place(values, local + off), [argument])[0] for off in size * _AROUND]
+                arguments = []
+                for off in size * np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]):
+                    around = {("local", "position", k): float(x) for k, x in enumerate(local + off)}
+                    arguments += _numbers({**values, **around}, [argument])
                 if _outside(curve, arguments):
                     near = f"within {size:.6g} m of" if size else "at"
                     return f"{_range_of(curve)} and is asked {near} {arguments[0]:.9g} by the constraint {item.name}"
     return ""
-
-
-def _with_place(values: SymbolValues, position: Array) -> SymbolValues:
-    return {**values, **{("local", "position", k): float(position[k]) for k in range(3)}}
 
 
 def _outside(curve: Curve, arguments: Sequence[float]) -> bool:

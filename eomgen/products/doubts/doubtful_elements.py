@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,6 @@ from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.bodies.cross_sections import SHAPES
 from eomgen.scene.design_poses import UnknownPoseError
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
@@ -52,7 +51,7 @@ def doubtful_beams(facts: SceneFacts) -> list[str]:
     return [
         *_sizes(document, lengths, values),
         *(note for beam in exact.values() for note in _stiff_stretch(beam, document, values)),
-        *_rigid_arms(document, axes, lengths, facts.scene["points"], elements, values),
+        *_rigid_arms(facts, axes, lengths),
     ]
 
 
@@ -108,25 +107,18 @@ def _stiff_stretch(beam: Cosserat, document: SceneDocument, values: Values) -> I
         yield f'{key_of("beams", beam.name)}{field}: {note}; model = "inextensible" does not stretch at all [W0289]'
 
 
-def _rigid_arms(
-    document: SceneDocument,
-    axes: Mapping[str, str],
-    lengths: Mapping[str, float],
-    points: Iterable[Point],
-    elements: Iterable[ForceElement],
-    values: Values,
-) -> Iterator[str]:
+def _rigid_arms(facts: SceneFacts, axes: Mapping[str, str], lengths: Mapping[str, float]) -> Iterator[str]:
     """Yield a note on each place of a point or force element that is far from the axis of a beam. ``axes`` has the beam
     by the body that carries places on it, ``lengths`` the length of beams, m."""
     places: list[tuple[str, str, Vector]] = [
         (
-            key_of("points" if point.name in document.section("points") else "frames", point.name, "position"),
+            key_of("points" if point.name in facts.document.section("points") else "frames", point.name, "position"),
             point.body,
             point.position,
         )
-        for point in points
+        for point in facts.scene["points"]
     ]
-    for element in elements:
+    for element in facts.scene["elements"]:
         places += [
             (key_of(element.section, element.name, *parts), body, position)
             for parts, body, position in element.places()
@@ -134,7 +126,7 @@ def _rigid_arms(
     for key, body, position in places:
         if body in axes:
             beam = axes[body]
-            off = math.hypot(*(values.value(part) for part in position[1:]))
+            off = math.hypot(*(facts.values.value(part) for part in position[1:]))
             if off > BESIDE * lengths[beam]:
                 note = f"{off:.4g} m off the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
                 yield f"{key}: {note}: a rigid arm reaches from its sections to there [W0108]"

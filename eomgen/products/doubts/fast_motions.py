@@ -12,7 +12,7 @@ constant, to runs with half the step as well, so no comparison of runs shows it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,10 +41,6 @@ NOTICED = Limit(
     "a tenth of a motion is seen in a plot",
 )
 EXCITED = Limit(3.0, "1", "oscillation after an event or a jump in parts of the one before", "a choice")
-#: The largest double, in place of squares beyond it.
-_LARGEST = float(np.finfo(np.float64).max)
-#: Events and jumps that are looked at, at most.
-_PLACES = 16
 
 
 class _ExaminedState(NamedTuple):
@@ -111,12 +107,12 @@ def _places(finished: FinishedRun) -> list[_ExaminedState]:
         result.append(_ExaminedState("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
     if events is not None:
         held = run.parameters
-        for record in [item for item in events if item.t in acting and item.t < run.grid.end][:_PLACES]:
+        for record in [item for item in events if item.t in acting and item.t < run.grid.end][:16]:
             words = f"the event {record.name} at t = {record.t:.6g} s"
             before = record.q_before, record.v_before, record.z_before, held
             held = parameters_with(events, model, run.parameters, record.modes)
             result.append(_ExaminedState(words, record.t, record.q, record.v, record.z, held, before))
-    for jump in np.setdiff1d(finished.known_jumps(0), acting)[:_PLACES]:
+    for jump in np.setdiff1d(finished.known_jumps(0), acting)[:16]:
         row = int(np.argmin(np.abs(times - jump)))
         if 0 < row < len(times) - 1 and abs(times[row] - jump) < 1e-6 * run.settings["step"]:
             state = q[row], v[row], z[row], parameters_over(events, model, run.parameters, times[row])
@@ -130,23 +126,22 @@ class _UnresolvedModes:
     the recorded rows, as a measure of size."""
 
     run: Run
-    place: _ExaminedState
+    state: _ExaminedState
     step: float
     accelerations: Array
 
     def largest(self) -> _Swing | None:
         """Return the mode with the largest oscillation; None if no oscillation is noticeable."""
-        state, result = self.place, []
+        state, result = self.state, []
         frequencies, forms, mass = self._fast_modes()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
-        energies = np.nan_to_num(energies, nan=_LARGEST, posinf=_LARGEST)
+        energies = np.nan_to_num(energies, nan=np.finfo(np.float64).max)  # infinite squares become the largest as well
         usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), 0.9))  # not zero if a run begins at rest
-        for frequency, form in list(zip(frequencies, forms.T, strict=True)):
+        for frequency, form in zip(frequencies, forms.T, strict=True):
             span = 0.1 / frequency
             later = 0.05 * span if state.jump else 0.0
-            swing, size = self._swing(
-                (state.q, state.v, state.z, state.p), state.t + later, span, frequency, mass @ form, mass
-            )
+            here, weights = (state.q, state.v, state.z, state.p), mass @ form
+            swing, size = self._swing(here, state.t + later, frequency, weights, mass)
             size = max(size, usual)
             deflections = swing / frequency**2 * np.abs(form)
             rounding = SUMMED * reach_of(self.run.model, state.q)
@@ -154,18 +149,17 @@ class _UnresolvedModes:
                 continue
             if state.before is not None:
                 earlier = state.t - 2.05 * span if state.jump else state.t
-                before, _ = self._swing(state.before, earlier, span, frequency, mass @ form, mass)
+                before, _ = self._swing(state.before, earlier, frequency, weights, mass)
                 if not swing > EXCITED * before:
                     continue
-            energy = form * (mass @ form)
-            name = self.run.model.v_names[int(np.argmax(energy))]
+            name = self.run.model.v_names[int(np.argmax(form * weights))]
             result.append(_Swing(swing / size, frequency, name))
         return max(result, default=None)
 
     def _fast_modes(self) -> tuple[Array, Array, Array]:
         """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M (nv, nv), of up to 8 modes that
         oscillate too fast for the step; modes with the largest motion first."""
-        model, (_, t, q, v, z, p, *_) = self.run.model, self.place
+        model, (_, t, q, v, z, p, *_) = self.run.model, self.state
         u = self._inputs(t)
         a, multipliers = self._accelerations((q, v, z, p), t)
         held = {"multipliers": multipliers} if model.multipliers else {}
@@ -186,22 +180,16 @@ class _UnresolvedModes:
         return frequencies[places], forms[:, places], mass
 
     def _swing(
-        self,
-        state: tuple[Array, Array, Array, Array],
-        t: float,
-        span: float,
-        frequency: float,
-        weights: Array,
-        mass: Array,
+        self, state: tuple[Array, Array, Array, Array], t: float, frequency: float, weights: Array, mass: Array
     ) -> tuple[float, float]:
         """Return the amplitude of a mode's acceleration from a state (q, v, z, p) at t, and the size of all
         accelerations, in roots of kinetic energy per s.
 
-        ``weights`` (nv,) is M times the form of the mode; accelerations are taken at three times, at intervals of
-        ``span``, s. An oscillation of amplitude A has the second derivative -W^2 A cos and the first one -W A sin.
+        ``weights`` (nv,) is M times the form of the mode; accelerations are taken at three times, at intervals of a
+        tenth of a radian. An oscillation of amplitude A has the second derivative -W^2 A cos, and the first -W A sin.
         """
         model, (q, v, z, p) = self.run.model, state
-        seen = []
+        seen, span = [], 0.1 / frequency
         a, _ = self._accelerations(state, t)
         for number in range(1, 3):
             seen.append(a)
@@ -227,8 +215,6 @@ class _UnresolvedModes:
         return self.run.signals.rows(np.array([t]))[0] if self.run.takes_rows else None
 
 
-#: Place within a step, in steps: no small multiple of this is whole, so no oscillation hides from it.
-_BETWEEN = 0.382
 UNSEEN = Limit(
     0.8,
     "1",
@@ -310,23 +296,24 @@ def _inputs(finished: FinishedRun) -> list[_Law]:
         return []
     every: Array = run.grid.start + step * np.arange(round((last - run.grid.start) / step), dtype=float)
     begins: Array = every[_chosen(every, step, last, finished.parts.ends)]
-    if not len(begins):
-        return []
-    shares = nodes if seen_at_nodes else np.array([0.0, 1.0])
 
-    def rows(times: Array) -> Array:
+    def rows(share: float) -> Array:
+        times = begins + share * step
         return run.signals.rows(times) if run.takes_rows else model.input_values(times, parameters=run.parameters)
 
-    at_nodes = np.array([rows(begins + share * step) for share in shares])
-    between = rows(begins + _BETWEEN * step)
-    k = int(np.searchsorted(shares, _BETWEEN))
-    part = (_BETWEEN - shares[k - 1]) / (shares[k] - shares[k - 1])
-    shown = (1.0 - part) * at_nodes[k - 1] + part * at_nodes[k]
-    units = model.input_units
-    return [
-        _Law(f"the input {name}", units.get(name, ""), at_nodes[:, :, j], between[:, j], shown[:, j])
-        for j, name in ((k, model.inputs[k]) for k in columns)
-    ]
+    words = [(k, f"the input {model.inputs[k]}", model.input_units.get(model.inputs[k], "")) for k in columns]
+    return _laws(rows, nodes if seen_at_nodes else np.array([0.0, 1.0]), words) if len(begins) else []
+
+
+def _laws(values: Callable[[float], Array], nodes: Array, words: Sequence[tuple[int, str, str]]) -> list[_Law]:
+    """Return as laws the columns, each with a name and a unit, of ``values``, a function of the place in the steps,
+    0 to 1, that returns (steps, columns). A step takes the values at the places ``nodes``, ascending."""
+    fraction = 0.382  # no small multiple of this is whole, so no oscillation hides from it
+    ends, between = np.array([values(node) for node in nodes]), values(fraction)
+    k = int(np.searchsorted(nodes, fraction))
+    part = (fraction - nodes[k - 1]) / (nodes[k] - nodes[k - 1])
+    shown = (1.0 - part) * ends[k - 1] + part * ends[k]
+    return [_Law(name, unit, ends[:, :, j], between[:, j], shown[:, j]) for j, name, unit in words]
 
 
 def searches_left_out(finished: FinishedRun) -> str:
@@ -372,16 +359,10 @@ def _forces(finished: FinishedRun) -> list[_Law]:
     def forces(share: float) -> Array:
         return model.inverse_dynamics(q, v, np.zeros_like(v), t + share * step, u, z=z, parameters=p)
 
-    first, between, last = (forces(share) for share in (0.0, _BETWEEN, 1.0))
-    shown = (1.0 - _BETWEEN) * first + _BETWEEN * last
     kinds = {"rad/s": "N m", "m/s": "N"}
-    return [
-        _Law(
-            f"the force along {name.removeprefix('v.')}, which depends on t,",
-            kinds.get(unit, ""),
-            np.array([first[:, j], last[:, j]]),
-            between[:, j],
-            shown[:, j],
-        )
-        for j, (name, unit) in enumerate(zip(model.v_names, model.v_units, strict=True))
+    named = enumerate(zip(model.v_names, model.v_units, strict=True))
+    words = [
+        (j, f"the force along {name.removeprefix('v.')}, which depends on t,", kinds.get(unit, ""))
+        for j, (name, unit) in named
     ]
+    return _laws(forces, np.array([0.0, 1.0]), words)

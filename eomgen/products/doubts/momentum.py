@@ -8,7 +8,6 @@ which there is no wrench in any row is kept (Marsden and Ratiu, Introduction to 
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -75,8 +74,9 @@ def momentum_drift(
     u = None if signals is None else signals.rows(t)
     M = nonzeros(model, "mass", q, parameters=p)
     forces = model.force(q, v, t, u, z=z, parameters=p)
-    if multipliers is not None:
-        forces = forces - _constraint_forces(model, q, t, p, multipliers[chosen])
+    if multipliers is not None and model.multipliers:
+        B = nonzeros(model, "constraint_jacobian", q, t, parameters=p)
+        forces = forces - (np.nan if B is None else B.transpose().apply(multipliers[chosen], model.nv))
     if M is None:
         return None
     momenta, sizes = M.apply(v, model.nv), M.magnitudes().apply(np.abs(v), model.nv)
@@ -90,14 +90,6 @@ def momentum_drift(
     if not drift[worst] > REPORTED_MOMENTUM or any(_in_water(M.block(root.v)) for root in roots):
         return None
     return Drift(_NAMES[worst], float(drift[worst]))
-
-
-def _constraint_forces(model: CompiledModel, q: Array, t: Array, p: Array, multipliers: Array) -> Array:
-    """Return B^T lam, (rows, nv); NaN if the model has no B, 0 without constraints."""
-    if not model.multipliers:
-        return np.zeros((len(t), model.nv))
-    B = nonzeros(model, "constraint_jacobian", q, t, parameters=p)
-    return np.full((len(t), model.nv), math.nan) if B is None else B.transpose().apply(multipliers, model.nv)
 
 
 def _in_water(M: Array) -> bool:

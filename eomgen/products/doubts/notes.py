@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -48,9 +47,6 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.system.description import BASE
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
-
-if TYPE_CHECKING:
-    pass
 
 
 def unused_names(facts: SceneFacts) -> list[str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,9 +29,6 @@ from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Point, Shape
 
-if TYPE_CHECKING:
-    pass
-
 FACTOR = Limit(100.0, "1", "length in parts of the size of the scene", "a length in mm is 1000 times too long")
 GYRATION = Limit(
     10.0,
@@ -43,8 +40,6 @@ DENSEST = Limit(8_000.0, "kg/m^3", "mass by the cube of the size of the scene", 
 HEAVIEST = Limit(25_000.0, "kg/m^3", "mass by the cube of the size of the body", "osmium has 22 590")
 #: Arms below this, m, give no scale of a scene.
 _SHORTEST = 1e-3
-#: Lengths of force elements, by section.
-_LENGTHS = {"springs": "length", "tyres": "radius"}
 
 
 class _Arm(NamedTuple):
@@ -103,15 +98,13 @@ def _travels(joint: Joint) -> list[float]:
 
 def _far_places(far: Sequence[_Arm], arms: Sequence[_Arm]) -> list[str]:
     """Return a note on each place that is far beyond the other arms and moves with its body."""
-    if not far:
-        return []
-    rest = max(arm.length for arm in arms if arm not in far)
-    notes = []
-    for arm in far:
-        if arm.moves:
-            beside = f"{arm.length:.3g} m from the body's origin, and all else is within {rest:.3g} m"
-            notes.append(f"{arm.key}: {arm.quantity} is {beside}; numbers without a unit are in m [W0119]")
-    return notes
+    rest = max((arm.length for arm in arms if arm not in far), default=0.0)
+    return [
+        f"{arm.key}: {arm.quantity} is {arm.length:.3g} m from the body's origin, and all else is within {rest:.3g} m;"
+        " numbers without a unit are in m [W0119]"
+        for arm in far
+        if arm.moves
+    ]
 
 
 def _too_long(lengths: Iterable[tuple[str, str, float, str]], size: float, *, well_known: bool) -> list[str]:
@@ -147,11 +140,11 @@ def _too_heavy(
             continue
         mass, inertia = values.value(body.mass), [values.value(entry) for entry in body.inertia[:3]]
         side = math.sqrt(6.0 * max(sum(inertia) - 2.0 * entry for entry in inertia) / mass) if mass > 0.0 else 0.0
-        own = max(2.0 * reach[body.name], side)
+        extent = max(2.0 * reach[body.name], side)
         if mass > DENSEST * size * size * size:
             cube = f"a cube of steel as large as the scene, {size:.3g} m, has less"
-        elif min(inertia) > 0.0 and reach[body.name] > _SHORTEST and mass > HEAVIEST * own * own * own:
-            cube = f"a cube of {own:.3g} m, the size of the body, has less of any material"
+        elif min(inertia) > 0.0 and reach[body.name] > _SHORTEST and mass > HEAVIEST * extent * extent * extent:
+            cube = f"a cube of {extent:.3g} m, the size of the body, has less of any material"
         else:
             continue
         note = f"the mass is {mass:.6g} kg, and {cube}; numbers without a unit are in kg [W0118]"
@@ -190,6 +183,12 @@ def _far(arms: Sequence[_Arm]) -> list[_Arm]:
     return []
 
 
+def _gyration(body: Body, values: Values) -> float:
+    """Return the largest radius of gyration of a body, m; 0 without mass or inertia."""
+    mass, largest = values.value(body.mass), max(values.value(entry) for entry in body.inertia[:3])
+    return math.sqrt(largest / mass) if mass > 0.0 and largest > 0.0 else 0.0
+
+
 def _lengths(
     bodies: Iterable[Body], elements: Iterable[ForceElement], shaped: Collection[str], values: Values
 ) -> Iterator[tuple[str, str, float, str]]:
@@ -197,16 +196,15 @@ def _lengths(
     for body in bodies:
         if body.node_of in shaped:
             continue
-        mass, largest = values.value(body.mass), max(values.value(entry) for entry in body.inertia[:3])
-        if body.beam is None and mass > 0.0 and largest > 0.0 and body.node_of in ("", body.name):
-            gyration = math.sqrt(largest / mass)
+        gyration = _gyration(body, values)
+        if body.beam is None and gyration > 0.0 and body.node_of in ("", body.name):
             if body.node_of:
                 key = key_of("beams", body.name)
                 yield f"{key}.rotary_inertia", "the radius of gyration of the sections", gyration, "kg m"
             else:
                 yield key_of("bodies", body.name, "inertia"), "the radius of gyration", gyration, "kg m^2"
     for element in elements:
-        if field := _LENGTHS.get(element.section):
+        if field := {"springs": "length", "tyres": "radius"}.get(element.section):
             key = key_of(element.section, element.name, field)
             yield key, f"the {field}", values.value(getattr(element, field)), "m"
 
@@ -217,18 +215,12 @@ def _lengths_of_constraints(
     """Yield key, quantity, value and unit for each length in constraints, and for the height of each curve that is a
     summand in an equation or a surface in m. The radius of a rolling body is left out if the radius of gyration is
     similar."""
-
-    def gyration(name: str) -> float:
-        body = next((body for body in bodies if body.name == name), None)
-        if body is None or not (mass := values.value(body.mass)) > 0.0:
-            return 0.0
-        return math.sqrt(max(values.value(entry) for entry in body.inertia[:3]) / mass)
-
+    gyrations = {body.name: _gyration(body, values) for body in bodies}
     for item in constraints:
         key = key_of("constraints", item.name)
         for name, formula in item.given_lengths():
             length = values.value(formula)
-            if name == "length" or length >= FACTOR * gyration(item.second.body):
+            if name == "length" or length >= FACTOR * gyrations.get(item.second.body, 0.0):
                 yield f"{key}.{name}", f"the {name.partition('[')[0]}", length, "m"
         height = item.equation if item.surface is None else item.surface
         if item.framed and height is not None and item.unit == "m":
@@ -267,7 +259,12 @@ def angles_of_several_turns(facts: SceneFacts) -> list[str]:
     """Return a note on each angle of more than a turn that is written as a plain number: starts, limits, rests and
     offsets of joints, rotations, and angles in other sections."""
     data = facts.data
-    result = [*_joint_angles(data), *_spring_angles(data), *_rotation_angles(data)]
+    result = [*_joint_angles(data), *_rotation_angles(data)]
+    result += [
+        (f"the torsion spring {name} rests at", value)
+        for name, spring in data.get("torsion_springs", {}).items()
+        if isinstance(value := spring.get("rest"), int | float)
+    ]
     result += [
         angle for row in facts.reading.rows if not row.single for angle in row.plain_angles(data.get(row.key, {}))
     ]
@@ -292,12 +289,6 @@ def _joint_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
             for value, unit in zip(values, units, strict=False):
                 if unit == "rad" and isinstance(value, int | float):
                     yield subject, value
-
-
-def _spring_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
-    for name, spring in data.get("torsion_springs", {}).items():
-        if isinstance(value := spring.get("rest"), int | float):
-            yield f"the torsion spring {name} rests at", value
 
 
 def _rotation_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
@@ -341,10 +332,6 @@ def lengths_against_numbers(facts: SceneFacts) -> list[str]:
     return list(dict.fromkeys(notes))
 
 
-#: Operations whose two operands have one unit.
-_OF_ONE_UNIT = ("lt", "le", "add", "sub")
-
-
 def _against_numbers(facts: SceneFacts) -> list[tuple[str, str, str, float]]:
     """Return the key of a formula, text and unit of a position or a coordinate there, and the plain number that it is
     compared with, added to or subtracted from."""
@@ -365,7 +352,7 @@ def _against_numbers(facts: SceneFacts) -> list[tuple[str, str, str, float]]:
         except FormulaError:
             continue
         for node in distinct_nodes(formula):
-            if isinstance(node, Operation) and node.name in _OF_ONE_UNIT:
+            if isinstance(node, Operation) and node.name in ("lt", "le", "add", "sub"):
                 for symbol, constant in itertools.permutations(node.arguments):
                     if isinstance(symbol, Symbol) and isinstance(constant, Number) and (units := units_of(symbol)):
                         text = infix(symbol, {symbol: len(units)}.__getitem__)

@@ -25,7 +25,8 @@ from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.accuracy import FOLLOWED, STEP_OF_GROWTH, not_followed, passages, passes_growth
 from eomgen.products.doubts.fast_motions import EXCITED, NOTICED, UNRESOLVED, UNSEEN, fast_laws
-from eomgen.products.doubts.limits import (
+from eomgen.products.doubts.places import BACK, place, poses_of, shortest
+from eomgen.products.doubts.sampled_run import (
     ALIASED,
     ALIASED_PART,
     DEFECT,
@@ -33,9 +34,8 @@ from eomgen.products.doubts.limits import (
     MISSED,
     MISSED_PART,
     UNDERSTATED,
+    SampledRun,
 )
-from eomgen.products.doubts.places import BACK, place, poses_of, shortest
-from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.fastest_rates import STEEP_PART, Rate
 from eomgen.simulation.judgement.failures import FAULTS
@@ -92,16 +92,13 @@ def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
     """Return a sentence, in a list, on standard normal variables of random processes and waves that are beyond 8; an
     empty list if there are none."""
     normal = {item.name for item in model.description.parameters if item.standard_normal}
-    sizes = zip(model.parameters, np.abs(p).tolist(), strict=True)
-    result = {name: size for name, size in sizes if size > IMPROBABLE and name in normal}
-    if not result:
+    sizes = zip(np.abs(p).tolist(), model.parameters, strict=True)
+    if not (beyond := [(size, name) for size, name in sizes if size > IMPROBABLE and name in normal]):
         return []
-    name = max(result, key=result.__getitem__)
-    sentence = (
-        f"{name} is {result[name]:.6g} standard deviations out: it is a standard normal variable of a random process"
-        " or sea"
-    )
-    return [sentence + (f" ({counted(len(result), 'variable')} beyond {IMPROBABLE:g})" if len(result) > 1 else "")]
+    size, name = max(beyond, key=lambda pair: pair[0])
+    more = f" ({counted(len(beyond), 'variable')} beyond {IMPROBABLE:g})" if len(beyond) > 1 else ""
+    of = f"it is a standard normal variable of a random process or sea{more}"
+    return [f"{name} is {size:.6g} standard deviations out: {of}"]
 
 
 MET = Limit(0.05, "1", "distance of the ends of a spring in parts of its length at rest", "a choice")

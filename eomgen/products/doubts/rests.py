@@ -38,8 +38,9 @@ def _springs(rest: Rest) -> list[str]:
     start; empty without such springs."""
     points, passed, moved = _positions(rest.measures, rest.poses), [], []
     for spring in rest.measures.model.description.drawing.lines:
-        (one, start), (other, end) = points[spring.first], points[spring.second]
-        seen = np.array([rotated(rest.poses[body][0] * BACK, end - start) for body in (one, other)])  # in both bodies
+        (first_body, start), (second_body, end) = points[spring.first], points[spring.second]
+        # in both bodies
+        seen = np.array([rotated(rest.poses[body][0] * BACK, end - start) for body in (first_body, second_body)])
         first, last = seen[:, 0], seen[:, -1]
         travel = float(np.min(np.linalg.norm(last - first, axis=-1)))
         before, now = np.linalg.norm(first, axis=-1), np.linalg.norm(last, axis=-1)

@@ -10,15 +10,11 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.rounding import WRITTEN
 from eomgen.errors import EomgenError
-from eomgen.products.doubts.limits import MISSED, MISSED_PART
 from eomgen.products.doubts.places import NONE, evenly, grid_of_step, sample, whole_steps
-from eomgen.products.doubts.sampled_run import SampledRun
+from eomgen.products.doubts.sampled_run import MISSED, MISSED_PART, MOST_SAMPLED, SampledRun
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.step_path import StepPath, StepStates
 from eomgen.simulation.judgement.finished_run import FinishedRun
-
-#: Maximum number of examined steps.
-_STEPS = 4096
 
 
 def unseen_events(finished: FinishedRun) -> Finding | None:
@@ -79,7 +75,7 @@ class _Roots:
         self._path, self._known, self._signs = path, list(known), signs
         t = path.states.t
         covered, whole = whole_steps(t, changes, breaks)
-        self._steps = whole[evenly(len(whole), _STEPS)]
+        self._steps = whole[evenly(len(whole), MOST_SAMPLED)]
         self._sampled = len(self._steps) < len(whole_steps(t, changes[:0], NONE)[0])
         span = float(np.diff(t)[covered].sum())
         self._share = len(whole) / max(len(self._steps), 1) * (float(t[-1] - t[0]) / span if span else 1.0)
@@ -91,7 +87,7 @@ class _Roots:
         if not len(self._steps):
             return np.zeros(len(seen))
         steps, share = self._steps, self._share
-        count = min(64, 8 * _STEPS // len(steps))
+        count = min(64, 8 * MOST_SAMPLED // len(steps))
         result = share * self._roots(steps, count)
         while np.any(self._beyond(result, seen) > 0.0) and count < 1024:
             count *= 4

@@ -26,9 +26,16 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import Feature, features
 from eomgen.formula.nodes import Formula, Symbol, infix
 from eomgen.lie import product
-from eomgen.products.doubts.limits import ALIASED, ALIASED_PART, DEFECT, DEFECT_WITHIN, UNDERSTATED
 from eomgen.products.doubts.places import NONE, evenly, grid_of_step, sample, whole_steps
-from eomgen.products.doubts.sampled_run import SampledRun
+from eomgen.products.doubts.sampled_run import (
+    ALIASED,
+    ALIASED_PART,
+    DEFECT,
+    DEFECT_WITHIN,
+    MOST_SAMPLED,
+    UNDERSTATED,
+    SampledRun,
+)
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Span, comparison_run
 from eomgen.simulation.accuracy.motion_size import at_work, differences, motion_size, reach_of, shares
@@ -36,18 +43,8 @@ from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates
 from eomgen.simulation.judgement.finished_run import FinishedRun, UnseenLaw, laws_between_steps
 from eomgen.simulation.stepping.run import Run
 
-#: Maximum number of sampled steps, and of steps with evaluated defects.
-_STEPS, _MOST_STEPS = 4096, 128
-#: Least deviation of a formula from its chord over a step, relative to its range over the run, of examined steps.
-_BENT = 0.1
-#: Features located per step.
-_MET = 8
-#: Fraction of the path still ahead, above which a velocity that has dropped is the scale of later defects.
-_REMAINING_PATH = 0.1
-#: Recommended number of steps over the width of the unresolved part of a law.
-_RESOLVED = 8.0
-#: States per step at which Jacobians are evaluated.
-_STATES = 8
+#: Maximum number of steps with evaluated defects.
+_MOST_STEPS = 128
 _State = tuple[Array, Array, Array]
 
 
@@ -71,7 +68,7 @@ class _HeldComponent(NamedTuple):
 
     Attributes
     ----------
-    place : index among the examined steps
+    step : index among the examined steps
     column : among velocities and internal states
     level, time : the level, and the time at which the run reaches the level, s
     beyond : how far the run goes beyond the level
@@ -79,7 +76,7 @@ class _HeldComponent(NamedTuple):
     jumps : whether the rates jump there, so that no solution leads on
     """
 
-    place: int
+    step: int
     column: int
     level: float
     time: float
@@ -198,7 +195,7 @@ def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
         for point in breakpoints(law, lambda symbol: values.get(symbol.name)):
             if not point.period:
                 arrays.append(np.array([point.time]))
-            elif (end - start) / point.period < _STEPS:
+            elif (end - start) / point.period < MOST_SAMPLED:
                 first = np.ceil((start - point.time) / point.period)
                 arrays.append(point.time + point.period * (first + np.arange((end - start) / point.period + 1.0)))
     times = np.unique(np.concatenate(arrays))
@@ -211,11 +208,7 @@ class _Examination:
     interpolant of the steps, ``laws`` are formulas of forces and rates, ``breaks`` steps that are left out."""
 
     def __init__(
-        self,
-        path: StepPath,
-        finished: FinishedRun,
-        laws: Sequence[Formula],
-        breaks: NDArray[np.intp] = NONE,
+        self, path: StepPath, finished: FinishedRun, laws: Sequence[Formula], breaks: NDArray[np.intp] = NONE
     ) -> None:
         """Collect the laws, known times and sizes by which steps are examined."""
         self._path, self._model, self._finished = path, path.run.model, finished
@@ -252,9 +245,9 @@ class _Examination:
     def _steps(self) -> NDArray[np.intp]:
         """Steps whose laws are sampled."""
         steps = self._whole
-        if len(steps) <= _STEPS:
+        if len(steps) <= MOST_SAMPLED:
             return steps
-        return np.union1d(steps[evenly(len(steps), _STEPS)], steps[self._met_steps[steps]][:_STEPS])
+        return np.union1d(steps[evenly(len(steps), MOST_SAMPLED)], steps[self._met_steps[steps]][:MOST_SAMPLED])
 
     @cached_property
     def _grid(self) -> Array:
@@ -290,10 +283,10 @@ class _Examination:
                 off = np.abs(values - line).max(axis=1) / span
                 bent = np.maximum(bent, off)
                 hidden = np.std((values - line)[:, 1:-1]) > ALIASED * np.std(values)
-                self._aliased |= bool(hidden and np.mean(off > _BENT) > ALIASED_PART)
+                self._aliased |= bool(hidden and np.mean(off > 0.1) > ALIASED_PART)
         for feature, table in zip(self._features, self._arguments, strict=True):
             met = met | (np.ptp(feature.sides(table), axis=1) >= feature.least)
-        looked = np.flatnonzero((bent > _BENT) | met)
+        looked = np.flatnonzero((bent > 0.1) | met)  # in parts of the range over the run
         return [int(index) for index in looked[np.lexsort((-bent[looked], ~met[looked]))]]
 
     def finding(self) -> UnseenLaw | None:
@@ -302,9 +295,7 @@ class _Examination:
             return None
         chosen = np.sort(np.array(self.looked_at[:_MOST_STEPS], dtype=np.intp))
         share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
-        if (
-            self._path.run.method.chooses_steps
-        ):  # rows lie within steps of the method, so forces at rows need not act in the steps
+        if self._path.run.method.chooses_steps:  # whose rows lie within steps, so forces at rows need not act there
             chosen = _without_gaps(chosen)
         law = self._judge(chosen, share)
         if law is None and self._aliased and not self._path.run.method.chooses_steps:
@@ -345,7 +336,7 @@ class _Examination:
         """Return the positions of known times within a step, in [0, 1]."""
         begin, end = self._t[step], self._t[step + 1]
         first, last = np.searchsorted(self._ends, begin, side="right"), np.searchsorted(self._ends, end)
-        inside: Array = (self._ends[first : min(last, first + _STEPS)] - begin) / (end - begin)
+        inside: Array = (self._ends[first : min(last, first + MOST_SAMPLED)] - begin) / (end - begin)
         return inside
 
     def _crossings(
@@ -360,10 +351,10 @@ class _Examination:
         sides = feature.sides(table)
         numbers, samples = np.nonzero(sides[:, 1:] != sides[:, :-1])
         crossings = []
-        for row, place in zip(numbers.tolist(), samples.tolist(), strict=True):
-            ends = sorted((float(table[row, place]), float(table[row, place + 1])))
-            crossings += [(row, place, float(level)) for level in feature.between(ends[0], ends[1], _MET)]
-        crossings = crossings[: _MET * len(steps)]
+        for row, position in zip(numbers.tolist(), samples.tolist(), strict=True):
+            ends = sorted((float(table[row, position]), float(table[row, position + 1])))
+            crossings += [(row, position, float(level)) for level in feature.between(ends[0], ends[1], 8)]
+        crossings = crossings[: 8 * len(steps)]
         if not crossings:
             return np.zeros(0), np.zeros(0, dtype=np.intp)
         number, k = (np.array([crossing[column] for crossing in crossings], dtype=np.intp) for column in (0, 1))
@@ -514,7 +505,7 @@ class _Examination:
         low : value at the beginning of the step, from which the rates lead to the level
         """
         way = 1.0 if level > low else -1.0
-        rows = np.arange(step, min(step + _STEPS, len(self._t) - 1) + 1)
+        rows = np.arange(step, min(step + MOST_SAMPLED, len(self._t) - 1) + 1)
         values = way * self._columns(self._path.at_rows)[rows, column]
         ahead = np.flatnonzero(way * self._rates_at(rows[1:])[:, column] > 0.0)
         if not len(ahead):
@@ -545,8 +536,9 @@ class _Examination:
         left = np.vstack([np.cumsum(covered[::-1], axis=0)[::-1], np.zeros(self._model.nv)])
         after = np.maximum.accumulate(speeds[::-1], axis=0)[::-1]
         sizes = np.tile(self._sizes, (len(speeds), 1))
-        slower = np.clip(after, _REMAINING_PATH * self._sizes[: self._model.nv], self._sizes[: self._model.nv])
-        sizes[:, : self._model.nv] = np.where(left > _REMAINING_PATH * left[:1], slower, sizes[:, : self._model.nv])
+        slower = np.clip(after, 0.1 * self._sizes[: self._model.nv], self._sizes[: self._model.nv])
+        # a tenth of the path is still ahead
+        sizes[:, : self._model.nv] = np.where(left > 0.1 * left[:1], slower, sizes[:, : self._model.nv])
         return sizes
 
     def _shares(self, lacking: Array, sizes: Array | None = None) -> Array:
@@ -570,7 +562,7 @@ class _Examination:
         steps, but for the first Jacobian.
         """
         nv, nz = self._model.nv, self._model.nz
-        count = int(np.clip((len(self._t) - 1) // (3 * _STATES), 1, 32))
+        count = int(np.clip((len(self._t) - 1) // 24, 1, 32))  # of 8 states in each of three steps
         chosen = evenly(len(defects.steps), count)
         partials = self._partials(defects.steps[chosen])
         size = 2 * nv + nz
@@ -591,7 +583,7 @@ class _Examination:
         """Return the Jacobians of the rates with respect to (increments of q, v, z), (steps, size, size). Rates are
         medians over states in each step and its two neighbours."""
         nv, nz = self._model.nv, self._model.nz
-        places = (np.arange(_STATES) + 0.5) / _STATES
+        places = (np.arange(8) + 0.5) / 8
         around = np.clip(steps[:, np.newaxis] + np.arange(-1, 2), 0, len(self._t) - 2).ravel()
         blocks = sample(self._path, around, places)
         moves = []
@@ -618,8 +610,8 @@ class _Examination:
         reach = reach_of(model, states.q)
         fastest = np.maximum(np.abs(states.v).max(axis=0, initial=0.0), reach / float(np.ptp(self._t)))
         scales = reach, fastest, np.abs(states.z).max(axis=0, initial=0.0)
-        increment_scale, velocity_scale, state_scale = (np.where(scale > 0.0, scale, 1.0) for scale in scales)
-        return increment_scale, velocity_scale, state_scale
+        increments, velocities, inner = (np.where(scale > 0.0, scale, 1.0) for scale in scales)
+        return increments, velocities, inner
 
     def _shift(self, blocks: StepStates, part: int, shift: Array) -> tuple[Array, Array, Array]:
         """Return the states (q, v, z) of ``blocks`` with the part 0 (q), 1 (v) or 2 (z) shifted by ``shift`` (n,
@@ -644,30 +636,32 @@ class _Examination:
         motion = "its motion" if within or size == self._sizes[column] else "its velocity from there on"
         if not within:
             row = int(np.argmax(self._shares(defects.net)[: row + 1, column]))
-        name = (*self._model.v_names, *self._model.z_names)[column]
-        unit = (*self._model.v_units, *self._model.z_units)[column]
+        name, unit = self._component(column)
         law, width = self._culprit(int(defects.steps[row]), meshes[row], name)
         time = float(defects.times[row])
         part = f", {100.0 * lacking / size:.3g} % of {motion}" if np.isfinite(size) else ", which does not move"
-        amount = f"{name} by {lacking:.2g}{'' if unit in ('', '1') else f' {unit}'}{part}"
+        amount = f"{name} by {lacking:.2g}{unit}{part}"
         change = f"within the step it changes {amount}" if within else f"it would change {amount}"
         text = f"{law} acts between the steps at t = {time:.6g} s and is not seen by them: {change}"
         if not within and parts.max() <= DEFECT:
             text += ", which the estimated error leaves out"
         value = float(table[row, column] if within else parts[:, column].max())
-        step = f"{width / _RESOLVED:.2g}"
+        step = f"{width / 8.0:.2g}"  # 8 steps over the unresolved part
         return UnseenLaw(Finding(value=value, time=time, text=text, hint=self._remedy(step)), law, float(step))
 
+    def _component(self, column: int) -> tuple[str, str]:
+        """Return the name of a velocity or an internal state, and the unit with a space before."""
+        unit = (*self._model.v_units, *self._model.z_units)[column]
+        return (*self._model.v_names, *self._model.z_names)[column], "" if unit in ("", "1") else f" {unit}"
+
     def _level_law(self, held: _HeldComponent, steps: NDArray[np.intp], meshes: Sequence[Array]) -> UnseenLaw:
-        name = (*self._model.v_names, *self._model.z_names)[held.column]
-        unit = (*self._model.v_units, *self._model.z_units)[held.column]
-        unit = "" if unit in ("", "1") else f" {unit}"
-        law, width = self._culprit(int(steps[held.place]), meshes[held.place], name)
+        name, unit = self._component(held.column)
+        law, width = self._culprit(int(steps[held.step]), meshes[held.step], name)
         share = held.beyond / float(self._sizes[held.column])
         beyond = f"beyond which the run goes by {held.beyond:.2g}{unit}, {100.0 * share:.3g} % of its motion"
         opening = f"{law} acts between the steps at t = {held.time:.6g} s and is not seen by them"
         text = f"{opening}: it holds {name} at {held.level:.6g}{unit}, {beyond}"
-        step = f"{min(width, held.duration) / _RESOLVED:.2g}"
+        step = f"{min(width, held.duration) / 8.0:.2g}"
         unsolved = held.jumps and self._path.run.method.chooses_steps
         hint = f"a method of fixed steps, of {step} s" if unsolved else self._remedy(step)
         finding = Finding(value=share, time=held.time, text=text, hint=hint)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import importlib
 import os
-import time
 import uuid
 import warnings
+from collections import deque
 from collections.abc import Generator, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -24,20 +24,12 @@ from eomgen.base.products import optional_package
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
-from eomgen.products.ensembles.parts import EnsemblePart, RemoteSource
-from eomgen.products.ensembles.samples import EXTREMES, SampleBlock, SampleRunner
+from eomgen.products.ensembles.samples import EXTREMES, EnsemblePart, SampleBlock, SampleRunner
 
 #: Name of a cluster of this machine's own processes.
 LOCAL = "dask"
-#: Seconds that a part should take: the cost of losing a worker.
-_PART = 2.0
-#: Number of samples of the first parts, before a time per sample is known; larger parts are multiples of this number,
-#: so that lanes are full.
-_FIRST = 16
-#: Number of parts for each thread of the cluster that are sent before the first part is reduced.
-_AHEAD = 3
-#: Seconds within which a scheduler has to answer.
-_PATIENCE = 15.0
+#: Seconds that a part should take: by the loss of a worker, or by Ctrl-C, so much work is lost.
+PART = 2.0
 #: Dask's settings return free memory to the system at once, which takes half of the time of samples. The allocator
 #: reads its settings at the start of a process: the ``env`` of ``LocalCluster`` comes too late.
 _SPAWNED_WITH = "distributed.nanny.pre-spawn-environ"
@@ -80,7 +72,7 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
             fault = "the client is asynchronous, and this call waits [E0641]"
             raise UsageError(Problem("cluster", fault, "Client(address), without asynchronous=True"))
         return cluster
-    options: dict[str, Any] = {"timeout": _PATIENCE, "set_as_default": False}
+    options: dict[str, Any] = {"timeout": 15.0, "set_as_default": False}
     if cluster == LOCAL:
         try:
             cluster = stack.enter_context(processes(thread_count() if workers is None else workers))
@@ -94,12 +86,12 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
         hint = f"{LOCAL!r}, 'tcp://host:8786', the path of a scheduler file, a Client or a cluster of Dask"
         raise UsageError(Problem("cluster", f"{cluster!r} is not a cluster [E0642]", hint))
     text = os.fspath(cluster)
-    place = "address" if "://" in text else "scheduler_file"
-    if place == "scheduler_file" and not Path(text).is_file():
+    keyword = "address" if "://" in text else "scheduler_file"
+    if keyword == "scheduler_file" and not Path(text).is_file():
         hint = f"{LOCAL}, an address such as tcp://host:8786, or the file of dask scheduler --scheduler-file"
         raise FileError(Problem("cluster", f"there is no scheduler file {text} [E0640]", hint))
     try:
-        return stack.enter_context(distributed.Client(**{place: text}, **options))
+        return stack.enter_context(distributed.Client(**{keyword: text}, **options))
     except (OSError, ValueError, KeyError, TimeoutError) as error:
         fault = f"no scheduler answers: {_first_line(error)} [E0644]"
         hint = "the address that dask scheduler prints, and a network that lets it through"
@@ -146,7 +138,6 @@ class Machines:
         self.notes: tuple[str, ...] = ()
         self.how: set[str] = set()
         self._per_sample = 0.0
-        self._threads, self._asked, self._lonely = 0, 0.0, False
         self._codes: set[str] = set()
 
     def check_versions(self) -> None:
@@ -166,96 +157,83 @@ class Machines:
                 raise UsageError(Problem(f"cluster {self.name}, worker {address}", fault, hint))
 
     def blocks(self, work: SampleRunner, first: int, total: int) -> Generator[SampleBlock]:
-        """Yield the blocks of samples in order from sample `first` on; parts run on the cluster ahead. Solutions of
-        kept samples are written on the way. After any end, parts left on the cluster are cancelled, and notes are
-        set.
+        """Yield the blocks of samples in order from sample `first` on; three parts for each thread run ahead on the
+        cluster. Solutions of kept samples are written on the way. After any end, parts left on the cluster are
+        cancelled, and notes are set.
 
         Raises
         ------
         EomgenError
             A worker cannot run samples, or is lost over and over; the scheduler is lost.
         """
-        distributed = importlib.import_module("distributed")
-        from eomgen.products.ensembles.worker import SourceDelivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
+        from eomgen.products.ensembles.worker import SampleWorker, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 
-        name = f"eomgen-{uuid.uuid4().hex}"
-        shipment, of_sample = RemoteSource.of(name, work), 8 * len(work.columns) * (len(work.thinned) + len(EXTREMES))
+        name, of_sample = f"eomgen-{uuid.uuid4().hex}", 8 * len(work.columns) * (len(work.thinned) + len(EXTREMES))
         self._codes = {work.model.library.digest}
-        pending: dict[Any, tuple[int, int]] = {}
-        finished = distributed.as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
-        done: dict[int, EnsemblePart] = {}
-        sent, wanted = first, first  # the first samples that were not sent, and that were not given
+        waiting: deque[tuple[int, int, Any]] = deque()
+        sent = first
         try:
-            self._client.register_plugin(SourceDelivery(shipment), name=name)
-            while wanted < total:
-                while sent < total and len(pending) + len(done) < _AHEAD * max(self._count(), 1):
-                    count = self._size(total - sent, of_sample)
+            self._client.register_plugin(SampleWorker(name, work), name=name)
+            while sent < total or waiting:
+                while sent < total and len(waiting) < 3 * (threads := self._thread_count()):
+                    count = self._size(threads, total - sent, of_sample)
                     values = np.ascontiguousarray(work.design.values(sent, count))
-                    future = self._client.submit(
-                        run_part, name, sent, values, key=f"{name}-{sent}", pure=False, retries=3
-                    )
-                    pending[future] = (sent, count)
-                    finished.add(future)
+                    options = {"key": f"{name}-{sent}", "pure": False, "retries": 3}
+                    waiting.append((sent, count, self._client.submit(run_part, name, sent, values, **options)))
                     sent += count
-                future, result = next(finished)
-                begin, count = pending.pop(future)
-                done[begin] = self._take_result(begin, count, future.status, result)
-                future.release()
-                while (part := done.pop(wanted, None)) is not None:
-                    for number, data in part.solutions.items():
-                        write_bytes(work.file(number), data)
-                    wanted += len(part.block.values)
-                    yield part.block
+                part = self._result(*waiting.popleft())
+                for number, data in part.solutions.items():
+                    write_bytes(work.file(number), data)
+                yield part.block
         finally:
             with suppress(Exception):  # the cluster may be gone
-                self._client.cancel(list(pending), force=True)
+                self._client.cancel([future for *_, future in waiting], force=True)
                 self._client.unregister_worker_plugin(name)
             if (count := len(self._codes)) > 1:
                 note = f"the model was compiled to {count} different codes, whose last digits may differ but with the"
                 self.notes = (f"{note} profile reproducible [W0052]",)
 
-    def _count(self) -> int:
-        """Return the number of threads of the cluster, asked every two seconds; warns once if there are no workers."""
-        if (now := time.monotonic()) - self._asked > _PART or not self._threads:
-            self._threads, self._asked = sum(self._client.nthreads().values()), now
-            if not self._threads and not self._lonely:
-                self._lonely = True
-                message = f"cluster {self.name} has no workers: the samples wait for the first one [W0051]"
-                warnings.warn(message, RuntimeWarning, stacklevel=2)
-        return self._threads
+    def _thread_count(self) -> int:
+        """Return the number of threads of the cluster, 1 with a warning if there are no workers."""
+        threads = int(sum(self._client.nthreads().values()))
+        if not threads:
+            message = f"cluster {self.name} has no workers: the samples wait for the first one [W0051]"
+            warnings.warn(message, RuntimeWarning, stacklevel=2)
+        return max(threads, 1)
 
-    def _size(self, left: int, of_sample: int) -> int:
-        """Return the size of the next part in samples, from the remaining samples and the bytes of one sample."""
-        threads = max(self._threads, 1)
-        wanted = _FIRST if not self._per_sample else int(_PART / self._per_sample)
-        bytes_each = min(2**25, 2**30 // (_AHEAD * threads))  # of the results of a part, of all parts ahead
-        wanted = min(wanted, -(-left // (2 * threads)), bytes_each // of_sample)
-        return max(1, wanted - wanted % _FIRST if wanted > _FIRST else wanted)
+    def _size(self, threads: int, left: int, of_sample: int) -> int:
+        """Return the size of the next part in samples, 16 before times are known, from the remaining samples and the
+        bytes of one sample: a part has 32 MB at most."""
+        wanted = int(PART / self._per_sample) if self._per_sample else 16
+        wanted = min(wanted, -(-left // (2 * threads)), 2**25 // of_sample)
+        return max(1, wanted if wanted < 16 else wanted - wanted % 16)  # whole lanes
 
-    def _take_result(self, begin: int, count: int, status: str, result: Any) -> EnsemblePart:
+    def _result(self, begin: int, count: int, future: Any) -> EnsemblePart:
         """Return the result of the part with `count` samples from `begin` on, and note its time, code and way. Raises
-        the worker's error of eomgen, or FileError if the part has no result; `status` is Dask's."""
-        where = f"cluster {self.name}"
-        if isinstance(result, EomgenError):
-            problems = [replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems]
-            raise type(result)(problems)
+        the worker's error of eomgen, or FileError if the part has no result; `future` is Dask's."""
+        where, result = f"cluster {self.name}", cast("object", None)
+        try:
+            result = future.result()
+        except Exception as error:  # of a worker, or of Dask
+            result = error
         if isinstance(result, EnsemblePart):
-            each = result.seconds / count
-            self._per_sample = each if not self._per_sample else 0.7 * self._per_sample + 0.3 * each
+            self._per_sample = result.seconds / count
             self._codes.add(result.code)
             self.how.add(result.how)
             return result
+        if isinstance(result, EomgenError):
+            problems = [replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems]
+            raise type(result)(problems)
         samples = f"samples {begin} to {begin + count - 1}" if count > 1 else f"sample {begin}"
-        error = result[1] if isinstance(result, tuple) else result
-        kind = type(error).__name__
+        kind = type(result).__name__
         if kind == "KilledWorker":
             fault = f"workers died over and over while they ran {samples} [E0647]"
             hint = "more memory for each worker; finished samples are kept, for resume"
-        elif status == "error" and kind == "ModuleNotFoundError":
-            fault = f"a worker lacks a part that the ensemble needs: {error} [E0648]"
+        elif kind == "ModuleNotFoundError":
+            fault = f"a worker lacks a part that the ensemble needs: {result} [E0648]"
             hint = "the same packages on all machines"
-        elif status == "error":
-            fault, hint = f"{samples} cannot be run: {_first_line(error)} [E0650]", "the logs of its workers"
+        elif isinstance(result, Exception) and "Cancelled" not in kind:
+            fault, hint = f"{samples} cannot be run: {_first_line(result)} [E0650]", "the logs of its workers"
         else:
             fault, hint = "the scheduler, or the connection to it, is lost [E0651]", "resume, when there is one again"
         raise FileError(Problem(where, fault, hint))

@@ -21,9 +21,6 @@ from eomgen.formula.units.parser import is_quantity
 if TYPE_CHECKING:
     from eomgen.products.ensembles import Ensemble
 
-#: Failed samples that are named.
-_NAMED = 3
-
 _option = arguments_of("eomgen.products.ensembles.simulate_many:simulate_many")
 
 
@@ -74,8 +71,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "resume")
     study_options = {name: options.pop(name) for name in words}
     columns, vary = options.pop("columns"), _read_variations(options.pop("vary"))
-    file = options.pop("table")
-    table = None if file is None else _read_samples(Path(file))
+    table = None if (file := options.pop("table")) is None else _read_samples(Path(file))
     if not vary and table is None:
         fault = "nothing varies: all samples would be the same [E0652]"
         raise UsageError(Problem("--vary", fault, "--vary 'mass=normal(1, 0.1)', or --table FILE"))
@@ -110,11 +106,13 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 
 
 def _say_failures(result: Ensemble) -> None:
-    for sample in result.failed[:_NAMED]:
+    """Print the first three failed samples with their reasons, and the number of others."""
+    named, others = result.failed[:3], len(result.failed[3:])
+    for sample in named:
         values = ", ".join(f"{name} = {value:.6g}" for name, value in sample.values.items())
         say(f"sample {sample.number} failed ({values}): {sample.reason}")
-    if len(result.failed) > _NAMED:
-        say(f"{counted(len(result.failed) - _NAMED, 'more failed sample')}, in failed.csv")
+    if others:
+        say(f"{counted(others, 'more failed sample')}, in failed.csv")
 
 
 def _why_unranked(result: Ensemble) -> str:
@@ -164,17 +162,13 @@ def _cell(where: str, word: str) -> float | str:
         raise FileError(Problem(where, fault, "numbers in the scene's units, or with units: 250 mm")) from None
 
 
-#: Designs whose samples are not drawn, or not one by one.
-_NOT_INDEPENDENT = ("grid", "table", "saltelli")
-
-
 def _print(result: Ensemble) -> None:
     """Print a table with a row for each column: mean, its error, deviation, extremes and quantiles at the end."""
     good = result.done - len(result.failed)
     if not good:
         return
     rows: list[tuple[str, ...]] = []
-    random = result.design not in _NOT_INDEPENDENT
+    random = result.design not in ("grid", "table", "saltelli")  # samples are drawn one by one
     for column in result.columns:
         low, high = result.envelope(column)
         deviation = result.deviation(column)[-1]

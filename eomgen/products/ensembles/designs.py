@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -52,30 +53,16 @@ def _latin_hypercube(samples: int, dimensions: int, seed: int) -> Points:
     return lambda first, count: every[first : first + count]
 
 
-def _sobol(samples: int, dimensions: int, seed: int) -> Points:
-    return lambda first, count: _sobol_points(dimensions, seed, first, count)
-
-
-def _sobol_points(dimensions: int, seed: int, first: int, count: int) -> Array:
+def _sequence_points(kind: str, dimensions: int, seed: int, first: int, count: int) -> Array:
     from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
 
-    engine = qmc.Sobol(dimensions, seed=np.random.default_rng(seed))
+    engine = getattr(qmc, kind)(dimensions, seed=np.random.default_rng(seed))
     if first:
-        return np.asarray(engine.fast_forward(first).random(count))
-    # the first point alone: SciPy warns of blocks of other sizes than powers of two, which these are part of
-    return np.concatenate([engine.random(1), engine.random(count - 1)]) if count > 1 else engine.random(count)
-
-
-def _halton(samples: int, dimensions: int, seed: int) -> Points:
-    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
-
-    def points(first: int, count: int) -> Array:
-        engine = qmc.Halton(dimensions, seed=np.random.default_rng(seed))
-        if first:
-            engine.fast_forward(first)
-        return np.asarray(engine.random(count))
-
-    return points
+        engine.fast_forward(first)
+    elif count > 1:
+        # the first point alone: SciPy warns of blocks of other sizes than powers of two, which these are part of
+        return np.concatenate([engine.random(1), engine.random(count - 1)])
+    return np.asarray(engine.random(count))
 
 
 def _saltelli(samples: int, dimensions: int, seed: int) -> Points:
@@ -87,7 +74,7 @@ def _saltelli(samples: int, dimensions: int, seed: int) -> Points:
         part, row = numbers // samples, numbers % samples
         begin = int(row.min()) if part[0] == part[-1] else 0
         end = int(row.max()) + 1 if part[0] == part[-1] else samples
-        both = _sobol_points(2 * dimensions, seed, begin, end - begin)[row - begin]
+        both = _sequence_points("Sobol", 2 * dimensions, seed, begin, end - begin)[row - begin]
         result = np.where((part == 1)[:, np.newaxis], both[:, dimensions:], both[:, :dimensions])
         mixed = np.flatnonzero(part > 1)
         result[mixed, part[mixed] - 2] = both[mixed, dimensions + part[mixed] - 2]
@@ -101,17 +88,14 @@ def _saltelli(samples: int, dimensions: int, seed: int) -> Points:
 DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
     "monte_carlo": _monte_carlo,
     "latin_hypercube": _latin_hypercube,
-    "sobol": _sobol,
-    "halton": _halton,
+    "sobol": lambda _, dimensions, seed: partial(_sequence_points, "Sobol", dimensions, seed),
+    "halton": lambda _, dimensions, seed: partial(_sequence_points, "Halton", dimensions, seed),
     "saltelli": _saltelli,
 }
 #: Designs that follow from the varied quantities.
 OTHER_DESIGNS = ("grid",)
-_MOST_DIMENSIONS = {"sobol": 21201, "saltelli": 21201 // 2}
-#: Largest number of entries of a Latin hypercube, because all entries are made at once.
-_MOST_AT_ONCE = 100_000_000
-#: Designs that are balanced if the number of samples is a power of two.
-_BALANCED = ("sobol", "saltelli")
+#: Designs that are balanced if the number of samples is a power of two, with their largest number of dimensions.
+_BALANCED = {"sobol": 21201, "saltelli": 21201 // 2}
 
 
 def random_design(name: str, distributions: Sequence[Distribution], samples: int, seed: int) -> Design:
@@ -134,11 +118,11 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
         For more dimensions than a design has, and more samples than a Latin hypercube holds.
     """
     dimensions = len(distributions)
-    if dimensions > (most := _MOST_DIMENSIONS.get(name, dimensions)):
+    if dimensions > (most := _BALANCED.get(name, dimensions)):
         fault = f"{name} has {most} dimensions at most, not {dimensions} [E0656]"
         raise UsageError(Problem("design", fault, "monte_carlo"))
-    if name == "latin_hypercube" and samples * dimensions > _MOST_AT_ONCE:
-        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most [E0657]"
+    if name == "latin_hypercube" and samples * dimensions > 10**8:
+        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {10**8} at most [E0657]"
         raise UsageError(Problem("samples", fault, "fewer of them, or sobol"))
     points = DESIGNS[name](samples, dimensions, seed)
 
@@ -178,8 +162,3 @@ def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> 
         return np.stack([np.array(item.levels)[row] for item, row in zip(distributions, places, strict=True)], axis=-1)
 
     return Design("grid", math.prod(sizes), values)
-
-
-def table_design(rows: Array) -> Design:
-    """Return the design whose samples are the rows of a table, (n, d)."""
-    return Design("table", len(rows), lambda first, count: rows[first : first + count])

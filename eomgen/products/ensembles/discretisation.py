@@ -25,8 +25,6 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
 from eomgen.system.signals import NormalSeries
 
-#: Ensemble samples per sample with an error estimate, which bound the cost.
-_FOR_EACH = 8
 #: Name of the finding on estimated errors, reported by ``SampleErrors``.
 _OF_ERROR = "discretisation_error"
 #: Attributes of a solution that an estimate has under the same name.
@@ -87,7 +85,7 @@ def _further_doubts(work: SampleRunner, nominal: Solution) -> list[str]:
     """Return notes of products on outputs of the ensemble, on one output for every eight samples, since notes cost
     runs."""
     outputs = [name.removeprefix("output.") for name in work.columns if name.startswith("output.")]
-    chosen = outputs[: work.design.samples // _FOR_EACH]
+    chosen = outputs[: work.design.samples // 8]
     varied = [item.name.partition(".")[2] if item.block == "process" else item.name for item in work.options.items]
     span = float(nominal.metadata["t_end"]), float(nominal.metadata["settings"]["step"])
     rows = rows_of("eomgen.ensemble_notes", LateRow) if chosen else ()
@@ -126,12 +124,12 @@ def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> t
 
 
 def _with_estimates(work: SampleRunner) -> dict[int, Solution]:
-    """Run up to four samples, spread over the first samples of the design, with error estimates; return the solutions
-    of successful ones by number. None are run for small designs."""
+    """Run up to four samples, spread over the first samples of the design, and one in eight at most, with error
+    estimates; return the solutions of successful ones by number."""
     total = work.design.samples
     result: dict[int, Solution] = {}
     values = work.design.values(0, min(4096, total))
-    for number in spread_samples(values, min(4, total // _FOR_EACH)):
+    for number in spread_samples(values, min(4, total // 8)):
         try:
             solution = simulate(work.model, *work.span, **work.options.of(values[number]))
         except EomgenError:  # a failed sample, reported by the ensemble with the reason
@@ -186,10 +184,6 @@ def spread_samples(values: Array, count: int) -> list[int]:
     return chosen
 
 
-#: Steps of the suggested size to the shortest period of so much of the variance.
-_TO_A_PERIOD, _KEPT = 10.0, 0.99
-
-
 def unresolved_processes(model: CompiledModel, run: Solution, inputs: Collection[str]) -> list[str]:
     """Return one sentence for each random process of a scene that the steps of a run do not resolve: 1 % or more of
     its variance has higher frequencies.
@@ -216,13 +210,12 @@ def unresolved_processes(model: CompiledModel, run: Solution, inputs: Collection
         above = np.clip((frequencies - highest) / frequencies[1] + 0.5, 0.0, 1.0)  # of each interval
         share = float(power @ above / power.sum())
         if share > 0.01:
-            within = np.cumsum(power) / power.sum()
-            needed = 1.0 / (_TO_A_PERIOD * float(frequencies[np.searchsorted(within, _KEPT)]))
+            shortest = 1.0 / float(frequencies[np.searchsorted(np.cumsum(power) / power.sum(), 0.99)])
             percent = f"{100.0 * share:.2g}" if share < 0.995 else "100"
             result.append(
                 f"{percent} % of the variance of the process {process.name} lies above {highest:.3g} Hz, the"
                 f" highest frequency that steps of {step:.3g} s resolve, and acts as another process; try: a step of"
-                f" {needed:.2g} s, {_TO_A_PERIOD:.0f} to the shortest period of {100 * _KEPT:.0f} % of the variance"
+                f" {0.1 * shortest:.2g} s, 10 to the shortest period of 99 % of the variance"
             )
     return result
 

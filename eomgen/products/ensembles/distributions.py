@@ -22,8 +22,6 @@ from eomgen.formula.units.parser import is_quantity
 
 #: From probabilities in (0, 1), of any shape, to values.
 Quantiles = Callable[[Array], Array]
-#: Largest number of values of a list; more values belong into a table.
-_MOST_LEVELS = 100_000
 _CALL = re.compile(r"^\s*([A-Za-z_]\w*)\s*\((.*)\)\s*$", re.DOTALL)
 
 
@@ -200,8 +198,8 @@ def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[flo
         raise UsageError(Problem(where, f"{name} takes 3 numbers, not {len(words)} [E0663]", signature))
     low, high = (read_number(where, word, unit, signature) for word in words[:2])
     count = read_number(f"{where}: count", words[2], "", signature)
-    if not (count.is_integer() and 2 <= count <= _MOST_LEVELS):
-        fault = f"count must be a whole number from 2 to {_MOST_LEVELS}, not {count:.9g} [E0664]"
+    if not (count.is_integer() and 2 <= count <= 100_000):  # more belong into a table
+        fault = f"count must be a whole number from 2 to 100000, not {count:.9g} [E0664]"
         raise UsageError(Problem(where, fault, signature))
     if name == "logspace":
         if not (low > 0.0 and high > 0.0):

@@ -27,8 +27,6 @@ from eomgen.products.ensembles.samples import EXTREMES, FailedSample
 from eomgen.products.ensembles.statistics import Ranking, Reduction, ranking
 from eomgen.results.error_estimate import NOTICED, SampleErrors
 
-#: Panels of a figure at most.
-_PANELS = 12
 _COLOUR = "#0B62C4"
 #: Bands by lower and upper probabilities, with opacity.
 _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
@@ -376,22 +374,17 @@ class Ensemble:
             ``mean``, ``deviation``, ``min``, ``max`` and ``quantile 0.05`` to ``quantile 0.95`` over the samples at the
             last time, which may be NaN.
         """
-        last = {
-            column: {
-                name: float(values[-1]) for name, values in self._statistics(column, "quantile {:g}".format).items()
-            }
-            for column in self.columns
-        }
-        attributes = ("scene", "method", "design", "seed", "asked", "done", "interrupted")
+        of_columns = {column: self._statistics(column, "quantile {:g}".format) for column in self.columns}
+        attributes = ("scene", "method", "design", "seed", "asked", "done", "interrupted", "seconds", "how", "units")
         return {
             **{name: getattr(self, name) for name in attributes},
             "failed": len(self.failed),
-            "seconds": self.seconds,
-            "how": self.how,
             "varied": list(self.varied),
-            "units": self.units,
             "t_end": float(self.t[-1]),
-            "final": last,
+            "final": {
+                column: {name: float(values[-1]) for name, values in statistics.items()}
+                for column, statistics in of_columns.items()
+            },
             "error": self.error.summary(),
             "notes": list(self.notes),
         }
@@ -495,7 +488,7 @@ class Ensemble:
 
 def _fans(ensemble: Ensemble) -> Any:
     """Return a figure with a panel for each column over time: mean, median, bands of quantiles, and envelope."""
-    columns = ensemble.columns[:_PANELS]
+    columns = ensemble.columns[:12]
     figure = new_figure((8.0, 0.6 + 2.6 * len(columns)))
     panels = figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0]
     for axes, column in zip(panels, columns, strict=True):
@@ -522,7 +515,7 @@ def _fans(ensemble: Ensemble) -> Any:
 def _scatter(ensemble: Ensemble) -> Any:
     """Return a figure of the largest values of columns against varied quantities, a panel for each pair."""
     results = _drawn_results(ensemble)
-    varied = ensemble.varied[:_PANELS]
+    varied = ensemble.varied[:12]
     figure = new_figure((0.8 + 2.9 * max(len(varied), 2), 0.6 + 2.5 * len(results)))
     grid = figure.subplots(len(results), len(varied), sharex="col", sharey="row", squeeze=False)
     stride = -(-ensemble.done // 5000)
@@ -552,25 +545,19 @@ def _rankings(ensemble: Ensemble) -> Any | None:
     height = 0.35 * len(ensemble.varied) + 0.9
     figure = new_figure((7.5, 0.5 + height * len(rankings)))
     panels = figure.subplots(len(rankings), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, column_ranking in zip(panels, rankings, strict=True):
-        names = list(column_ranking.total)[::-1]
+    for axes, shares in zip(panels, rankings, strict=True):
+        names = list(shares.total)[::-1]
         places = np.arange(len(names))
-        if column_ranking.total is not column_ranking.first:
-            axes.barh(
-                places, [column_ranking.total[name] for name in names], color="#A9C6E8", label="with interactions"
-            )
-        for shift, bounds in ((0.12, column_ranking.total_interval), (-0.12, column_ranking.first_interval)):
+        if shares.total is not shares.first:
+            axes.barh(places, [shares.total[name] for name in names], color="#A9C6E8", label="with interactions")
+        for shift, bounds in ((0.12, shares.total_interval), (-0.12, shares.first_interval)):
             if bounds:
                 low, high = np.array([bounds[name] for name in names]).T
                 axes.hlines(places + shift, low, high, color="black", linewidth=1.0)
-        axes.barh(places, [column_ranking.first[name] for name in names], color=_COLOUR, height=0.5, label="by itself")
+        axes.barh(places, [shares.first[name] for name in names], color=_COLOUR, height=0.5, label="by itself")
         axes.set_yticks(places, names)
-        told = (
-            f", errors of steps up to {100 * column_ranking.error:.2g} % of its deviation"
-            if column_ranking.error > NOTICED
-            else ""
-        )
-        axes.set_title(f"{column_ranking.result}{told}", fontsize="small", loc="left")
+        error = f", errors of steps up to {100 * shares.error:.2g} % of its deviation"
+        axes.set_title(shares.result + (error if shares.error > NOTICED else ""), fontsize="small", loc="left")
         axes.grid(alpha=0.3, axis="x")
     panels[-1].set_xlabel(f"share of the variance ({rankings[0].kind})")
     panels[-1].set_xlim(left=min(0.0, panels[-1].get_xlim()[0]))
@@ -579,8 +566,8 @@ def _rankings(ensemble: Ensemble) -> Any | None:
 
 
 def _drawn_results(ensemble: Ensemble) -> list[str]:
-    """Return the results that are drawn: the largest value of each column."""
-    return [f"{column}.{EXTREMES[1]}" for column in ensemble.columns[: _PANELS // 2]]
+    """Return the results that are drawn: the largest values of the first six columns."""
+    return [f"{column}.{EXTREMES[1]}" for column in ensemble.columns[:6]]
 
 
 def _label(ensemble: Ensemble, name: str) -> str:

@@ -3,8 +3,9 @@ blocks."""
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -94,26 +95,28 @@ class BlockJournal:
             self.reduction = None
             return
         self.done = int(data["done"])
-        self.failed = [FailedSample(item["number"], item["reason"], item["values"]) for item in data["failed"]]
+        self.failed = [FailedSample(**item) for item in data["failed"]]
 
     def keep(self, block: SampleBlock) -> None:
         """Append a finished block: its values, extremes and failures go to a file of the folder, or stay in memory.
         Rows over time, which are reduced, are not kept."""
         if self._folder is None:
-            self._kept.append(
-                replace(block, rows=block.rows[:0].copy())
-            )  # which are reduced, and would grow with the samples
+            self._kept.append(replace(block, rows=block.rows[:0].copy()))  # which would grow with the samples
         else:
             self._write_part(block)
         self.failed += block.failed
         self._parts.append((block.first, len(block.values)))
         self.done = block.first + len(block.values)
 
-    def broken(self) -> list[tuple[int, int]]:
-        """Return the first number and the count of samples of each part that is missing, cut short or damaged."""
-        if self._folder is None:
-            return []
-        return [(first, count) for first, count in self._parts if not self._is_whole(first, count)]
+    def mend(self, run: Callable[[int, int], SampleBlock | None]) -> None:
+        """Write the file of each part that is missing, cut short or damaged anew, and note that its samples, which are
+        in the statistics already, were run again. `run` takes the number of the first sample, and how many follow."""
+        for first, count in self._parts if self._folder else ():
+            if self._is_whole(first, count) or (block := run(first, count)) is None:
+                continue
+            self._write_part(block)
+            said = f"samples {first} to {first + count - 1} were run again"
+            self.notes.append(f"{said}: their part of the folder was cut short or damaged [W0054]")
 
     def _is_whole(self, first: int, count: int) -> bool:
         """Return whether the file of the block with `count` samples from number `first` on can be read; checksums are
@@ -123,15 +126,6 @@ class BlockJournal:
             return data["first"] == first and len(arrays["values"]) == len(arrays["extremes"]) == count
         except (FileError, KeyError):
             return False
-
-    def replace(self, block: SampleBlock) -> None:
-        """Write the file of a block anew, whose samples are in the statistics already, and note that they were run
-        again."""
-        last = block.first + len(block.values) - 1
-        self._write_part(block)
-        self.notes.append(
-            f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged [W0054]"
-        )
 
     def _path(self, first: int) -> Path:
         return (self._folder or Path()) / _BLOCKS / f"{first:09d}.npz"
@@ -146,9 +140,7 @@ class BlockJournal:
         one."""
         if self._folder is None:
             return
-        failed = [
-            {"number": sample.number, "reason": sample.reason, "values": dict(sample.values)} for sample in self.failed
-        ]
+        failed = [dict(vars(sample), values=dict(sample.values)) for sample in self.failed]
         arrays: dict[str, NDArray[Any]] = {
             **reduction.arrays(),
             "parts": np.array(self._parts, np.int64).reshape(-1, 2),
@@ -158,16 +150,11 @@ class BlockJournal:
     def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:
         """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read one by one."""
         values, extremes = np.empty((done, varied)), np.empty((done, columns, 3))
-        for first, own_values, own_extremes in self._blocks():
+        blocks = [(block.first, vars(block)) for block in self._kept]
+        paths = [] if self._folder is None else sorted((self._folder / _BLOCKS).glob("*.npz"))
+        read = (read_arrays(path, _KIND, "another folder") for path in paths)
+        for first, arrays in itertools.chain(blocks, ((int(data["first"]), arrays) for arrays, data in read)):
             if first < done:
-                part = slice(first, first + len(own_values))
-                values[part], extremes[part] = own_values, own_extremes
+                part = slice(first, first + len(arrays["values"]))
+                values[part], extremes[part] = arrays["values"], arrays["extremes"]
         return values, extremes
-
-    def _blocks(self) -> Iterator[tuple[int, Array, Array]]:
-        if self._folder is None:
-            yield from ((block.first, block.values, block.extremes) for block in self._kept)
-            return
-        for path in sorted((self._folder / _BLOCKS).glob("*.npz")):
-            arrays, data = read_arrays(path, _KIND, "another folder")
-            yield int(data["first"]), arrays["values"], arrays["extremes"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -66,16 +66,13 @@ class LaneRunner:
                 drawn = [variables_of_seed(self.model, item.place, seed) for seed in column]
                 places = [names.index(name) for name in drawn[0]]
                 parameters[:, places] = [list(row.values()) for row in drawn]
-        alone = np.zeros(len(values), dtype=bool)
         try:
             self.model.parameter_array(parameters)
         except EomgenError:
-            for k, row in enumerate(parameters):
-                try:
-                    self.model.parameter_array(row)
-                except EomgenError:
-                    alone[k], parameters[k] = True, base
-        return parameters, alone
+            alone = _fill_rows(parameters, range(len(values)), lambda k: self.model.parameter_array(parameters[k]))
+            parameters[alone] = base
+            return parameters, alone
+        return parameters, np.zeros(len(values), dtype=bool)
 
     def _input_tables(self, values: Array, parameters: Array) -> Array:
         """Return inputs that change with time, (samples, rows, nu)."""
@@ -123,18 +120,15 @@ class LaneRunner:
         model, common = self.model, self.options.common
         changed = bool(common.get("initial")) or common.get("parameters") is not None
         changed = changed or any(item.block != "inputs" for item in self.options.items)
-        if self.runs.at_rest:
+        # rows that are redundant in the scene may not be at other parameters
+        if self.runs.at_rest or (model.library.layout["left_out"] and np.any(parameters != model.parameter_array())):
             return self._starts_one_by_one(values, parameters)
         guesses, refused = self._guesses(values, parameters, asked=changed)
-        if not changed and self.runs.run.grid.start == 0.0:
+        if not model.multipliers or (not changed and self.runs.run.grid.start == 0.0):
             return guesses, refused
         q, v, z = np.split(guesses, [model.nq, model.nq + model.nv], axis=1)
         varied = any(item.block in ("q", "v") for item in self.options.items)  # then whole arrays are given
         starts = () if varied else starts_of(model, common.get("initial"))
-        if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
-            return self._starts_one_by_one(values, parameters)  # rows that are redundant in the scene may not be here
-        if not model.multipliers:
-            return guesses, refused
         result = consistent_samples(model, q, v, self.runs.run.grid.start, parameters, starts)
         return np.concatenate([result.q, result.v, z], axis=1), refused | ~result.met
 
@@ -142,17 +136,16 @@ class LaneRunner:
         """Return initial states (samples, nq + nv + nz) before a correction onto constraints, and a mask of refused
         ones. `asked`: whether the states differ from the model's own start, which is on the constraints already."""
         model, common = self.model, self.options.common.get("initial")
-        first = initial_state(model, common, self.runs.run.parameters, asked=asked)
-        starts = np.repeat(np.concatenate([first.q, first.v, first.z])[np.newaxis], len(values), axis=0)
-        refused = np.zeros(len(values), dtype=bool)
-        if model.initial_at is not None:  # joints place the bodies at the parameters of each sample
-            for k in np.flatnonzero((parameters != self.runs.run.parameters).any(axis=1)):
-                try:
-                    start = initial_state(model, common, parameters[k], asked=asked)
-                except EomgenError:
-                    refused[k] = True
-                else:
-                    starts[k] = np.concatenate([start.q, start.v, start.z])
+
+        def start_at(p: Array) -> Array:
+            start = initial_state(model, common, p, asked=asked)
+            return np.concatenate([start.q, start.v, start.z])
+
+        starts = np.repeat(start_at(self.runs.run.parameters)[np.newaxis], len(values), axis=0)
+        changed = (parameters != self.runs.run.parameters).any(axis=1)
+        if model.initial_at is None:  # else joints place the bodies at the parameters of each sample
+            changed[:] = False
+        refused = _fill_rows(starts, np.flatnonzero(changed), lambda k: start_at(parameters[k]))
         begins = {"q": 0, "v": model.nq, "z": model.nq + model.nv}
         for item, column in self.options.columns(values, *begins):
             starts[:, begins[item.block] + item.place] = column
@@ -164,26 +157,35 @@ class LaneRunner:
         only."""
         model = self.model
         starts = np.tile(np.concatenate([model.initial_q, model.initial_v, model.initial_z]), (len(values), 1))
-        refused = np.zeros(len(values), dtype=bool)
-        for k, row in enumerate(values):
-            options = self.options.of(row)
+
+        def start(k: int) -> Array:
+            options = self.options.of(values[k])
             changed = bool(options.get("initial")) or options.get("parameters") is not None
-            try:
-                starts[k] = self._start_of(parameters[k], options, changed=changed)
-            except EomgenError:
-                refused[k] = True
-        return starts, refused
+            return self._start_of(parameters[k], options, changed=changed)
+
+        return starts, _fill_rows(starts, range(len(values)), start)
 
     def _start_of(self, p: Array, options: Mapping[str, Any], *, changed: bool) -> Array:
         """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) and `options` starts; errors as of
         ``simulate``."""
         run, model = self.runs.run, self.model
-        given = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
+        input_values = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
         formulas, grid = scene_inputs(model, p), run.grid
-        signals = InputSignals(model.inputs, given, formulas, grid.step, grid.start, run.signals.left_to_stepper)
+        signals = InputSignals(model.inputs, input_values, formulas, grid.step, grid.start, run.signals.left_to_stepper)
         run = replace(run, parameters=p, signals=signals)
         state, _, _ = start_of(run, options.get("initial"), equilibrium_start=self.runs.at_rest, changed=changed)
         return np.concatenate([state.q, state.v, state.z])
+
+
+def _fill_rows(rows: Array, numbers: Iterable[int], row_of: Callable[[int], Array]) -> NDArray[np.bool_]:
+    """Fill rows with some numbers in place; return a mask of the rows that are refused by an error of the package."""
+    refused = np.zeros(len(rows), dtype=bool)
+    for k in numbers:
+        try:
+            rows[k] = row_of(k)
+        except EomgenError:
+            refused[k] = True
+    return refused
 
 
 _LOG = Log(__name__)
@@ -221,6 +223,25 @@ class SampleBlock:
     rows: Array
     extremes: Array
     failed: tuple[FailedSample, ...] = ()
+
+
+@dataclass(frozen=True)
+class EnsemblePart:
+    """Samples that a process of a cluster has run: content alone, never a path of the process, never machine code.
+
+    Attributes
+    ----------
+    solutions : number of a sample -> the file of the sample's solution, for solutions to be kept
+    seconds : that the samples took, without the model's compilation
+    code : digest of the compiled model
+    how : of ``SampleRunner``
+    """
+
+    block: SampleBlock
+    solutions: Mapping[int, bytes]
+    seconds: float
+    code: str
+    how: str
 
 
 @dataclass

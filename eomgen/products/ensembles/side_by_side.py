@@ -43,10 +43,6 @@ from eomgen.toolchain.library import LaneLibrary
 
 #: Rows at which energies are looked at.
 _LOOKED_AT = 17
-#: Share of the energies at work by which a total may grow, of 0.49 from which on a run has failed.
-_GAIN = 0.2
-#: Part of the machine, or rad, by which a constraint may be off, of 1e-3 from which on a run has failed.
-_VIOLATION = 1e-4
 #: Options of ``simulate`` with which samples may run side by side.
 _OPTIONS = {
     *("method", "rho_inf", "alpha", "beta", "gamma", "order", "tolerance", "settings"),
@@ -249,9 +245,8 @@ class SideBySide:
         t = states.t.reshape(lanes, -1)
         if (present[..., places] == common[places]).all() and (t == t[0]).all():
             of_one = self._in_common(t[0])
-            prescribed_inputs = PrescribedInputs(
-                *(None if part is None else np.tile(part, (lanes, 1)) for part in of_one)
-            )
+            tiled = (None if part is None else np.tile(part, (lanes, 1)) for part in of_one)
+            prescribed_inputs = PrescribedInputs(*tiled)
         else:
             prescribed_inputs = inputs_at_rows(self.model, states.t, _at_each(present, t.shape[1]), None)
         if inputs is None or prescribed_inputs.u is None:
@@ -322,7 +317,7 @@ class SideBySide:
 
     def _breaks_constraints(self, rows: Array, parameters: Array, largest: Array) -> NDArray[np.bool_]:
         """Return a mask (lanes,) of runs whose largest constraint violation exceeds 1e-4 of the machine's size, or 1e-4
-        rad.
+        rad; a run fails from 1e-3 on.
 
         Parameters
         ----------
@@ -341,13 +336,13 @@ class SideBySide:
             machine = extents.reshape(lanes, -1).max(axis=1)
             scale = np.where(machine > 0.0, machine, 1.0)
             scale = scale if all(lengths) else np.minimum(scale, 1.0)
-        result: NDArray[np.bool_] = ~(largest[:, 0] <= _VIOLATION * scale)
+        result: NDArray[np.bool_] = ~(largest[:, 0] <= 1e-4 * scale)
         return result
 
     def _gains_energy(self, rows: Array, present: Array) -> NDArray[np.bool_]:
-        """Return a mask of the lanes whose total energy grows by much of the energies at work, looked at in a few rows.
-        False if forces may have power, or without the term energy. `rows` are (lanes, rows, width), `present`
-        parameters."""
+        """Return a mask of the lanes whose total energy grows by a fifth of the energies at work, looked at in a few
+        rows; a run fails from 0.49 on. False if forces may have power, or without the term energy. `rows` are (lanes,
+        rows, width), `present` parameters."""
         lanes, count, width = rows.shape
         if "energy" not in self.model.functions or not self.model.library.layout["facts"]["conservative"]:
             return np.zeros(lanes, dtype=bool)
@@ -358,7 +353,7 @@ class SideBySide:
         energy = row_values("energy", self.model, states, self._prescribe(states, looked, None), p)
         total, potential, kinetic = (energy[name].reshape(lanes, -1) for name in ("total", "potential", "kinetic"))
         moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
-        gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > _GAIN * moving
+        gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > 0.2 * moving
         return gain
 
     def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:

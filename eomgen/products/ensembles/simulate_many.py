@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import closing, contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, nullcontext
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Unpack
@@ -25,8 +25,8 @@ from eomgen.base.progress import Progress, Reporter, duration, show_progress
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.compiled.model import CompiledModel
-from eomgen.errors import EomgenError, FileError, Problem, UsageError
-from eomgen.products.ensembles.cluster import connect_cluster
+from eomgen.errors import FileError, Problem, UsageError
+from eomgen.products.ensembles.cluster import PART, connect_cluster
 from eomgen.products.ensembles.designs import (
     DESIGNS,
     OTHER_DESIGNS,
@@ -34,7 +34,6 @@ from eomgen.products.ensembles.designs import (
     grid_design,
     note_on_balance,
     random_design,
-    table_design,
 )
 from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.distributions import Distribution
@@ -57,12 +56,10 @@ from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.states import starts_at_equilibrium
 from eomgen.simulation.stepping.time_grid import row_times
 
-#: Seconds that the samples of a block should take: by Ctrl-C so much work is lost, and progress is that old.
-_PART = 2.0
-#: Blocks of a small ensemble at least; of a block of short runs, evaluations at least and numbers kept at most.
-_BLOCKS, _WORTH_A_BLOCK, _NUMBERS_OF_A_BLOCK = 16, 50_000, 2**20
-#: Seconds between two writings of the reduced results, and the least multiple of the time of one.
-_SELDOM, _RARELY = 10.0, 20.0
+#: Evaluations of a block of short runs at least, by which they outweigh the work of Python for a block.
+_WORTH_A_BLOCK = 50_000
+#: Seconds between two writings of the reduced results, and of work from which on a plan is announced.
+_SELDOM = 10.0
 #: Data of a run in the description of an ensemble.
 _DESCRIBED = ("method", "settings", "t_start", "t_end", "record_every", "parameters", "start")
 #: Files that solutions of samples are kept as.
@@ -179,7 +176,7 @@ def simulate_many(
     """
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
-    items, drawn, name = _make_design(model, vary, table, samples, design, seed)
+    items, drawn = _make_design(model, vary, table, samples, design, seed)
     if not model.library.lacking:
         model.finish_compilation()  # many runs take longer than a compiler, and all have the bits of one library
     # laws of varied inputs are functions here too: a method without such inputs reports this before the first sample
@@ -191,33 +188,30 @@ def simulate_many(
     times = row_times(pilot.metadata, model.library.real)
     thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))
     target = None if folder is None else Path(folder)
-    kept = _numbers(keep, drawn.samples)
-    _check_kept(kept, keep_as, target)
+    kept = _kept_samples(keep, drawn.samples, keep_as, target)
     work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
     block = _block(drawn.samples, work_of_one, len(looked_at) * len(thinned))
-    described = _description(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     alike = CommonRunData.of(model, pilot)
     work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
+    described = _description(work, pilot, vary, table, seed, block)
     threads = thread_count() if workers is None else count_of("workers", workers)
     with (
         nullcontext() if cluster is None else connect_cluster(cluster, workers) as machines,
-        _alone(target),
+        nullcontext() if target is None else _alone(target),
         nullcontext() if progress is None else show_progress(progress, model.name) as reported,
     ):
         journal = BlockJournal(target, described, resume=resume)
         if runs is not None:
             make_folder(runs)
         began = time.perf_counter()
-        for first, count in journal.broken():
-            if (again := work.block(first, count)) is not None:
-                journal.replace(again)
+        journal.mend(work.block)
         work.save_those_before(journal.done)
         reduction = journal.reduction or Reduction(len(looked_at), len(thinned), block)
         left = (journal.done, drawn.samples)
         if machines is None:
-            first = 1 if varied.rest else max(1, int(_PART / max(float(pilot.stats["wall_time"]), 1e-9)))
+            first = 1 if varied.rest else max(1, int(PART / max(float(pilot.stats["wall_time"]), 1e-9)))
             announce = reported.announce if isinstance(reported, Reporter) else None
             came = _on_threads(work, threads, *left, min(first, block), block, announce)
         else:
@@ -228,7 +222,7 @@ def simulate_many(
     units = pilot.units()
     return Ensemble(
         scene=model.name,
-        design=name,
+        design=drawn.name,
         seed=seed,
         varied=tuple(item.name for item in items),
         columns=tuple(looked_at),
@@ -247,7 +241,7 @@ def simulate_many(
             pilot,
             estimates=error_estimate,
             interrupted=interrupted,
-            notes=(note_on_balance(name, samples), *starts_of_several_turns(items, vary)),
+            notes=(note_on_balance(drawn.name, samples), *starts_of_several_turns(items, vary)),
             last=(*journal.notes, *notes),
         ),
     )
@@ -257,21 +251,18 @@ def _block(samples: int, work: int, numbers: int) -> int:
     """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`
     counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample.
 
-    A block has 256 samples at most, or 4096 of short runs, whose evaluations are to outweigh the work of Python for a
-    block; threads share four blocks at least.
+    A block has 256 samples at most, or 4096 of short runs, or the samples of 8 MB; threads share four blocks at least,
+    sixteen of a small ensemble.
     """
-    worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), 4096, _NUMBERS_OF_A_BLOCK // numbers)
+    worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), 4096, 2**20 // numbers)
     shared = worth if samples <= worth else min(worth, -(-samples // 4))
-    return max(1, shared, min(256, -(-samples // _BLOCKS)))
+    return max(1, shared, min(256, -(-samples // 16)))
 
 
 @contextmanager
-def _alone(folder: Path | None) -> Iterator[None]:
-    """Keep other ensembles out of a folder, which is made, for the body of the context; without effect for None. Raises
-    FileError if another ensemble uses the folder."""
-    if folder is None:
-        yield
-        return
+def _alone(folder: Path) -> Iterator[None]:
+    """Keep other ensembles out of a folder, which is made, for the body of the context. Raises FileError if another
+    ensemble uses the folder."""
     with sole_use(make_folder(folder)) as alone:
         if not alone:
             fault = "another ensemble is writing to it [E0674]"
@@ -283,10 +274,9 @@ def _reduce(
     blocks: Iterator[SampleBlock], journal: BlockJournal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
     """Add blocks of samples to the reduction and the journal one by one; return whether Ctrl-C ended this before
-    `total` samples. The journal is written from time to time, at the end and after an error; `report` is called with
+    `total` samples. The journal is written every ten seconds, at the end and after an error; `report` is called with
     the numbers of finished and of all samples."""
-    written, seldom = time.monotonic(), _SELDOM
-    interrupted = False
+    written, interrupted = time.monotonic(), False
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
 
     def take(block: SampleBlock) -> None:
@@ -296,22 +286,16 @@ def _reduce(
     try:
         for block in blocks:
             reducer.submit(take, block).result()
-            if (now := time.monotonic()) - written > seldom:
+            if time.monotonic() - written > _SELDOM:
                 reducer.submit(journal.write, reduction).result()
                 written = time.monotonic()
-                seldom = max(_SELDOM, _RARELY * (written - now))
             if report is not None:
                 report(journal.done, total)
     except KeyboardInterrupt:
         interrupted = True
-    except EomgenError:
-        reducer.shutdown(wait=True)
-        with suppress(FileError):  # the first error is reported, not consequences
-            journal.write(reduction)
-        raise
     finally:
         reducer.shutdown(wait=True)
-    journal.write(reduction)
+        journal.write(reduction)
     return interrupted and journal.done < total
 
 
@@ -348,9 +332,9 @@ def _on_threads(
             finished, each = waiting.pop(0).result()
             if finished is None:
                 continue
-            size = max(1, min(most, int(_PART / max(each, 1e-9))))
+            size = max(1, min(most, int(PART / max(each, 1e-9))))
             done, taken = finished.first + len(finished.values), time.perf_counter() - began
-            if announce is not None and taken >= _PART:
+            if announce is not None and taken >= PART:
                 if (seconds := each * (total - done) / workers) > _SELDOM:  # the first samples are dearer
                     threads = counted(workers, "thread")
                     announce(f"{total - first} samples {work.how}, by {threads}: about {duration(seconds)} more")
@@ -381,8 +365,8 @@ def _make_design(
     samples: int,
     design: str,
     seed: int,
-) -> tuple[list[Variation], Design, str]:
-    """Return the varied quantities, the design of their samples, and the name of the design. Raises UsageError."""
+) -> tuple[list[Variation], Design]:
+    """Return the varied quantities and the design of their samples. Raises UsageError."""
     count_of("seed", seed, 0)
     if table is not None:
         if vary or design:
@@ -390,7 +374,7 @@ def _make_design(
             fault = f"a table says the values of all samples, and {excess} is given too [E0676]"
             raise UsageError(Problem(excess, fault, f"the table, or {excess}, alone"))
         items, rows = read_table(model, table)
-        return items, table_design(rows), "table"
+        return items, Design("table", len(rows), lambda first, count: rows[first : first + count])
     if isinstance(vary, Mapping | None) and not vary:
         hint = 'vary={"mass": "normal(1, 0.1)"}, or table={"mass": [...]}'
         raise UsageError(Problem("vary", "nothing varies: all samples would be the same [E0652]", hint))
@@ -398,11 +382,11 @@ def _make_design(
     if not design:
         design = "grid" if all(item.levels for item in distributions) else "monte_carlo"
     if design == "grid":
-        return items, grid_design([item.name for item in items], distributions), design
+        return items, grid_design([item.name for item in items], distributions)
     if design not in DESIGNS:
         hint = nearest(design, [*DESIGNS, *OTHER_DESIGNS])
         raise UsageError(Problem("design", f"there is no design {quoted(design)} [E0677]", hint))
-    return items, random_design(design, distributions, samples, seed), design
+    return items, random_design(design, distributions, samples, seed)
 
 
 def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
@@ -426,13 +410,24 @@ def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(result))
 
 
-def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
+def _kept_samples(keep: Sequence[int], samples: int, keep_as: str, target: Path | None) -> frozenset[int]:
+    """Return the numbers of samples whose solutions are kept. Raises UsageError for numbers beyond `samples`, without a
+    folder, and for files of an unknown or missing kind."""
     result = set()
     for number in keep if isinstance(keep, Iterable) else [keep]:
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
             fault = f"{number!r} is not the number of a sample [E0679]"
             raise UsageError(Problem("keep", fault, f"0 to {samples - 1}"))
         result.add(int(number))
+    if result and target is None:
+        fault = "solutions of samples are kept in a folder, and none is given [E0680]"
+        raise UsageError(Problem("keep", fault, "folder=..."))
+    if keep_as not in _KEPT_AS:
+        hint = " or ".join(_KEPT_AS)
+        raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))} [E0681]", hint))
+    if keep_as == "parquet" and find_spec("pyarrow") is None:
+        fault = "Parquet files are written by the package pyarrow, which is not installed [E0682]"
+        raise UsageError(Problem("keep_as", fault, "pip install 'eomgen[parquet]', or npz"))
     return frozenset(result)
 
 
@@ -442,20 +437,6 @@ def _with_largest_step(options: EnsembleOptions, pilot: Solution) -> EnsembleOpt
         return options
     settings = {**(options.get("settings") or {}), "largest_step": pilot.metadata["settings"]["largest_step"]}
     return {**options, "settings": settings}
-
-
-def _check_kept(kept: Collection[int], keep_as: str, target: Path | None) -> None:
-    """Raise UsageError if solutions of samples are to be kept without a folder, or as files of an unknown or missing
-    kind."""
-    if kept and target is None:
-        fault = "solutions of samples are kept in a folder, and none is given [E0680]"
-        raise UsageError(Problem("keep", fault, "folder=..."))
-    if keep_as not in _KEPT_AS:
-        hint = " or ".join(_KEPT_AS)
-        raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))} [E0681]", hint))
-    if keep_as == "parquet" and find_spec("pyarrow") is None:
-        fault = "Parquet files are written by the package pyarrow, which is not installed [E0682]"
-        raise UsageError(Problem("keep_as", fault, "pip install 'eomgen[parquet]', or npz"))
 
 
 def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | None, *, resume: bool) -> None:
@@ -474,21 +455,16 @@ def _digest(arrays: Sequence[Array]) -> str:
 
 
 def _description(
-    model: CompiledModel,
+    work: SampleRunner,
     pilot: Solution,
-    design: Design,
-    items: Sequence[Variation],
     vary: Mapping[str, str | Distribution] | None,
     table: Mapping[str, ArrayLike] | None,
     seed: int,
-    columns: Sequence[str],
-    times: Array,
     block: int,
-    options: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return all that the numbers of samples depend on, as JSON data: a folder with another description is refused.
     Inputs, a table and the motion without variations are included as digests."""
-    data = pilot.metadata
+    data, model, design, options = pilot.metadata, work.model, work.design, work.options
     how = {name: item.text if isinstance(item, Distribution) else item for name, item in (vary or {}).items()}
     digest = "" if table is None else _digest([design.values(0, design.samples)])
     return {
@@ -496,15 +472,15 @@ def _description(
         "fingerprint": model.library.layout.get("fingerprint", ""),
         **{name: data[name] for name in _DESCRIBED},
         "inputs": _digest(list(pilot.inputs.values())),
-        "controllers": sorted(options.get("controllers") or ()),
+        "controllers": sorted(options.common.get("controllers") or ()),
         "motion without variations": _digest([pilot.t, pilot.q, pilot.v]),
         "design": design.name,
         "samples": design.samples,
         "seed": seed,
-        "vary": how or [item.name for item in items],
+        "vary": how or [item.name for item in options.items],
         "table": digest,
-        "columns": list(columns),
-        "times": times.tolist(),
+        "columns": list(work.columns),
+        "times": work.times[work.thinned].tolist(),
         "block": block,
         "version": __version__,
     }

@@ -21,9 +21,8 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.messages import counted
 from eomgen.errors import Problem, UsageError
 
-#: Numbers that are kept as they are, 128 MB, and centroids of each column and time afterwards: 0.3 % of the samples are
-#: in one in the middle, 0.001 % at both ends.
-_KEPT, _CENTROIDS = 2**24, 512
+#: Numbers that are kept as they are, 128 MB.
+_KEPT = 2**24
 
 
 class Reduction:
@@ -222,17 +221,15 @@ def _merge(centroids: Array, weights: Array, rows: Array) -> tuple[Array, Array]
 
 
 def _condense(values: Array, weights: Array) -> tuple[Array, Array]:
-    """Return centroids and weights, (cells, centroids), of sorted values with weights, (cells, n) each; empty ones are
-    NaN."""
-    known = np.where(weights > 0.0, values, 0.0)
+    """Return 512 centroids and their weights, (cells, centroids), of sorted values with weights, (cells, n) each: 0.3 %
+    of the samples are in one in the middle, 0.001 % at both ends. Empty ones are NaN."""
+    known, count = np.where(weights > 0.0, values, 0.0), 512
     with np.errstate(invalid="ignore", divide="ignore"):
         share = (np.cumsum(weights, axis=1) - 0.5 * weights) / weights.sum(axis=1, keepdims=True)
         scale = np.nan_to_num(np.arcsin(np.clip(2.0 * share - 1.0, -1.0, 1.0)) / np.pi + 0.5)
-        places = np.minimum((_CENTROIDS * scale).astype(np.intp), _CENTROIDS - 1)
-        places += _CENTROIDS * np.arange(len(values))[:, np.newaxis]
-        shape = len(values), _CENTROIDS
+        places = np.minimum((count * scale).astype(np.intp), count - 1) + count * np.arange(len(values))[:, np.newaxis]
         sizes, sums = (
-            np.bincount(places.ravel(), part.ravel(), _CENTROIDS * len(values)).reshape(shape)
+            np.bincount(places.ravel(), part.ravel(), count * len(values)).reshape(len(values), count)
             for part in (weights, weights * known)
         )
         return np.asarray(sums / sizes), np.asarray(sizes, float)
@@ -303,16 +300,12 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, r
         raise UsageError(Problem("sensitivity", fault, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
     if np.ptp(results[there]) > 0.0 and varying:
-        ranks = np.array([_standard(stats.rankdata(values[name][there])) for name in varying])
-        target = _standard(stats.rankdata(results[there]))
+        ranks = np.array([stats.zscore(stats.rankdata(values[name][there])) for name in varying])
+        target = stats.zscore(stats.rankdata(results[there]))
         weights = np.linalg.lstsq(ranks.T, target, rcond=None)[0]
         shares |= {name: float(weight) ** 2 for name, weight in zip(varying, weights, strict=True)}
     ordered = dict(sorted(shares.items(), key=lambda item: -item[1]))
     return Ranking(result, "squared rank regression", ordered, ordered)
-
-
-def _standard(ranks: Array) -> Array:
-    return np.asarray((ranks - ranks.mean()) / ranks.std())
 
 
 def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking:

@@ -30,8 +30,6 @@ from eomgen.system.signals import Input
 
 #: Properties of a law that may vary: the seed of a random road or process, a factor of the whole law.
 LAWS = ("seed", "scale")
-#: Number of times for which harmonics are summed together, so that arrays stay in the processor's cache.
-_TOGETHER = 64
 
 
 def laws_that_vary(model: CompiledModel) -> list[str]:
@@ -51,54 +49,51 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     name : ``seed.NAME`` or ``scale.NAME``
     """
     kind, _, of = name.partition(".")
-    index = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
-    label = f"{where} {name}"
-    curves = [curve.name for curve in getattr(model.scene, "curves", ())]
-    if index is None and of in curves:
-        fault = f"{of} is a curve, whose numbers are fixed in the code [E0688]"
+    inputs, waves = model.description.inputs, {item.name: item for item in _waves(model)}
+    index = {item.name: k for k, item in enumerate(inputs)}.get(of)
+    if index is None and kind == "seed" and of in waves and waves[of].variables:
+        return len(inputs) + list(waves).index(of)
+    if index is None:
+        raise UsageError(Problem(f"{where} {name}", *_fault_without_input(model, kind, of)))
+    item, fault, hint = inputs[index], "", _others(model, kind)
+    if kind == "seed" and item.series is not None and item.series.follows:
+        fault = f"the random process {of} follows {item.series.follows}, and has its variables [E0690]"
+        hint = f"seed.{item.series.follows}"
+    elif kind == "seed" and item.road is None and item.series is None:
+        fault = f"the input {of} is neither a random road nor a random process, so it has no seed [E0691]"
+    elif not item.given:
+        fault = f"the scene gives the input {of} no law that could be multiplied [E0692]"
+        hint = f"{of}, a value that is constant over a run"
+    if fault:
+        raise UsageError(Problem(f"{where} {name}", fault, hint))
+    return index
+
+
+def _fault_without_input(model: CompiledModel, kind: str, of: str) -> tuple[str, str]:
+    """Return the fault of ``seed.NAME`` or ``scale.NAME`` without an input of this name, and a remedy."""
+    if of in [curve.name for curve in getattr(model.scene, "curves", ())]:
         hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
         if kind == "seed":
             hint = f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}"
-        raise UsageError(Problem(label, fault, hint))
-    if index is None and of in (seas := [waves.name for waves in _waves(model)]):
-        number = seas.index(of)
-        if kind == "seed" and _waves(model)[number].variables:
-            return len(model.description.inputs) + number
-        fault = f"{of} are waves, whose numbers are fixed in the code [E0689]"
-        hint = f"variables = true in [waves.{of}]"
-        if kind != "seed":
-            fault = f"{of} are waves, which are as high as their spectrum says [E0693]"
-            hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
-        raise UsageError(Problem(label, fault, hint))
-    if index is None:
-        fault = f"there is no input {shown(of)} [E0432]"
-        raise UsageError(Problem(label, fault, _others(model, kind)))
-    item = model.description.inputs[index]
-    if kind == "seed" and item.series is not None and item.series.follows:
-        leader = item.series.follows
-        fault = f"the random process {of} follows {leader}, and has its variables [E0690]"
-        raise UsageError(Problem(label, fault, f"seed.{leader}"))
-    if kind == "seed" and item.road is None and item.series is None:
-        fault = f"the input {of} is neither a random road nor a random process, so it has no seed [E0691]"
-        raise UsageError(Problem(label, fault, _others(model, kind)))
-    if not item.given:
-        fault = f"the scene gives the input {of} no law that could be multiplied [E0692]"
-        raise UsageError(Problem(label, fault, f"{of}, a value that is constant over a run"))
-    return index
+        return f"{of} is a curve, whose numbers are fixed in the code [E0688]", hint
+    if of not in [waves.name for waves in _waves(model)]:
+        return f"there is no input {shown(of)} [E0432]", _others(model, kind)
+    if kind == "seed":
+        return f"{of} are waves, whose numbers are fixed in the code [E0689]", f"variables = true in [waves.{of}]"
+    hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
+    return f"{of} are waves, which are as high as their spectrum says [E0693]", hint
 
 
 def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str, float]:
     """Return the values of parameters that a seed draws for the random process or the waves at an index of ``law_of``,
     by name. Empty for a road, which has no parameters."""
-    inputs = model.description.inputs
+    inputs, stream = model.description.inputs, WAVES
+    names: Sequence[str] = ()
     if index >= len(inputs):
         names = _waves(model)[index - len(inputs)].variables
-        return dict(zip(names, standard_normals(int(seed), len(names), WAVES).tolist(), strict=True))
-    process = inputs[index].series
-    if process is None:
-        return {}
-    variables = process.own_variables
-    return dict(zip(variables, standard_normals(int(seed), len(variables), process.name).tolist(), strict=True))
+    elif (process := inputs[index].series) is not None:
+        names, stream = process.own_variables, process.name
+    return dict(zip(names, standard_normals(int(seed), len(names), stream).tolist(), strict=True))
 
 
 def _waves(model: CompiledModel) -> tuple[Any, ...]:
@@ -186,9 +181,10 @@ def _own(model: CompiledModel, t: Array, p: Array, index: int) -> Array:
 
 def _sum(waves: Array, t: Array) -> Array:
     """Return the sum of harmonics (n,) at times t (n,) s; `waves` has rows of amplitude, frequency in rad/s and phase.
-    Summed row by row, so that the bits do not depend on the number of rows."""
+    Summed row by row, so that the bits do not depend on the number of rows, and for 64 times together, so that arrays
+    stay in the processor's cache."""
     amplitude, frequency, phase = waves.T
-    parts = (t[first : first + _TOGETHER, np.newaxis] for first in range(0, len(t), _TOGETHER))
+    parts = (t[first : first + 64, np.newaxis] for first in range(0, len(t), 64))
     return np.concatenate([(np.cos(part * frequency + phase) * amplitude).sum(axis=1) for part in parts])
 
 
@@ -293,7 +289,7 @@ def starts_of_several_turns(items: Sequence[Variation], vary: Mapping[str, str |
         ends = read_distribution(f"vary {item.name}", text, item.unit).quantiles(np.array([0.05, 0.95]))
         farthest = float(ends[np.argmax(np.abs(ends))])
         notes.append(several_turns(f"vary {item.name} = {text}: samples start at up to", farthest))
-    return [note for note in notes if note]
+    return list(filter(None, notes))
 
 
 def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
+from eomgen.products.fields.documents.tables import Chains
 
 if TYPE_CHECKING:
     from eomgen.integrators.compositions import Composition
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 
 #: Keys of a coordinate with its momentum in the output of ``info``.
 _PAIR = ("name", "momentum", "position", "momentum_value", "unit", "momentum_unit")
-#: Options of runs that these systems have; other options of ``simulate`` are refused.
-_TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
 
 
 def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
@@ -103,16 +102,11 @@ def _method(chosen: Method | Composition) -> dict[str, Any]:
 def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
     """Simulate a Hamiltonian system, write solution.npz, solution.csv, summary.json and, with ``plots``, motion.png to
     ``folder``, print a table or JSON, and return the exit code. ``options`` are the options of ``eomgen simulate`` by
-    name. Raises UsageError for an option of mechanical scenes."""
+    name."""
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
-    from eomgen.pipeline.front_end import given_options  # noqa: PLC0415
     from eomgen.products.fields.front_end import build_hamiltonian  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.solution import draw, outcome_of  # noqa: PLC0415
 
-    if chosen := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
-        option = f"--{chosen[0].replace('_', '-')}"
-        fault = f"this option belongs to mechanical scenes, and {document.name} is a Hamiltonian system [E0706]"
-        raise UsageError(Problem(option, fault, "leave it out"))
     changes = _numbers("--set", options["parameters"], document.parameters)
     starts = _numbers("--initial", options["initial"], document.states)
     target = make_folder(Path(folder))
@@ -204,26 +198,19 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
         _print_data(data)
 
 
+def _settings(command: Callable[..., int]) -> Callable[..., int]:
+    """Add an option to a command for each setting of chains; without it the file's counts."""
+    for name, item in reversed(Chains.model_fields.items()):
+        option, text = f"--{name.replace('_', '-')}", f"{item.description}; the file's by default."
+        command = click.option(option, type=type(item.default), default=None, help=text)(command)
+    return command
+
+
 @click.command()
 @click.argument("file", metavar="FILE", shell_complete=completed_files)
 @folder_option
-@click.option("--method", default=None, help="minimum_norm2, omf4, suzuki4, leapfrog ...; the file's by default.")
+@_settings
 @click.option("--mass", default=None, metavar="CHOICE", help="fisher, prior or unit; the file's by default.")
-@click.option("--step", type=float, default=None, help="Of trajectories; 0: found by the warm-up.")
-@click.option("--duration", type=float, default=None, help="Of a trajectory; 1.5 by default.")
-@click.option("--first", default=None, metavar="PART", help="First part of trajectories: random, drift or kick.")
-@click.option("--jitter", type=float, default=None, help="Part by which steps vary, 0 to 1.")
-@click.option("--guard", type=float, default=None, help="Part of the largest stable step that steps may have.")
-@click.option("--chains", type=int, default=None, metavar="N", help="Number of chains.")
-@click.option("--start", default=None, metavar="WHERE", help="mode, prior, zero, or a .npy file of white fields.")
-@click.option("--warm-up", type=int, default=None, metavar="N", help="Trajectories of each chain before samples.")
-@click.option("--samples", type=int, default=None, metavar="N", help="Of each chain.")
-@click.option("--seed", type=int, default=None, help="Of all random numbers of the chains.")
-@click.option("--field", default=None, metavar="NAME", help="Whose samples are looked at.")
-@click.option("--watched", type=int, default=None, metavar="N", help="Cells whose values are kept.")
-@click.option("--bins", type=int, default=None, metavar="N", help="Of wave numbers.")
-@click.option("--transforms", default=None, metavar="LIBRARY", help="scipy, or fftw by the package pyfftw.")
-@click.option("--precision", default=None, metavar="KIND", help="Of gradients: double or single.")
 @click.option("--resume", is_flag=True, help="Go on from the checkpoint of the folder, to the same bits.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw slices, power spectra and chains.")
 @json_option

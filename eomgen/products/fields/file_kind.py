@@ -16,6 +16,9 @@ from eomgen.products.fields.front_end import (
     hamiltonian_of,
 )
 
+#: Options of runs that these systems have; other options of ``simulate`` are refused.
+_TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
+
 
 def _show(path: str, method: str | None, options: Mapping[str, Any], as_json: bool) -> bool:
     from eomgen.products.fields.commands import show, show_fields  # noqa: PLC0415  # of the command line
@@ -30,7 +33,7 @@ def _show(path: str, method: str | None, options: Mapping[str, Any], as_json: bo
 
 
 def _simulate(path: str, folder: str, options: Mapping[str, Any], plots: bool, as_json: bool) -> int | None:
-    document = hamiltonian_of(path)
+    document = hamiltonian_of(path, {name: value for name, value in options.items() if name not in _TAKEN})
     if document is None:
         return None
     from eomgen.products.fields.commands import run  # noqa: PLC0415  # of the command line, for this kind of files

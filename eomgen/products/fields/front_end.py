@@ -27,8 +27,6 @@ _KIND = re.compile(r"^\s*(kind|hamiltonian)\s*=", re.MULTILINE)
 _TABLE = re.compile(r"^\s*\[", re.MULTILINE)
 #: The mark of a file of fields: a table of the mesh.
 _MESH = re.compile(r"^\s*(\[\s*mesh\s*\]|mesh\s*[.=])", re.MULTILINE)
-#: Number of bytes at the start of a file that decide its kind.
-_HEAD = 20_000
 
 
 def _describe(document: Hamiltonian) -> Description:
@@ -46,19 +44,19 @@ HAMILTONIANS = FrontEnd("hamiltonian", Hamiltonian, _describe, _derive)
 
 def says_hamiltonian(path: str | os.PathLike[str]) -> bool:
     """Return True if a file declares a Hamiltonian system; an unreadable file does not."""
-    head = _head(path)
-    table = _TABLE.search(head)
-    return _KIND.search(head[: table.start()] if table else head) is not None
+    text = _text(path)
+    table = _TABLE.search(text)
+    return _KIND.search(text[: table.start()] if table else text) is not None
 
 
-def _head(path: str | os.PathLike[str]) -> str:
-    """Return the beginning of a TOML file, or an empty text if the file cannot be read."""
+def _text(path: str | os.PathLike[str]) -> str:
+    """Return the text of a TOML file; empty if the file cannot be read."""
     file = Path(path)
     if file.suffix.lower() != ".toml":
         return ""
     try:
         with open_file(file.expanduser()) as stream:
-            return stream.read(_HEAD).decode("utf-8", "replace")
+            return stream.read().decode("utf-8", "replace")
     except (OSError, ValueError, RuntimeError):
         return ""
 
@@ -71,7 +69,7 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
     DescriptionError
         With all faults of the content.
     """
-    if not says_hamiltonian(path) or not _MESH.search(_head(path)):
+    if not says_hamiltonian(path) or not _MESH.search(_text(path)):
         return None
     from eomgen.products.fields.documents.field_reading import load_fields  # noqa: PLC0415  # most scenes are mechanical
 

@@ -6,7 +6,6 @@ import platform
 import sys
 import tempfile
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 
 from eomgen.base.data import dataclass
@@ -16,7 +15,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.products.fmu.interface import Interface
 from eomgen.products.fmu.sources import wrapper_name
 from eomgen.toolchain.builder import SHARED, Builder
-from eomgen.toolchain.compiler import run_compiler
+from eomgen.toolchain.compiler import run_compiler, write_texts
 from eomgen.toolchain.cross import zig
 
 #: Names of processors and of systems in FMI 3.0.
@@ -100,13 +99,9 @@ def built(interface: Interface, files: Mapping[str, str], profile: str = "reprod
     """
     whole = _whole(interface, files)
     content = "\0".join(f"{name}\0{text}" for name, text in sorted(whole.items()))
-    entry = Builder(profile=profile).build_folder(b"fmu\0" + content.encode(), partial(_write, whole))
+    builder = Builder(profile=profile)
+    entry = builder.build_folder(b"fmu\0" + content.encode(), lambda folder: write_texts(folder, whole))
     return entry.file(SHARED).read_bytes()
-
-
-def _write(files: Mapping[str, str], folder: Path) -> None:
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _whole(interface: Interface, files: Mapping[str, str]) -> dict[str, str]:
@@ -127,7 +122,7 @@ def cross_built(interface: Interface, files: Mapping[str, str], machine: TargetM
     whole = _whole(interface, files)
     with tempfile.TemporaryDirectory() as scratch:
         output = Path(scratch) / f"{interface.identifier}{machine.ending}"
-        _write(whole, output.parent)
+        write_texts(output.parent, whole)
         flags = ["-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s"]
         flags += [] if machine.ending == ".dll" else ["-fPIC"]
         sources = sorted(name for name in whole if name.endswith(".c"))

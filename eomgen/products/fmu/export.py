@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 #: Kinds of FMUs, by the names of the option.
 TYPES: Mapping[str, str] = {"me": "model exchange", "cs": "co-simulation"}
-#: Bytes of the text of a licence at most.
-_LONGEST_LICENCE = 1_000_000
 
 
 @checked_call('eomgen.fmu("scene.toml", "model.fmu")', path="file", out="file", kind="types")
@@ -219,9 +217,9 @@ def fmu_files(scene: Described, **options_of_fmu: Any) -> FmuFiles:
     )
     if machine is not None:
         files[machine.library_path(version, interface.identifier)] = built(interface, texts, asked.profile)
-    for other in others:
-        path = other.library_path(version, interface.identifier)
-        files.setdefault(path, cross_built(interface, texts, other))
+    for target in others:
+        path = target.library_path(version, interface.identifier)
+        files.setdefault(path, cross_built(interface, texts, target))
     files |= motion
     return FmuFiles(interface, files)
 
@@ -231,7 +229,7 @@ def _licence_text(file: str | Path | None) -> str:
     if file is None:
         return ""
     try:
-        return read_bytes(Path(file), _LONGEST_LICENCE).decode("utf-8-sig")
+        return read_bytes(Path(file), 1_000_000).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8 [E0864]", "plain text")) from None
 

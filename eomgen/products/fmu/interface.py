@@ -322,7 +322,7 @@ class _Variables:
         reference = len(self.variables)
         if name in self.names:
             others = (f"{kind}{number}.{name}" for number in chain([""], count(2)))
-            name = next(other for other in others if other not in self.names)
+            name = next(candidate for candidate in others if candidate not in self.names)
         self.names.add(name)
         si_unit = unit_of(unit)
         if si_unit is not None:

@@ -164,7 +164,7 @@ def _order(law: FileLaw, name: str) -> str:
     """Return the order of the arrays of the function ``name`` for a hint: partials, or arguments, parameters and
     results."""
     results, arguments = list(law.outputs), list(law.inputs)
-    if name == law.slopes:
+    if name == law.code.slopes:
         return (
             f"partials[{law.arguments} * i + j] of result i among {listed(results)} by argument j among"
             f" {listed(arguments)}"
@@ -203,7 +203,7 @@ def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array
             result, argument = list(law.outputs)[i], list(law.inputs)[j]
             function, partials = law.code.labels
             fault = f"the derivative of {result} by {argument} is {text}, as differences of {function} say"
-            hint = f"{_order(law, law.slopes)}; or no partials"
+            hint = f"{_order(law, law.code.slopes)}; or no partials"
             if isinstance(law.code, PythonCode):
                 hint = "rows by result and columns by argument; or no partials"
                 hint = (

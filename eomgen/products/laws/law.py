@@ -20,7 +20,6 @@ from eomgen.formula.nodes import Formula
 from eomgen.formula.words import Signature, Word
 from eomgen.products.laws.code import CCode, CompiledLaw, PythonCode
 from eomgen.symbolic.external import Columns
-from eomgen.system.signals import CSource
 
 if TYPE_CHECKING:
     from eomgen.toolchain.python_functions import PythonFunctions
@@ -72,26 +71,6 @@ class FileLaw:
     def results(self) -> int:
         return len(self.outputs)
 
-    @property
-    def source(self) -> CSource:
-        return self.code.source
-
-    @property
-    def function(self) -> str:
-        return self.code.function
-
-    @property
-    def slopes(self) -> str:
-        return self.code.slopes
-
-    @property
-    def real(self) -> str:
-        return self.code.real
-
-    @property
-    def prototypes(self) -> tuple[str, ...]:
-        return self.code.prototypes
-
     @cached_property
     def functions(self) -> CompiledLaw | PythonFunctions:
         """Values and slopes of the law at single points. Raises ModelError or ToolchainError."""
@@ -102,7 +81,7 @@ class FileLaw:
         size). Each of ``columns`` is a tuple of indices of x: none for values, one for first derivatives, two for
         second ones."""
         rows = x.reshape(-1, x.shape[-1])
-        relative = float(np.finfo(float).eps) ** (1.0 / (max(1, len(columns) - bool(self.slopes)) + 2.0))
+        relative = float(np.finfo(float).eps) ** (1.0 / (max(1, len(columns) - bool(self.code.slopes)) + 2.0))
         values = [self._derivative(columns, row, relative).ravel() for row in rows]
         return np.asarray(values).reshape((*x.shape[:-1], -1))
 

@@ -172,9 +172,9 @@ def _twice(laws: Mapping[str, FileLaw]) -> Iterator[tuple[str, str, str]]:
     files linked."""
     first: dict[str, FileLaw] = {}
     for law in laws.values():
-        for function in filter(None, (law.function, law.slopes)):
+        for function in filter(None, (law.code.function, law.code.slopes)):
             earlier_law = first.setdefault(function, law)
-            if earlier_law.source.text != law.source.text:
+            if earlier_law.code.source.text != law.code.source.text:
                 fault = f"the law {earlier_law.name} has a function {function} in another file [E2227]"
                 yield f"{key_of('laws', law.name)}.function", fault, "another name for one of the functions in C"
 

@@ -234,7 +234,7 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
 
 def _states_of(numerator: Array, denominator: Array) -> tuple[Array, Array, Array, Array]:
     """Return A, B, C, D of a transfer function."""
-    from scipy.signal import tf2ss  # noqa: PLC0415  # it takes a second to import
+    from scipy.signal import tf2ss  # noqa: PLC0415  # slow to import
 
     A, B, C, D = tf2ss(numerator, denominator)
     return A, B, C, D

@@ -9,13 +9,13 @@ with earlier ones active. Gains are parameters, so the code of a model depends o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import replace
 from eomgen.base.rounding import COMPUTED, WRITTEN
 from eomgen.errors import DescriptionError, EomgenError, Message, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
@@ -42,10 +42,6 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
     from eomgen.products.linear.linearization import Linearization
     from eomgen.products.linear.state_space import StateSpace
-
-
-#: Relative distance of an eigenvalue from the requested place above which the distance is reported.
-_OFF = 1e-3
 
 
 def slowest_motion(A: Array, names: Sequence[str], inertias: Array) -> str:
@@ -79,14 +75,10 @@ def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
     for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
         pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
         nearest_pole = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
-        if abs(nearest_pole - pole) > _OFF * w:
+        if abs(nearest_pole - pole) > 1e-3 * w:
             got = f"{abs(nearest_pole):.4g} rad/s with a damping ratio of {-nearest_pole.real / abs(nearest_pole):.3g}"
             differences.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
     return f"damping couples the modes: {', '.join(differences)}; " if differences else ""
-
-
-#: Part of the feedback that signals cannot represent, above which this part is reported.
-_MISSING = 1e-8
 
 
 def calibrate(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
@@ -136,15 +128,9 @@ def gains(
     return {name: values[name] for name in opened.calibrated}, notes
 
 
-@dataclass(frozen=True)
-class _OpenLoopScene:
-    """A scene with inputs in addition to the outputs of controllers.
-
-    Attributes
-    ----------
-    calibrated : names of the parameters that calibrations fill.
-    rows : by output of the opened scene, the rows of the output among all rows.
-    """
+class _OpenLoopScene(NamedTuple):
+    """A scene with inputs in addition to the outputs of controllers, the names of the parameters that calibrations
+    fill, and for each output of the opened scene its rows among all rows."""
 
     scene: Scene
     calibrated: tuple[str, ...]
@@ -198,16 +184,8 @@ def _one(
     columns = [linear.names.inputs.index(name) for name in names]
     space = linear.state_space()
     kept = len(space.states) if np.any(linear.Z0) else 2 * len(linear.coordinates)  # states that act on the motion
-    space = replace(
-        space,
-        A=space.A[:kept, :kept],
-        B=space.B[:kept],
-        E=space.E[:kept],
-        C=space.C[:, :kept],
-        states=space.states[:kept],
-        units={},
-        references={},
-    )
+    cut: dict[str, Any] = {"A": space.A[:kept, :kept], "B": space.B[:kept], "E": space.E[:kept], "C": space.C[:, :kept]}
+    space = replace(space, **cut, states=space.states[:kept], units={}, references={})
     D = space.D[:, columns]
     if calibration.method == "lqr" or calibration.poles:
         G, description = _feedback_of_whole_state(space, names, opened, item, calibration), ""
@@ -218,17 +196,14 @@ def _one(
     description += slowest_motion(space.A - space.B[:, columns] @ G, linear.coordinates, np.diag(linear.M0))
     rows = opened.rows[f"{item.name}.signals"]
     of_signals = _by_signals(space, item, G, space.C[rows], D[rows])
-    result = {
-        name: _round(value)
-        for names_of_output, values_of_output in zip(item.gains, of_signals, strict=True)
-        for name, value in zip(names_of_output, values_of_output, strict=True)
-    }
+    names_of_gains = [name for names_of_output in item.gains for name in names_of_output]
+    result = {name: _round(value) for name, value in zip(names_of_gains, of_signals.ravel(), strict=True)}
     if any(item.references):
         there = linear.reference
         base = None if rest is None else rest.base
         options: dict[str, Any] = {"z": there.z, "parameters": values, "base": base}
-        outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, **options)
-        signals = next(iter(outputs.values()))[rows]
+        (outputs,) = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, **options).values()
+        signals = outputs[rows]
         result |= {name: _round(value) for name, value in zip(item.references, signals, strict=True) if name}
     cautions = [] if rest is None else rest.warnings(any_kind=True)
     summary = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {description}"
@@ -239,14 +214,25 @@ def _feedback_of_whole_state(
     space: StateSpace, names: Sequence[str], opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration
 ) -> Array:
     """Return the gains of coordinates, velocities and internal states, (m, ns), by pole placement if the calibration
-    has poles, else by LQR. `names` are the m inputs that the controller drives."""
+    has poles, else by LQR with its quadratic costs of joint coordinates, velocities, signals and outputs, each a row of
+    the outputs. `names` are the m inputs that the controller drives."""
     if calibration.poles:
         return place(space, calibration.poles, inputs=names).gains
     ns, m = len(space.states), len(names)
     effort = costs.weight("the weight of the efforts", _each(calibration.effort_weights or (0.0,), m), m)
-    columns = [space.inputs.index(name) for name in names]
-    start = Weights(np.zeros((ns, ns)), effort, np.zeros((ns, m)))
-    weights = _weights(start, opened, item, calibration, space.C, space.D[:, columns])
+    weights = Weights(np.zeros((ns, ns)), effort, np.zeros((ns, m)))
+    weighted: list[tuple[int, float]] = []
+    for kind, table in _joint_weights(calibration):
+        weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
+    first = opened.rows[f"{item.name}.signals"].start
+    weighted += [(first + item.labels.index(name), weight) for name, weight in calibration.signal_weights.items()]
+    for name, weight in calibration.output_weights.items():
+        rows = opened.rows[name]
+        weighted += [(row, weight) for row in range(rows.start, rows.stop)]
+    if weighted:
+        kept, cost = (list(column) for column in zip(*weighted, strict=True))
+        columns = [space.inputs.index(name) for name in names]
+        weights = weights.plus_output(space.C[kept], space.D[np.ix_(kept, columns)], cost)
     return lqr(space, weights.state, weights.effort, weights.cross, inputs=names).gains
 
 
@@ -293,25 +279,6 @@ def _each(numbers: Sequence[float], count: int) -> Array:
     return np.resize(np.array(numbers, dtype=float), count) if len(numbers) != count else np.array(numbers, dtype=float)
 
 
-def _weights(
-    weights: Weights, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
-) -> Weights:
-    """Return `weights` plus the calibration's quadratic costs of joint coordinates, velocities, signals and outputs.
-    `C` and `D` are the output matrices of the opened scene, in which each weighted quantity is a row."""
-    weighted: list[tuple[int, float]] = []
-    for kind, table in _joint_weights(calibration):
-        weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
-    first = opened.rows[f"{item.name}.signals"].start
-    weighted += [(first + item.labels.index(name), weight) for name, weight in calibration.signal_weights.items()]
-    for name, weight in calibration.output_weights.items():
-        rows = opened.rows[name]
-        weighted += [(row, weight) for row in range(rows.start, rows.stop)]
-    if weighted:
-        rows_of, cost = zip(*weighted, strict=True)
-        weights = weights.plus_output(C[list(rows_of)], D[list(rows_of)], np.array(cost))
-    return weights
-
-
 def _by_signals(space: StateSpace, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
     """Return gains of the signals, (m, signals), that give the same feedback as the gains G of the model's state.
 
@@ -333,7 +300,7 @@ def _by_signals(space: StateSpace, item: StateFeedback, G: Array, Y: Array, Y_u:
     scaled = scaled / sizes[:, np.newaxis]
     result = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
     left, scale = wanted - result @ scaled, np.abs(G).max(axis=0)
-    if np.linalg.norm(left) > _MISSING * float(np.linalg.norm(wanted)):
+    if np.linalg.norm(left) > 1e-8 * float(np.linalg.norm(wanted)):
         share = np.abs(left / scales).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
         name = space.states[int(np.argmax(share))]
         missing, of = name.removeprefix("z.") if "." in name else f"q.{name}", item.name

@@ -32,13 +32,9 @@ SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
 _SIZE = (8.6, 5.6)
 #: Size of letters, points.
 _POINTS = 9.0
-#: Crossings nearer than this part of the figure are one dot.
-_TOGETHER = 0.008
 #: Candidates for labels of curves and rays at the right end, and of rays that leave through the top.
 _BESIDE = tuple((1, lines * LETTER[1]) for lines in (0, 1, -1, 2, -2))
 _ABOVE = tuple((side, 2.0 + 0.5 * LETTER[1]) for side in (0, 1, -1))
-#: Inches after the labels at the right.
-_MARGIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -58,7 +54,15 @@ class CampbellView:
         """Raise UsageError for modes, orders or a speed unit that the diagram does not have, and for unsuitable
         limits."""
         count = diagram.frequencies.shape[1]
-        self._check_numbers()
+        for name, value, example in (
+            ("modes", self.modes, "(0, 1)"),
+            ("orders", self.orders, "(1, 2)"),
+            ("frequencies", self.frequencies, "(0, 40)"),
+        ):
+            numbers = np.asarray([0] if value is None else value)
+            if numbers.ndim != 1 or numbers.dtype.kind not in "iuf":
+                fault = f"several numbers are needed, not {shown(value)} [E0377]"
+                raise UsageError(Problem(name, fault, f"{name}={example}"))
         for number in () if self.modes is None else self.modes:
             if number not in range(count):
                 fault = f"there is no mode {number!r} [E0373]"
@@ -72,26 +76,12 @@ class CampbellView:
                 fault = f"the diagram has no order {shown(order)}, its orders are {known} [E0376]"
                 raise UsageError(Problem("orders", fault, f"model.campbell(..., orders=({order}, 2))"))
         unit = self.speed_unit
-        if unit is not None and unit not in SPEED_UNITS:
+        if unit not in (None, *SPEED_UNITS):
             raise UsageError(Problem("speed_unit", f"there is no unit {shown(unit)} [E0317]", " or ".join(SPEED_UNITS)))
         if unit is not None and diagram.unit != "rad/s":
             own_unit = diagram.unit or "no unit"
             fault = f"{diagram.parameter} has {own_unit}, and a speed in rad/s is converted [E0375]"
             raise UsageError(Problem("speed_unit", fault, "no speed_unit"))
-
-    def _check_numbers(self) -> None:
-        """Raise UsageError if modes, orders or frequencies are given and are not a sequence of numbers."""
-        for name, value, example in (
-            ("modes", self.modes, "(0, 1)"),
-            ("orders", self.orders, "(1, 2)"),
-            ("frequencies", self.frequencies, "(0, 40)"),
-        ):
-            several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
-            if value is not None and not (
-                several and all(isinstance(entry, int | float | np.number) for entry in value)
-            ):
-                fault = f"several numbers are needed, not {shown(value)} [E0377]"
-                raise UsageError(Problem(name, fault, f"{name}={example}"))
 
 
 _ALL = CampbellView()
@@ -291,10 +281,9 @@ def draw_campbell(diagram: Campbell, title: str, path: Path, view: CampbellView 
     FileError
         The file cannot be written.
     """
-    view.check(diagram)
     figure = new_figure(_SIZE)
-    figure.get_layout_engine().set(w_pad=_MARGIN)
-    _Drawing(figure.subplots(), diagram, view).draw()
+    figure.get_layout_engine().set(w_pad=0.1)
+    plot_campbell(diagram, figure.subplots(), view)
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
     figure.text(0.99, 0.01, f"modes: {numbering(diagram)}", ha="right", va="bottom", fontsize=7.5, color="#444444")
     return save_figure(figure, path)
@@ -312,7 +301,7 @@ def plot_campbell(diagram: Campbell, axes: object = None, view: CampbellView = _
     view.check(diagram)
     drawn = axes_of_caller("plot", axes, [f"frequencies over {diagram.parameter}"], _SIZE)
     if axes is None:
-        drawn[0].figure.get_layout_engine().set(w_pad=_MARGIN)
+        drawn[0].figure.get_layout_engine().set(w_pad=0.1)  # inches after the labels at the right
     _Drawing(drawn[0], diagram, view).draw()
     return drawn
 
@@ -325,7 +314,7 @@ class _Drawing:
         self.modes = list(range(diagram.frequencies.shape[1])) if view.modes is None else list(view.modes)
         self.orders = sorted(diagram.orders if view.orders is None else view.orders)
         self.unit, self.letter = view.speed_unit or diagram.unit, view.letter
-        self.scale = SPEED_UNITS[view.speed_unit] if view.speed_unit else 1.0
+        self.scale = SPEED_UNITS[view.speed_unit or "rad/s"]
         self.frequencies = diagram.frequencies[:, self.modes]
         self.ends = np.array([float(np.min(diagram.values)), float(np.max(diagram.values))])
         self.fixed = view.frequencies is not None
@@ -393,31 +382,25 @@ class _Drawing:
             text, ray = f"{order:g}{self.letter}", order * abs(end) / (2.0 * math.pi)
             leaves = self.top * 2.0 * math.pi / order
             if self.bottom <= ray <= self.top:
-                self._label(end, ray, text, _BESIDE, _RAY)
+                self._label((end, ray), text, _BESIDE, _RAY)
             elif self.ends[0] <= leaves < end:
-                self._label(leaves, self.top, text, _ABOVE, _RAY)
+                self._label((leaves, self.top), text, _ABOVE, _RAY)
         for mode, column in zip(self.modes, self.frequencies.T, strict=True):
             if self.bottom <= column[-1] <= self.top:
-                self._label(end, float(column[-1]), f"mode {self.diagram.number(mode)}", _BESIDE, "#111111")
+                self._label((end, float(column[-1])), f"mode {self.diagram.number(mode)}", _BESIDE, "#111111")
 
     def _label(
-        self,
-        speed: float,
-        frequency: float,
-        text: str,
-        candidates: Sequence[tuple[int, float]],
-        colour: str,
-        size: Sequence[float] | Array = (math.inf, math.inf),
-        **looks: Any,
+        self, at: tuple[float, float], text: str, places: Sequence[tuple[int, float]], colour: str, **looks: Any
     ) -> None:
-        """Write a label at a point of the diagram, at the first free one of the places; no label without one."""
-        point = self._points(speed, frequency)
-        if box := free_box(point, text, candidates, self.taken, size):
+        """Write a label at a speed and frequency, at the first free one of the places; no label without one. Labels
+        around a point are within the axes."""
+        point = self._points(*at)
+        if box := free_box(point, text, places, self.taken, *([self.size] if places is AROUND else [])):
             self.taken.append(box)
             away = (box.x - point[0], box.y - point[1])
             looks = {"fontsize": _POINTS, "textcoords": "offset points", "annotation_clip": False, **looks}
-            at = (speed * self.scale, frequency)
-            self.axis.annotate(text, at, away, "data", ha="center", va="center", color=colour, **looks)
+            there = (at[0] * self.scale, at[1])
+            self.axis.annotate(text, there, away, "data", ha="center", va="center", color=colour, **looks)
 
     def _crossings(self) -> bool:
         """Draw a dot for each crossing, with its speed as text if there is a free place next to the dot. Left out are
@@ -427,7 +410,7 @@ class _Drawing:
         for item in self.diagram.crossings:
             frequency, drawn = item.frequency / (2.0 * np.pi), item.mode in self.modes and item.order in self.orders
             point = self._points(item.speed, frequency)
-            near = any(np.all(np.abs(point - neighbour) < _TOGETHER * self.size) for neighbour, _, _ in single)
+            near = any(np.all(np.abs(point - neighbour) < 0.008 * self.size) for neighbour, _, _ in single)
             if drawn and self.bottom <= frequency <= self.top and not near:
                 single.append((point, item.speed, frequency))
         self.axis.plot(
@@ -439,18 +422,15 @@ class _Drawing:
         self.taken += [LabelBox.dot(*point) for point, _, _ in single]
         looks = {"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
         for _, speed, frequency in single:
-            given = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
-            self._label(speed, frequency, _number(speed * self.scale), AROUND, _CROSSING, self.size, **given)
+            text_properties = {"fontsize": _POINTS - 1.0, "zorder": 4, "bbox": looks}
+            shown_speed = speed * self.scale  # with four digits and more, without an exponent
+            text = f"{shown_speed:.0f}" if abs(shown_speed) >= 1e3 else f"{shown_speed:.4g}"
+            self._label((speed, frequency), text, AROUND, _CROSSING, **text_properties)
         return bool(single)
 
     def _points(self, speed: float, frequency: float) -> Array:
         low, high = (self.ends[0], self.bottom), (self.ends[1], self.top)
         return np.asarray((np.array([speed, frequency]) - low) / np.subtract(high, low) * self.size)
-
-
-def _number(speed: float) -> str:
-    """Return a speed with four digits and more, without an exponent."""
-    return f"{speed:.0f}" if abs(speed) >= 1e3 else f"{speed:.4g}"
 
 
 def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:

@@ -22,7 +22,7 @@ from eomgen.base.progress import Progress
 from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
 from eomgen.errors import ModelError, NumericalError
 from eomgen.products.linear.campbell_plot import Campbell, Crossing
-from eomgen.products.linear.eigenvalue_loci import NUMBER, MergedWarnings
+from eomgen.products.linear.eigenvalue_loci import MergedWarnings
 from eomgen.products.linear.linearization import Linearization
 
 #: Circular part of the motion, in the mean over the values, below which a mode has no sense of whirl by multiblade
@@ -93,7 +93,10 @@ def campbell(
         if search.wanted_count < 2:
             raise
         interrupted = True
-    search.check_failures(stacklevel=5)
+    if search.failures and search.wanted_count < 2:
+        raise next(iter(search.failures.values()))
+    for value, failure in search.failures.items():
+        search.doubts.add(value, f"left out: {failure}", RuntimeWarning)
     curves = _FollowedModes.through(search.nodes)
     candidates = () if interrupted else curves.candidates(orders)
     crossings: list[Crossing] = []
@@ -188,17 +191,6 @@ class _CrossingSearch:
             return []
         node = self.node(middle, model, wanted=False)
         return [*self.between(low, node, depth - 1), node, *self.between(node, high, depth - 1)]
-
-    def check_failures(self, stacklevel: int) -> None:
-        """Raise the first failure if too few values have a linear model, else warn of the values without one."""
-        if self.failures and self.wanted_count < 2:
-            raise next(iter(self.failures.values()))
-        kinds: dict[str, list[str]] = {}  # of failures that differ in numbers alone
-        for text in map(str, self.failures.values()):
-            kinds.setdefault(NUMBER.sub("#", text), []).append(text)
-        for kind in kinds.values():
-            more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
-            warnings.warn(f"Campbell diagram: left out: {kind[0]}{more} [W0028]", RuntimeWarning, stacklevel=stacklevel)
 
     def crossing(self, order: float, row: int, mode: int, curves: _FollowedModes, stacklevel: int) -> list[Crossing]:
         """Return a list with the crossing of a mode with an order between two neighbouring nodes, refined on the model.

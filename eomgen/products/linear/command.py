@@ -63,10 +63,6 @@ def _positive(text: str, number: Callable[[str], Any] = float) -> tuple[Any, ...
     return numbers
 
 
-def _order(text: str) -> float:
-    return float(text.strip().rstrip("xXpP"))
-
-
 def _pair(text: str) -> tuple[str, str]:
     """Return the texts before and after a colon, stripped; raises ValueError if one is empty."""
     first, _, second = (part.strip() for part in text.partition(":"))
@@ -105,13 +101,14 @@ class CampbellRequest:
         """Return the options of a Campbell diagram read from their texts; None without ``--campbell``. Raises
         UsageError for unreadable options, and options of the diagram without ``--campbell``."""
         if sweep is None:
-            given = {"orders": orders, "whirl": whirl, "modes": modes, "speed_unit": speed_unit}
-            _check_absent("it belongs to a Campbell diagram [E0166]", "--campbell spin=0:300:31", **given)
+            diagram_options = {"orders": orders, "whirl": whirl, "modes": modes, "speed_unit": speed_unit}
+            _check_absent("it belongs to a Campbell diagram [E0166]", "--campbell spin=0:300:31", **diagram_options)
             return None
         multiples, numbers = None, None
         if orders is not None:
             fault, example = "positive numbers are needed [E0169]", "--orders 1,2"
-            multiples = _read("--orders", orders, lambda text: _positive(text, _order), fault, example)
+            plain = lambda text: _positive(text, lambda part: float(part.strip().rstrip("xXpP")))  # noqa: E731
+            multiples = _read("--orders", orders, plain, fault, example)
         if modes is not None:
             fault, example = "numbers of modes from 1 on are needed [E0170]", "--modes 1,2,4"
             numbers = _read("--modes", modes, lambda text: _positive(text, int), fault, example)
@@ -163,10 +160,6 @@ def _ride(
     return {"outputs": outputs, "classes": of_road, "speeds": wanted, "band": band}
 
 
-_SHOWN = 40
-_POINTS = 600
-
-
 @click.command()
 @click.option("--at", metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
 @time_option
@@ -205,70 +198,61 @@ _POINTS = 600
 @debug_option
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
-    sweep = None if (text := options.pop("root_locus")) is None else _sweep(text)
-    drawn_alone = options["diagram"] is not None and not (options["responses"] or options["rides"])
-    band = _band(options.pop("band"), from_zero=drawn_alone)
-    fault, example = "an input and an output are needed [E0186]", "--response road:body_acceleration"
-    pairs = [_read("--response", text, _pair, fault, example) for text in options.pop("responses")]
-    ride = _ride(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
-    words = ("diagram", "orders", "whirl", "modes", "speed_unit")
-    campbell = CampbellRequest.read(*(options.pop(name) for name in words))
-    request = _Request(scene, options, sweep, campbell)
-    if folder is None and sweep is not None:  # names are checked before files are
-        request.model.parameter_array({sweep[0]: sweep[1][0]})
+    request = _Request(scene, options)
     with waiting(f"{request.model.name}: linear model"):
         lin = request.linearize({}, None)
-    for pair in pairs:
+    for pair in request.pairs:
         lin.frequency_response([], *pair)
-    if folder is None and (sweep or pairs):
+    if folder is None and (request.sweep or request.pairs):
         fault = "there is no folder to draw roots or responses to [E0175]"
         raise UsageError(Problem("eomgen linearize", fault, "--out DIR"))
     # imported when the arguments are known to be fine
     from eomgen.products.linear import files as linear_files  # noqa: PLC0415
 
-    table, spectra = request.ride(ride, lin)
-    diagram, ends = request.campbell(campbell, lin)
-    data = linear_files.to_json_data(lin, request.model.name, table, diagram)
-    view = None if campbell is None or diagram is None else campbell.view(diagram, band)
+    request.ride(lin)
+    ends = request.campbell(lin)
+    data = linear_files.to_json_data(lin, request.model.name, request.table, request.diagram)
     files = []
     if folder is not None:
-        locus, cut = (None, "") if sweep is None else request.roots(*sweep)
-        ends = ends or cut
-        drawn, ridden = (diagram, view), (table, spectra)
-        files = request.write(lin, data, Path(folder), locus, pairs, band, drawn, ridden)
+        ends = ends or request.roots()
+        files = request.write(lin, data, Path(folder))
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:
         _print(lin, request.model.name)
-        _print_tables(table, diagram)
-    _print_ending(lin, folder, files)
+        _print_tables(request.table, request.diagram)
+    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
+    say("\n".join(filter(None, (_stability_text(lin), str(lin.multiblade or ""), written))))
     if ends:
         say(ends)
         return INTERRUPTED
     return 0
 
 
-def _print_ending(lin: Linearization, folder: str | None, files: Sequence[Path]) -> None:
-    """Print whether the model is stable, multiblade coordinates, and the files that were written."""
-    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
-    say("\n".join(filter(None, (_stability_text(lin), str(lin.multiblade or ""), written))))
-
-
 class _Request:
-    """The compiled model of a scene, and the operating point and options of its linear models, read from the command
-    line."""
+    """The compiled model of a scene, the operating point and options of its linear models, read from the command line,
+    and the results that are asked for."""
 
-    def __init__(
-        self,
-        path: str,
-        options: dict[str, Any],
-        sweep: tuple[str, list[float]] | None,
-        campbell: CampbellRequest | None,
-    ) -> None:
+    #: Ride and its spectra, Campbell diagram and its view, roots; None and empty if not asked for.
+    table: RideTable | None = None
+    spectra: Sequence[PowerSpectrum] = ()
+    diagram: Campbell | None = None
+    view: CampbellView | None = None
+    locus: RootLocus | None = None
+
+    def __init__(self, path: str, options: dict[str, Any]) -> None:
         """Read the scene and build its model, for as many linear models as the sweep and the Campbell diagram have
         values. Takes its own options out of `options`. Raises UsageError for options that do not go together."""
         from eomgen.pipeline import pipeline  # noqa: PLC0415
 
+        self.sweep = None if (text := options.pop("root_locus")) is None else _sweep(text)
+        drawn_alone = options["diagram"] is not None and not (options["responses"] or options["rides"])
+        self.band = _band(options.pop("band"), from_zero=drawn_alone)
+        fault, example = "an input and an output are needed [E0186]", "--response road:body_acceleration"
+        self.pairs = [_read("--response", text, _pair, fault, example) for text in options.pop("responses")]
+        self.rides = _ride(options.pop("rides"), options.pop("classes"), options.pop("speeds"), self.band)
+        words = ("diagram", "orders", "whirl", "modes", "speed_unit")
+        self.asked = CampbellRequest.read(*(options.pop(name) for name in words))
         self.at, self.time = _state(options.pop("at")), options.pop("time")
         self.any_kind = options.pop("any_kind")
         self.multiblade = _blades(options.pop("multiblade"))
@@ -279,7 +263,7 @@ class _Request:
             raise UsageError(Problem(option, "it belongs to a steady motion [E0176]", "--at steady"))
         described = read_scene(path, options)
         self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
-        points = 1 + (len(sweep[1]) if sweep else 0) + (len(campbell.values) if campbell else 0)
+        points = 1 + (len(self.sweep[1]) if self.sweep else 0) + (len(self.asked.values) if self.asked else 0)
         with building(described.name):
             profile = options.pop("profile")
             self.model: Model = (
@@ -312,26 +296,26 @@ class _Request:
         options |= {"t": self.time, "multiblade": self.multiblade}
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **options)
 
-    def ride(self, wanted: dict[str, Any] | None, lin: Linearization) -> tuple[RideTable | None, list[PowerSpectrum]]:
-        """Return the table of a ride on the scene's random roads, and the spectra of its outputs; None and an empty
-        list if no ride is `wanted`, by arguments of ``Linearization.ride_table``."""
-        if wanted is None:
-            return None, []
+    def ride(self, lin: Linearization) -> None:
+        """Set the table of the ride that is asked for on the scene's random roads, and the spectra of its outputs."""
+        if self.rides is None:
+            return
         from eomgen.products.linear.spectra import MeasuredRoad  # noqa: PLC0415
 
         excitation = self.model.road_excitation()
-        if wanted["classes"] and isinstance(excitation.road, MeasuredRoad):
+        if self.rides["classes"] and isinstance(excitation.road, MeasuredRoad):
             fault = "the road of the scene is a measured one, which has a spectrum of its own, and no class [E2187]"
-            raise UsageError(Problem(f"--classes {','.join(wanted['classes'])}", fault, "without --classes"))
-        table = lin.ride_table(excitation, **wanted)
-        return table, [lin.psd(name, excitation) for name in table.outputs]
+            raise UsageError(Problem(f"--classes {','.join(self.rides['classes'])}", fault, "without --classes"))
+        self.table = lin.ride_table(excitation, **self.rides)
+        self.spectra = [lin.psd(name, excitation) for name in self.table.outputs]
 
-    def campbell(self, wanted: CampbellRequest | None, lin: Linearization) -> tuple[Campbell | None, str]:
-        """Return the Campbell diagram, and a line that reports Ctrl-C (empty without an interruption). After Ctrl-C the
-        diagram holds the values computed so far, or is None; None, too, if no diagram is `wanted`. `lin` is the linear
-        model whose modes number the modes of the diagram."""
+    def campbell(self, lin: Linearization) -> str:
+        """Set the Campbell diagram that is asked for and its view, and return a line that reports Ctrl-C, empty without
+        an interruption: then the diagram holds the values computed so far, or is None. The modes of the linear model
+        `lin` number the modes of the diagram."""
+        wanted = self.asked
         if wanted is None:
-            return None, ""
+            return ""
         options: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         options |= {"at": self.at} if wanted.speed in self.model.parameters else {}
@@ -339,44 +323,35 @@ class _Request:
         options |= {"multiblade": self.multiblade, "reference": lin}
         options |= {"orders": wanted.orders, "whirl": wanted.whirl, "progress": True}
         try:
-            result = self.model.campbell(wanted.speed, wanted.values, **options)
+            self.diagram = result = self.model.campbell(wanted.speed, wanted.values, **options)
         except KeyboardInterrupt:
-            return None, "interrupted before there was a Campbell diagram"
+            return "interrupted before there was a Campbell diagram"
+        self.view = wanted.view(result, self.band)
         values = f"{len(result.values)} of {len(wanted.values)} values of {wanted.speed}"
         cut = f"interrupted: the Campbell diagram has {values} and {counted(len(result.crossings), 'crossing')}"
-        return result, cut if result.interrupted else ""
+        return cut if result.interrupted else ""
 
-    def roots(self, parameter: str, values: list[float]) -> tuple[RootLocus | None, str]:
-        """Return the root locus over values of a parameter, and a line that reports Ctrl-C (empty without an
-        interruption). After Ctrl-C the locus holds the values computed so far, or is None."""
+    def roots(self) -> str:
+        """Set the root locus that is asked for, and return a line that reports Ctrl-C, empty without an interruption:
+        then the locus holds the values computed so far, or is None."""
         from eomgen.base.progress import show_progress  # noqa: PLC0415
         from eomgen.products.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
 
+        if self.sweep is None:
+            return ""
+        parameter, values = self.sweep
         try:
             with show_progress(True, f"{self.model.name}: roots over {parameter}") as report:
-                locus = root_locus(
-                    parameter, values, lambda value, last: self.linearize({parameter: value}, last), report
-                )
+                of_value = lambda value, last: self.linearize({parameter: value}, last)  # noqa: E731
+                self.locus = locus = root_locus(parameter, values, of_value, report)
         except KeyboardInterrupt:
-            return None, "interrupted before there was a root locus"
+            return "interrupted before there was a root locus"
         counted_values = f"{len(locus.values)} of {len(values)} values of {parameter}"
-        return locus, f"interrupted: the root locus has {counted_values}" if locus.interrupted else ""
+        return f"interrupted: the root locus has {counted_values}" if locus.interrupted else ""
 
-    def write(
-        self,
-        lin: Linearization,
-        data: dict[str, Any],
-        folder: Path,
-        locus: RootLocus | None,
-        pairs: Sequence[tuple[str, str]],
-        band: tuple[float, float] | None,
-        drawn: tuple[Campbell | None, CampbellView | None],
-        ridden: tuple[RideTable | None, Sequence[PowerSpectrum]],
-    ) -> list[Path]:
-        """Write modes (JSON, CSV), matrices (NPZ) and figures to a folder, and return the paths of the files. Also
-        the root locus, the Campbell diagram with its view (`drawn`) and the ride with its spectra (`ridden`), if there
-        are any, and the frequency responses of `pairs` (input, output) over `band` (Hz, None for the band of the
-        modes). Everything is computed before the first file is made; `data` is the content of modes.json."""
+    def write(self, lin: Linearization, data: dict[str, Any], folder: Path) -> list[Path]:
+        """Write modes (JSON, CSV), matrices (NPZ), all results and their figures to a folder, and return the paths of
+        the files. Everything is computed before the first file is made; `data` is the content of modes.json."""
         import numpy as np  # noqa: PLC0415
 
         from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
@@ -386,9 +361,9 @@ class _Request:
         from eomgen.products.linear.eigenvalue_loci import draw_root_locus  # noqa: PLC0415
         from eomgen.products.linear.modes import draw_modes  # noqa: PLC0415
 
-        name, modes = self.model.name, lin.modes()
-        frequencies = np.geomspace(*(band or modes.band), _POINTS) if pairs else np.zeros(0)
-        responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
+        name, modes, locus = self.model.name, lin.modes(), self.locus
+        frequencies = np.geomspace(*(self.band or modes.band), 600) if self.pairs else np.zeros(0)
+        responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in self.pairs}
         make_folder(folder)
         write_text(folder / "modes.json", json_text(data) + "\n")
         files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]
@@ -404,15 +379,13 @@ class _Request:
         if responses:
             files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
             files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
-        diagram, view = drawn
-        if diagram is not None and view is not None:
-            files.append(linear_files.write_campbell(diagram, folder / "campbell.csv"))
-            files.append(draw_campbell(diagram, name, folder / "campbell.png", view))
-        table, spectra = ridden
-        if table is not None:
-            files.append(linear_files.write_ride(table, folder / "ride.csv"))
-            files.append(linear_files.write_spectra(spectra, folder / "spectra.csv"))
-            files.append(plots.draw_spectra(spectra, name, folder / "spectra.png"))
+        if self.diagram is not None and self.view is not None:
+            files.append(linear_files.write_campbell(self.diagram, folder / "campbell.csv"))
+            files.append(draw_campbell(self.diagram, name, folder / "campbell.png", self.view))
+        if self.table is not None:
+            files.append(linear_files.write_ride(self.table, folder / "ride.csv"))
+            files.append(linear_files.write_spectra(self.spectra, folder / "spectra.csv"))
+            files.append(plots.draw_spectra(self.spectra, name, folder / "spectra.png"))
         return files
 
     def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> list[Path]:
@@ -452,15 +425,13 @@ def _print(lin: Linearization, name: str) -> None:
     in the heading."""
     from eomgen.products.linear.modes import HEADINGS, oscillating_first, table_row  # noqa: PLC0415
 
-    modes = lin.modes()
-    shown = oscillating_first(modes, _SHOWN)[:_SHOWN]
+    modes, most = lin.modes(), 40
+    order = oscillating_first(modes, most)
     about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
-    print_table(about, HEADINGS, [table_row(modes, k) for k in shown], numeric=(0, 1, 2, 3))
-    if len(modes) > _SHOWN:
-        hidden = set(range(len(modes))) - set(shown)
-        hidden_oscillations = sum(bool(modes.oscillating[k]) for k in hidden)
-        decays = len(hidden) - hidden_oscillations
-        say(f"{len(hidden)} more with --json: {hidden_oscillations} that oscillate, {decays} that do not")
+    print_table(about, HEADINGS, [table_row(modes, k) for k in order[:most]], numeric=(0, 1, 2, 3))
+    if hidden := order[most:]:
+        oscillate = sum(bool(modes.oscillating[k]) for k in hidden)
+        say(f"{len(hidden)} more with --json: {oscillate} that oscillate, {len(hidden) - oscillate} that do not")
 
 
 def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:

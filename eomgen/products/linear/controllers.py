@@ -163,9 +163,8 @@ def _without_rounding(law: Regulator | OutputFeedback) -> Regulator | OutputFeed
         return replace(law, gains=drop_small_gains(law.gains))
     regulator = replace(law.regulator, gains=drop_small_gains(law.regulator.gains))
     scales = 1.0 / scales
-    return replace(
-        law, regulator=regulator, observer=replace(law.observer, gains=drop_small_gains(law.observer.gains.T).T)
-    )
+    observer = replace(law.observer, gains=drop_small_gains(law.observer.gains.T).T)
+    return replace(law, regulator=regulator, observer=observer)
 
 
 @dataclass(frozen=True)
@@ -330,19 +329,17 @@ class _Writer:
         if self.space.sample is not None:
             names = [_fitting(f"measured_{_legal(name)}") for name in law.observer.measured]
             for name, formula, label in zip(names, measured, controller.units["inputs"], strict=True):
-                states[name] = self._sampled_state(formula) | {
-                    "unit": label,
-                    "description": "measured signal, from rest on",
-                }
+                text = {"unit": label, "description": "measured signal, from rest on"}
+                states[name] = self._sampled_state(formula) | text
             measured = names
         A, B, of_commands = self._prediction(law)
         for k, name in enumerate(estimates):
             terms = [*zip(A[k].tolist(), estimates, strict=True), *zip(B[k].tolist(), measured, strict=True)]
             for number, factor in enumerate(of_commands[k].tolist()):
                 terms += [(factor, self._command(number)), (-factor * self._rest(number), "1")]
-            label = controller.units["states"][k]
-            text = {"unit": label, "description": f"estimate of {self.space.states[k]}, from rest on"}
+            text = {"unit": controller.units["states"][k]}
             if self.space.sample is None:
+                text["description"] = f"estimate of {self.space.states[k]}, from rest on"
                 states[name] = {"rate": _sum(terms), **text}
             else:
                 text["description"] = f"prediction of {self.space.states[k]} for the next sample, from rest on"
@@ -423,13 +420,8 @@ class _Writer:
         references = {name: reference for name, _, reference, _ in row if reference}
         if rest or not row:  # the output at rest is feedback of a constant
             signals["rest"], gains["rest"] = _number(rest), -1.0
-        entry: dict[str, Any] = {
-            "type": "state_feedback",
-            "signals": signals,
-            "signal_gains": gains,
-            "unit": self.space.unit("inputs", input),
-            "description": self._description(),
-        }
+        entry: dict[str, Any] = {"type": "state_feedback", "signals": signals, "signal_gains": gains}
+        entry |= {"unit": self.space.unit("inputs", input), "description": self._description()}
         actuator = self.hardware.get(input, _Hardware())
         limits = {"minimum": actuator.lower, "maximum": actuator.upper}
         entry |= {key: value for key, value in limits.items() if math.isfinite(value)}
@@ -545,20 +537,12 @@ def error_on_group(joint: str, component: int, reference: tuple[float, ...]) -> 
 
 def toml_text(data: Mapping[str, Any]) -> str:
     """Return nested data of a scene as the text of a TOML file; numbers read back to the same bits."""
-    plain = {key: value for key, value in data.items() if not isinstance(value, Mapping)}
-    parts = ["\n".join(f"{_key(key)} = {_value(value)}" for key, value in plain.items())] if plain else []
-    for section, entries in data.items():
-        if not isinstance(entries, Mapping):
-            continue
-        flat = {name: entry for name, entry in entries.items() if not isinstance(entry, Mapping) or not entry}
-        if flat:
-            rows = "\n".join(f"{_key(name)} = {_value(entry)}" for name, entry in flat.items())
-            parts.append(f"[{_key(section)}]\n{rows}")
-        for name, entry in entries.items():
-            if name not in flat:
-                rows = "\n".join(f"{_key(key)} = {_value(value)}" for key, value in entry.items())
-                parts.append(f"[{_key(section)}.{_key(name)}]\n{rows}")
-    return "\n\n".join(parts) + "\n"
+    sections = {name: entries for name, entries in data.items() if isinstance(entries, Mapping)}
+    plain = {key: value for key, value in data.items() if key not in sections}
+    parts = []
+    for heading, entries in [("", plain), *((f"[{_key(name)}]\n", entries) for name, entries in sections.items())]:
+        parts.append(heading + "".join(f"{_key(key)} = {_value(value)}\n" for key, value in entries.items()))
+    return "\n".join(filter(None, parts))
 
 
 def _key(name: str) -> str:

@@ -26,8 +26,6 @@ _ENDS: tuple[tuple[int, dict[str, Any]], ...] = (
     (0, {"marker": "x", "color": "#C8102E"}),
     (-1, {"marker": "o", "facecolors": "none", "edgecolors": "#C8102E"}),
 )
-#: A number within a warning.
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 class MergedWarnings:
@@ -45,7 +43,7 @@ class MergedWarnings:
 
     def __init__(self, job: str, parameter: str, values: Sequence[float]) -> None:
         self.job, self.parameter, self.values = job, parameter, frozenset(map(float, values))
-        self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
+        self.caught: dict[str, list[tuple[float, str, type[Warning]]]] = {}
 
     @contextmanager
     def at(self, value: float) -> Iterator[None]:
@@ -61,18 +59,23 @@ class MergedWarnings:
             problems = [Problem(f"{text}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
             raise type(error)(problems) from None
         for item in caught:
-            self.caught.setdefault(NUMBER.sub("#", str(item.message)), []).append((value, item))
+            self.add(value, str(item.message), item.category)
+
+    def add(self, value: float, text: str, category: type[Warning]) -> None:
+        """Keep a warning under the parameter's value."""
+        kind = re.sub(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?", "#", text)
+        self.caught.setdefault(kind, []).append((value, text, category))
 
     def warn(self, stacklevel: int) -> None:
         """Issue each kept kind of warning once, with the range of the values concerned and the text of the first
         one."""
         for kind in self.caught.values():
-            every = {value for value, _ in kind}
+            (value, text, category), every = kind[0], {value for value, _, _ in kind}
             at = sorted(every & self.values or every)
             among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
-            first = f"at {self.parameter} = {kind[0][0]:.6g}"
-            text = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
-            warnings.warn(f"{text}: {kind[0][1].message} [W0040]", kind[0][1].category, stacklevel=stacklevel)
+            first = f"at {self.parameter} = {value:.6g}"
+            where = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
+            warnings.warn(f"{where}: {text} [W0040]", category, stacklevel=stacklevel)
 
 
 @dataclass(frozen=True)
@@ -175,7 +178,9 @@ def root_locus(
                 roots = np.linalg.eigvals(before.state_space().A).astype(complex)
                 stability_there = before.modes().stability
             order = np.lexsort((roots.real, np.abs(roots)))
-            points.append((_continue_roots(points[-1][0], roots) if points else roots[order], stability_there))
+            if points:  # in the order of the previous roots, with the least sum of distances
+                _, order = linear_sum_assignment(np.abs(points[-1][0][:, np.newaxis] - roots))
+            points.append((roots[order], stability_there))
             if report is not None:
                 report(number, len(values))
     except KeyboardInterrupt:
@@ -186,13 +191,6 @@ def root_locus(
     rows, stability = zip(*points, strict=True)
     done = np.array(values[: len(rows)], dtype=float)
     return RootLocus(parameter, done, np.array(rows), stability, interrupted)
-
-
-def _continue_roots(last: Complex, roots: Complex) -> Complex:
-    """Return roots in the order of the previous roots: the assignment has the least sum of distances."""
-    _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
-    result: Complex = roots[order]
-    return result
 
 
 def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:
@@ -219,7 +217,7 @@ def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
     """Draw the roots of the upper half plane on an axis, coloured by the parameter, with lines between near neighbours.
     Crosses mark the first value, rings the last one. Colours are logarithmic for values of equal ratios. `unit` is the
     parameter's, for the colour bar."""
-    from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
+    from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))
     ratios = locus.values[1:] / locus.values[:-1] if np.all(locus.values > 0.0) else np.zeros(0)

@@ -30,8 +30,13 @@ def to_json_data(
     E0. ``second_order`` and ``undamped_frequencies`` are None for constraints at velocity level, ``multiblade`` without
     such coordinates. A ride is a list ``ride``, one row for each class and speed: ``class``, ``speed`` in m/s, ``rms``
     by output; a Campbell diagram adds its crossings as ``campbell``."""
-    ride = {} if table is None else {"ride": _ride(table)}
-    crossings = {} if diagram is None else {"campbell": _crossings(diagram)}
+    more: dict[str, Any] = {} if table is None else {"ride": _ride(table)}
+    if diagram is not None:
+        more["campbell"] = [{**vars(item), "mode": diagram.number(item.mode)} for item in diagram.crossings]
+    multiblade = None
+    if lin.multiblade is not None:
+        rotors = {rotor.name: [list(group) for group in rotor.groups] for rotor in lin.multiblade.rotors}
+        multiblade = {"rotors": rotors, "variation": lin.multiblade.variation}
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
     second = {name: getattr(lin, name).tolist() for name in _SECOND_ORDER} if lin.free.holonomic else None
     return {
@@ -42,21 +47,12 @@ def to_json_data(
         "coordinates": list(lin.coordinates),
         **{kind: list(getattr(space, kind)) for kind in KINDS},
         "stability": modes.stability,
-        "multiblade": _multiblade(lin),
+        "multiblade": multiblade,
         "modes": [_mode(modes, k) for k in range(len(modes))],
         "undamped_frequencies": lin.undamped_frequencies.tolist() if lin.free.holonomic else None,
         "second_order": second,
-        **ride,
-        **crossings,
+        **more,
     }
-
-
-def _multiblade(lin: Linearization) -> dict[str, Any] | None:
-    """Return the rotors of multiblade coordinates with their blades, and the remaining change over azimuths."""
-    if lin.multiblade is None:
-        return None
-    rotors = {rotor.name: [list(group) for group in rotor.groups] for rotor in lin.multiblade.rotors}
-    return {"rotors": rotors, "variation": lin.multiblade.variation}
 
 
 def _mode(modes: Modes, k: int) -> dict[str, Any]:
@@ -70,32 +66,29 @@ def _mode(modes: Modes, k: int) -> dict[str, Any]:
     }
 
 
-def _crossings(diagram: Campbell) -> list[dict[str, Any]]:
-    return [{**vars(item), "mode": diagram.number(item.mode)} for item in diagram.crossings]
-
-
 def _ride(table: RideTable) -> list[dict[str, Any]]:
-    return [
-        {
-            "class": name,
-            "speed": float(speed),
-            "rms": dict(zip(table.outputs, map(float, table.values[i, k]), strict=True)),
-        }
-        for i, name in enumerate(table.classes)
-        for k, speed in enumerate(table.speeds)
-    ]
+    rows = []
+    for name, values in zip(table.classes, table.values.tolist(), strict=True):
+        for speed, numbers in zip(table.speeds.tolist(), values, strict=True):
+            rows.append({"class": name, "speed": speed, "rms": dict(zip(table.outputs, numbers, strict=True))})
+    return rows
+
+
+def _write(columns: Mapping[str, Array], path: Path) -> Path:
+    """Write columns by name as a CSV table, and return the path."""
+    write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
+    return path
 
 
 def write_modes(modes: Modes, path: Path) -> Path:
     """Write modes as a CSV table, one row each, and return the path; shapes as real and imaginary parts by
     coordinate."""
-    names = ["undamped frequency [Hz]", "damped frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]"]
-    names += [f"{name} {part}" for name in modes.coordinates for part in ("real", "imaginary")]
-    shapes = np.stack([modes.shapes.real, modes.shapes.imag], axis=1).reshape(2 * len(modes.coordinates), len(modes))
-    values = modes.eigenvalues
-    columns = [modes.frequency, modes.damped_frequency, modes.damping_ratio, values.real, values.imag, *shapes]
-    write_table(path, names, np.stack(columns, axis=1))
-    return path
+    columns = {"undamped frequency [Hz]": modes.frequency, "damped frequency [Hz]": modes.damped_frequency}
+    columns |= {"damping_ratio": modes.damping_ratio}
+    columns |= {"real [1/s]": modes.eigenvalues.real, "imaginary [rad/s]": modes.eigenvalues.imag}
+    for name, shape in zip(modes.coordinates, modes.shapes, strict=True):
+        columns |= {f"{name} real": shape.real, f"{name} imaginary": shape.imag}
+    return _write(columns, path)
 
 
 def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
@@ -114,23 +107,21 @@ def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
 
 def write_root_locus(locus: RootLocus, path: Path) -> Path:
     """Write roots over a parameter as a table: values of the parameter, then real and imaginary parts of each root."""
-    numbers = range(1, locus.eigenvalues.shape[1] + 1)
-    names = [locus.parameter, *(f"root{k} {part}" for k in numbers for part in ("real [1/s]", "imaginary [rad/s]"))]
-    parts = np.stack([locus.eigenvalues.real, locus.eigenvalues.imag], axis=2).reshape(len(locus.values), -1)
-    write_table(path, names, np.concatenate([locus.values[:, np.newaxis], parts], axis=1))
-    return path
+    columns = {locus.parameter: locus.values}
+    for k, root in enumerate(locus.eigenvalues.T, 1):
+        columns |= {f"root{k} real [1/s]": root.real, f"root{k} imaginary [rad/s]": root.imag}
+    return _write(columns, path)
 
 
 def write_campbell(diagram: Campbell, path: Path) -> Path:
     """Write a Campbell diagram as a CSV table, and return the path. Columns are the parameter, then damped frequency
     (Hz), damping ratio and whirl (1, -1, 0) of each mode."""
-    names = [diagram.parameter]
-    columns = [diagram.values]
+    columns = {diagram.parameter: diagram.values}
     for k in range(diagram.eigenvalues.shape[1]):
-        names += [f"mode{diagram.number(k)} {part}" for part in ("damped frequency [Hz]", "damping_ratio", "whirl")]
-        columns += [diagram.frequencies[:, k], diagram.damping_ratios[:, k], diagram.whirl[:, k].astype(float)]
-    write_table(path, names, np.stack(columns, axis=1))
-    return path
+        parts = {"damped frequency [Hz]": diagram.frequencies, "damping_ratio": diagram.damping_ratios}
+        parts["whirl"] = diagram.whirl.astype(float)
+        columns |= {f"mode{diagram.number(k)} {name}": table[:, k] for name, table in parts.items()}
+    return _write(columns, path)
 
 
 def write_ride(table: RideTable, path: Path) -> Path:
@@ -141,18 +132,14 @@ def write_ride(table: RideTable, path: Path) -> Path:
 
 def write_spectra(spectra: Sequence[PowerSpectrum], path: Path) -> Path:
     """Write spectra as a table: frequencies in Hz, then the density of each quantity."""
-    names = ["frequency [Hz]", *(f"{item.name} [{item.unit}]" if item.unit else item.name for item in spectra)]
-    densities = [spectra[0].frequencies, *(item.density for item in spectra)]
-    write_table(path, names, np.stack(densities, axis=1))
-    return path
+    named = {f"{item.name} [{item.unit}]" if item.unit else item.name: item.density for item in spectra}
+    return _write({"frequency [Hz]": spectra[0].frequencies, **named}, path)
 
 
 def write_responses(frequencies: Array, responses: Mapping[tuple[str, str], Complex], path: Path) -> Path:
     """Write frequency responses as a CSV table, and return the path. Columns are frequencies in Hz, then real and
     imaginary parts of output over input for each pair (input, output)."""
-    names, columns = ["frequency [Hz]"], [frequencies]
+    columns = {"frequency [Hz]": frequencies}
     for (of_input, output), values in responses.items():
-        names += [f"{output} / {of_input} {part}" for part in ("real", "imaginary")]
-        columns += [values.real, values.imag]
-    write_table(path, names, np.stack(columns, axis=1))
-    return path
+        columns |= {f"{output} / {of_input} real": values.real, f"{output} / {of_input} imaginary": values.imag}
+    return _write(columns, path)

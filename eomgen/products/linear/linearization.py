@@ -199,10 +199,8 @@ class Linearization(NamedAttributes):
 
     def _needs_second_order(self) -> None:
         if not self.free.holonomic:
-            fault = (
-                f"constraints at velocity level leave {len(self.free.velocities)} velocities free but"
-                f" {len(self.free.coordinates)} coordinates, so there is no model of second order [E0437]"
-            )
+            counts = f"{len(self.free.velocities)} velocities and {len(self.free.coordinates)} coordinates"
+            fault = f"constraints leave {counts} free, so there is no model of second order [E0437]"
             raise ModelError(Problem("linearization", fault, ".state_space(), which has one row for each"))
 
     @cached_property

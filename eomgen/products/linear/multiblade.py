@@ -217,9 +217,7 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
             raise UsageError(Problem("multiblade", f"{shown(named_groups)} is not a list of blades [E0444]", _EXAMPLE))
         for group in groups:
             if len(group) < 3:  # sums over cosines and sines of the azimuth are not constant
-                fault = (
-                    f"{listed(group)} are {len(group)} blades of {rotor}, and multiblade coordinates need three [E0445]"
-                )
+                fault = f"{listed(group)} are {len(group)} blades, and multiblade coordinates need three [E0445]"
                 hint = "model.floquet(period), in Python, for rotors of one or two blades"
                 raise UsageError(Problem("multiblade", fault, hint))
             for name in group:

@@ -119,10 +119,10 @@ class LabelBox(NamedTuple):
         """Return the rectangle of a dot."""
         return cls(x, y, 3.5, 3.5)
 
-    def meets(self, other: LabelBox) -> bool:
+    def meets(self, box: LabelBox) -> bool:
         """Return whether two rectangles overlap."""
-        clear_in_x = abs(self.x - other.x) >= self.half_width + other.half_width
-        return not clear_in_x and abs(self.y - other.y) < self.half_height + other.half_height
+        clear_in_x = abs(self.x - box.x) >= self.half_width + box.half_width
+        return not clear_in_x and abs(self.y - box.y) < self.half_height + box.half_height
 
 
 def free_box(
@@ -147,6 +147,6 @@ def free_box(
         box = LabelBox(float(point[0]) + side * (half[0] + 4.0), float(point[1]) + up, *half)
         bounded = np.isfinite(size[0])
         inside = half[0] <= box.x <= size[0] - half[0] and half[1] <= box.y <= size[1] - half[1]
-        if (inside or not bounded) and not any(box.meets(other) for other in taken):
+        if (inside or not bounded) and not any(box.meets(taken_box) for taken_box in taken):
             return box
     return None

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.rounding import COMPUTED
@@ -220,55 +221,53 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
         fault = f"mode {k + 1} does not decay, so there is no stationary motion [E0454]"
         raise ModelError(Problem(_PLACE, fault, "rms over a band, which leaves slow modes out"))
     coherence = excitation.between_tracks(np.ones(1))[0]
-    tracks, of_wheel = np.unique(coherence, axis=0, return_inverse=True)
-    # of each track one wheel, so that only coherences of tracks remain
-    first = [int(np.flatnonzero(of_wheel == k)[0]) for k in range(len(tracks))]
-    steps = _Steps(space, excitation, output, [list(np.flatnonzero(of_wheel == k)) for k in range(len(tracks))])
-    if steps.unbounded:
-        fault = (
-            f"{output} follows the road itself, and the variance of that has no bound without ends of the band [E0455]"
-        )
+    _, first, of_wheel = np.unique(coherence, axis=0, return_index=True, return_inverse=True)
+    entering, direct = space.input_columns(excitation.inputs, [output])
+    of_rate, at_once = np.zeros_like(entering), np.zeros(len(of_wheel))
+    for wheel, rate in excitation.rates.items():
+        k = excitation.inputs.index(wheel)
+        columns, passed = space.input_columns([rate], [output])
+        of_rate[:, k], at_once[k] = columns[:, 0], passed[0, 0]
+    # a unit step of each wheel's elevation, and the output long after
+    final = -np.linalg.solve(space.A, entering)
+    C = space.output_rows([output])[0]
+    start, static = of_rate - final, C @ final + direct[0]
+    size = np.sum(np.abs(C) @ np.abs(final) + np.abs(direct[0]))
+    left = np.abs(np.bincount(of_wheel, static))  # of each track
+    if np.max(left) > COMPUTED * size or np.any(at_once):
+        fault = f"{output} follows the road itself, whose variance has no bound without ends of the band [E0455]"
         raise ModelError(Problem(_PLACE, fault, "rms, over the band of the road"))
-    products = float(np.sum(coherence[np.ix_(first, first)] * steps.products()))
-    variance = road.velocity_intensity(excitation.speed) * products
+    products = _products_of_steps(space.A, C, start, static, excitation.delays, of_wheel)
+    # of each track one wheel, so that only coherences of tracks remain
+    variance = road.velocity_intensity(excitation.speed) * float(np.sum(coherence[np.ix_(first, first)] * products))
     return float(np.sqrt(max(variance, 0.0)))
 
 
-class _Steps:
-    """Responses of one output to a unit step of the road's elevation in each track, which the wheels meet in turn.
-    `tracks` lists the numbers of the wheels in each track. ``unbounded`` is whether the output follows the road."""
+def _products_of_steps(
+    A: Array, C: Array, start: Array, static: Array, delays: Array, of_wheel: NDArray[np.intp]
+) -> Array:
+    """Return for each two tracks the integral over time of the product of their responses, (tracks, tracks), to a unit
+    step in each track, which the wheels meet in turn.
 
-    def __init__(self, space: StateSpace, excitation: RoadExcitation, output: str, tracks: list[list[int]]) -> None:
-        self.A, self.C = space.A, space.output_rows([output])[0]
-        self.tracks, self.delays = tracks, excitation.delays - excitation.delays.min()
-        entering, direct = space.input_columns(excitation.inputs, [output])
-        of_rate, at_once = np.zeros_like(entering), np.zeros(len(self.delays))
-        for wheel, rate in excitation.rates.items():
-            k = excitation.inputs.index(wheel)
-            columns, passed = space.input_columns([rate], [output])
-            of_rate[:, k], at_once[k] = columns[:, 0], passed[0, 0]
-        final = -np.linalg.solve(self.A, entering)
-        self.start, self.static = of_rate - final, self.C @ final + direct[0]
-        size = np.sum(np.abs(self.C) @ np.abs(final) + np.abs(direct[0]))
-        left = [abs(float(np.sum(self.static[wheels]))) for wheels in tracks]
-        self.unbounded = max(left) > COMPUTED * size or bool(np.any(at_once))
-
-    def products(self) -> Array:
-        """Return the integrals over time of the products of the responses of each two tracks, (tracks, tracks)."""
-        P = scipy.linalg.solve_continuous_lyapunov(self.A.T, -np.outer(self.C, self.C))
-        x, c = np.zeros((len(self.A), len(self.tracks))), np.zeros(len(self.tracks))
-        total = np.zeros((len(self.tracks), len(self.tracks)))
-        times = np.unique(self.delays)
-        for time, later in zip(times, [*times[1:], np.inf], strict=True):
-            for track, wheels in enumerate(self.tracks):
-                for wheel in wheels:
-                    if self.delays[wheel] == time:
-                        x[:, track] += self.start[:, wheel]
-                        c[track] += self.static[wheel]
-            total += x.T @ P @ x
-            if later < np.inf:
-                moved = scipy.linalg.expm(self.A * (later - time)) @ x
-                mixed = np.outer(self.C @ np.linalg.solve(self.A, moved - x), c)
-                total += mixed + mixed.T - moved.T @ P @ moved + (later - time) * np.outer(c, c)
-                x = moved
-        return total
+    Parameters
+    ----------
+    A, C : (ns, ns) and (ns,) of the model and of the output
+    start, static : (ns, wheels) and (wheels,) the state after a step under each wheel, less the state long after, and
+        the output long after
+    delays, of_wheel : (wheels,) s, and numbers of the tracks
+    """
+    P = scipy.linalg.solve_continuous_lyapunov(A.T, -np.outer(C, C))
+    tracks = int(of_wheel.max()) + 1
+    x, c, total = np.zeros((len(A), tracks)), np.zeros(tracks), np.zeros((tracks, tracks))
+    times = np.unique(delays)
+    for time, later in zip(times, [*times[1:], np.inf], strict=True):
+        for wheel in np.flatnonzero(delays == time):
+            x[:, of_wheel[wheel]] += start[:, wheel]
+            c[of_wheel[wheel]] += static[wheel]
+        total += x.T @ P @ x
+        if later < np.inf:
+            moved = scipy.linalg.expm(A * (later - time)) @ x
+            mixed = np.outer(C @ np.linalg.solve(A, moved - x), c)
+            total += mixed + mixed.T - moved.T @ P @ moved + (later - time) * np.outer(c, c)
+            x = moved
+    return total

@@ -29,9 +29,6 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.linear.freedom import Partials
 from eomgen.products.linear.state_space import HasStateSpace, StateSpace, labels, state_space_of, with_more
 
-#: Largest number of inputs that wait for their effect.
-_WAITING = 1000
-
 
 def discretized(space: StateSpace | HasStateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
     """Return the exact model from sample to sample under inputs and disturbances that are held.
@@ -97,9 +94,9 @@ def sampled_with_cost(
     if not period > 0.0:
         fault = f"the time between two samples is {period:.6g} s [E0459]"
         raise UsageError(Problem("sample", fault, "a time above zero"))
-    if not 0.0 <= late <= _WAITING * period:
+    if not 0.0 <= late <= 1000 * period:
         fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s [E0458]"
-        raise UsageError(Problem("delay", fault, f"a delay from zero to {_WAITING} samples"))
+        raise UsageError(Problem("delay", fault, "a delay from zero to 1000 samples"))
     whole = math.floor(late / period + COMPUTED)
     part = late - whole * period
     part = part if part > COMPUTED * period else 0.0

@@ -20,6 +20,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
 from eomgen.products.linear.eigenvalues import (
     EPSILON,
+    MARGIN,
     balance,
     eigenvectors,
     norm,
@@ -30,11 +31,8 @@ from eomgen.products.linear.eigenvalues import (
 )
 from eomgen.products.linear.modes import Modes, modes_of
 
-#: Coordinates from which on models are taken by parts, and up to which a part is decomposed as a whole.
-MANY, _FEW = 100, 20
-#: Part of a matrix, in units of its rounding, below which entries do not couple modes and a skew part is none: half of
-#: the stated uncertainty.
-_ROUNDING = 8.0
+#: Coordinates from which on models are taken by parts; a part of a fifth of them and less is decomposed as a whole.
+MANY = 100
 Numbers = NDArray[np.intp]
 
 
@@ -85,7 +83,11 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
 
 def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _UncoupledModes]]:
     """Yield groups of equal uncoupled parts: their coordinates, (parts, size), and the modes of one such part."""
-    for places in _uncoupled_parts(M, C, K):
+    labels = part_labels((M != 0.0) | (C != 0.0) | (K != 0.0))
+    order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels)
+    starts = np.cumsum(sizes) - sizes
+    for size in np.unique(sizes).tolist():
+        places = order[starts[sizes == size][:, np.newaxis] + np.arange(size)]  # (parts, size)
         blocks = [matrix[places[:, :, np.newaxis], places[:, np.newaxis, :]] for matrix in (M, C, K)]
         equal: dict[bytes, list[int]] = {}
         for number, content in enumerate(np.concatenate(blocks, axis=1)):
@@ -94,19 +96,10 @@ def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _UncoupledMo
             yield places[numbers], _decompose(*(block[numbers[0]] for block in blocks))
 
 
-def _uncoupled_parts(M: Array, C: Array, K: Array) -> Iterator[Numbers]:
-    """Yield the coordinates of parts that are not coupled, (parts, size), by size."""
-    labels = part_labels((M != 0.0) | (C != 0.0) | (K != 0.0))
-    order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels)
-    starts = np.cumsum(sizes) - sizes
-    for size in np.unique(sizes).tolist():
-        yield order[starts[sizes == size][:, np.newaxis] + np.arange(size)]
-
-
 def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
     """Return the modes of one uncoupled part with the matrices M, C, K (n, n): by its undamped modes if it is large and
     these are few in a group, else by the eigenvectors of the balanced state matrix."""
-    if len(M) > _FEW and (part := _by_undamped_modes(M, C, K)) is not None:
+    if len(M) > MANY // 5 and (part := _by_undamped_modes(M, C, K)) is not None:
         return part
     n = len(M)
     accelerations = np.linalg.solve(M, -np.concatenate([K, C], axis=1))
@@ -120,7 +113,8 @@ def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
 def _by_undamped_modes(M: Array, C: Array, K: Array) -> _UncoupledModes | None:
     """Return the modes of one part by groups of undamped modes that damping couples; None if M or K is not symmetric,
     M not positive definite, or all modes are coupled."""
-    diagonal, rounding = np.diagonal(M), _ROUNDING * EPSILON
+    diagonal = np.diagonal(M)
+    rounding = 0.5 * MARGIN * EPSILON  # smaller entries do not couple modes, and a smaller skew part is none
     if not np.all(diagonal > 0.0):
         return None
     root = 1.0 / np.sqrt(diagonal)  # which makes entries of different units comparable

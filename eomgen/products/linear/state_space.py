@@ -256,9 +256,7 @@ class StateSpace(NamedAttributes):
         try:
             states = np.linalg.solve(pencils, entering.astype(complex))
         except np.linalg.LinAlgError:
-            fault = (
-                "a frequency is equal to the frequency of a mode without damping, whose response has no bound [E0483]"
-            )
+            fault = "a frequency is equal to the frequency of an undamped mode, whose response has no bound [E0483]"
             raise NumericalError(Problem("frequency response", fault, "other frequencies, or damping")) from None
         return np.asarray(left @ states + direct, dtype=complex)
 
@@ -445,9 +443,8 @@ def _number(kind: str, name: str, known: Sequence[str], call: str = "frequency r
     if name in known:
         return known.index(name)
     missing = "" if known else f": the linear model has no {kind}"
-    raise UsageError(
-        Problem(call, f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", nearest(str(name)[:64], known))
-    )
+    fault = f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]"
+    raise UsageError(Problem(call, fault, nearest(str(name)[:64], known)))
 
 
 def _solve(M: Array, right: Array, names: Sequence[str]) -> Array:

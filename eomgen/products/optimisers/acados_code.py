@@ -27,7 +27,7 @@ from eomgen.codegen.targets.target import Target
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.optimisers.casadi_code import Texts, check_named, exported_functions
 from eomgen.products.optimisers.discrete_steps import StepChain, chain_of
-from eomgen.products.optimisers.functions import Equations, Exported, Pattern, dense, rates
+from eomgen.products.optimisers.functions import Equations, Exported, Pattern, dense, rates, symmetric
 
 #: Terms of the functions of acados: of scenes without constraints, with constraints.
 _FREE, _CONSTRAINED = ("inverse_dynamics", "forward_dynamics"), ("residual", "constraint_acceleration")
@@ -96,7 +96,7 @@ def _entry(kind: str, inputs: list[Any], outputs: list[Any], work: int, **more: 
 
 
 def _tables(texts: Texts, pattern: Pattern, start: str = "") -> dict[str, int]:
-    """Return the numbers of the tables of a pattern by name, and the count of its nonzeros."""
+    """Return the numbers of the tables of a pattern by name, and the count of nonzeros."""
     parts = {"rows": pattern.rows, "columns": pattern.columns, "numbers": pattern.places}
     tables = {f"{start}{name}": texts.table(part) for name, part in parts.items() if len(part)}
     return tables | {f"{start}count": len(pattern.rows)}
@@ -109,14 +109,14 @@ def _numbers(sizes: _Sizes) -> int:
 def _explicit(kind: str, inputs: str, outputs: str, sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     """Return the description of a function of the explicit rates: values, or first or second derivatives."""
     equations, width = sizes.family.equations, sizes.x + sizes.u
-    given, taken = (sizes.dense(texts, *names.split()) for names in (inputs, outputs))
+    arguments, taken = (sizes.dense(texts, *names.split()) for names in (inputs, outputs))
     work, tables = 0, dict[str, int]()
     if kind != "value":
         work, tables = _numbers(sizes), _tables(texts, equations.jacobian)
     if kind == "hessian":
         work += equations.hessian_count + 2 * width * width
         tables |= _tables(texts, equations.lower, "second_")
-    return _entry(kind, given, taken, work, **tables)
+    return _entry(kind, arguments, taken, work, **tables)
 
 
 def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool = True) -> dict[str, Any]:
@@ -138,14 +138,9 @@ def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     """Return the description of acados' function for the Hessian of multipliers times the implicit equations, as one
     sparse symmetric matrix in (x, xdot, z, u)."""
     equations, lower = sizes.family.equations, sizes.family.equations.lower
-    width, off = equations.width, lower.rows != lower.columns
-    rows, columns = (
-        np.concatenate([first, second[off]])
-        for first, second in ((lower.rows, lower.columns), (lower.columns, lower.rows))
-    )
-    numbers = np.concatenate([lower.places, lower.places[off]])
-    flat = columns * width + rows
-    distinct, targets = np.unique(flat, return_inverse=True)
+    width, both = equations.width, symmetric(equations.width, lower.rows, lower.columns)
+    numbers = lower.places[both.places]
+    distinct, targets = np.unique(both.columns * width + both.rows, return_inverse=True)
     pattern = Pattern((width, width), distinct % width, distinct // width, np.arange(len(distinct)))
     inputs, outputs = sizes.dense(texts, "x", "xdot", "u", "z", "multiplier", "p"), [texts.argument("hess", pattern)]
     tables = {"targets": texts.table(targets), "numbers": texts.table(numbers)} if len(numbers) else {}

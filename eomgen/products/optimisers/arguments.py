@@ -33,9 +33,8 @@ def arguments_of(name: str) -> list[str]:
 
 def no_array(name: str, value: object) -> UsageError:
     """Return the error for an argument without real numbers."""
-    return UsageError(
-        Problem(name, f"an array of real numbers is needed, not {type(value).__name__} [E2194]", "a list of numbers")
-    )
+    fault = f"an array of real numbers is needed, not {type(value).__name__} [E2194]"
+    return UsageError(Problem(name, fault, "a list of numbers"))
 
 
 class ModelArguments:
@@ -43,7 +42,7 @@ class ModelArguments:
 
     Parameters
     ----------
-    place : name of the library, for messages
+    library_name : name of the library, for messages
     model : compiled, without force laws in Python
 
     Attributes
@@ -52,15 +51,15 @@ class ModelArguments:
     defaults : values of the scene, of parameters and internal states
     """
 
-    def __init__(self, place: str, model: Model) -> None:
+    def __init__(self, library_name: str, model: Model) -> None:
         if not isinstance(model, CompiledModel):
             fault = f"a model is needed, not {type(model).__name__} [E2193]"
-            raise UsageError(Problem(place, fault, "eomgen.build(scene)"))
+            raise UsageError(Problem(library_name, fault, "eomgen.build(scene)"))
         if model.library.layout.get("python"):
             fault = f"{model.name} has force laws in Python [E0945]"
-            raise ModelError(Problem(place, fault, "the laws in C, [laws] source"))
+            raise ModelError(Problem(library_name, fault, "the laws in C, [laws] source"))
         model.finish_compilation()
-        self.place, self.model = place, model
+        self.library_name, self.model = library_name, model
         self.sizes = self.evaluator.functions.sizes
         self.defaults = {"p": self.evaluator.parameters(None), "z": self.evaluator.internal(None)}
 
@@ -131,7 +130,7 @@ class ModelFunctions(ABC):
         if (model := self._scene.model).multipliers:
             fault = f"{model.name} has constraints: accelerations are not a function of q and v alone [E0946]"
             hint = "inverse_dynamics; simulate, whose gradients go through loops"
-            raise ModelError(Problem(self._scene.place, fault, hint))
+            raise ModelError(Problem(self._scene.library_name, fault, hint))
         return self._evaluate("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
 
     def inverse_dynamics(

@@ -94,8 +94,9 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
     symbol, (output, rows) = symbol_of(program, exported.name), exported.output
     is_step = exported.name == "step"
     inputs = list[dict[str, Any]]()
+    of_jacobian = {name: exported.jacobian.block(slice(0, rows), s) for name, s in exported.slices.items()}
     for name, size in exported.sizes.items():
-        block = exported.jacobian.block(slice(0, rows), exported.slices[name])
+        block = of_jacobian[name]
         tables = {"columns": block.columns, "rows": block.rows, "gathered": block.places}
         numbers = {key: texts.table(table) if len(table) else 0 for key, table in tables.items()}
         numbered = {"number": len(inputs), "count": len(block.rows)}
@@ -115,7 +116,6 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
         made = {"symbol": f"{start}{symbol}", "kind": kind, "inputs": inputs, "outputs": outputs, "work": work}
         return {**made, "function": function, "first_blocks": [], "second_blocks": [], "rows": rows, **more}
 
-    of_jacobian = {name: exported.jacobian.block(slice(0, rows), s) for name, s in exported.slices.items()}
     first, second = _Blocks(texts), _Blocks(texts)
     for name, block in of_jacobian.items():
         first.add(f"jac_{output}_{name}", block, "J")
@@ -127,26 +127,12 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
         second.add(f"jac_adj_{name}_adj_{output}", of_jacobian[name].transpose, "J")
     forward = [texts.argument(f"fwd_{name}", dense(size)) for name, size in exported.sizes.items()]
     any_gradient = [f"res[{k}] != NULL" for k, item in enumerate(inputs) if item["count"]]
+    taken = [*own_inputs, after]
     return [
         entry("", "step" if is_step else "value", own_inputs, [result]),
-        entry(
-            "jac_",
-            "jacobian",
-            [*own_inputs, after],
-            first.outputs,
-            blocks=first.blocks,
-            first_blocks=first.conditions("J"),
-        ),
-        entry("adj1_", "adjoint", [*own_inputs, after, weights], gradients, first_blocks=any_gradient),
-        entry(
-            "jac_adj1_",
-            "hessian",
-            [*own_inputs, after, weights, *unused],
-            second.outputs,
-            blocks=second.blocks,
-            first_blocks=second.conditions("J"),
-            second_blocks=second.conditions("H"),
-        ),
+        entry("jac_", "jacobian", taken, first.outputs, **first.description),
+        entry("adj1_", "adjoint", [*taken, weights], gradients, first_blocks=any_gradient),
+        entry("jac_adj1_", "hessian", [*taken, weights, *unused], second.outputs, **second.description),
         *_row_functions(exported, entry, (own_inputs, after, forward), texts),
     ]
 
@@ -193,18 +179,12 @@ def _row_functions(
     derivative = texts.argument(f"fwd_{output}", dense(rows))
     unused = [texts.argument(f"out_jac_{output}_{name}", empty(rows, size)) for name, size in exported.sizes.items()]
     fixed = texts.argument(f"out_fwd_{output}", empty(rows, 1))
-    first = entry("fwd1_", "forward", [*inputs, after, *forward], [derivative], first_blocks=["res[0] != NULL"])
+    taken = [*inputs, after, *forward]
+    first = entry("fwd1_", "forward", taken, [derivative], first_blocks=["res[0] != NULL"])
     return [
         first,
-        entry("jac_jac_", "rows", [*inputs, after, *unused], of_jacobian.outputs, blocks=of_jacobian.blocks),
-        entry(
-            "jac_fwd1_",
-            "rows",
-            [*inputs, after, *forward, fixed],
-            of_direction.outputs,
-            blocks=of_direction.blocks,
-            first_blocks=of_direction.conditions("J"),
-        ),
+        entry("jac_jac_", "rows", [*inputs, after, *unused], of_jacobian.outputs, **of_jacobian.description),
+        entry("jac_fwd1_", "rows", [*taken, fixed], of_direction.outputs, **of_direction.description),
     ]
 
 
@@ -245,10 +225,10 @@ class _Blocks:
         by_row = np.argsort(row, kind="stable")
         starts = np.searchsorted(row[by_row], np.arange(rows + 1))
         tables = {"starts": starts, "targets": targets[by_row], "numbers": position[by_row]}
-        self._add(name, pattern, rows=self._rows(tables, len(order)))
+        self._add(name, pattern, rows=[self._number_tables(tables)] if len(order) else [])
 
-    def _rows(self, tables: Mapping[str, Places], count: int) -> list[dict[str, Any]]:
-        return [{name: self.texts.table(table) for name, table in tables.items()}] if count else []
+    def _number_tables(self, tables: Mapping[str, Places]) -> dict[str, int]:
+        return {name: self.texts.table(table) for name, table in tables.items()}
 
     def add_sums(self, name: str, shape: tuple[int, int], parts: Sequence[tuple[Any, ...]]) -> None:
         """Add a block (rows, columns) whose entries are sums of second derivatives of rows, multiplied by directions.
@@ -262,12 +242,16 @@ class _Blocks:
             tables = {"starts": np.searchsorted(row[by_row], np.arange(rows + 1))}
             tables["targets"] = np.searchsorted(flat, (row + rows * column)[by_row])
             tables |= {"numbers": position[by_row], "along": along[by_row]}
-            rows_of_parts += [{**row, "direction": number} for row in self._rows(tables, len(row))]
+            rows_of_parts += [{**self._number_tables(tables), "direction": number}] if len(row) else []
         self._add(name, pattern, rows=rows_of_parts, nonzeros=len(flat))
 
-    def conditions(self, source: str) -> list[str]:
-        """Return the conditions, in C, that a block of these numbers is asked for."""
-        return [f"res[{b['number']}] != NULL" for b in self.blocks if b["count"] and b["source"] == source]
+    @property
+    def description(self) -> dict[str, Any]:
+        """The blocks, with the conditions, in C, that one of first or of second derivatives is asked for."""
+        asked = {"J": list[str](), "H": list[str](), "": list[str]()}
+        for block in (block for block in self.blocks if block["count"]):
+            asked[block["source"]].append(f"res[{block['number']}] != NULL")
+        return {"blocks": self.blocks, "first_blocks": asked["J"], "second_blocks": asked["H"]}
 
 
 def twice_differentiated(program: Program) -> Program:

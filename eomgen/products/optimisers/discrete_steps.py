@@ -49,11 +49,6 @@ _IMPLICIT = (
     (*("residual", "constraint_acceleration", "constraint_velocity", "internal_rate"),),
     ("residual", "constraint_acceleration", "constraint", "constraint_velocity", "internal_rate"),
 )
-#: Why steps of a family have no second derivatives in C.
-_REASONS = dict.fromkeys(
-    ("rosenbrock", "corrected_predictor", "discontinuous_galerkin", "taylor"),
-    ", which would be third derivatives of the model",
-)
 
 
 class Slot(NamedTuple):
@@ -143,13 +138,9 @@ class StepChain(StepOperations[Slot]):
         self.program, self.model, self.title = program, functions, title
         self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
         self.nl, self.nx = program.sizes["lam"], program.input_size("q") + program.sizes["v"] + program.sizes["z"]
-        taken = {block for function in functions.values() for block in function.sizes}
-        inputs: dict[str, int] = {
-            "x": self.nx,
-            **{name: program.input_size(name) for name in ("u", "p") if name in taken},
-        }
-        inputs |= {"t": 1} if "t" in taken else {}
-        inputs["h"] = 1
+        taken = {"x", "h", *(block for function in functions.values() for block in function.sizes)}
+        every = {"x": self.nx, "u": program.input_size("u"), "p": program.input_size("p"), "t": 1, "h": 1}
+        inputs = {name: size for name, size in every.items() if name in taken}
         self.timed = "t" in taken
         self.sizes = {name: size for name, size in inputs.items() if name == "x" or name in along}
         self.ny, self.nu, self.count = sum(self.sizes.values()), sum(unknowns.values()), 0
@@ -173,26 +164,24 @@ class StepChain(StepOperations[Slot]):
         return slot
 
     def call(self, name: str, **slots: Slot) -> Slot:
-        """Append the call of a function of the model, and return its result's values. `slots` are the values of its
+        """Append the call of a function of the model, and return the result's values. `slots` are the values of its
         arguments by block; inputs, parameters and time are the step's, and accelerations and multipliers zero unless
         given."""
         exported = self.model[name]
         values = {**self.values, "a": self.zero.part(0, self.nv), "lam": self.zero.part(0, self.nl), **slots}
-        return self._node(
-            ChainFunction(exported, None), [values[block] for block in exported.sizes], exported.output[1]
-        )
+        return self._node(ChainFunction(exported, None), [values[block] for block in exported.sizes])
 
-    def _node(self, function: ChainFunction, arguments: Sequence[Slot], size: int, result: Slot | None = None) -> Slot:
+    def _node(self, function: ChainFunction, arguments: Sequence[Slot], result: Slot | None = None) -> Slot:
         names = [known.name for known in self.functions]
         if function.name not in names:
             self.functions.append(function)
             names.append(function.name)
-        slot = self.new(size) if result is None else result
+        slot = self.new(function.exported.output[1]) if result is None else result
         self.nodes.append(ChainNode(names.index(function.name), slot, tuple(arguments), ()))
         return slot
 
     def sum(self, *terms: StepTerm[Slot], into: Slot | None = None) -> Slot:
-        """Append a sum of terms of equal size, and return its values, new ones or `into`. No node is appended for size
+        """Append a sum of terms of equal size, and return the values, new ones or `into`. No node is appended for size
         0."""
         slot = self.new(terms[0].value.size) if into is None else into
         if slot.size:
@@ -230,9 +219,7 @@ class StepChain(StepOperations[Slot]):
                 self.sum(*([StepTerm(1.0, left)] if of_q else []), StepTerm(1.0, right), into=target)
             else:
                 function = group_function(name, str(factor["group"]))
-                self._node(
-                    ChainFunction(exported_group_function(function), function), (left, right), target.size, target
-                )
+                self._node(ChainFunction(exported_group_function(function), function), (left, right), target)
         return result
 
     def update(self, q: Slot, increment: Slot) -> Slot:
@@ -315,7 +302,7 @@ class StepChain(StepOperations[Slot]):
         return dict(zip((*parts, "work"), places, strict=True))
 
     def export(self) -> Exported:
-        """Return the step as a function with the patterns of its Jacobian and Hessian, by the chain rule on structural
+        """Return the step as a function with the patterns of the Jacobian and Hessian, by the chain rule on structural
         nonzeros; of implicit steps with the inverse of the equations' Jacobian."""
         ny, along = self.ny, np.zeros((self.count, self.nn), bool)
         along[: self.nn] = np.eye(self.nn, dtype=bool)
@@ -347,15 +334,8 @@ class StepChain(StepOperations[Slot]):
             jacobian |= end[:, ny:] @ solved
             mixed = second[:ny, ny:] @ solved
             hessian |= mixed | mixed.T | (solved.T @ second[ny:, ny:] @ solved)
-        return Exported(
-            "step",
-            self.sizes,
-            ("x_next", self.nx),
-            dense_pattern(jacobian, ny),
-            lower_pattern(hessian),
-            self.nx * ny,
-            self.first["work"],
-        )
+        patterns = dense_pattern(jacobian, ny), lower_pattern(hessian)
+        return Exported("step", self.sizes, ("x_next", self.nx), *patterns, self.nx * ny, self.first["work"])
 
 
 def inverse_pattern(matrix: Nonzero) -> Nonzero:
@@ -388,14 +368,9 @@ def why_no_step(program: Program) -> str:
     turns; empty if steps are."""
     if program.sampled:
         names = ", ".join(str(program.states[int(row["state"])].name) for row in program.sampled)
-        return (
-            f"the state {names} is sampled, and the value after a step depends on the time of the last sample [E0941]"
-        )
+        return f"the state {names} is sampled: its value after a step depends on the time of the last sample [E0941]"
     if program.angles:
-        names = ", ".join(program.angles)
-        return (
-            f"the turns of {names} are counted, by references that a step changes and that have no derivatives [E0942]"
-        )
+        return f"the turns of {', '.join(program.angles)} are counted, which has no derivatives [E0942]"
     return ""
 
 
@@ -423,18 +398,9 @@ def chain_of(
     reason = why_no_step(program)
     if reason and method is not None:
         raise ModelError(Problem("method", reason, "no method, for the other functions, or a scene without this"))
-    rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
-    recorders: dict[str, tuple[tuple[str, ...], bool, Any]] = {
-        "composition": (_EXPLICIT, not rows, composition),
-        "runge_kutta": (_EXPLICIT, not rows, runge_kutta),
-        "rattlie": (_VARIATIONAL, 0 < rows == holonomic, variational),
-    }
-    needed, fits, record = recorders.get(made.family) or _implicit_terms(made, rows, holonomic)
-    if not fits:
-        fault = f"steps of {name} have no derivatives in C{_reason(made, bool(needed), rows, holonomic)} [E0943]"
-        raise UsageError(Problem("method", fault, default_method(program)))
+    needed, record = _recorder(program, name, made)
     by_name = {function.name: function for function in functions}
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
     missing = [term for term in terms if term not in by_name]
@@ -443,8 +409,29 @@ def chain_of(
         raise UsageError(Problem("method", fault, f"terms with {', '.join(missing)}"))
     if reason or missing:
         return None
-    given = {term: by_name[term] for term in terms}
-    return _alpha(program, given, made, along) if record is None else _chain(program, given, made, along, record)
+    by_term = {term: by_name[term] for term in terms}
+    return _alpha(program, by_term, made, along) if record is None else _chain(program, by_term, made, along, record)
+
+
+def _recorder(program: Program, name: str, made: Any) -> tuple[tuple[str, ...], Any]:
+    """Return the terms that steps of a method need, and the function that takes a step; None of generalized-alpha.
+    Raises UsageError for a method without such steps, or none of this model."""
+    rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
+    recorders: dict[str, tuple[tuple[str, ...], bool, Any]] = {
+        "composition": (_EXPLICIT, not rows, composition),
+        "runge_kutta": (_EXPLICIT, not rows, runge_kutta),
+        "rattlie": (_VARIATIONAL, 0 < rows == holonomic, variational),
+    }
+    needed, fits, record = recorders.get(made.family, ((), False, None))
+    if isinstance(made.linear_step, LinearStep) and not made.chooses_steps:
+        needed = _IMPLICIT[int(rows > 0) + int(holonomic > 0)]
+        fits = not holonomic or getattr(made, "form", "") == "stabilised"
+    if not fits:
+        kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
+        reason = ", since its length is chosen" if made.chooses_steps else f" for scenes with {kind}" if needed else ""
+        fault = f"steps of {name} have no derivatives in C{reason} [E0943]"
+        raise UsageError(Problem("method", fault, default_method(program)))
+    return needed, record
 
 
 def _chain(program: Program, functions: _Functions, method: Any, along: Sequence[str], record: Any) -> StepChain:
@@ -459,24 +446,6 @@ def _chain(program: Program, functions: _Functions, method: Any, along: Sequence
     chain.guesses += [(slot, starts[name]) for name, slot in chain.unknowns.items() if name in starts]
     record(chain, *([] if rows else [method]))
     return chain
-
-
-def _implicit_terms(method: Any, rows: int, holonomic: int) -> tuple[tuple[str, ...], bool, None]:
-    """Return the functions that a step of generalized-alpha takes, and whether the method has such steps with so many
-    constraints; no functions for other methods."""
-    if not isinstance(method.linear_step, LinearStep) or method.chooses_steps:
-        return (), False, None
-    form = int(rows > 0) + int(holonomic > 0)
-    return _IMPLICIT[form], not holonomic or getattr(method, "form", "") == "stabilised", None
-
-
-def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
-    """Return why steps of a method have no second derivatives in C, as the end of a message; empty for other reasons.
-    `recorded`: whether steps for scenes of another kind have some; `rows` and `holonomic` count constraints."""
-    if recorded:  # for scenes of another kind
-        kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
-        return f" for scenes with {kind}"
-    return _REASONS.get(method.family, ", since its length is chosen" if method.chooses_steps else "")
 
 
 def _check_kicks(program: Program, accelerations: Exported) -> None:
@@ -499,7 +468,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     stages = STAGES if share or rate_share else STAGES[:1]
     unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
     unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
-    weighed = _components_of_positions(program, functions) if holonomic else []
+    weighed = _weighed_components(functions["residual"], holonomic) if holonomic else []
     unknowns |= {"vdot": nv, "lam": rows, "z": nz, "eta": holonomic, "shift": len(weighed)}
     chain = StepChain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
     chain.guesses.append((chain.unknowns["z"], chain.z))
@@ -539,53 +508,46 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
         chain.equations += [chain.call("constraint", **state)] if holonomic else []
         chain.equations.append(chain.call("constraint_velocity", **state))
     if nz:
-        _add_rates(chain, step, rates, rate_share, state)
+        _move_states(chain, step, rates, state)
     chain.ends_with(state["q"], v, state["z"])
     return chain
 
 
-def _add_rates(
-    chain: StepChain, step: LinearStep, rates: Sequence[Slot], rate_share: float, end: Mapping[str, Slot]
-) -> None:
-    """Add the equations of internal states at the end of a generalized-alpha step to the chain. `rates` are the rates
-    at the start and further times, `rate_share` the time of the algorithmic rate in shares of a step, and `end` has the
-    values at the end by block."""
+def _weighed_components(residual: Exported, holonomic: int) -> list[int]:
+    """Return the components of v that constraints on positions take, from the nonzeros of B."""
+    first_row, pattern = residual.slices["lam"].start, residual.jacobian
+    of_rows = (first_row <= pattern.columns) & (pattern.columns < first_row + holonomic)
+    return sorted({int(row) for row in pattern.rows[of_rows]})
+
+
+def _move_states(chain: StepChain, step: LinearStep, rates: Sequence[Slot], state: Mapping[str, Slot]) -> None:
+    """Add the equation of internal states at the end of a step, with the rates at the times of the start; `state` has
+    the values at the end."""
     m, f, gamma = step.rate_alpha_m, step.alpha_f, step.rate_gamma
     of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
-    rate = chain.rate_of_states(**end)
-    terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), StepTerm(gamma * (1.0 - f) / (1.0 - m), rate, 1)]
-    if rate_share:
+    rate = StepTerm(gamma * (1.0 - f) / (1.0 - m), chain.rate_of_states(**state), 1)
+    terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), rate]
+    if share := m - f:
         slope = zip(WEIGHTS, rates, strict=True)
-        terms += [StepTerm(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
-    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, end["z"]), *terms))
+        terms += [StepTerm(of_start * share * weight, slot, 1) for weight, slot in slope]
+    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, state["z"]), *terms))
 
 
 def _predict(chain: StepChain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
     """Return q, v and z at the share `part` of a step after the start, by the accelerations of the start, as values by
-    block. `start` has the values at the start, `k` is the number of the time, for the unknown of z."""
-    moved = chain.sum(StepTerm(part, chain.v, 1), StepTerm(0.5 * part * part, start["a"], 2))
-    state = {"q": chain.update(chain.q, moved), "v": chain.sum(StepTerm(1.0, chain.v), StepTerm(part, start["a"], 1))}
-    return state | ({"z": _predicted_states(chain, start, chain.unknowns[f"z_{k}"], part)} if chain.nz else {})
-
-
-def _predicted_states(chain: StepChain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:
-    """Return internal states a part of the step after the start, for the first slope of accelerations.
+    block. `start` has the values at the start, `k` is the number of the time, for the unknown of z.
 
     The stepper takes the linearly implicit step z - z_n = part h (Z_n + dZ/dz (z - z_n)). Here the rates Z are taken at
     z, which is the same for rates linear in z, and differs by the third power of h for others.
     """
-    chain.guesses.append((z, chain.z))
-    rate = chain.rate_of_states(**{**start, "z": z})
-    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), StepTerm(part, rate, 1)))
-    return z
-
-
-def _components_of_positions(program: Program, functions: _Functions) -> list[int]:
-    """Return the components of v that constraints on positions take, from the nonzeros of B."""
-    exported, holonomic = functions["residual"], program.sizes["holonomic"]
-    first = exported.slices["lam"].start
-    of_rows = (first <= exported.jacobian.columns) & (exported.jacobian.columns < first + holonomic)
-    return sorted({int(row) for row in exported.jacobian.rows[of_rows]})
+    moved = chain.sum(StepTerm(part, chain.v, 1), StepTerm(0.5 * part * part, start["a"], 2))
+    state = {"q": chain.update(chain.q, moved), "v": chain.sum(StepTerm(1.0, chain.v), StepTerm(part, start["a"], 1))}
+    if chain.nz:
+        state["z"] = z = chain.unknowns[f"z_{k}"]
+        chain.guesses.append((z, chain.z))
+        rate = chain.rate_of_states(**{**start, "z": z})
+        chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), StepTerm(part, rate, 1)))
+    return state
 
 
 def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,7 +126,7 @@ class Exported:
 
 
 def plain(program: Program, name: str) -> Exported:
-    """Return the function `name` of a model with the patterns of its first and second derivatives. Derivatives are in
+    """Return the function `name` of a model with the patterns of first and second derivatives. Derivatives are in
     components of q if the configuration has rotations; arguments on which neither value nor derivatives depend are left
     out."""
     function = program.function(name)
@@ -152,13 +152,7 @@ def turning(program: Program) -> list[str]:
     return [*(str(factor["name"]) for factor in program.factors if factor["group"] != "R"), *program.angles]
 
 
-#: Numbers of the maps from changes of the components of a rotation or a pose to left-trivialised tangents: of the first
-#: order, and of the second order (lower triangles).
-_FIRST, _SECOND = {"SO3": 12, "SE3": 21}, {"SO3": 30, "SE3": 66}
-
-
-@dataclass(frozen=True)
-class _Map:
+class _Map(NamedTuple):
     """The map from changes of the components of q to left-trivialised directions, by places among numbers in C.
 
     Attributes
@@ -178,13 +172,13 @@ class _Map:
 
 def _map_of(program: Program, rest: int) -> _Map:
     """Return the map from components of q, and of `rest` further arguments, to directions of v and these arguments."""
-    result = _Map({}, [], [], 1, 0)
+    result, first, second = _Map({}, [], [], 0, 0), 1, 0
     for factor in program.factors:
         q, v, group = int(factor["q_start"]), int(factor["v_start"]), str(factor["group"])
         if group == "R":
             result.columns.update({v + k: [(q + k, 0)] for k in range(int(factor["v_size"]))})
             continue
-        first, second, pose = result.first, result.second, group == "SE3"
+        pose = group == "SE3"
         result.factors.append({"q": q, "first": first, "second": second, "pose": pose})
         pairs = [(a, b) for a in range(4) for b in range(a + 1)]
         for i in range(3):
@@ -194,10 +188,10 @@ def _map_of(program: Program, rest: int) -> _Map:
             result.columns[v + 3 + i] = [(q + 4 + j, first + 12 + 3 * i + j) for j in range(3)]
             mixed = [(q + 4 + j, q + a, second + 30 + 12 * i + 3 * a + j) for a in range(4) for j in range(3)]
             result.bends.extend((v + 3 + i, *places) for places in mixed)
-        result = replace(result, first=first + _FIRST[group], second=second + _SECOND[group])
+        first, second = first + (21 if pose else 12), second + (66 if pose else 30)
     nq, nv = program.input_size("q"), program.sizes["v"]
     result.columns.update({nv + k: [(nq + k, 0)] for k in range(rest)})
-    return result
+    return result._replace(first=first, second=second)
 
 
 def _entries(pattern: Pattern) -> list[tuple[int, int, int]]:
@@ -235,15 +229,14 @@ def in_components(program: Program, tangent: Exported) -> Exported:
     counts |= {"T": to_q.first, "S": to_q.second, "gradient": len(slots), "middle": len(middle)}
     places = dict(zip(counts, np.cumsum([0, *counts.values()]).tolist(), strict=False))
     low, across = np.array(list(known), np.int64).reshape(-1, 2).T
-    return Exported(
-        tangent.name,
-        {**tangent.sizes, "q": program.input_size("q")},
-        tangent.output,
-        column_order((tangent.output[1], width), low, across, np.arange(len(known))),
-        symmetric(width, *np.array(lower, np.int64).reshape(-1, 2).T),
-        len(known),
-        sum(counts.values()),
-        {"counts": counts, "places": places, "tables": tables, "factors": to_q.factors},
+    return replace(
+        tangent,
+        sizes={**tangent.sizes, "q": program.input_size("q")},
+        jacobian=column_order((tangent.output[1], width), low, across, np.arange(len(known))),
+        hessian=symmetric(width, *np.array(lower, np.int64).reshape(-1, 2).T),
+        first=len(known),
+        work=sum(counts.values()),
+        components={"counts": counts, "places": places, "tables": tables, "factors": to_q.factors},
     )
 
 

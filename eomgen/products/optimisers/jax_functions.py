@@ -50,8 +50,6 @@ _TARGET = "eomgen"
 _SHARE = 10_000_000
 #: Samples by which lanes are compared with the model.
 _COMPARED = 64
-#: Samples side by side in lanes, at most: the stack of lanes is as many times larger.
-_LANES = 8
 
 
 @checked_call("a model")
@@ -329,7 +327,7 @@ class JaxFunctions(ModelFunctions):
 
 @dataclass(frozen=True, eq=False)  # JAX keys its programs by the object
 class _Function:
-    """A term as a function of JAX arrays, with its rule of derivatives.
+    """A term as a function of JAX arrays, with a rule of derivatives.
 
     Parameters
     ----------
@@ -466,12 +464,12 @@ class _TermCall:
         of_term.threads = min(64, thread_count())
         of_term.stack = stack_size(int(library.layout.get("stack", 0)))
         self.address = int(ffi.cast("uintptr_t", of_term))
+        self._of_lanes = (term, operations, samples)
         if self.outputs and library.companion is not None and (choice := chosen()) is not Choice.OFF:
-            work = functools.partial(self._compile_lanes, term, operations, samples, choice)
             if choice is Choice.NOW:
-                work(RunningCompilers())
+                self._compile_lanes(RunningCompilers())
             else:
-                in_background("eomgen-lanes", work)
+                in_background("eomgen-lanes", self._compile_lanes)
 
     def __call__(self, package: Any, blocks: Mapping[str, Array]) -> Array:
         """Return the first output (..., size) of the term as a JAX array, for arguments (..., size) by block. Batch
@@ -487,30 +485,23 @@ class _TermCall:
     def in_lanes(self) -> bool:
         return bool(self._term.lanes)
 
-    def _compile_lanes(
-        self,
-        term: str,
-        operations: int,
-        samples: Callable[[Mapping[str, int]], list[Array]],
-        choice: Choice,
-        _: RunningCompilers,
-    ) -> None:
+    def _compile_lanes(self, _: RunningCompilers) -> None:
         """Compile the term in lanes, and use the lanes from then on if they have the bits of the model and are faster.
-        `operations` counts the operations of a call. Failures are logged, and leave the term without lanes."""
-        lanes = LaneCompanions.of(self._library)
+        Failures are logged, and leave the term without lanes."""
+        lanes, (term, operations, samples) = LaneCompanions.of(self._library), self._of_lanes
         try:
             companion = lanes.expect(term, operations, _COMPARED, Choice.NOW)
             if companion is None:
                 return
             inputs = samples(dict(zip(self.inputs, self._sizes, strict=True)))
-            library = lanes.judge(companion, term, inputs, self.outputs, choice)
+            library = lanes.judge(companion, term, inputs, self.outputs, chosen())
         except (EomgenError, OSError) as error:
             _LOG.info("lanes of %s are left out: %s", term, error)
             return
         if library is not None:
             _KEPT.append((self._term, library))
             ffi, _lib = _handler()
-            self._term.stack = stack_size(_LANES * int(library.layout.get("stack", 0)))
+            self._term.stack = stack_size(8 * int(library.layout.get("stack", 0)))  # of 8 samples side by side at most
             self._term.of_lanes = library.index[term]
             self._term.lanes = ffi.cast("model_call *", library.address("eomgen_call"))
 

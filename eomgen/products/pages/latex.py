@@ -17,7 +17,7 @@ import sympy
 from sympy.core.alphabets import greeks
 
 from eomgen.base.data import dataclass, replace
-from eomgen.base.files import template_folder
+from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.coordinates import coordinate_units
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.pipeline import derive
@@ -272,10 +272,10 @@ def _definitions(
     for factor in system.factors:
         owner = joints.get(factor.name, factor.name)
         of_q, of_v = _meanings(factor.group, factor.q_size, factor.v_size)
-        for index, component in enumerate(range(factor.q_start, factor.q_start + factor.q_size)):
-            coordinates.append(DefinedSymbol(name_of("q", component), f"{of_q[index]}, {owner}", q_units[component]))
-        for index, component in enumerate(range(factor.v_start, factor.v_start + factor.v_size)):
-            velocities.append(DefinedSymbol(name_of("v", component), f"{of_v[index]}, {owner}", v_units[component]))
+        for index, meaning in enumerate(of_q, factor.q_start):
+            coordinates.append(DefinedSymbol(name_of("q", index), f"{meaning}, {owner}", q_units[index]))
+        for index, meaning in enumerate(of_v, factor.v_start):
+            velocities.append(DefinedSymbol(name_of("v", index), f"{meaning}, {owner}", v_units[index]))
     tables = {
         "Coordinates": coordinates,
         "Velocities": velocities,
@@ -376,52 +376,29 @@ def document(system: System, parts: SymbolicTerms, *, width: int = 96) -> str:
         states=bool(system.states),
         inputs=bool(system.inputs),
     )
-    head = (template_folder() / "pages/equations.tex").read_text(encoding="utf-8")
-    lines = [head.replace("TITLE", _text(system.name))]
-    if system.description:
-        lines.append(_text(system.description) + "\n")
-    lines += [r"\section*{Equation of motion}", rf"\[ {motion} \]", *_remarks(system, parts)]
-    lines.append(r"\section*{Symbols}")
-    for title, items in tables.items():
-        lines += _table(title, items, typeset)
-    if parts.shared:
-        lines += [r"\section*{Named expressions}", "In the order of evaluation."]
-        lines += _alignment(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))
-    for name, matrix in parts.terms.items():
-        symbol, title = TERMS[name]
-        lines += [rf"\section*{{{title}}}", *_term(symbol, matrix, latex, width, vector=name not in _MATRICES)]
-    if parts.base:
-        lines.append(r"\section*{Motion of the base}")
-        lines += _alignment(row for symbol, law in parts.base for row in _rows(latex(symbol), law, latex, width))
-    return "\n".join([*lines, r"\end{document}", ""])
 
+    def rows_of(equations: Iterable[tuple[sympy.Symbol, sympy.Expr]]) -> list[str]:
+        return [row for symbol, value in equations for row in _rows(latex(symbol), value, latex, width)]
 
-def _remarks(system: System, parts: SymbolicTerms) -> Iterator[str]:
-    """Yield sentences on velocities, numbers and zeros."""
-    if any(factor.group != "R" for factor in system.factors):
-        yield (
-            r"Velocities of rotations are angular velocities in body axes; $\dot q$ follows from $v$ by the kinematics"
-            " of the quaternions, and the derivative in $B w$ is left-trivialised.\n"
+    return (
+        environment()
+        .get_template("pages/equations.tex.jinja")
+        .render(
+            name=_text(system.name),
+            description=_text(system.description),
+            motion=motion,
+            turns=any(factor.group != "R" for factor in system.factors),
+            symmetric="mass" in parts.terms,
+            tables=tables,
+            typeset=typeset,
+            text=_text,
+            unit=_unit,
+            number=lambda value: "" if value is None or math.isnan(value) else f"{value:.9g}",
+            shared=rows_of(parts.shared),
+            terms=[(TERMS[name][1], *_term(name, matrix, latex, width)) for name, matrix in parts.terms.items()],
+            base=rows_of(parts.base),
         )
-    else:
-        yield r"$\dot q = v$." + "\n"
-    yield "All numbers are in SI units; entries that are not listed are zero.\n"
-    if "mass" in parts.terms:
-        yield "$M$ is symmetric: the upper triangle is listed.\n"
-
-
-def _table(title: str, items: Sequence[DefinedSymbol], typeset: Mapping[str, str]) -> list[str]:
-    valued = any(item.value is not None for item in items)
-    head = ["symbol", "meaning", "unit", *(["value"] if valued else [])]
-    lines = [rf"\begin{{longtable}}{{l p{{95mm}} l{' r' if valued else ''}}}"]
-    lines.append(rf"\multicolumn{{{len(head)}}}{{l}}{{\textbf{{{title}}}}} \\")
-    lines.append(" & ".join(head) + r" \\ \hline")
-    for item in items:
-        cells = [f"${typeset[item.name]}$", _text(item.meaning), _unit(item.unit)]
-        if valued:
-            cells.append("" if item.value is None or math.isnan(item.value) else f"{item.value:.9g}")
-        lines.append(" & ".join(cells) + r" \\")
-    return [*lines, r"\end{longtable}"]
+    )
 
 
 def _unit(label: str) -> str:
@@ -430,28 +407,20 @@ def _unit(label: str) -> str:
     return "" if not label else "$" + re.sub(r"\^(-?[0-9.]+)", r"^{\1}", words).replace(" ", _SPACE) + "$"
 
 
-def _term(symbol: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width: int, *, vector: bool) -> Iterator[str]:
-    """Yield the LaTeX lines of a term: a matrix that fits the line as a whole, else equations for entries that are not
-    zero. ``latex`` prints an expression; only the upper triangle of M is listed; ``vector`` gives one index."""
-    rows, columns = matrix.shape
+def _term(name: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width: int) -> tuple[str, list[str]]:
+    """Return the LaTeX of a term as one matrix, if this fits the line, or else, with an empty text, the lines of the
+    equations for entries that are not zero. ``latex`` prints an expression; only the upper triangle of M is listed."""
+    symbol, (rows, columns) = TERMS[name][0], matrix.shape
     lengths = [max(_length(entry) for entry in matrix[:, column]) for column in range(columns)]
     if sum(lengths) + 3 * columns <= width:
-        body = " \\\\\n".join(
-            " & ".join(latex(matrix[row, column]) for column in range(columns)) for row in range(rows)
-        )
-        yield f"\\[ {symbol} = \\begin{{bmatrix}}\n{body}\n\\end{{bmatrix}} \\]"
-        return
+        body = " \\\\\n".join(" & ".join(map(latex, row)) for row in matrix.tolist())
+        return f"\\[ {symbol} = \\begin{{bmatrix}}\n{body}\n\\end{{bmatrix}} \\]", []
     lines: list[str] = []
     for row, column in product(range(rows), range(columns)):
         if matrix[row, column] != 0 and (symbol != "M" or row <= column):
-            name = f"{symbol}_{{{row + 1}}}" if vector else f"{symbol}_{{{row + 1},{column + 1}}}"
-            lines += _rows(name, matrix[row, column], latex, width)
-    yield from _alignment(lines)
-
-
-def _alignment(rows: Iterable[str]) -> list[str]:
-    """Return lines of equations that are aligned."""
-    return [r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"]
+            index = f"{row + 1},{column + 1}" if name in _MATRICES else f"{row + 1}"
+            lines += _rows(f"{symbol}_{{{index}}}", matrix[row, column], latex, width)
+    return "", lines
 
 
 def _rows(left: str, expression: Any, latex: Callable[[Any], str], width: int) -> Iterator[str]:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from eomgen.toolchain.library import Library
 
 #: Curves of one plot.
-_CURVES = 6
+CURVES = 6
 _OF_LIVE = {
     "curves": "pages/curves.js",
     "growing_chart": "pages/growing_chart.js",
@@ -231,7 +231,7 @@ def _note(model: CompiledModel, solution: Solution) -> str:
 
 
 def _plots(model: CompiledModel, solution: Solution, blocks: Sequence[str]) -> list[dict[str, Any]]:
-    """Return the plots of a page as JSON types: outputs by unit, ``_CURVES`` in each, and energies. ``blocks`` are the
+    """Return the plots of a page as JSON types: outputs by unit, ``CURVES`` in each, and energies. ``blocks`` are the
     names of the blocks that the module fills."""
     plots: list[dict[str, Any]] = []
     offset = 0
@@ -245,8 +245,8 @@ def _plots(model: CompiledModel, solution: Solution, blocks: Sequence[str]) -> l
             )
         offset += size
     for unit, curves in by_unit.items():
-        for first in range(0, len(curves), _CURVES):
-            part = curves[first : first + _CURVES]
+        for first in range(0, len(curves), CURVES):
+            part = curves[first : first + CURVES]
             names = {str(curve["name"]).partition(" ")[0] for curve in part}
             plots.append({"title": names.pop() if len(names) == 1 else "outputs", "unit": unit, "curves": part})
     if "energy_energy" in blocks:

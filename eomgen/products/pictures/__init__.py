@@ -7,7 +7,12 @@ __all__ = []
 
 PRODUCT = Product(
     rows={
-        "eomgen.attributes": ("eomgen.products.pictures.other_words:ATTRIBUTES",),
+        "eomgen.attributes": (
+            {
+                "Model": {"animate": "simulate(...).animate(path)"},
+                "Solution": dict.fromkeys(("animation", "show"), "animate(path)"),
+            },
+        ),
         "eomgen.verbs": (
             Verb(
                 "animate",

@@ -35,13 +35,7 @@ _INLINE = 4_000_000
 #: Styles and scripts of the picture, below ``pictures`` in the folder of templates, by their marks in a page.
 SCRIPTS = {
     "style": "animation.css",
-    "geometry": "geometry.js",
-    "colours": "colours.js",
-    "stage": "stage.js",
-    "raster": "raster.js",
-    "drawing": "drawing.js",
-    "controls": "controls.js",
-    "page": "page.js",
+    **{name: f"{name}.js" for name in ("geometry", "colours", "stage", "raster", "drawing", "controls", "page")},
 }
 
 
@@ -229,18 +223,16 @@ class _Carriers:
     def __init__(self, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> None:
         self.numbers = {name: number for number, name in enumerate(poses)}
         self.axes = {axis["name"]: axis for axis in scenery.get("axes", ())}
-        self.along: dict[str, list[int]] = {}
-        self.count = len(self.numbers)
-        for name, axis in self.axes.items():
-            self.along[name] = list(range(self.count, self.count + len(axis["x"])))
-            self.count += len(axis["x"])
         self.exact = {beam["nodes"][0]: beam for beam in scenery.get("beams", ())}
         self.beam_of = {node: name for name, beam in self.exact.items() for node in beam["nodes"]}
-        for name, beam in self.exact.items():
-            elements = len(beam["nodes"]) - 1
-            frames = elements * pieces_of(elements) + 1
-            self.along[name] = list(range(self.count, self.count + frames))
-            self.count += frames
+        frames = {name: len(axis["x"]) for name, axis in self.axes.items()}
+        elements = {name: len(beam["nodes"]) - 1 for name, beam in self.exact.items()}
+        frames |= {name: count * pieces_of(count) + 1 for name, count in elements.items()}
+        self.along: dict[str, list[int]] = {}
+        self.count = len(self.numbers)
+        for name, count in frames.items():
+            self.along[name] = list(range(self.count, self.count + count))
+            self.count += count
 
     def of(self, body: str) -> int:
         """Return the number of a body's frame."""

@@ -13,6 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie.numeric import rotated
+from eomgen.products.pictures.solids import faces_of_grid
 from eomgen.system.description import Drawing, Wheel
 
 #: Length of a road beyond the path of its wheel by the radius, and of a surface beyond the path of a body by its size.
@@ -91,9 +92,7 @@ def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[st
             return grid[symbol.index] if symbol.kind == "local" else values.get(symbol.name, np.nan)
 
         z = np.broadcast_to(evaluate_batch(surface.height, value_of), grid[0].shape)
-        corners = np.arange(z.size).reshape(z.shape)
-        quads = np.stack([corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]], axis=-1)
-        faces = [face for face in quads.reshape(-1, 4).tolist() if np.all(np.isfinite(z.flat[face]))]
+        faces = [face for face in faces_of_grid(*z.shape).tolist() if np.all(np.isfinite(z.flat[face]))]
         local = np.column_stack([grid[0].flat, grid[1].flat, np.where(np.isfinite(z), z, 0.0).flat])
         shape = {
             "name": surface.name,

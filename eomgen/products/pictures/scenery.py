@@ -4,7 +4,6 @@ homogeneous solid of equal mass, centre and inertia; with the poses of a run."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -165,17 +164,14 @@ def _bodies_and_nodes(
     nodes = []
     exact = set(chain.from_iterable(description.exact_beams))
     shaped = _has_shapes(description)
-    # nodes of a beam are equal
-    solid_of = cache(
-        lambda mass, center, inertia: equivalent_solid(mass, np.array(center), np.reshape(inertia, (3, 3)))
-    )
     for item in description.drawing.solids:
         xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
         (mass,) = vector(f"bodies.{item.name}.mass", [item.mass])
         if item.name in exact:
             nodes.append({"name": item.name, "mass": mass, "inertia": [xx, yy, zz]})
-        center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass)).tolist()
-        solid = solid_of(mass, tuple(center), (xx, xy, xz, xy, yy, yz, xz, yz, zz))
+        center = vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass)
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        solid = equivalent_solid(mass, np.array(center), inertia)
         hub = center if item.hub == "center" else [0.0, 0.0, 0.0]
         ties = links[item.name] if solid["kind"] == "none" else [center, *links[item.name]]
         if solid["kind"] == "none" and shaped:

@@ -175,8 +175,8 @@ def section_drawing(solution: LoadedSolution, folder: Path, stored: str | None =
 
 
 def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
-    """Return the indices of the rows nearest to the times ``at``, s. Raises UsageError for no times, or times outside
-    the solution."""
+    """Return the indices of the rows nearest to the times ``at``, s. Raises UsageError for no times, or times
+    outside the solution."""
     times, t = np.atleast_1d(np.asarray(at, dtype=float)), solution.t
     if not len(times):
         hint = "times in s, or no at for a map over time"
@@ -290,8 +290,8 @@ def _largest(nodes: Array, ends: Array) -> tuple[int, dict[str, float]]:
     """Return the row of the largest moment or force at the ends of elements, (..., n, 2, 3), with its ``size`` and
     place ``x``, m."""
     sizes = np.nan_to_num(np.linalg.norm(ends, axis=-1), nan=-1.0, posinf=-1.0)
-    place = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
-    return int(place[0]), {"size": float(sizes[place]), "x": float(nodes[place[-2] + place[-1]])}
+    index = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
+    return int(index[0]), {"size": float(sizes[index]), "x": float(nodes[index[-2] + index[-1]])}
 
 
 def beams_at_rest(

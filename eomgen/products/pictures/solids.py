@@ -59,25 +59,23 @@ def parts_of(kind: str, sizes: Sequence[float]) -> list[SolidPart]:
     return [SolidPart(*_revolved(whole))]
 
 
+def faces_of_grid(rows: int, columns: int) -> NDArray[np.intp]:
+    """Return the faces (n, 4) between the places of a grid, which are numbered row by row."""
+    places = np.arange(rows * columns).reshape(rows, columns)
+    return np.stack([places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]], axis=-1).reshape(-1, 4)
+
+
 def _box(size: Sequence[float]) -> tuple[Array, Faces]:
     """Return vertices (n, 3) and faces of a box with these sides, cut into pieces of about equal lengths."""
-    pieces = [max(1, round(_PIECES * side / max(size))) for side in size]
-    vertices: list[list[float]] = []
-    faces: Faces = []
-    for normal, sign in product(range(3), (-1.0, 1.0)):
-        first, second = (normal + 1) % 3, (normal + 2) % 3
-        start, rows = len(vertices), pieces[second] + 1
-        for i, j in product(range(pieces[first] + 1), range(rows)):
-            corner = [0.0, 0.0, 0.0]
-            corner[normal] = 0.5 * sign * size[normal]
-            corner[first] = size[first] * (i / pieces[first] - 0.5)
-            corner[second] = size[second] * (j / pieces[second] - 0.5)
-            vertices.append(corner)
-        for i, j in product(range(pieces[first]), range(pieces[second])):
-            here = start + i * rows + j
-            face = [here, here + rows, here + rows + 1, here + 1]
-            faces.append(face if sign > 0.0 else face[::-1])
-    return np.array(vertices), faces
+    along = [side * np.linspace(-0.5, 0.5, 1 + max(1, round(_PIECES * side / max(size)))) for side in size]
+    vertices, faces = np.zeros((0, 3)), list[list[int]]()
+    for normal, sign in product(range(3), (-1, 1)):
+        first, second = along[(normal + 1) % 3], along[(normal + 2) % 3]
+        x, y = np.meshgrid(first, second, indexing="ij")
+        corners = np.stack([np.full_like(x, 0.5 * sign * size[normal]), x, y], axis=-1).reshape(-1, 3)
+        faces += (len(vertices) + faces_of_grid(*x.shape)[:, ::sign]).tolist()
+        vertices = np.concatenate([vertices, np.roll(corners, normal, axis=1)])
+    return vertices, faces
 
 
 def _revolved(profile: Sequence[tuple[float, float]]) -> tuple[Array, Faces]:

@@ -35,15 +35,8 @@ from eomgen.products.robots.joints import (
     stops_of,
 )
 from eomgen.products.robots.leftovers import ElementPlace
-from eomgen.products.robots.scene_draft import (
-    LinkPlace,
-    SceneDraft,
-    body_entry,
-    number,
-    tunable_body,
-    turns_of,
-)
-from eomgen.products.robots.tree import DraftTree, Edge, Step, tree_of
+from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, body_entry, number, tunable_body, turns_of
+from eomgen.products.robots.tree import Edge, Step, Walks, tree_of
 from eomgen.products.robots.visuals import LEFT_OUT
 from eomgen.scene.inertia import Inertia, combine_inertias, impossible
 from eomgen.scene.joint_types import JOINTS
@@ -103,11 +96,10 @@ class Conversion:
         self.merged: list[str] = []
         self.shifted: list[str] = []
         self.free: list[str] = []
-        for kind, sections in (("body", ("links", "frames")), ("joint", ("joints",)), ("constraint", ("joints",))):
-            nodes = [
-                (path, name) for path, model in self.world.every() for part in sections for name in getattr(model, part)
-            ]
-            self.scene.keep(kind, map(self.name_of, nodes))
+        for path, model in self.world.every():
+            self.scene.keep("body", [self.name_of((path, name)) for name in (*model.links, *model.frames)])
+            for kind in ("joint", "constraint"):
+                self.scene.keep(kind, [self.name_of((path, name)) for name in model.joints])
 
     def name_of(self, node: Node) -> str:
         """Return the full name of a link, frame or joint: names of the models around it, joined by ``::``, then the
@@ -201,12 +193,12 @@ class Conversion:
         moving = [link for link in self.links if link not in self.static]
         roots = {link: self.frames.link(link[0][:1], MODEL_FRAME) if link[0] else link for link in moving}
         gears = [edge for edge in self.edges if edge.joint.gear is not None]
-        tree = tree_of(moving, [edge for edge in self.edges if edge.joint.gear is None], roots)
-        self.place_links(tree)
+        walks, loops = tree_of(moving, [edge for edge in self.edges if edge.joint.gear is None], roots)
+        self.place_links(walks, loops)
         self.add_masses()
         self.scene.report.raise_problems()
-        steps = [step for walk in tree.walks.values() for step in walk]
-        following = Followers(self.scene, self.frames, steps, self.joint_names, self.places).add(gears)
+        steps = [step for walk in walks.values() for step in walk]
+        following = Followers(self.scene, self.frames, self.joint_names, self.places, steps).add(gears)
         for gear in gears:
             self.leave_dynamics(gear.joint.axes, self.name_of(gear.key), " of gearboxes")
         driven = following | {entry["joint"] for entry in self.scene.data.get("efforts", {}).values()}
@@ -257,18 +249,18 @@ class Conversion:
             notes.append(f"{note}: {listed(self.shifted)} [W0170]")
         return notes
 
-    def place_links(self, tree: DraftTree) -> None:
+    def place_links(self, walks: Walks, loops: Sequence[Edge]) -> None:
         """Add bodies, joints and frames for all links along the walks of the tree, then constraints for joints that
         close loops."""
         for link in self.static:
             self.rest(link)
-        for start, steps in tree.walks.items():
+        for start, steps in walks.items():
             if start != WORLD_NODE:
                 self.free_link(start)
             for step in steps:
                 self.step(step)
         self.add_frames()
-        for edge in tree.loops:
+        for edge in loops:
             self.close(edge)
         for loop in self.draft.loops:
             self.close_by_frames(loop)
@@ -334,7 +326,7 @@ class Conversion:
         link = self.links[node]
         name = self.new_name("body", node, ending)
         if name in _RESERVED:
-            name = legal_name(f"{link.name}_link", [other.name for other in self.links.values()])
+            name = legal_name(f"{link.name}_link", [robot_link.name for robot_link in self.links.values()])
             note = f"the link {link.name} is the body {name}, because {link.name} is the name of"
             self.scene.notes.append(f"{note} {_RESERVED[link.name]} [W0179]")
         self.scene.put("bodies", name, {"mass": 0.0}, link.place)
@@ -397,9 +389,8 @@ class Conversion:
         edge, end = step.edge, step.end
         joint, key = edge.joint, edge.key
         offset = self.frames.between(end, key).position
-        at_origin = not offset.any() or float(np.linalg.norm(offset)) <= SUMMED * max(
-            float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)
-        )
+        lengths = [float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)]
+        at_origin = not offset.any() or float(np.linalg.norm(offset)) <= SUMMED * max(lengths)
         body = self.body(end, "" if at_origin else "_body")
         self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3) if at_origin else -offset)
         if not at_origin:
@@ -414,11 +405,10 @@ class Conversion:
         name = self.joint_names[key] = self.new_name("joint", key)
         self.scene.lines[f"joints.{name}"] = str(joint.place)
         kind = joint.type
-        entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body, **joint.entry}
+        entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body, **joint.entry, **placed.pose}
         if kind == "universal" and not are_perpendicular(axes):
-            self.carry_by_two(name, entry, placed, axes, written)
+            self.carry_by_two(name, entry, axes, written)
             return
-        entry |= placed.pose
         if axes and JOINTS[kind].coordinates:
             entry["axis"] = axes[0].tolist()
         if kind == "universal":
@@ -430,18 +420,16 @@ class Conversion:
         if joint.around is not None:
             self.resist_turning(joint, joint.around, name)
 
-    def carry_by_two(
-        self, name: str, entry: dict[str, Any], placed: LinkPlace, axes: Sequence[Array], written: Sequence[Any]
-    ) -> None:
+    def carry_by_two(self, name: str, entry: dict[str, Any], axes: Sequence[Array], written: Sequence[Any]) -> None:
         """Add two revolute joints with a massless body between them, for a universal joint whose axes are not
-        perpendicular. `entry` has the child body, `placed` the pose of the joint in the parent body, `axes` two vectors
-        (3,) in the child, and `written` the axes of the file with springs and dampers."""
+        perpendicular. `entry` has both bodies and the pose of the joint in the parent body, `axes` two vectors (3,) in
+        the child, and `written` the axes of the file with springs and dampers."""
         middle = self.scene.name("body", "", f"{name}_between")
         self.scene.data["bodies"][middle] = {"mass": 0.0}
-        names, ends = (name, self.scene.name("joint", "", f"{name}_second")), (placed.body, middle, entry["child"])
+        names, ends = (name, self.scene.name("joint", "", f"{name}_second")), (entry["parent"], middle, entry["child"])
         for joint, parent, child, axis, dynamics in zip(names, ends, ends[1:], axes, written, strict=False):
             part = {"type": "revolute", "parent": parent, "child": child, "axis": axis.tolist()}
-            part |= placed.pose if joint == name else {}
+            part |= {key: entry[key] for key in ("position", "orientation")} if joint == name else {}
             self.add_forces(joint, None, part, [dynamics])
             self.scene.data["joints"][joint] = part
         note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place [W0165]"
@@ -469,14 +457,8 @@ class Conversion:
             stops = stops_of(axes, unit)
         if stops is not None:
             entry["limits"] = stops
-        taken = [
-            "dampers",
-            "springs",
-            "mimics",
-            *(["dry friction"] if friction else []),
-            *(["position"] if stops else []),
-        ]
-        self.leave_dynamics(axes, name, taken=taken)
+        taken = {"dampers": True, "springs": True, "mimics": True, "dry friction": friction, "position": stops}
+        self.leave_dynamics(axes, name, taken=[part for part, there in taken.items() if there])
 
     def leave_dynamics(self, axes: Sequence[Axis], name: str, ending: str = "", taken: Collection[str] = ()) -> None:
         """Note as left out the dampers, springs, dry friction, mimics and limited quantities of the axes of a joint,
@@ -503,8 +485,7 @@ class Conversion:
             for name, frame in model.frames.items():
                 carrier = self.frames.link(path, name)
                 within = self.frames.pose((path, name)).seen_from(self.frames.pose(carrier))
-                placement = self.places[carrier]
-                self.frame((path, name), _of(placement, within), frame.place)
+                self.frame((path, name), _of(self.places[carrier], within), frame.place)
 
     def close(self, edge: Edge) -> None:
         """Make a constraint, with the forces of the joint, of a joint that closes a loop. A joint within one body is

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
@@ -22,21 +22,19 @@ class Followers:
     ----------
     draft : SceneDraft
         The scene, changed in place, with all joints.
-    steps : sequence
+    names, places : mappings
+        Names of joints in the scene, and bodies of links, by path and key in the file.
+    steps : list
         The joints of the tree; the ones that move can follow and lead.
-    names : mapping
-        Names of joints in the scene, by path and key in the file.
-    places : mapping
-        Bodies of links.
     """
 
     def __init__(
         self,
         draft: SceneDraft,
         frames: Frames,
-        steps: Sequence[Step],
-        names: Mapping[Node, str],
-        places: Mapping[Node, LinkPlace],
+        names: dict[Node, str],
+        places: dict[Node, LinkPlace],
+        steps: list[Step],
     ) -> None:
         self.draft, self.frames, self.names, self.places = draft, frames, names, places
         self.moving = {step.edge.key: step for step in steps if not step.edge.is_fixed}
@@ -70,25 +68,21 @@ class Followers:
         coordinate get the key ``mimic``, others an equation as constraint. A leader that is missing, does not move, or
         has no such axis is reported."""
         path, joint = step.edge.key
-        *outer, last = mimic.joint.split("::")
-        model = self.frames.models.get((*path, *outer))
-        merged = model.merged.get(last, "") if model is not None else ""
-        key = ((*path, *outer, *((merged,) if merged else ())), last)
-        joint_key = f"joints.{self.names[step.edge.key]}"
-        frame_exists = model is not None and self.frames.check_frame(path, mimic.joint, mimic.place, "")
-        if not frame_exists or last not in self.frames.models[key[0]].joints:
-            fault = f"there is no joint {shown(mimic.joint)} to mimic [E1688]"
-            self.draft.refuse(mimic.place, joint_key, fault, nearest(mimic.joint, self.frames.models[path].joints))
-            return
+        there = self.frames.check_frame(path, mimic.joint, mimic.place, "")
+        model, last = key = self.frames.node(path, mimic.joint) if there else (path, "")
         place_of_axis = {"axis": 0, "axis2": 1}.get(mimic.axis, -1)
-        leader = self.moving.get(key)
-        if leader is None:
+        leader, fault, hint = self.moving.get(key), "", ""
+        if last not in self.frames.models[model].joints:
+            fault = f"there is no joint {shown(mimic.joint)} to mimic [E1688]"
+            hint = nearest(mimic.joint, self.frames.models[path].joints)
+        elif leader is None:
             fault = f"the joint {shown(mimic.joint)}, which {shown(joint)} mimics, has no coordinate of its own [E1944]"
-            self.draft.refuse(mimic.place, joint_key, fault, "a joint that moves and closes no loop")
-            return
-        if not 0 <= place_of_axis < len(leader.edge.joint.axes):
+            hint = "a joint that moves and closes no loop"
+        elif not 0 <= place_of_axis < len(leader.edge.joint.axes):
             fault = f"the joint {shown(mimic.joint)} has no {shown(mimic.axis)} to mimic [E1945]"
-            self.draft.refuse(mimic.place, joint_key, fault, "axis, or axis2 of a joint with two")
+            hint = "axis, or axis2 of a joint with two"
+        if fault or leader is None:
+            self.draft.refuse(mimic.place, f"joints.{self.names[step.edge.key]}", fault, hint)
             return
         offset = mimic.offset - mimic.multiplier * mimic.reference
         follower, leading = self.coordinate(step, index), self.coordinate(leader, place_of_axis)

@@ -43,9 +43,8 @@ class Pose:
         turned = frame.orientation.T
         size = _ROUNDING * float(np.max(np.abs(self.position) + np.abs(frame.position)))
         position = turned @ (self.position - frame.position)
-        return Pose(
-            snapped_rotation(turned @ self.orientation), np.where(np.abs(position) <= size, 0.0, position) + 0.0
-        )
+        position[np.abs(position) <= size] = 0.0
+        return Pose(snapped_rotation(turned @ self.orientation), position + 0.0)
 
 
 IDENTITY = Pose(np.eye(3), np.zeros(3))
@@ -108,9 +107,8 @@ class Frames:
 
     def _way(self, node: Node, end: Node = WORLD_NODE) -> list[Node]:
         """Return the frames from one to another around it, without this other one, each given in the next one."""
-        *way, _ = self._follow(
-            "relative_to", self.node(*node), lambda node: None if node in (end, WORLD_NODE) else self._bases[node][0]
-        )
+        ends = end, WORLD_NODE
+        *way, _ = self._follow("relative_to", self.node(*node), lambda x: None if x in ends else self._bases[x][0])
         return way
 
     def _follow(self, attribute: str, node: Node, successor: Callable[[Node], Node | None]) -> list[Node]:

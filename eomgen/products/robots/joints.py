@@ -20,8 +20,6 @@ from eomgen.scene.rotations import frame_about, unit_axis
 
 #: Deformation of a stop under the largest effort of its joint, by unit of the coordinate.
 GIVE = {"rad": 0.01, "m": 0.001}
-#: Damping of a stop over its stiffness, s.
-DAMPING_TIME = 0.01
 #: Speed well below which a joint with friction counts as sticking, by unit of the coordinate, per second.
 STICKING = {"rad": 0.01, "m": 0.001}
 
@@ -69,9 +67,7 @@ def loop_frame(kind: str, axes: Sequence[Array]) -> Array:
     both axes of a universal joint. Without axes the identity."""
     if not axes:
         return np.eye(3)
-    if kind == "universal":
-        return frame_about(np.cross(axes[0], axes[1]), axes[0])
-    return frame_about(axes[0])
+    return frame_about(np.cross(axes[0], axes[1]), axes[0]) if kind == "universal" else frame_about(axes[0])
 
 
 def forces_of(axes: Sequence[Axis]) -> dict[str, Any]:
@@ -114,4 +110,4 @@ def _by_effort(axis: Axis, unit: str) -> tuple[float, float] | None:
     if not math.isfinite(axis.effort) or axis.effort == 0.0:
         return None
     stiffness = axis.effort / GIVE[unit]
-    return stiffness, DAMPING_TIME * stiffness
+    return stiffness, 0.01 * stiffness  # a time of 0.01 s

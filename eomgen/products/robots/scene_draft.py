@@ -189,6 +189,6 @@ class SceneDraft:
         """Return file and line of a joint, constraint or body by name in the scene; the file's first line if
         unknown."""
         keys = (f"{section}.{name}" for section in ("joints", "constraints", "bodies"))
-        place = next((self.lines[key] for key in keys if key in self.lines), f"{self.report.file}:1")
-        file, _, line = place.rpartition(":")
+        location = next((self.lines[key] for key in keys if key in self.lines), f"{self.report.file}:1")
+        file, _, line = location.rpartition(":")
         return ElementPlace(file, int(line))

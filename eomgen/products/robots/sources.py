@@ -53,7 +53,7 @@ URDF = Source(
     {".xacro": "xacro first, to make a .urdf of it"},
     {
         **dict.fromkeys(
-            ("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"; of SDF weld="base_link"'
+            ("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed" or "free"; of SDF weld="base_link"'
         ),
         **dict.fromkeys(("free_flyer", "root_joint", "floating_base", "floating"), 'root="free"'),
     },
@@ -81,9 +81,7 @@ SDF = Source(
     "an .sdf file",
     partial(read_by, "sdf.conversion:sdf_data"),
     (LOCK, LIMITS, FRICTION, ACTUATED, WELD, PACKAGES),
-    elsewhere=dict.fromkeys(
-        (".yaml", ".yml"), "[include.NAME] of each model in a scene file: directives of Drake are not read"
-    ),
+    elsewhere=dict.fromkeys((".yaml", ".yml"), "[include.NAME] of each model that Drake adds, in a scene file"),
     root="sdf",
     recorded=True,
     located=True,

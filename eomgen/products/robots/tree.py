@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass
 from eomgen.products.robots.draft import DraftJoint
 from eomgen.products.robots.frames import WORLD_NODE, Node
 
@@ -56,21 +56,11 @@ class Step:
         return self.end == self.edge.parent
 
 
-@dataclass
-class DraftTree:
-    """Tree of links: walks from links that no joint carries, and the joints that close loops.
-
-    Attributes
-    ----------
-    walks : steps in order, parents first, by start: the world (first), then each link on a free joint
-    loops : joints that close loops, in the order of the file
-    """
-
-    walks: dict[Node, list[Step]] = field(default_factory=dict)
-    loops: list[Edge] = field(default_factory=list)
+#: Steps in order, parents first, by start.
+Walks = dict[Node, list[Step]]
 
 
-def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> DraftTree:
+def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> tuple[Walks, list[Edge]]:
     """Return the tree that joints make of links: joints are taken by their ``rank``, and each that would close a loop
     is a loop.
 
@@ -83,6 +73,13 @@ def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, N
     roots : mapping
         For each link the link to which the frame of the model is attached; the walk of a free part starts there if no
         joint has this link as child.
+
+    Returns
+    -------
+    walks : dict
+        Steps in order, parents first, by start: the world (first), then each link on a free joint.
+    loops : list
+        Joints that close loops, in the order of the file.
     """
     leaders: dict[Node, Node] = {}  # within each set of connected links
 
@@ -91,31 +88,27 @@ def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, N
             link = leaders[link]
         return link
 
-    chosen, result = set[Node](), DraftTree()
+    chosen = set[Node]()
     for edge in sorted(edges, key=lambda edge: edge.rank):
         first, second = leader(edge.parent), leader(edge.child)
         if first != second:
             leaders[second] = first
             chosen.add(edge.key)
     beside: dict[Node, list[Edge]] = {}
-    for edge in edges:
-        if edge.key in chosen:
-            beside.setdefault(edge.parent, []).append(edge)
-            beside.setdefault(edge.child, []).append(edge)
-        else:
-            result.loops.append(edge)
-    children = {edge.child for edge in edges if edge.key in chosen}
-    reached: set[Node] = set()
-    _walk(WORLD_NODE, beside, reached, result)
+    carrying = [edge for edge in edges if edge.key in chosen]
+    for edge in carrying:
+        beside.setdefault(edge.parent, []).append(edge)
+        beside.setdefault(edge.child, []).append(edge)
+    children, reached = {edge.child for edge in carrying}, set[Node]()
     # a free link: the one that carries the frame of its model, if no joint has it as child, else the first such link
     starts = [link for link in links if roots[link] == link and link not in children]
-    for link in [*starts, *(link for link in links if link not in children), *links]:
-        if link not in reached:
-            _walk(link, beside, reached, result)
-    return result
+    starts += [*(link for link in links if link not in children), *links]
+    walks = {link: _walk(link, beside, reached) for link in (WORLD_NODE, *starts) if link not in reached}
+    return walks, [edge for edge in edges if edge.key not in chosen]
 
 
-def _walk(start: Node, beside: Mapping[Node, Sequence[Edge]], reached: set[Node], result: DraftTree) -> None:
+def _walk(start: Node, beside: Mapping[Node, Sequence[Edge]], reached: set[Node]) -> list[Step]:
+    """Return the steps from a start, parents first, and add the start and their ends to ``reached``."""
     steps: list[Step] = []
     reached.add(start)
     waiting = [Step(edge, start, _far_end(edge, start)) for edge in beside.get(start, ())][::-1]
@@ -126,7 +119,7 @@ def _walk(start: Node, beside: Mapping[Node, Sequence[Edge]], reached: set[Node]
         reached.add(step.end)
         steps.append(step)
         waiting += [Step(edge, step.end, _far_end(edge, step.end)) for edge in beside.get(step.end, ())][::-1]
-    result.walks[start] = steps
+    return steps
 
 
 def _far_end(edge: Edge, link: Node) -> Node:

@@ -22,10 +22,12 @@ from eomgen.scene.reading.xml import Element
 #: Note on visuals that no shape of a picture stands for.
 LEFT_OUT = "visuals that pictures leave out [W0175]"
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+#: Numbers of an attribute or element.
+Row = tuple[float, ...]
 #: From an element, the name of a value and the default to the values. Raises NotDrawnError.
-Numbers = Callable[[Element, str, tuple[float, ...]], tuple[float, ...]]
+Numbers = Callable[[Element, str, Row], Row]
 #: Sizes by type of geometry: name in the format, key of the section, and the default.
-_Sizes = Mapping[str, Sequence[tuple[str, str, tuple[float, ...]]]]
+_Sizes = Mapping[str, Sequence[tuple[str, str, Row]]]
 SDF_SIZES: _Sizes = {
     "box": (("size", "size", (1.0, 1.0, 1.0)),),
     "cylinder": (("radius", "radius", (1.0,)), ("length", "length", (1.0,))),
@@ -36,9 +38,7 @@ SDF_SIZES: _Sizes = {
 }
 
 
-def read_numbers(
-    name: str, text: str, default: tuple[float, ...], refuse: Callable[[str, str], None], hint: str
-) -> tuple[float, ...]:
+def read_numbers(name: str, text: str, default: Row, refuse: Callable[[str, str], None], hint: str) -> Row:
     """Return the finite numbers in ``text``, as many as the default has. For a fault the default is returned, and
     ``refuse`` called with a message, which begins with ``name``, and a hint."""
     words = text.split()
@@ -78,13 +78,13 @@ class NotDrawnError(Exception):
 
 
 def visuals_of(
-    elements: Iterable[Element], file: str, read: Callable[[Element, Report], Visual]
+    elements: Iterable[Element], read: Callable[[Element, Report], Visual]
 ) -> tuple[list[Visual], list[str]]:
     """Return the visuals that ``read`` makes of elements, and the reasons for which others are left out; faults of
     visuals refuse no file."""
     visuals, reasons = [], []
     for element in elements:
-        report = Report(file, {})
+        report = Report("", {})
         try:
             visual = read(element, report)
             if report.noted:
@@ -99,7 +99,7 @@ def visuals_of(
 def solid_of(
     visual: Element,
     numbers: Numbers,
-    mesh: Callable[[Element], tuple[str, tuple[float, ...]]],
+    mesh: Callable[[Element], tuple[str, Row]],
     sizes: _Sizes = URDF_SIZES,
 ) -> dict[str, Any]:
     """Return type and sizes of the first known geometry in a visual, as keys of an entry in ``[shapes]``.

@@ -1,4 +1,4 @@
-"""Load paths and buckling loads of ``eomgen equilibrium``, by its options ``--path`` and ``--buckling``."""
+"""Load paths and buckling loads of ``eomgen equilibrium``, by the options ``--path`` and ``--buckling``."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ Stability of Structures (1991), section 4.4.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -24,7 +25,7 @@ from scipy.sparse.linalg import LinearOperator, eigs
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
 from eomgen.base.rounding import SUMMED, WRITTEN
-from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, correct, direction, held_factor, sparse
+from eomgen.solvers.bordered_newton import WHOLE, LoadedState, LoadedStatics, correct, direction, held_factor, sparse
 from eomgen.solvers.equilibrium_path import PathPoint, point_within
 from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction, compliance
 
@@ -77,9 +78,9 @@ def critical_points(statics: LoadedStatics, before: ExaminedPoint, after: Examin
     turning = _StepFunction(statics, before.point, after.point, lambda examined_point: examined_point.point.direction.s)
     turn, at = turning.root((0.0, before.point.direction.s), (way, after.point.direction.s), before, after)
     limit = CriticalPoint("limit point", at.point, _modes(at, 1))
-    sides = [turn + sign * 1e-3 * way for sign in (-1.0, 1.0)]
     if abs(before.stiffness.negative - after.stiffness.negative) == 1:
         return [limit]
+    sides = [turn + sign * 1e-3 * way for sign in (-1.0, 1.0)]
     near = [turning.examined(side) if 0.0 < side < way else None for side in sides]
     below = _bifurcations(statics, before, after, (0.0, before), (sides[0], near[0])) if near[0] else []
     above = _bifurcations(statics, before, after, (sides[1], near[1]), (way, after)) if near[1] else []
@@ -127,10 +128,9 @@ class _StepFunction:
 
         def value(way: float) -> float:
             if way not in tried:
-                examined = self.examined(way)
-                if examined is None:
+                if (point := self.examined(way)) is None:
                     raise _LostPointError
-                tried[way] = self._value(examined)
+                tried[way] = self._value(point)
             return tried[way]
 
         try:
@@ -144,19 +144,19 @@ class _StepFunction:
         return where, self._known[nearest]
 
 
+#: Arc length from the start of a step, and the point there.
+_Located = tuple[float, ExaminedPoint]
+
+
 def _bifurcations(
-    statics: LoadedStatics,
-    first: ExaminedPoint,
-    second: ExaminedPoint,
-    low: tuple[float, ExaminedPoint],
-    high: tuple[float, ExaminedPoint],
+    statics: LoadedStatics, first: ExaminedPoint, second: ExaminedPoint, low: _Located, high: _Located
 ) -> list[CriticalPoint]:
-    """Return the bifurcations, in order, between ``low`` and ``high``, two pairs of arc length and examined point,
-    within the step from ``first`` to ``second``. Stiffnesses with a common zero make one bifurcation."""
+    """Return the bifurcations, in order, between ``low`` and ``high`` within the step from ``first`` to ``second``.
+    Stiffnesses with a common zero make one bifurcation."""
     below, above = low[1].stiffness, high[1].stiffness
     if below.negative == above.negative and below.symmetric == above.symmetric:
         return []
-    located: list[tuple[float, ExaminedPoint]] = []
+    located: list[_Located] = []
     for value in _sign_changes(below, above):
         along = _StepFunction(statics, first.point, second.point, value)
         ends = [(way, value(examined_end)) for way, examined_end in (low, high)]
@@ -179,45 +179,35 @@ def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Call
     if below.symmetric and above.symmetric:
         numbers = range(min(below.negative, above.negative), max(below.negative, above.negative))
         neutral = min(below.neutral, above.neutral)
-        return [_eigenvalue(number, len(numbers) + 2, neutral) for number in numbers]
+        return [partial(_eigenvalue, number, len(numbers) + 2, neutral) for number in numbers]
     groups = below.groups(above)
-    signs = zip(below.determinants(groups), above.determinants(groups), strict=True)
-    return [_determinant(group, groups, was[1]) for group, (was, now) in enumerate(signs) if was[0] * now[0] < 0]
+    signs = enumerate(zip(below.determinants(groups), above.determinants(groups), strict=True))
+    return [partial(_determinant, group, groups, was[1]) for group, (was, now) in signs if was[0] * now[0] < 0]
 
 
-def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[ExaminedPoint], float]:
-    """Return the eigenvalue of rank ``number`` (from the lowest) of the stiffness, as a function of examined points;
-    ``count`` eigenvalues next to zero are computed, and ``neutral`` zero ones left out."""
-
-    def value(point: ExaminedPoint) -> float:
-        negative = point.stiffness.negative if neutral else point.stiffness.below(0.0)
-        values, _ = point.stiffness.next_to_zero(count + neutral)
-        values = values[neutral:]
-        sign = -1.0 if number < negative else 1.0
-        alike = np.sort(np.abs(values[sign * values > 0.0]))
-        index = negative - number - 1 if number < negative else number - negative
-        far = float(np.max(np.abs(values[np.isfinite(values)]), initial=1.0))
-        return sign * (float(alike[index]) if index < len(alike) else far)
-
-    return value
+def _eigenvalue(number: int, count: int, neutral: int, point: ExaminedPoint) -> float:
+    """Return the eigenvalue of rank ``number`` (from the lowest) of the stiffness at a point; ``count`` eigenvalues
+    next to zero are computed, and ``neutral`` zero ones left out."""
+    negative = point.stiffness.negative if neutral else point.stiffness.below(0.0)
+    values = point.stiffness.next_to_zero(count + neutral)[0][neutral:]
+    sign = -1.0 if number < negative else 1.0
+    alike = np.sort(np.abs(values[sign * values > 0.0]))
+    index = negative - number - 1 if number < negative else number - negative
+    far = float(np.max(np.abs(values[np.isfinite(values)]), initial=1.0))
+    return sign * (float(alike[index]) if index < len(alike) else far)
 
 
-def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[ExaminedPoint], float]:
-    """Return the determinant of a group of components, divided by exp(logarithm), as a function of points."""
-
-    def value(point: ExaminedPoint) -> float:
-        sign, now = point.stiffness.determinants(groups)[group]
-        return sign * float(np.exp(np.clip(now - logarithm, -600.0, 600.0)))
-
-    return value
+def _determinant(group: int, groups: Components, logarithm: float, point: ExaminedPoint) -> float:
+    """Return the determinant of a group of components at a point, divided by exp(logarithm)."""
+    sign, now = point.stiffness.determinants(groups)[group]
+    return sign * float(np.exp(np.clip(now - logarithm, -600.0, 600.0)))
 
 
 def _modes(at: ExaminedPoint, count: int) -> Array:
     """Return the displacements with the ``count`` smallest stiffnesses, (nv, n), canonical, so that rounding does not
     change them; one column of zeros without any."""
-    stiffness = at.stiffness
-    _, directions = stiffness.next_to_zero(count)
-    directions, result = directions[:, :count], []
+    stiffness, result = at.stiffness, []
+    directions = stiffness.next_to_zero(count)[1][:, :count]
     if not directions.shape[1]:
         return np.zeros((len(stiffness.sizes), 1))
     while directions.shape[1]:
@@ -234,8 +224,6 @@ def _modes(at: ExaminedPoint, count: int) -> Array:
 
 #: Later changes of the load factor for the derivative of the stiffness, as a part of the lowest buckling load.
 _PART = 0.02
-#: Largest number of velocity components for dense eigenvalues.
-WHOLE = 60
 
 
 def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tuple[Array, Array]:
@@ -250,9 +238,7 @@ def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tu
     change = 1e-2 * statics.reach
     factors, modes = np.zeros(0), np.zeros((len(statics.sizes), 0))
     for _ in range(3):
-        rate = _rate(statics, rest, change)
-        tangents = statics.tangents(rest)
-        factors, modes = _factors(sparse(tangents.K), sparse(tangents.B), rate, count)
+        factors, modes = _factors(statics, rest, change, count)
         if not len(factors):
             break
         wanted = _PART * float(np.abs(factors[0]))
@@ -292,9 +278,7 @@ def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float 
     if point.trouble:
         return None
     try:
-        tangents = statics.tangents(point.rest)
-        rate = _rate(statics, point.rest, _PART * abs(factor))
-        factors, _ = _factors(sparse(tangents.K), sparse(tangents.B), rate, 4)
+        factors, _ = _factors(statics, point.rest, _PART * abs(factor), 4)
     except ArithmeticError:
         return None
     changes = point.rest.s - rest.s + factors
@@ -317,11 +301,12 @@ def _rate(statics: LoadedStatics, rest: LoadedState, change: float) -> csc_array
     return csc_array((ends[0] - ends[1]) / (2.0 * change))
 
 
-def _factors(K: csc_array, B: csc_array, rate: csc_array, count: int) -> tuple[Array, Array]:
-    """Return the real mu of (K + mu K') phi = 0 under constraints with the Jacobian B, smallest size first, at most
-    ``count``, and the phi as columns; ``rate`` is K'. Raises ArithmeticError for a singular K."""
-    nv = K.shape[0]
-    solve = compliance(K, B)
+def _factors(statics: LoadedStatics, rest: LoadedState, change: float, count: int) -> tuple[Array, Array]:
+    """Return the real mu of (K + mu K') phi = 0 under the constraints, smallest size first, at most ``count``, and the
+    phi as columns; ``change`` as of ``_rate``. Raises ArithmeticError for a singular K."""
+    rate, tangents = _rate(statics, rest, change), statics.tangents(rest)
+    nv = len(statics.sizes)
+    solve = compliance(sparse(tangents.K), sparse(tangents.B))
     if solve is None:
         raise ArithmeticError("the tangent stiffness is singular there [E2086]")
     if nv <= WHOLE:

@@ -275,8 +275,8 @@ class EquilibriumPath:
             ax.plot([x, next_x], [y, next_y], line, color=colour, linewidth=1.6, label=label)
         for item in self.critical:
             colour, mark = (_LIMIT, "o") if item.kind == "limit point" else (_BIFURCATION, "D")
-            place = [item.columns.get(name, item.value)], [item.value]
-            ax.plot(*place, mark, color=colour, markersize=6, label=item.kind)
+            position = [item.columns.get(name, item.value)], [item.value]
+            ax.plot(*position, mark, color=colour, markersize=6, label=item.kind)
         ax.set_xlabel(axis_label(name, self.units.get(name, "")))
         ax.set_ylabel(axis_label(self.parameter, self.unit))
         draw_grid(ax)

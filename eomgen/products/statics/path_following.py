@@ -7,11 +7,9 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
@@ -51,10 +49,6 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Largest step of the varied number, as a part of the range.
-_PART = 0.1
-#: The largest range that is a scale of the load factor, in loads that displace by the size of the scene.
-_REACH = 1e6
 #: Sizes, in rad or lengths of the scene, of the first step along a branch, in the order of trials.
 _ASIDE = (0.05, 0.1, 0.02, 0.2, 0.005)
 
@@ -122,69 +116,49 @@ def equilibrium_path(
     if number_of("max_step", max_step, "number") <= 0.0 or max_points < 2:
         fault = "max_step is positive and max_points at least 2 [E0078]"
         raise UsageError(Problem("equilibrium_path", fault, "the defaults"))
-    request, change = (model, "equilibrium_path", parameter, first), number_of("to - start", last - first, kind)
-    varied, statics, onto = start_of_path(*request, change, initial, parameters, t, u)
-    limits, scale = StepLimits(max_step, _PART * abs(change)), _REACH * load_scale(statics, onto.rest)
+    change = number_of("to - start", last - first, kind)
+    varied = _varied_load(model, "equilibrium_path", parameter, parameters, t, u)
+    statics, onto = _start_of_path(model, varied, first, change, initial)
+    limits = StepLimits(max_step, 0.1 * abs(change))
+    scale = 1e6 * load_scale(statics, onto.rest)  # the largest range that is a scale of the load factor
     with show_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
-        follow_with = partial(_follow_path, model, target=last, limits=limits, max_points=max_points)
+        options: tuple[Any, ...] = (last, limits, max_points, stability, report)
         if 0.0 < scale < abs(change):  # limit points would drown in the rounding of the load factor
-            near = start_of_path(*request, math.copysign(scale, change), initial, parameters, t, u)
-            path = follow_with(*near, stability=stability, report=report)
+            near = _start_of_path(model, varied, first, math.copysign(scale, change), initial)
+            path = _follow_path(model, varied, *near, *options)
             if path.success or path.interrupted or abs(path.values[-1] - first) < scale:
                 return path
-        return follow_with(varied, statics, onto, stability=stability, report=report)
+        return _follow_path(model, varied, statics, onto, *options)
 
 
-def start_of_path(
-    model: CompiledModel,
-    call: str,
-    parameter: str,
-    value: float,
-    change: float,
-    initial: Mapping[str, Any] | None,
-    parameters: Parameters,
-    t: float,
-    u: Inputs,
-) -> tuple[LoadParameter, LoadedStatics, PathPoint]:
-    """Return the varied load, the equations of rest, and the first point of a path, which goes on by ``change``.
-
-    Parameters
-    ----------
-    model : CompiledModel
-        The model at rest.
-    call : str
-        Name of the caller's function, for messages.
-    parameter : str
-        Name of the parameter or input that varies.
-    value, change : float
-        Value at the start, and first change along the path, in the unit of the parameter.
-    initial : mapping or None
-        Initial state in the form of ``simulate``, from which the search begins.
-    parameters, t, u : mapping or (np,) array_like, float, and (nu,) array_like or None
-        Parameters, time (s) and inputs that stay fixed.
-
-    Raises
-    ------
-    NumericalError
-        There is no equilibrium at the value.
-    UsageError
-        No quantity of that name can be varied, or terms are missing.
-    """
+def _varied_load(
+    model: CompiledModel, call: str, parameter: str, parameters: Parameters, t: float, u: Inputs
+) -> LoadParameter:
+    """Return the parameter or input that varies along a path, for a function named `call` in messages, with the
+    parameters, time (s) and inputs that stay fixed. Raises UsageError if there is no such quantity, or if terms are
+    missing."""
     check_continuous(model, call)
     check_partials(model, call)
-    varied = LoadParameter.of(model, call, parameter, parameters, number_of("t", t), u)
-    p, time, _ = varied.at(value)
+    return LoadParameter.of(model, call, parameter, parameters, number_of("t", t), u)
+
+
+def _start_of_path(
+    model: CompiledModel, varied: LoadParameter, value: float, change: float, initial: Mapping[str, Any] | None
+) -> tuple[LoadedStatics, PathPoint]:
+    """Return the equations of rest, and the first point of a path, which goes on by ``change`` from a value of the
+    varied load. ``initial`` is the initial state in the form of ``simulate``. Raises NumericalError if there is no
+    equilibrium at the value."""
+    p, time, u = varied.at(value)
     measures = SceneMeasures(model, p, time, held_base(model, p, time))
     begun = initial_state(model, initial, p)
     statics = loaded_statics(model, measures, begun.q, u, np.zeros(model.nv), varied, abs(change))
     guess = LoadedState(begun.q, np.zeros(len(model.multipliers)), begun.z, value)
     try:
-        rest = _rest_at(statics, guess)
-        return varied, statics, first_point(statics, rest, float(np.sign(change)))
+        return statics, first_point(statics, _rest_at(statics, guess), float(np.sign(change)))
     except PathEndError as end:
-        fault = f"no equilibrium was found at {parameter} = {value:.6g}, where the path is to start: {end.why} [E0079]"
+        fault = f"no equilibrium was found at {value:.6g}, where the path is to start: {end.why} [E0079]"
         hint = "a start with smaller loads, or the initial state of an equilibrium"
-        raise NumericalError(Problem(call, fault, hint)) from None
+        raise NumericalError(Problem(varied.name, fault, hint)) from None
 
 
 def _rest_at(statics: LoadedStatics, guess: LoadedState) -> LoadedState:
@@ -213,7 +187,6 @@ def _follow_path(
     target: float,
     limits: StepLimits,
     max_points: int,
-    *,
     stability: bool,
     report: Progress | None = None,
 ) -> EquilibriumPath:
@@ -245,63 +218,35 @@ def _follow_path(
 
     def branch(number: int, size: float, to: float) -> EquilibriumPath:
         onto = _aside(statics, critical[number][1], size)
-        return _follow_path(model, varied, statics, onto, to, limits, max_points, stability=stability)
+        return _follow_path(model, varied, statics, onto, to, limits, max_points, stability)
 
     rests = [point.rest for point in points]
-    columns, units, outputs = _columns(model, varied, rests)
+    negative, lowest = np.full(len(rests), -1), np.full(len(rests), np.nan)
+    if stability:
+        negative = np.array([item.stiffness.negative for item in result])
+        lowest = np.array([lowest_frequency_squared(statics, item) for item in result])
     s, q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in _STATES)
-    negative, lowest = _stability(statics, result, len(rests))
-    return EquilibriumPath(
-        varied.name,
-        varied.unit,
-        s,
-        q,
-        z,
-        multipliers,
-        columns,
-        units,
-        outputs,
-        negative,
-        lowest,
-        _critical_states(model, varied, statics, critical),
-        not message,
-        told,
-        branch,
-        interrupted,
-    )
+    states = (s, q, z, multipliers, *_columns(model, varied, rests), negative, lowest)
+    ends = (_marks(model, varied, statics, critical), not message, told, branch, interrupted)
+    return EquilibriumPath(varied.name, varied.unit, *states, *ends)
+
+
+def _marks(
+    model: CompiledModel, varied: LoadParameter, statics: LoadedStatics, critical: Sequence[tuple[int, CriticalPoint]]
+) -> tuple[Critical, ...]:
+    """Return critical points, each after a number of points, with the scene's outputs and positions there."""
+    at_critical, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
+    marked = []
+    for number, (after, item) in enumerate(critical):
+        columns = {name: float(column[number]) for name, column in at_critical.items()}
+        rest, mode = item.point.rest, item.modes[:, 0]
+        names = components_of(model, statics, mode)
+        marked.append(Critical(item.kind, rest.s, rest.q, mode, columns, after, names, item.modes))
+    return tuple(marked)
 
 
 #: Values at rest, as attributes of a point: the varied number, coordinates, internal states, multipliers.
 _STATES = ("s", "q", "z", "multipliers")
-
-
-def _stability(statics: LoadedStatics, result: Sequence[ExaminedPoint], count: int) -> tuple[NDArray[np.int_], Array]:
-    """Return at each of ``count`` points the number of negative stiffnesses, and the square of the lowest frequency; -1
-    and NaN if none is examined."""
-    if not result:
-        return np.full(count, -1), np.full(count, np.nan)
-    lowest = [lowest_frequency_squared(statics, item) for item in result]
-    return np.array([item.stiffness.negative for item in result]), np.array(lowest)
-
-
-def _critical_states(
-    model: CompiledModel, varied: LoadParameter, statics: LoadedStatics, critical: Sequence[tuple[int, CriticalPoint]]
-) -> tuple[Critical, ...]:
-    """Return critical points with their states and modes, from the numbers of the points before them."""
-    columns, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
-    return tuple(
-        Critical(
-            item.kind,
-            item.point.rest.s,
-            item.point.rest.q,
-            item.modes[:, 0],
-            {name: float(column[number]) for name, column in columns.items()},
-            after,
-            components_of(model, statics, item.modes[:, 0]),
-            item.modes,
-        )
-        for number, (after, item) in enumerate(critical)
-    )
 
 
 def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> tuple[str, ...]:
@@ -448,15 +393,14 @@ def buckling_loads(
     if count < 1:
         raise UsageError(Problem("buckling_loads", f"{count} loads are asked for [E0081]", "count=4"))
     value = number_of("at", at)
-    request = model, "buckling_loads", parameter, value
+    varied = _varied_load(model, "buckling_loads", parameter, parameters, t, u)
     reach = abs(value) or 1.0
-    varied, statics, start = start_of_path(*request, reach, initial, parameters, t, u)
-    for _ in range(4):  # forces by load are differences over a part of the scale
+    for _ in range(5):  # forces by load are differences over a part of the scale
+        statics, start = _start_of_path(model, varied, value, reach, initial)
         scale = load_scale(statics, start.rest)
         if not scale > 0.0 or 0.1 * reach <= scale <= 10.0 * reach:
             break
         reach = scale
-        varied, statics, start = start_of_path(*request, reach, initial, parameters, t, u)
     try:
         factors, modes = linear_buckling(statics, start.rest, count)
     except ArithmeticError as error:

@@ -110,7 +110,7 @@ def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) ->
     """Raise UsageError if a given velocity, (nv,), differs from the rate of a drive of the same component."""
     for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
         rate = driven.get(name.removeprefix("v."), value)
-        if abs(rate - value) > _STEADY * max(abs(rate), abs(value)):
+        if abs(rate - value) > STEADY * max(abs(rate), abs(value)):
             law_rate, given_rate = distinct(rate, value)
             fault = f"it is driven at {law_rate} {unit}, and {given_rate} {unit} is given [E0092]"
             hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
@@ -126,9 +126,9 @@ def _number(name: str, value: ArrayLike) -> float:
 
 
 #: Fractions of a turn of the fastest component at which the motion is looked at again.
-_LATER = (0.11, 0.37, 1.0, 2.6)
-#: Part of the measure of accelerations, or of a velocity, that is tolerated.
-_STEADY = 1e-7
+LATER = (0.11, 0.37, 1.0, 2.6)
+#: Part of the measure of accelerations, of a velocity or of a displacement that is tolerated.
+STEADY = 1e-7
 
 
 @dataclass(frozen=True)
@@ -279,15 +279,15 @@ def motion_along(
         raise _not_positive_definite(able, q, p) from None
     state = result.state
     able.check_left_out(state.q, state.v, conditions.t, p)
-    undetermined = _undetermined(conditions, result, targets)
+    undetermined = tuple(_undetermined(conditions, result, targets))
     acceleration = float(np.max(np.abs(conditions.accelerations(*state.motion))))
     message = f"steady after {result.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if undetermined:
         message += f"; one more value could have been given, of {', '.join(undetermined[:6])}"
     pace, extents = conditions.pace, conditions.extents
     v = np.where(np.abs(state.v) > COMPUTED * pace * extents, state.v, 0.0)
-    a = np.where(np.abs(state.a) > _STEADY * pace**2 * extents, state.a, 0.0)
-    said = (acceleration, result.steps, tuple(names), tuple(undetermined), message)
+    a = np.where(np.abs(state.a) > STEADY * pace**2 * extents, state.a, 0.0)
+    said = (acceleration, result.steps, tuple(names), undetermined, message)
     return SteadyMotion(state.q, v, state.z, state.lam, conditions.t, *said, None, a)
 
 
@@ -313,7 +313,7 @@ def _undetermined(conditions: Conditions, search: SteadySearch, targets: Prescri
     sizes = np.linalg.norm(J, axis=0)
     sizes = np.where(sizes > 0.0, sizes, 1.0)
     _, singular, Vt = np.linalg.svd(J / sizes)
-    free = (Vt[int(np.sum(singular > _STEADY * singular[:1])) :] / sizes).T
+    free = (Vt[int(np.sum(singular > STEADY * singular[:1])) :] / sizes).T
     if not free.size:
         return []
     eta = linear.across @ free[:coordinates]
@@ -342,16 +342,13 @@ def _check_lasting(
     at, worst = conditions.at(*state.motion), np.zeros(model.nv)
     rounding = conditions.measured(at, at.values)[1][: model.nv] * conditions.pace**2 * extents
     left = 2.0 * float(np.max(np.abs(conditions.accelerations(*state.motion)) / extents))
-    for share in _LATER:
+    for share in LATER:
         later = conditions.after(share * turn)
         moved = motion_at(later, search.fields, search.fields.after(state.q, state.g, share * turn), state.g, state.z)
         worst = np.maximum(worst, np.abs(later.accelerations(*moved.motion)))
     k = int(np.argmax((worst - rounding) / extents))
-    if not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
-        fault = (
-            "forces balance at this instant only, for they change along the motion or with time: later"
-            f" {model.v_names[k]} accelerates with {worst[k]:.3g} {_per_second(model, k)} [E0094]"
-        )
+    if not worst[k] <= (STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
+        fault = f"forces balance at this instant only: later {_accelerates(model, k, worst[k])} [E0094]"
         hint = off_axis_hint(model, measures, state.q, state.v) or _hint(model, targets, search.fields)
         raise NumericalError(Problem("steady motion", fault, hint))
 
@@ -367,11 +364,11 @@ def _failure(conditions: Conditions, search: SteadySearch, targets: PrescribedCo
     linear = linear_conditions(conditions, search.fields, targets, state)
     parts, hint = [], _hint(model, targets, search.fields)
     k = int(np.argmax(np.abs(unbalanced) / conditions.extents))
-    if abs(linear.values[k]) > _STEADY or not len(linear.at.velocity):
-        parts.append(f"{model.v_names[k]} still accelerates with {-unbalanced[k]:.4g} {_per_second(model, k)}")
+    if abs(linear.values[k]) > STEADY or not len(linear.at.velocity):
+        parts.append(_accelerates(model, k, -unbalanced[k]))
         hint = f"{model.v_names[k]} left out, for a force acts along it" if targets.held_v[k] else hint
     parts += _rows_not_met(model, linear)
-    missed = targets.held_v & (np.abs(state.v - targets.v) > _STEADY * conditions.pace * conditions.extents)
+    missed = targets.held_v & (np.abs(state.v - targets.v) > STEADY * conditions.pace * conditions.extents)
     for component in np.flatnonzero(missed):
         unit = model.v_units[component]
         found_v, given_v = distinct(state.v[component], targets.v[component])
@@ -390,7 +387,7 @@ def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
         rows += [(f"{level}{name} is off by", unit + per) for name, unit in zip(names, units, strict=True)]
     values = np.concatenate([at.position, at.velocity, at.acceleration]).tolist()
     sizes = np.abs(linear.values[model.nv : model.nv + len(rows)])
-    worst = [k for k in np.argsort(-sizes, kind="stable")[:3] if sizes[k] > _STEADY]
+    worst = [k for k in np.argsort(-sizes, kind="stable")[:3] if sizes[k] > STEADY]
     return [f"{rows[k][0]} {values[k]:.4g} {rows[k][1]}" for k in worst]
 
 
@@ -403,8 +400,8 @@ def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelErr
     return ModelError(Problem("steady motion", fault, hint))
 
 
-def _per_second(model: CompiledModel, k: int) -> str:
-    return model.v_units[k].replace("/s", "/s^2")
+def _accelerates(model: CompiledModel, k: int, acceleration: float) -> str:
+    return f"{model.v_names[k]} accelerates with {acceleration:.3g} {model.v_units[k].replace('/s', '/s^2')}"
 
 
 def _hint(model: CompiledModel, targets: PrescribedComponents, fields: Fields) -> str:

@@ -16,8 +16,6 @@ from eomgen.products.statics.symmetries import Fields, constant
 from eomgen.solvers.regular_inertia import regular_inertia
 
 Mask = NDArray[np.bool_]
-#: Steps of one search.
-_MAX_STEPS = 100
 
 
 class PrescribedComponents(NamedTuple):
@@ -228,20 +226,22 @@ def _across(M: Array, X: Array, held: Mask) -> Array:
 def _search(conditions: Conditions, fields: Fields, targets: PrescribedComponents, state: MovingState) -> SteadySearch:
     """Return the end of a damped Gauss-Newton iteration from a state, with steps of least size, halved until the
     residual falls."""
-    steps, balanced = 0, False
-    for steps in range(_MAX_STEPS + 1):
+    steps, balanced, most = 0, False, 100
+    for steps in range(most + 1):
         linear = linear_conditions(conditions, fields, targets, state)
         value, J = linear.values, linear.J
-        balanced = bool(np.all(np.abs(value) <= 1e-11 + linear.rounding))
-        if not (np.all(np.isfinite(J)) and np.all(np.isfinite(value))) or steps == _MAX_STEPS:
-            balanced = balanced and bool(np.all(np.isfinite(value)))
+        balanced = bool(np.all(np.isfinite(value) & (np.abs(value) <= 1e-11 + linear.rounding)))
+        if not (np.all(np.isfinite(J)) and np.all(np.isfinite(value))) or steps == most:
             break
         scale = _weights(linear)
         change = -np.linalg.lstsq(J / scale, value, rcond=1e-11)[0] / scale
         increment = linear.across @ change[: linear.across.shape[1]]
         share = 0.5 / float(np.max(np.abs(increment[conditions.turning]), initial=0.5))
         for _ in range(1 if balanced else 30):
-            moved = _moved(conditions, fields, linear, state, share * change)
+            ends = np.cumsum([linear.across.shape[1], len(fields), len(state.z)])
+            by_q, dg, dz, _ = np.split(share * change, ends)
+            q = update(conditions.model.factors, state.q, linear.across @ by_q)
+            moved = motion_at(conditions, fields, q, state.g + dg, state.z + dz)
             next_value = _values(conditions, targets, linear.at, moved)
             enough = 0.5 if balanced else 1.0 - 0.1 * share
             if np.all(np.isfinite(next_value)) and np.linalg.norm(next_value) < enough * np.linalg.norm(value):
@@ -268,10 +268,3 @@ def _weights(linear: Linear) -> Array:
     rest = np.linalg.norm(linear.J[:, moving:], axis=0)
     weights = np.concatenate([np.sqrt(np.concatenate(energies)), rest])
     return np.where(weights > 0.0, weights, 1.0)
-
-
-def _moved(conditions: Conditions, fields: Fields, linear: Linear, state: MovingState, change: Array) -> MovingState:
-    ends = np.cumsum([linear.across.shape[1], len(fields), len(state.z)])
-    by_q, dg, dz, _ = np.split(change, ends)
-    q = update(conditions.model.factors, state.q, linear.across @ by_q)
-    return motion_at(conditions, fields, q, state.g + dg, state.z + dz)

@@ -139,8 +139,11 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     null_space = Vt[int(np.sum(singular > _NOTHING * singular[:1])) :]
     # a candidate that is in all symmetries only by rounding has a velocity of exactly zero
     null_space = np.where(np.linalg.norm(null_space, axis=0) > _NOTHING, null_space, 0.0)
-    fields = (Fields(model, basis).along(coefficients) for coefficients in null_space)
-    return Fields(model, [_scaled(model, field, q, conditions.extents) for field in fields])
+    fields = []
+    for field in (Fields(model, basis).along(coefficients) for coefficients in null_space):
+        size = float(np.linalg.norm(Fields(model, [field]).directions(q)[:, 0] / conditions.extents)) or 1.0
+        fields.append(SymmetryField(field.e / size, field.A / size, field.xi / size, field.W / size))
+    return Fields(model, fields)
 
 
 class KnownSymmetries:
@@ -171,12 +174,6 @@ def _hold(fields: Fields, conditions: Conditions, q: Array, z: Array) -> bool:
         return True
     rows = _equations(conditions, fields.every, *sample, z)
     return bool(np.all(np.abs(rows) <= _NOTHING))
-
-
-def _scaled(model: CompiledModel, field: SymmetryField, q: Array, extents: Array) -> SymmetryField:
-    """Return a field of size one at q, each component relative to the component's measure."""
-    size = float(np.linalg.norm(Fields(model, [field]).directions(q)[:, 0] / extents)) or 1.0
-    return SymmetryField(field.e / size, field.A / size, field.xi / size, field.W / size)
 
 
 def _candidates(model: CompiledModel, extents: Array) -> list[SymmetryField]:

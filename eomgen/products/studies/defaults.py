@@ -15,5 +15,7 @@ TRADEOFF_BUDGET, TUNE_BUDGET, EXTREMES_BUDGET = 120.0, 60.0, 300.0
 TRADEOFF_REPEATS = 20
 #: Seconds for one cell of a map of extreme conditions.
 EXTREMES_LIMIT = 20.0
+#: Largest number of names in a message, and of listed items.
+NAMED = 4
 #: Whose error is looked at, and how over time.
 OUTPUT, MEASURE = "state", "largest"

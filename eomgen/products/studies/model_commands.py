@@ -3,7 +3,7 @@ its parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +37,20 @@ if TYPE_CHECKING:
     from eomgen.products.studies.savings import Savings, VariantCost
 
 
+def show(result: Any, table: Callable[[Any], None], as_json: bool, **more: Any) -> None:
+    """Print a result: as JSON, with ``more`` items, or by a function that prints tables."""
+    if as_json:
+        print_json(result.to_dict() | more)
+    else:
+        table(result)
+
+
+def say_written(folder: str | None, files: Sequence[Path]) -> None:
+    """Say which files have been written to a folder."""
+    if files:
+        say(f"written to {Path(str(folder))}: {', '.join(file.name for file in files)}")
+
+
 _of_check = arguments_of("eomgen.products.studies:check")
 
 
@@ -62,10 +76,7 @@ def check(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     described = load_scene(scene, **{name: options.pop(name) for name in SCENE_OPTIONS})
     with terminal_bar(described.name) as progress:
         report = checked(described, progress=progress, **options)
-    if as_json:
-        print_json(report.to_dict())
-    else:
-        _print_report(report)
+    show(report, _print_report, as_json)
     if folder is not None:
         say(f"written: {', '.join(str(path) for path in report.write(folder))}")
     for form in report.failures:
@@ -138,10 +149,7 @@ def savings(scene: str, folder: str | None, as_json: bool, **options: Any) -> in
     say_notes(described)
     with terminal_bar(f"variants of {described.name}") as progress:
         study = measured(scene, progress=progress, **options)
-    if as_json:
-        print_json(study.to_dict())
-    else:
-        _print_costs(study)
+    show(study, _print_costs, as_json)
     if folder is not None:
         say(f"written: {', '.join(str(path) for path in study.write(folder))}")
     return INTERRUPTED if study.interrupted else 0
@@ -233,14 +241,10 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     chosen = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
     fit = study(model, data, unknown, **chosen)
     files = [] if folder is None else fit.save(folder) + fit.plot(folder)
-    if as_json:
-        written = {"files": [file.name for file in files], "folder": str(folder)} if files else {}
-        print_json(fit.to_dict() | written)
-    else:
-        _print_estimates(fit)
+    written = {"files": [file.name for file in files], "folder": str(folder)} if files else {}
+    show(fit, _print_estimates, as_json, **written)
     say(fit.message)
-    if files:
-        say(f"written to {folder}: {', '.join(file.name for file in files)}")
+    say_written(folder, files)
     return 0
 
 

@@ -25,17 +25,16 @@ from eomgen.cli.options import (
     scene_options,
     set_option,
 )
-from eomgen.cli.printing import print_json, print_table, say
+from eomgen.cli.printing import print_table, say
 from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.products.studies.defaults import NAMED
+from eomgen.products.studies.model_commands import say_written, show
 
 if TYPE_CHECKING:
     from eomgen.products.studies import Extremes, Point, Tradeoff, Tuned
     from eomgen.scene.scene import Scene
 
-
-#: Largest number of listed items.
-_NAMED = 4
 
 #: Options with names that commas separate.
 _NAMES: dict[str, Any] = {"default": "", "callback": names_of, "metavar": "NAME,NAME"}
@@ -87,13 +86,10 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
             **options,
         )
     files = study.save(folder)
-    if as_json:
-        print_json(study.to_dict())
-    else:
-        _print_tradeoff(study)
+    show(study, _print_tradeoff, as_json)
     for line in _remarks(study):
         say(line)
-    say(f"written to {Path(folder)}: {', '.join(file.name for file in files)}")
+    say_written(folder, files)
     return 0
 
 
@@ -159,10 +155,10 @@ def _remarks(study: Tradeoff) -> list[str]:
     off = [slope for slope in study.slopes if slope.is_off]
     every = len(study.slopes)
     slopes = f"order as declared within {OFF:g}: {every - len(off)} of {counted(every, 'configuration')}"
-    for slope in off[:_NAMED]:
+    for slope in off[:NAMED]:
         slopes += f"; {slope.configuration.label} {slope.slope:.2f} (declared {slope.declared})"
-    if len(off) > _NAMED:
-        slopes += f"; and {len(off) - _NAMED} more, under slopes in tradeoff.json"
+    if len(off) > NAMED:
+        slopes += f"; and {len(off) - NAMED} more, under slopes in tradeoff.json"
     result.append(slopes)
     if study.wrong:
         said = len(study.wrong) - len(study.silent)
@@ -218,16 +214,11 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file [E1103]", "--out tuned.toml"))
-    if options["error"] is None:
-        raise UsageError(Problem("tune", "a demand on the error is needed [E1104]", "--error 1e-4"))
     _read_changes(options, described)
     with terminal_bar(described.name) as bar:
         bar.announce(f"{described.name}: up to {duration(options['budget'])} of runs, and builds")
         result = tuned(scene, progress=bar.stage, **options)
-    if as_json:
-        print_json(result.to_dict())
-    else:
-        _print_tuned(result)
+    show(result, _print_tuned, as_json)
     say(result.why)
     if file is not None:
         make_folder(Path(file).parent)
@@ -248,7 +239,7 @@ def _print_tuned(tuned: Tuned) -> None:
         told = f"{settings}: error {error:.2g}, {seconds / tuned.seconds:.3g} x the time"
         rows.append(("the scene's own", told))
     rows.append(("one digit more", f"costs about {tuned.next_digit:.3g} x"))
-    for rival in tuned.rivals[:_NAMED]:
+    for rival in tuned.rivals[:NAMED]:
         how = "" if rival.measured else " (expected)"
         rows.append(
             ("next" if rival is tuned.rivals[0] else "", f"{rival.label}: {rival.seconds / tuned.seconds:.3g} x{how}")
@@ -288,24 +279,14 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     """
     from eomgen.products.studies import extremes as studied  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    for name in ("budget", "limit"):
-        if not options[name] > 0.0:
-            fault = f"{options[name]:g} is not a positive number of seconds [E1106]"
-            raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
     with terminal_bar(Path(scene).stem) as progress:
         result = studied(scene, folder=folder, progress=progress, **options)
     files = [] if folder is None else result.save(folder)
-    if as_json:
-        print_json(result.to_dict())
-    elif options["cells"]:
-        _print_cells(result)
-    else:
-        _print_map(result)
+    show(result, _print_cells if options["cells"] else _print_map, as_json)
     for why in dict.fromkeys(result.left_out.values()):
         names = [name for name, reason in result.left_out.items() if reason == why]
-        say(f"left out: {listed(names) if len(names) <= 2 * _NAMED else counted(len(names), 'cell')}: {why}")
-    if files:
-        say(f"written to {folder}: {', '.join(file.name for file in files)}")
+        say(f"left out: {listed(names) if len(names) <= 2 * NAMED else counted(len(names), 'cell')}: {why}")
+    say_written(folder, files)
     for cell in result.fails:
         wrong = "" if cell.error is None else f" is wrong by {100.0 * cell.error:.2g} % of its motion"
         said = f", and says: {cell.said}" if cell.said else ""

@@ -39,10 +39,6 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
 
-#: Amplitude of a base that can move in all ways, m and rad: too small to change any number of the motion.
-TREMBLING = 1e-100
-
-
 @dataclass(frozen=True)
 class Variant:
     """A scene that asks for more, or for less, than the scene of the study.
@@ -160,7 +156,8 @@ def _moving_base(scene: Scene) -> Scene:
 
 
 def _tremor(time: Formula, frequency: float) -> Formula:
-    return Operation("mul", (Number(TREMBLING), Operation("sin", (Operation("mul", (Number(frequency), time)),))))
+    # 1e-100 m and rad: too small to change any number of the motion
+    return Operation("mul", (Number(1e-100), Operation("sin", (Operation("mul", (Number(frequency), time)),))))
 
 
 _CHANGES: Mapping[str, tuple[str, Callable[[Scene], Scene]]] = {
@@ -169,8 +166,8 @@ _CHANGES: Mapping[str, tuple[str, Callable[[Scene], Scene]]] = {
 }
 
 
-#: Least and largest number of steps in one timed run, and the desired seconds of such a run.
-FEWEST, MOST, LONG_ENOUGH = 200, 100_000, 0.05
+#: Least and largest number of steps in one timed run.
+FEWEST, MOST = 200, 100_000
 #: Files of C that are the same for every scene.
 _COMMON = ("eomgen_real.h", "main.c")
 
@@ -257,8 +254,8 @@ class Savings:
         """
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
         if key in QUARTILES and cost is not self.costs[0]:
-            first, other = (getattr(item, QUARTILES[key]) for item in (self.costs[0], cost))
-            if first is None or other is None or max(first[0], other[0]) <= min(first[1], other[1]):  # they overlap
+            first, varied = (getattr(item, QUARTILES[key]) for item in (self.costs[0], cost))
+            if first is None or varied is None or max(first[0], varied[0]) <= min(first[1], varied[1]):  # they overlap
                 return None
         return here / asked if asked and here is not None else None
 
@@ -460,7 +457,7 @@ def _measure_steps(
         if problem:
             costs[k] = replace(cost, problem=problem)
             continue
-        wanted = LONG_ENOUGH / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
+        wanted = 0.05 / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
         steps[k] = max(1, min(most, MOST, max(FEWEST, int(wanted))))
     with suppress(KeyboardInterrupt):  # the rounds so far have medians, too
         for _, (k, count) in itertools.product(range(rounds), steps.items()):

@@ -28,8 +28,6 @@ from eomgen.system.signals import Input, Output, Parameter, State
 from eomgen.system.system import INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 from eomgen.system.terms import TERMS
 
-#: Most coordinates for which partials of the residual are recorded without a request.
-_SMALL = 40
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
@@ -61,22 +59,6 @@ class Observations:
 
 
 @dataclass(frozen=True)
-class FirstOrderStates:
-    """States of muscles and of other first-order equations, zdot = Z(q, v, z, t, u).
-
-    Attributes
-    ----------
-    names : tuple of str
-    initial : (nz,) tuple of float
-    rates : tuple of references
-    """
-
-    names: tuple[str, ...] = ()
-    initial: tuple[float, ...] = ()
-    rates: tuple[Ref, ...] = field(default=(), repr=False)
-
-
-@dataclass(frozen=True)
 class SymbolicEquations:
     """Equations of motion recorded from SymPy.
 
@@ -86,10 +68,10 @@ class SymbolicEquations:
         Prefix of the C functions.
     coordinates : tuple of str
         Names of q; the rates have the same names.
-    parameters, inputs, speeds : tuples of str
-        Names of the free symbols, of functions of time besides coordinates, and of the user's speeds, the outputs.
-    values : (np,) tuple
-        Values of the parameters.
+    parameters : mapping
+        Values of the free symbols by name.
+    inputs, speeds : tuples of str
+        Names of functions of time besides coordinates, and of the user's speeds, the outputs.
     initial_q, initial_v : (n,) tuples
         On the constraints.
     tape : Tape
@@ -100,15 +82,17 @@ class SymbolicEquations:
     rows : KaneRows
         Constraints, kept by multipliers.
     observed : Observations
-    states : FirstOrderStates
+    states : mapping
+        Initial values of the states of muscles and of other first-order equations, zdot = Z(q, v, z, t, u), by name.
+    rates : tuple of references
+        zdot.
     """
 
     name: str
     coordinates: tuple[str, ...]
-    parameters: tuple[str, ...]
+    parameters: Mapping[str, float]
     inputs: tuple[str, ...]
     speeds: tuple[str, ...]
-    values: tuple[float, ...]
     initial_q: tuple[float, ...]
     initial_v: tuple[float, ...]
     tape: Tape = field(repr=False)
@@ -118,12 +102,13 @@ class SymbolicEquations:
     outputs: tuple[Ref, ...] = field(repr=False)
     rows: KaneRows = field(default_factory=KaneRows)
     observed: Observations = field(default_factory=Observations)
-    states: FirstOrderStates = field(default_factory=FirstOrderStates)
+    states: Mapping[str, float] = field(default_factory=dict)
+    rates: tuple[Ref, ...] = field(default=(), repr=False)
 
     @cached_property
     def content(self) -> bytes:
         """All data that determine the equations, for the key of the cache."""
-        tape, parts = self.tape, (self.rows, self.observed, self.states)
+        tape, parts = self.tape, (self.rows, self.observed)
         data: list[object] = [list(map(int, tape.op)), tape.a, tape.b, tape.constants, tape.inputs]
         for part in (self, *parts):
             values = [getattr(part, item.name) for item in fields(part)]
@@ -140,14 +125,8 @@ def describe(document: SymbolicEquations) -> Description:
     """Return the Description of equations from SymPy: parameters, states, inputs, outputs, drawing."""
     return Description(
         document.name,
-        parameters=tuple(
-            Parameter(name, value, tunable=True)
-            for name, value in zip(document.parameters, document.values, strict=True)
-        ),
-        states=tuple(
-            State(name, NO_FORMULA, value)
-            for name, value in zip(document.states.names, document.states.initial, strict=True)
-        ),
+        parameters=tuple(Parameter(name, value, tunable=True) for name, value in document.parameters.items()),
+        states=tuple(State(name, NO_FORMULA, value) for name, value in document.states.items()),
         inputs=tuple(Input(name) for name in document.inputs),
         outputs=tuple(Output(name, (Symbol("output", name),)) for name in document.speeds),
         coordinates=tuple(Coordinates(name, ("",)) for name in document.coordinates),
@@ -164,7 +143,7 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
     read = tape.blocks_read({name: [ref for block in parts for ref in block.refs] for name, parts in blocks.items()})
     absent = {
         "base",
-        *(() if document.states.names else ("z",)),
+        *(() if document.states else ("z",)),
         *(() if document.parameters else ("p",)),
         *(() if document.inputs else ("u",)),
         *(() if any("t" in used for used in read.values()) else ("t",)),
@@ -190,10 +169,11 @@ def _wanted(document: SymbolicEquations, recorder: _TermRecorder, terms: Sequenc
         "outputs": document.speeds,
         "tunable_outputs": document.speeds,
         "tunable": document.parameters,
-        "states": document.states.names,
+        "states": document.states,
     }
     facts = {fact for fact, there in holds.items() if there}
-    small = recorder.count <= _SMALL or bool(rows.names or document.states.names)
+    # partials of the residual of more coordinates take long to record
+    small = recorder.count <= 40 or bool(rows.names or document.states)
     missing = {
         *(() if observed.bodies else ("poses", "twists")),
         *(() if observed.energy else ("energy",)),
@@ -218,7 +198,7 @@ def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[
         moving_base=False,
         constraints=bool(rows.names),
         velocity_constraints=bool(rows.velocities),
-        internal_states=bool(document.states.names),
+        internal_states=bool(document.states),
         conservative="energy" in made and observed.energy[2:] == (ZERO, ZERO),
     )
     return System(
@@ -226,7 +206,7 @@ def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[
         tape,
         tuple(Factor("R", name, k, 1, k, 1) for k, name in enumerate(document.coordinates)),
         made,
-        tuple(Quantity(name, value) for name, value in zip(document.parameters, document.values, strict=True)),
+        tuple(Quantity(name, value) for name, value in document.parameters.items()),
         tuple(Quantity(name) for name in document.inputs),
         tuple(Quantity(name) for name in document.speeds),
         observed.bodies,
@@ -235,7 +215,7 @@ def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[
         tuple(range(-1, count - 1)),
         angular=observed.angular or (False,) * count,
         facts=facts,
-        states=tuple(map(Quantity, document.states.names, document.states.initial)),
+        states=tuple(Quantity(name, value) for name, value in document.states.items()),
         multipliers=rows.names,
         row_units=tuple("m" if k < len(rows.positions) else "m/s" for k in range(len(rows.names))),
         holonomic=len(rows.positions),
@@ -280,14 +260,12 @@ class _TermRecorder:
         self.tape = copy.deepcopy(document.tape)
         self.algebra = Algebra(self.tape)
         self.positions, self.velocities = document.rows.positions, document.rows.velocities
-        self.outputs, self.rates = document.outputs, document.states.rates
+        self.outputs, self.rates = document.outputs, document.rates
         sizes = {**dict.fromkeys("qva", self.count), "lam": len(document.rows.names), "z": len(self.rates)}
         sizes |= {"p": len(document.parameters), "u": len(document.inputs)}
         #: Numbers of the input blocks.
         self.blocks = {name: self.algebra.block(name, size) for name, size in sizes.items()}
-        self.mass, self.coupling, self.force = (
-            self._scalars(refs) for refs in (document.mass, document.coupling, document.force)
-        )
+        self.mass, self.coupling, self.force = map(self._scalars, (document.mass, document.coupling, document.force))
         self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
 
     def _scalars(self, refs: Sequence[Ref]) -> list[Scalar]:
@@ -363,8 +341,7 @@ class _TermRecorder:
     def forward_dynamics(self) -> list[Ref]:
         """Accelerations, M^-1 (Q - h). Raises ModelError for a coordinate with a zero row of M."""
         for index, name in enumerate(self.document.coordinates):
-            row = self.mass[index * self.count : (index + 1) * self.count]
-            if all(item.is_zero for item in row):
+            if all(item.is_zero for item in self.mass[index * self.count : (index + 1) * self.count]):
                 fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse [E2175]"
                 hint = 'a mass, or terms without accelerations, as eomgen.derive(document, ["mass", "force"])'
                 raise ModelError(Problem(self.document.name, fault, hint))

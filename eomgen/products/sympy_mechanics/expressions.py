@@ -14,13 +14,11 @@ from sympy.logic.boolalg import BooleanAtom
 from sympy.physics.biomechanics import CharacteristicCurveFunction
 from sympy.physics.mechanics import dynamicsymbols
 
-from eomgen.base.messages import shown
+from eomgen.base.messages import NAME_LENGTH, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.symbolic.operations import NAMES, Op
-from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar
 
-#: Longest name of a quantity.
-_LONGEST = 60
 _FUNCTIONS: Mapping[type[Any], Op] = {
     **{getattr(sympy, name): op for op, name in NAMES.items() if name != "sqrt"},  # which is a Pow
     sympy.Abs: Op.ABS,
@@ -56,12 +54,12 @@ def basic(value: Any) -> Any:
 
 def name_of(symbol: Any) -> str:
     """Return a legal name for a symbol or function of SymPy: ASCII letters, digits, underscores, Greek letters in
-    words. At most ``_LONGEST`` characters; names begin with a letter."""
+    words. Names begin with a letter, and leave room for an ending."""
     text = str(symbol.func) if isinstance(symbol, AppliedUndef) else str(symbol.name)
     if not text.isascii():
         text = "".join(map(_latin, unicodedata.normalize("NFKD", text)))
     kept = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in text).strip("_")
-    return (kept if kept[:1].isalpha() else f"s_{kept}")[:_LONGEST]
+    return (kept if kept[:1].isalpha() else f"s_{kept}")[: NAME_LENGTH - 4]
 
 
 def _latin(letter: str) -> str:
@@ -110,9 +108,7 @@ class Expressions:
         for block, items in (("p", symbols - {self.time}), ("u", functions)):
             for item in sorted(items - self.known.keys(), key=str):
                 if block == "u" and item.args != (self.time,):
-                    raise self._refused(
-                        f"the function {item}", "a formula of coordinates and symbols, or a function of the time alone"
-                    )
+                    raise self._refused(f"the function {item}", "a formula, or a function of the time alone")
                 name = name_of(item)
                 if name in self.absent:
                     self.known[item] = self.algebra.one
@@ -122,8 +118,7 @@ class Expressions:
                     raise DescriptionError(Problem(self.name, fault, "other names of the symbols"))
                 places[block][name] = item
         for block, names in places.items():
-            scalars = self.algebra.block(block, len(names))
-            self.known |= dict(zip(names.values(), scalars, strict=True))
+            self.known |= dict(zip(names.values(), self.algebra.block(block, len(names)), strict=True))
         self.known[self.time] = self.algebra.block("t", 1)[0]
 
     def __call__(self, expression: Any) -> Scalar:
@@ -229,6 +224,10 @@ class Expressions:
             else:
                 result = self.algebra.select(self.known[condition], self.known[value], result)
         return result if result is not None else self.algebra.zero
+
+    def matrix(self, matrix: Any) -> Matrix:
+        """Return a matrix (3, 3) of expressions on the tape."""
+        return self.algebra.matrix([[self(entry) for entry in row] for row in matrix.tolist()])
 
     def _refused(self, fault: str, remedy: str) -> DescriptionError:
         return DescriptionError(Problem(self.name, f"{fault} has no counterpart [E1147]", remedy))

@@ -55,10 +55,7 @@ class KaneKinematics:
         """Return the rotation matrix from axes of a frame to inertial axes, recorded once per frame."""
         if frame not in self._axes:
             path = self._path(frame, 0)
-            turned = self.algebra.matrix(
-                [[self.expressions(entry) for entry in row] for row in path[1].dcm(frame).tolist()]
-            )
-            self._axes[frame] = multiply(self.axes(path[1]), turned)
+            self._axes[frame] = multiply(self.axes(path[1]), self.expressions.matrix(path[1].dcm(frame)))
         return self._axes[frame]
 
     def is_oriented(self, frame: Any) -> bool:
@@ -100,14 +97,14 @@ class KaneKinematics:
         one of the nearest point with a given velocity plus the rate of the way from there. Raises DescriptionError
         without such a point."""
         points = joined_points(point)
-        given = next((item for item in points if self.inertial in item._vel_dict), None)
-        if given is None:
+        nearest = next((item for item in points if self.inertial in item._vel_dict), None)
+        if nearest is None:
             for item in points:  # a frame without an orientation explains more
                 self.way(point, item)
             fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known [E1149]"
             hint = f"{point.name}.set_vel, or a place relative to a point with a velocity"
             raise DescriptionError(Problem(self.expressions.name, fault, hint))
-        return plus(self.vector(given._vel_dict[self.inertial]), self.rate(self.way(point, given)))
+        return plus(self.vector(nearest._vel_dict[self.inertial]), self.rate(self.way(point, nearest)))
 
     def way(self, point: Any, origin: Any) -> Vector:
         """Return the position of a point from another one that is joined with it, along the shortest way."""
@@ -184,8 +181,7 @@ def frame_of(body: Any, kinematics: KaneKinematics) -> Any:
 
 def inertia_of(body: Any, kinematics: KaneKinematics) -> Matrix:
     """Return the inertia about the mass centre in the axes of ``frame_of``, kg m^2."""
-    rows = body.central_inertia.to_matrix(frame_of(body, kinematics)).tolist()
-    return kinematics.algebra.matrix([[kinematics.expressions(entry) for entry in row] for row in rows])
+    return kinematics.expressions.matrix(body.central_inertia.to_matrix(frame_of(body, kinematics)))
 
 
 def kane(kinematics: KaneKinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> KaneTerms:

@@ -15,7 +15,6 @@ import sympy
 from sympy.core.function import AppliedUndef
 from sympy.physics import mechanics
 
-from eomgen.base.arrays import Array
 from eomgen.base.messages import legal_name
 from eomgen.base.rounding import COMPUTED
 from eomgen.formula.nodes import Number
@@ -30,7 +29,7 @@ from eomgen.products.sympy_mechanics.kane import (
     joined_points,
     reachable,
 )
-from eomgen.products.sympy_mechanics.rows import values_at
+from eomgen.products.sympy_mechanics.rows import Samples, values_at
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import splice
@@ -48,6 +47,8 @@ _HINGES: Mapping[type[Any], tuple[str, bool, bool]] = {
     mechanics.SphericalJoint: ("spherical", False, False),
     mechanics.WeldJoint: ("fixed", False, False),
 }
+
+Scalars = Sequence[Scalar]
 
 
 class Energies(NamedTuple):
@@ -71,9 +72,7 @@ class Observed:
         Values of the input blocks in states at which equalities are checked.
     """
 
-    def __init__(
-        self, kinematics: KaneKinematics, bodies: Sequence[Any], origin: Any, samples: Sequence[Mapping[str, Array]]
-    ) -> None:
+    def __init__(self, kinematics: KaneKinematics, bodies: Sequence[Any], origin: Any, samples: Samples) -> None:
         """Choose the origin, and the bodies that move or rest relative to the origin."""
         self.kinematics, self.samples = kinematics, samples
         self.algebra, self.tape, self.record = kinematics.algebra, kinematics.tape, kinematics.expressions
@@ -202,8 +201,7 @@ class Observed:
                     result = [self.algebra.call(Op.COS, half), *self.algebra.zero_vector]
                     result[1 + axis] = self.algebra.call(Op.SIN, half)
                     return result
-        rows = [[self.record(entry) for entry in row] for row in matrix.tolist()]
-        return quaternion_of(self.algebra, self.algebra.matrix(rows))
+        return quaternion_of(self.algebra, self.record.matrix(matrix))
 
     # -- energies -----------------------------------------------------------------------------------------------------
 
@@ -313,7 +311,7 @@ def stored_energy(actuator: Any) -> Any:
     return None
 
 
-def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], forces: Sequence[Scalar]) -> Energies:
+def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Scalars, forces: Scalars) -> Energies:
     """Return energies by a Lagrangian: the kinetic part vanishes with v, the potential is minus the rest; and the power
     of generalized forces."""
     (rest,) = splice(algebra.tape, algebra.tape, [lagrangian], {}, known={item.ref: ZERO for item in v})
@@ -321,9 +319,7 @@ def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], 
     return Energies(Scalar(algebra.tape, lagrangian) - at_rest, -at_rest, dot(list(forces), list(v)))
 
 
-def power_of_drivers(
-    algebra: Algebra, energies: Energies, q: Sequence[Scalar], v: Sequence[Scalar], a: Sequence[Scalar]
-) -> Scalar:
+def power_of_drivers(algebra: Algebra, energies: Energies, q: Scalars, v: Scalars, a: Scalars) -> Scalar:
     """Return the rate of kinetic and potential energy along accelerations a, less non-conservative power, W."""
     along: dict[Ref | InputSymbol, Ref] = {entry.ref: rate.ref for entry, rate in zip((*q, *v), (*v, *a), strict=True)}
     along[InputSymbol("t", 0)] = ONE

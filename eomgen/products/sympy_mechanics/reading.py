@@ -27,7 +27,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.messages import is_legal, listed, shown
 from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import DescriptionError, Message, Problem, UsageError
-from eomgen.products.sympy_mechanics.equations import FirstOrderStates, Observations, SymbolicEquations
+from eomgen.products.sympy_mechanics.equations import Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
 from eomgen.products.sympy_mechanics.kane import (
     KaneKinematics,
@@ -46,7 +46,7 @@ from eomgen.products.sympy_mechanics.observed import (
     power_of_drivers,
     stored_energy,
 )
-from eomgen.products.sympy_mechanics.rows import SEED, Constraints, KaneRows, angles, is_singular, values_at
+from eomgen.products.sympy_mechanics.rows import SEED, Constraints, KaneRows, Samples, angles, is_singular, values_at
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
@@ -326,8 +326,7 @@ class _Reading:
         rest = [-record(equation.xreplace(without)) for equation in self.kdes]
         solved, relations = _solved(self.algebra, rows, rest, self.name)
         self.relations = [item.ref for item in relations]
-        stale = [key for key in record.known if key not in self.q and key.has(*self.u)]
-        for key in stale:
+        for key in [key for key in record.known if key not in self.q and key.has(*self.u)]:
             del record.known[key]
         for speed, value in zip(self.u, solved, strict=True):
             record.known[speed] = value
@@ -381,11 +380,12 @@ class _Reading:
         names = [name_of(item) for item in self.q]
         of_states = [name_of(item) for item in self.states]
         values, start = self._values(parameters), self._start([*names, *of_states], initial)
-        z = np.array([start.get(item, 0.0) for item in of_states])
+        states = {item: start.get(item, 0.0) for item in of_states}
         speeds = [item for item in self.speeds if name_of(item) not in names]
         blocks = {"p": np.array([values[item] for item in record.parameters]), "u": np.zeros(len(record.inputs))}
-        blocks |= {"z": z, "t": np.zeros(1), "q": np.array([start.get(item, 0.0) for item in names])}
-        blocks["v"] = np.array([start.get(f"v.{item}", 0.0) for item in names])
+        blocks |= {"z": np.array([*states.values()]), "t": np.zeros(1)}
+        blocks |= {"q": np.array([start.get(item, 0.0) for item in names])}
+        blocks |= {"v": np.array([start.get(f"v.{item}", 0.0) for item in names])}
         begun = self.rows.met(blocks)
         samples = self.rows.near(begun)
         rows = self.rows.rows(samples)
@@ -395,10 +395,9 @@ class _Reading:
         return SymbolicEquations(
             self.name,
             tuple(names),
-            tuple(record.parameters),
+            {item: values[item] for item in record.parameters},
             tuple(record.inputs),
             tuple(name_of(item) for item in speeds),
-            tuple(values[item] for item in record.parameters),
             tuple(begun["q"].tolist()),
             tuple(begun["v"].tolist()),
             self.algebra.tape,
@@ -408,12 +407,11 @@ class _Reading:
             tuple(record(item).ref for item in speeds),
             rows,
             self._observations(terms, rows, samples, notes),
-            FirstOrderStates(
-                tuple(of_states), tuple(z.tolist()), tuple(record(rate).ref for rate in self.states.values())
-            ),
+            states,
+            tuple(record(rate).ref for rate in self.states.values()),
         )
 
-    def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> KaneTerms:
+    def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Samples) -> KaneTerms:
         """Return the terms; augmented by the rows of constraints, if any, if M is singular at all samples."""
         if not rows.names:
             return terms
@@ -441,9 +439,7 @@ class _Reading:
             return ["the mass matrix is singular at the start, a mass or inertia is 0: no acceleration follows [W0262]"]
         return []
 
-    def _observations(
-        self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]], notes: Sequence[str]
-    ) -> Observations:
+    def _observations(self, terms: KaneTerms, rows: KaneRows, samples: Samples, notes: Sequence[str]) -> Observations:
         """Return angles, poses, twists, energies, drawing and notes of the system, checked at the samples. Raises
         DescriptionError for an angular velocity that contradicts the orientation."""
         random = np.random.default_rng(SEED)
@@ -486,7 +482,7 @@ class _Reading:
         fault = f"no force follows from the potential energy of {listed(names)} in Kane's equations"
         return [f"{fault}; try: a load, or system.form_eoms(LagrangesMethod) before from_sympy [W0263]"]
 
-    def _balance(self, energies: Energies, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
+    def _balance(self, energies: Energies, rows: KaneRows, samples: Samples) -> tuple[Ref, ...]:
         """Return references of kinetic and potential energy, power of loads, and power of drivers. Drivers have power
         if a quantity moves while v = 0 at a sample, else 0."""
         tape, algebra = self.algebra.tape, self.algebra

@@ -24,8 +24,8 @@ from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
-#: Most corrections of a state.
-_CORRECTIONS = 50
+#: Values of the input blocks in several states.
+Samples = Sequence[Mapping[str, Array]]
 #: Seed of the states at which pivots are chosen, and gradients and equalities are compared.
 SEED = 1
 
@@ -97,9 +97,7 @@ class Constraints:
         for number, row in enumerate(self.slopes[len(self.positions) :], 1):
             if any(symbol.block == "v" for symbol in self.tape.depends_on(row.values())):
                 fault = f"the constraint of velocities number {number} is not linear in the rates [E2186]"
-                raise DescriptionError(
-                    Problem(expressions.name, fault, "a constraint of the form a(q, t) q.diff() + b(q, t)")
-                )
+                raise DescriptionError(Problem(expressions.name, fault, "a(q, t) q.diff() + b(q, t)"))
 
     def met(self, start: Mapping[str, Array]) -> dict[str, Array]:
         """Return the state on the constraints to which Newton's corrections from a start lead; states are input blocks.
@@ -120,7 +118,7 @@ class Constraints:
         ):
             refs = [*values, *(row.get(column, ZERO) for row in slopes for column in range(self.count))]
             size = np.inf if values else 0.0
-            for _ in range(_CORRECTIONS):
+            for _ in range(50):
                 if not values or size < COMPUTED:
                     break
                 results = evaluate(self.tape, refs, state)

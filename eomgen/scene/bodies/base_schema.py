@@ -6,18 +6,13 @@ from typing import Literal
 
 from eomgen.scene.formula.scope import TIME
 from eomgen.scene.reading.key_metadata import Table, added_keys, key, optional
-from eomgen.scene.reading.kinds import Rotations, Triple
+from eomgen.scene.reading.kinds import ORIGIN, Rotations, Triple
 
 
 class BaseEntry(Table):
     """The prescribed motion of the frame that carries the tree."""
 
-    position: Triple = key(
-        "place of the base's origin, in world axes; z from the surface if it follows one",
-        (0.0, 0.0, 0.0),
-        unit="m",
-        names=TIME,
-    )
+    position: Triple = key("origin in world axes; z from the surface if it follows one", ORIGIN, unit="m", names=TIME)
     acceleration: Triple | None = optional(
         "acceleration of the origin, in world axes; its second integral from rest at t = 0 is added to `position`,"
         " see [below](base.md#measured-accelerations)",

@@ -18,15 +18,11 @@ from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.formula.substitution import product, times, total
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.cross_sections import SectionReader
-from eomgen.scene.bodies.model import KINDS, Beam, Body, Deformation, DeformationKind
+from eomgen.scene.bodies.model import KINDS, Beam, Body, Deformation, DeformationKind, free_nodal
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, percent_of_critical
 
-#: Number of coordinates of a mesh by its ends: per element, and in addition.
-_NODAL = {"clamped_free": (2, 0), "free_free": (2, 1), "pinned_pinned": (2, -1)}
-_NODAL_BENDING = {"clamped_free": (2, 0), "free_free": (2, 2), "pinned_pinned": (2, 0)}
 _UNIFORM = (1.0,)
 
 
@@ -52,9 +48,8 @@ def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
         entry_of_kind = getattr(entry, kind)
         if entry_of_kind is not None:
             profiles[kind] = _profile(f"{key}.{kind}.profile", entry_of_kind.profile, "stiffness", values)
-            deformations.append(
-                _deformation(f"{key}.{kind}", kind, entry_of_kind, section.stiffness(kind, entry_of_kind), line, values)
-            )
+            stiffness = section.stiffness(kind, entry_of_kind)
+            deformations.append(_deformation(f"{key}.{kind}", kind, entry_of_kind, stiffness, line, values))
     if not deformations:
         fault = "the beam deforms in no way [E1313]"
         values.report.add(key, fault, f"one of {', '.join(KINDS)}, or a body of [bodies]")
@@ -68,23 +63,19 @@ def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
         stiffening=entry.stiffening,
     )
     try:
-        return beam_as_body(name, beam)
+        origin, span = (
+            Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length)
+        )
+        zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
+        polar = times(span * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
+        across = times(span**3 * (second - first**2 / zeroth), beam.mass_per_length)
+        center = Number(float(origin + span * first / zeroth))
+        mass = times(span * zeroth, beam.mass_per_length)
+        return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
     except OverflowError:
         fault = "the mass or the inertia of the beam is out of the range of double precision [E1314]"
         values.report.add(key, fault, "SI units")
         return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
-
-
-def beam_as_body(name: str, beam: Beam) -> Body:
-    """Return a body with mass, centre of mass and inertia of the straight beam at rest, in the beam's frame, and with
-    the beam as ``beam``; profiles along the beam are integrated exactly."""
-    start, length = (Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length))
-    zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
-    polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
-    across = times(length**3 * (second - first**2 / zeroth), beam.mass_per_length)
-    center = Number(float(start + length * first / zeroth))
-    mass = times(length * zeroth, beam.mass_per_length)
-    return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
 
 
 def _moment(profile: Sequence[float], power: int) -> Fraction:
@@ -102,7 +93,9 @@ class _Section:
 
     def mass_per_length(self) -> Formula:
         if self.entry.mass_per_length is not None:
-            self.once("mass_per_length")
+            if self.entry.section is not None:
+                fault = "mass_per_length is given, and follows from the section too [E1318]"
+                self.values.report.add(f"{self.key}.mass_per_length", fault, "one of them")
             return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
         if self.section is None:
             fault = "the key mass_per_length is missing [E1315]"
@@ -127,32 +120,23 @@ class _Section:
         key = f"{self.key}.{kind}.stiffness"
         if entry.stiffness is not None:
             return self.values.formula(key, entry.stiffness, PARAMETERS)
-        section = self.section
-        needed = {
-            "stretch": "area",
-            "bending_y": "second_moments",
-            "bending_z": "second_moments",
-            "torsion": "shear_modulus and torsion_constant",
-        }
-        if section is not None and kind == "stretch" and section.area is not None:
-            return product(section.elastic_modulus, section.area)
-        if section is not None and kind.startswith("bending") and section.second_moments is not None:
-            return product(section.elastic_modulus, section.second_moments[kind == "bending_z"])
-        if section is not None and kind == "torsion":
-            shear, constant = section.shear_modulus, section.torsion_constant
-            if shear is not None and constant is not None:
-                return product(shear, constant)
-        if section is not None and self.values.report.concerns(section.key):
-            return ZERO
-        hint = "a section" if section is None else f"{needed[kind]} in the section"
+        hint, section = "a section", self.section
+        if section is not None:
+            (in_y, in_z), modulus = section.second_moments or (None, None), section.elastic_modulus
+            factors, needed = {
+                "stretch": ((modulus, section.area), "area"),
+                "bending_y": ((modulus, in_y), "second_moments"),
+                "bending_z": ((modulus, in_z), "second_moments"),
+                "torsion": ((section.shear_modulus, section.torsion_constant), "shear_modulus and torsion_constant"),
+            }[kind]
+            if all(factors):
+                return product(*filter(None, factors))
+            if self.values.report.concerns(section.key):
+                return ZERO
+            hint = f"{needed} in the section"
         fault = "the key stiffness is missing [E1317]"
         self.values.report.add(f"{self.key}.{kind}", fault, f"stiffness = ..., or {hint}")
         return ZERO
-
-    def once(self, field: str) -> None:
-        if self.entry.section is not None:
-            fault = f"{field} is given, and follows from the section too [E1318]"
-            self.values.report.add(f"{self.key}.{field}", fault, "one of them; mass_profile for a mass that varies")
 
 
 def _profile(key: str, entries: Sequence[float | str], quantity: str, values: Values) -> tuple[float, ...]:
@@ -222,9 +206,10 @@ def _deformation(
     )
 
 
-def _check_mesh(key: str, entry: written.DeformationEntry, report: Report) -> None:
-    """Report keys of a mesh if the shapes are not finite elements, conditions at the ends for shapes that include such
-    conditions, and finite elements without their number."""
+def _modes(key: str, kind: DeformationKind, entry: written.DeformationEntry, values: Values) -> int:
+    """Return the number of elastic coordinates of a deformation, as given or as the nodal coordinates of the mesh;
+    report a missing or too large number, and keys that do not fit the shapes."""
+    report = values.report
     meshed = entry.shapes == "finite_elements"
     for field in ("elements", "coordinates", "masses"):
         if getattr(entry, field) and not meshed:
@@ -235,30 +220,18 @@ def _check_mesh(key: str, entry: written.DeformationEntry, report: Report) -> No
         report.add(f"{key}.ends", fault, f'shapes = "{entry.ends}", or "polynomial"')
     if meshed and entry.elements is None:
         report.add(key, "finite elements need their number [E1326]", "elements = 8")
-
-
-def _modes(key: str, kind: DeformationKind, entry: written.DeformationEntry, values: Values) -> int:
-    """Return the number of elastic coordinates of a deformation, as given or as the nodal coordinates of the mesh;
-    report a missing or too large number, and keys that do not fit the shapes."""
-    report = values.report
-    meshed = entry.shapes == "finite_elements"
-    _check_mesh(key, entry, report)
-    per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[entry.ends or Deformation.ends]
-    size = per_element * (entry.elements or 0) + beside
+    size = len(free_nodal(kind, entry.ends or Deformation.ends, entry.elements or 0))
     if entry.coordinates == "nodal" and meshed:
         if entry.modes not in (None, size):
             report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {entry.modes} [E1327]", "no modes")
-        if size > written.MOST_NODAL:
-            fault = (
-                f"{entry.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the"
-                f" most [E1329]"
-            )
+        if size > (most := written.MOST_MODES):
+            fault = f"{entry.elements} elements have {size} nodal coordinates, and {most} are the most [E1329]"
             report.add(f"{key}.elements", fault, "modal coordinates, with modes = 3")
         return max(size, 1)
     if entry.modes is None:
         report.add(key, "the key modes is missing [E1330]", "modes = 3")
         return 1
-    rigid = (2 if kind.startswith("bending") else 1) if entry.ends == "free_free" else 0
+    rigid = (1 + kind.startswith("bending")) * (entry.ends == "free_free")
     if meshed and entry.elements is not None and entry.modes > size - rigid:
         fault = f"{entry.modes} modes are requested from a mesh that has {size - rigid} [E1328]"
         report.add(f"{key}.modes", fault, f"at most {size - rigid} modes, or more elements: 3 for each mode")

@@ -15,11 +15,10 @@ from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Pair, Rotations, SixBySixValues, Triple, Value, Values
 
+#: Elastic coordinates of one deformation: each is a state, and the time to build grows faster than the square of this
+#: number.
 MOST_MODES = 100
 MOST_ELEMENTS = 400
-#: Largest number of nodal coordinates of one deformation: each coordinate is a state, and the time to build grows
-#: faster than the square of this number.
-MOST_NODAL = 60
 #: Elements of a geometrically exact beam: each has six states and as many velocities.
 MOST_EXACT_ELEMENTS = 10_000
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
@@ -103,18 +102,14 @@ class DeformationEntry(Table):
         shown_default="required for `finite_elements`",
     )
     coordinates: Literal["modal", "nodal"] | None = optional(
-        f"coordinates of `finite_elements`: lowest modes of the mesh, or all nodal displacements, up to {MOST_NODAL}",
+        f"coordinates of `finite_elements`: lowest modes of the mesh, or all nodal displacements, up to {MOST_MODES}",
         shown_default="`modal`",
     )
     normalisation: Normalisation = key("normalisation of the shape functions, see below", "natural")
     profile: Values = key(f"{_PROFILE} the stiffness", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
     damping_ratio: Value = key("modal damping, a part of critical", 0.0, names=FIXED_PARAMETERS)
     stiffness_damping: Value = key("damping matrix by stiffness matrix", 0.0, unit="s", names=PARAMETERS)
-    inertia_factor: Value = key(
-        "multiplies the inertia of these coordinates among themselves; for published data that need it",
-        1.0,
-        names=PARAMETERS,
-    )
+    inertia_factor: Value = key("factor of the inertia of these coordinates among themselves", 1.0, names=PARAMETERS)
     masses: Annotated[tuple[ModeMass, ...], Field(strict=False)] = key(
         "added to the mesh for the modes of `finite_elements`; a body joined to the beam has the mass itself",
         (),
@@ -125,9 +120,7 @@ class DeformationEntry(Table):
 class Bending(DeformationEntry):
     """Deflection across the beam, along its y or its z axis."""
 
-    stiffness: Value | None = of_parameters(
-        "elastic modulus times second moment of area", unit="N m^2", shown_default="of the section"
-    )
+    stiffness: Value | None = of_parameters("E times second moment", unit="N m^2", shown_default="of the section")
     initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
 
 
@@ -141,9 +134,7 @@ class Stretch(DeformationEntry):
 class Torsion(DeformationEntry):
     """Twist about the beam's axis."""
 
-    stiffness: Value | None = of_parameters(
-        "shear modulus times torsion constant", unit="N m^2", shown_default="of the section"
-    )
+    stiffness: Value | None = of_parameters("G times torsion constant", unit="N m^2", shown_default="of the section")
     initial: TwistInitial = key("state at the start, in place of rest", TwistInitial(), shown_default="zeros")
 
 
@@ -187,7 +178,7 @@ class BeamPart(Table):
 
     length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] = key(
-        "equal elements along the part", kind=f"1 to {MOST_EXACT_ELEMENTS}"
+        "equal elements", kind=f"1 to {MOST_EXACT_ELEMENTS}"
     )
     section: SectionEntry | None = optional("shape and material", shown_default="the beam's")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="the beam's")
@@ -202,9 +193,7 @@ class BeamPart(Table):
     )
     damping: SectionDamping | None = optional("section damping", shown_default="the beam's")
     stiffness_damping: Value | None = of_parameters("damping by stiffness", unit="s", shown_default="the beam's")
-    curvature: Triple | None = of_fixed_parameters(
-        "curvature of the initial shape, section axes", unit="rad/m", shown_default="the beam's"
-    )
+    curvature: Triple | None = of_fixed_parameters("initial curvature", unit="rad/m", shown_default="the beam's")
     prestrain: SectionStrain | None = optional("initial strains", shown_default="the beam's")
 
 
@@ -246,9 +235,7 @@ class BeamEntry(Table):
     length: Value | None = of_fixed_parameters(
         "undeformed length", unit="m", shown_default="required; from `parts` or `shape` if given"
     )
-    start: Value = key(
-        "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
-    )
+    start: Value = key("x of its first end in its frame", 0.0, unit="m", names=FIXED_PARAMETERS)
     section: SectionEntry | None = optional("shape and material, in place of masses and stiffnesses")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="of the section")
     polar_inertia: Value | None = of_parameters(
@@ -285,9 +272,7 @@ class BeamEntry(Table):
         **_OF_MATRIX,
     )
     damping: SectionDamping | None = optional("exact: section damping", shown_default="zeros")
-    stiffness_damping: Value | None = of_parameters(
-        "exact: damping by stiffness, of all strains", unit="s", shown_default="`0`"
-    )
+    stiffness_damping: Value | None = of_parameters("exact: damping by stiffness", unit="s", shown_default="`0`")
     rotary_inertia: Triple | None = of_parameters(
         "exact: density times second moments of area: polar, ρ ∫ z² dA about y, ρ ∫ y² dA about z",
         unit="kg m",
@@ -315,9 +300,7 @@ class BeamEntry(Table):
         unit="rad",
         shown_default="`0`",
     )
-    prestrain: SectionStrain | None = optional(
-        "exact: strains that the initial shape has; without them it is at rest", shown_default="zeros"
-    )
+    prestrain: SectionStrain | None = optional("exact: strains of the initial shape", shown_default="zeros")
     group: Literal["SE3", "R3xSO3"] | None = optional(
         "exact: group of nodes, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
     )

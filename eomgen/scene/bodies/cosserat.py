@@ -25,9 +25,6 @@ CONSTRAINED: Mapping[str, tuple[str, ...]] = {
     "kirchhoff": ("shear_y", "shear_z"),
     "inextensible": ("stretch", "shear_y", "shear_z"),
 }
-#: Numbers of an element: strain, mean load, wrenches on both nodes, loads of the first and the last section, 6 each,
-#: rotations and moments first.
-SECTION_ROW = 36
 #: By kind of output: index of the first of three numbers at the first and at the last section.
 SECTION_PARTS: Mapping[str, tuple[int, int]] = {
     "section_curvature": (0, 0),
@@ -35,6 +32,9 @@ SECTION_PARTS: Mapping[str, tuple[int, int]] = {
     "section_moment": (24, 30),
     "section_force": (27, 33),
 }
+#: Numbers of an element: strain, mean load, wrenches on both nodes, loads of the first and the last section, 6 each,
+#: rotations and moments first.
+SECTION_ROW = max(last for _, last in SECTION_PARTS.values()) + 3
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate, pairwise
 
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.formula.substitution import product, total
@@ -113,16 +113,15 @@ def read_cosserat(name: str, entry: written.BeamEntry, values: Values, stations:
     whole = BeamKeys(key, entry)
     shape = read_shape(whole, values)
     pieces = _with_nodes(whole, _pieces(whole, shape, values), stations, values)
-    ends = list(accumulate((piece.length for piece in pieces), initial=Fraction(0)))
+    ends = list(accumulate((sum(widths, Fraction(0)) for _, widths in pieces), initial=Fraction(0)))
     if shape is None:
-        shape = bent_shape([(float(end), piece.keys) for end, piece in zip(ends[1:], pieces, strict=True)], values)
+        shape = bent_shape([(float(end), keys) for end, (keys, _) in zip(ends[1:], pieces, strict=True)], values)
     shape = pretwist(whole, shape, values)
     elements: list[BeamElement] = []
     most = 0.0
-    for start, piece in zip(ends, pieces, strict=False):
-        nodes = list(accumulate(piece.widths, initial=start))
-        sections = _BeamSections(piece.keys, float(ends[-1]), values)
-        for begin, width in zip(nodes, piece.widths, strict=False):
+    for start, (keys, widths) in zip(ends, pieces, strict=False):
+        sections = _BeamSections(keys, float(ends[-1]), values)
+        for begin, width in zip(accumulate(widths, initial=start), widths, strict=False):
             twist, turn = shape.between(begin, begin + width)
             most = max(most, turn)
             element = sections.element(begin, width, tuple(twist.tolist()))
@@ -154,20 +153,8 @@ def _beyond_numbers(beam: Cosserat, values: Values) -> str:
     return ""
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """A beam, or a part of a beam, and the lengths of the elements, m."""
-
-    keys: BeamKeys
-    widths: tuple[Fraction, ...]
-
-    @property
-    def length(self) -> Fraction:
-        return sum(self.widths, Fraction(0))
-
-
-def _equal(length: Fraction, count: int) -> tuple[Fraction, ...]:
-    return (length / count,) * count
+#: Keys of a part of the beam, and the widths of its elements.
+_Piece = tuple[BeamKeys, tuple[Fraction, ...]]
 
 
 def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list[_Piece]:
@@ -178,7 +165,8 @@ def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list
         if entry.elements is None:
             fault = f"a beam of the model {whole.model} needs the number of its elements [E1336]"
             report.add(whole.key, fault, "elements = 16")
-        return [_Piece(whole, _equal(_length(whole, shape, values), entry.elements or 1))]
+        elements = entry.elements or 1
+        return [(whole, (_length(whole, shape, values) / elements,) * elements)]
     for field in ("length", "elements", "shape"):
         if getattr(entry, field) is not None:
             fault = f"{field} is given, and parts too, which have their own [E1338]"
@@ -188,15 +176,11 @@ def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list
     if count > written.MOST_EXACT_ELEMENTS:
         fault = f"the parts have {count} elements, and {written.MOST_EXACT_ELEMENTS} are the most of a beam [E1337]"
         report.add(f"{whole.key}.parts", fault, "fewer elements")
-    pieces = []
+    pieces: list[_Piece] = []
     for number, part in enumerate(entry.parts):
         keys = BeamKeys(whole.key, entry, f"{whole.key}.parts[{number}]", part)
-        pieces.append(
-            _Piece(
-                keys,
-                _equal(_positive(f"{keys.part_key}.length", "a part of a beam", part.length, values), part.elements),
-            )
-        )
+        length = _positive(f"{keys.part_key}.length", "a part of a beam", part.length, values)
+        pieces.append((keys, (length / part.elements,) * part.elements))
     return pieces
 
 
@@ -204,19 +188,18 @@ def _with_nodes(whole: BeamKeys, pieces: Sequence[_Piece], stations: Sequence[fl
     """Return pieces with a node at every station, x in m. The number of elements stays unless too small, which is
     noted; elements of a piece with new nodes may have different lengths."""
     result: list[_Piece] = []
-    start, tolerance = Fraction(0), Fraction(AT_END) * sum((piece.length for piece in pieces), Fraction(0))
-    for piece in pieces:
+    start, tolerance = Fraction(0), Fraction(AT_END) * sum(sum(widths) for _, widths in pieces)
+    for keys, widths in pieces:
         inner: list[Fraction] = []
+        nodes = list(accumulate(widths))
         for x in sorted(Fraction(x) - start for x in stations if math.isfinite(x)):
-            if (inner[-1] if inner else 0) + tolerance < x < piece.length - tolerance:
+            if (inner[-1] if inner else 0) + tolerance < x < nodes[-1] - tolerance:
                 inner.append(x)
-        nodes = list(accumulate(piece.widths))
-        if all(min(abs(node - x) for node in nodes) <= tolerance for x in inner):
-            result.append(piece)
-        else:
-            result.append(_Piece(piece.keys, widths_between([Fraction(0), *inner, piece.length], len(piece.widths))))
-        start += piece.length
-    before, after = (sum(len(piece.widths) for piece in some) for some in (pieces, result))
+        if not all(min(abs(node - x) for node in nodes) <= tolerance for x in inner):
+            widths = widths_between([Fraction(0), *inner, nodes[-1]], len(widths))  # noqa: PLW2901  # with nodes there
+        result.append((keys, widths))
+        start += nodes[-1]
+    before, after = (sum(len(widths) for _, widths in some) for some in (pieces, result))
     if after > before:
         note = f"{before} elements become {after}, since something is attached at more places than they have nodes"
         values.note([f"{whole.key}.elements: {note} [W0293]"])
@@ -281,9 +264,12 @@ class _BeamSections:
 def _section(keys: BeamKeys, values: Values) -> BeamSection:
     reader = SectionReader(keys.of("section"), keys["section"], values) if keys["section"] is not None else None
     stiffness = _stiffness(keys, reader, values)
-    inertia = vars(read_inertia(keys, reader, values))  # which has the names of the fields
-    damping, prestrain = _damping(keys, stiffness, values), _prestrain(keys, values)
-    return BeamSection(stiffness=stiffness, damping=damping, prestrain=prestrain, **inertia)
+    inertia = read_inertia(keys, reader, values)
+    damping, prestrain = _damping(keys, stiffness, values), _by_strain(keys, "prestrain", values)
+    key = f"{keys.of('prestrain')}.stretch"
+    if not values.report.concerns(key):
+        values.require(key, RELATIONS["length at rest"], [prestrain[STRAINS.index("stretch")]])
+    return BeamSection(stiffness=stiffness, damping=damping, prestrain=tuple(prestrain), **inertia)
 
 
 def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) -> Rows:
@@ -300,14 +286,19 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
             values.require(key, MatrixRule(keys.model), [entry for line in matrix for entry in line])
         return matrix
     if (by_strain := keys["stiffness"]) is not None:
-        return _diagonal(_strain_stiffness(keys.of("stiffness"), by_strain, free, values))
+        key = keys.of("stiffness")
+        for strain in free:
+            if getattr(by_strain, strain) is None:
+                values.report.add(key, f"the key {strain} is missing [E1343]", f"{strain} = ...")
+        formulas = values.keys(key, by_strain, *free)
+        return _diagonal([formulas.get(strain, ZERO) for strain in STRAINS])
     if section is None:
         fault = "the sections have no stiffness [E1342]"
         values.report.add(keys.key, fault, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
         return _diagonal(_SECTION_UNKNOWN)
-    area, shear, torsion = (section.required_value(field) for field in ("area", "shear_modulus", "torsion_constant"))
-    across_y, across_z = section.needed_pair("second_moments")
-    along_y, along_z = section.needed_pair("shear_factors") if "shear_y" in free else (ZERO, ZERO)
+    area, shear, torsion = (section.require(field) for field in ("area", "shear_modulus", "torsion_constant"))
+    across_y, across_z = section.require("second_moments", (ZERO, ZERO))
+    along_y, along_z = section.require("shear_factors", (ZERO, ZERO)) if "shear_y" in free else (ZERO, ZERO)
     modulus = section.elastic_modulus
     result = {
         "torsion": product(shear, torsion),
@@ -318,16 +309,6 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
         "shear_z": product(shear, area, along_z),
     }
     return _diagonal([result[strain] if strain in free else ZERO for strain in STRAINS])
-
-
-def _strain_stiffness(key: str, table: written.SectionStiffness, free: Sequence[str], values: Values) -> list[Formula]:
-    """Return the stiffness by each of ``STRAINS`` from a table with the dotted ``key``; 0 for strains that are not
-    ``free`` in the model, and for a missing one, which is reported."""
-    for strain in free:
-        if getattr(table, strain) is None:
-            values.report.add(key, f"the key {strain} is missing [E1343]", f"{strain} = ...")
-    formulas = values.keys(key, table, *free)
-    return [formulas.get(strain, ZERO) for strain in STRAINS]
 
 
 def _damping(keys: BeamKeys, stiffness: Rows, values: Values) -> Rows:
@@ -342,14 +323,6 @@ def _damping(keys: BeamKeys, stiffness: Rows, values: Values) -> Rows:
         )
         for pair in zip(rows, stiffness, strict=True)
     )
-
-
-def _prestrain(keys: BeamKeys, values: Values) -> tuple[Formula, ...]:
-    entries = _by_strain(keys, "prestrain", values)
-    key = f"{keys.of('prestrain')}.stretch"
-    if not values.report.concerns(key):
-        values.require(key, RELATIONS["length at rest"], [entries[STRAINS.index("stretch")]])
-    return tuple(entries)
 
 
 def _by_strain(keys: BeamKeys, field: str, values: Values) -> list[Formula]:

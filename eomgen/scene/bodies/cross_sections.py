@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed
 from eomgen.base.rounding import COMPUTED, SUMMED, WRITTEN
-from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
+from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Number, Operation, Vector
 from eomgen.formula.substitution import fold, product, total
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
 from eomgen.scene.formula.scope import PARAMETERS
@@ -130,8 +130,9 @@ class SectionReader:
 
     def __init__(self, key: str, section: written.SectionEntry, values: Values) -> None:
         self.key, self.section, self.values = key, section, values
-        self.elastic_modulus: Formula = self._optional("elastic_modulus")
-        self.density: Formula = self._optional("density")
+        self.written = values.keys(key, section)
+        self.elastic_modulus: Formula = self.written["elastic_modulus"]
+        self.density: Formula = self.written["density"]
         if 0.0 < (density := values.value(self.density)) < 25.0:
             note = f"the density {density:.6g} kg/m^3 is below the density of any foam [W0294]"
             values.note([f"{key}.density: {note}; {1e3 * density:.6g} if it is in g/cm^3"])
@@ -139,57 +140,36 @@ class SectionReader:
             note = f"the modulus {modulus:.6g} Pa is below the modulus of any solid [W0295]"
             values.note([f"{key}.elastic_modulus: {note}; {1e9 * modulus:.6g} if it is in GPa"])
         self._check_shape()
-
-    @cached_property
-    def area(self) -> Formula | None:
-        return self._optional("area") if self._shape is None else self._shape.area
-
-    @cached_property
-    def second_moments(self) -> tuple[Formula, Formula] | None:
-        return self._optional("second_moments") if self._shape is None else self._shape.second_moments
-
-    @cached_property
-    def torsion_constant(self) -> Formula | None:
-        return self._optional("torsion_constant") if self._shape is None else self._shape.torsion_constant
-
-    @cached_property
-    def shear_factors(self) -> tuple[Formula, Formula] | None:
-        """Return the given shear factors, else the shape's."""
-        factors: tuple[Formula, Formula] | None = self._optional("shear_factors")
-        return self._shape.shear_factors if factors is None and self._shape is not None else factors
+        shape = self._shape()
+        self.area, self.second_moments, self.torsion_constant = (
+            self.written.get(field) if shape is None else getattr(shape, field) for field in _OF_SHAPES
+        )
+        self.shear_factors = self.written.get("shear_factors", shape and shape.shear_factors)
 
     @cached_property
     def shear_modulus(self) -> Formula | None:
         """Shear modulus as given, or by Poisson's ratio: G = E/(2 (1 + nu))."""
-        modulus: Formula | None = self._optional("shear_modulus")
-        if modulus is not None or self.section.poisson_ratio is None:
-            return modulus
-        return fold(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
+        modulus: Formula | None = self.written.get("shear_modulus")
+        ratio: Formula | None = self.written.get("poisson_ratio")
+        return fold(self.elastic_modulus / (2.0 * (ONE + ratio))) if modulus is None and ratio is not None else modulus
 
-    @cached_property
-    def _ratio(self) -> Formula:
-        ratio: Formula | None = self._optional("poisson_ratio")
-        if ratio is not None:
-            return ratio
-        if self.shear_modulus is None:
-            return Number(0.0)
-        return fold(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
-
-    @cached_property
     def _shape(self) -> ShapeValues | None:
-        """Area, second moments, torsion constant and shear factors of the shape; None without a shape, and for missing
+        """Return the values of the shape; None without a shape, and for missing
         or faulty sizes, which are reported."""
         if self.section.shape is None:
             return None
         shape = SHAPES[self.section.shape]
         if any(getattr(self.section, size) is None for size in shape.sizes):  # which is reported
             return None
-        sizes = [self._optional(size) for size in shape.sizes]
+        sizes = [self.written[size] for size in shape.sizes]
         if any(self.values.report.concerns(f"{self.key}.{size}") for size in shape.sizes):
             return None
         if self.section.shape == "tube":
             self.values.require(f"{self.key}.thickness", RELATIONS["wall of a tube"], list(reversed(sizes)))
-        result = shape.law(sizes, self._ratio, self.values.value)
+        ratio, modulus = self.written.get("poisson_ratio", Number(0.0)), self.shear_modulus
+        if self.section.poisson_ratio is None and modulus is not None:
+            ratio = fold(self.elastic_modulus / (2.0 * modulus) - ONE)
+        result = shape.law(sizes, ratio, self.values.value)
         return ShapeValues(
             fold(result.area),
             cast("tuple[Formula, Formula]", tuple(map(fold, result.second_moments))),
@@ -197,22 +177,16 @@ class SectionReader:
             cast("tuple[Formula, Formula]", tuple(map(fold, result.shear_factors))),
         )
 
-    def required_value(self, field: str) -> Formula:
-        """Return the property ``field`` of the section; zero, after a report, if the section lacks the property."""
-        value: Formula | None = getattr(self, field)
-        return self._missing(field) if value is None else value
-
-    def needed_pair(self, field: str) -> tuple[Formula, Formula]:
-        """Return two values of the section; missing values are reported."""
-        pair: tuple[Formula, Formula] | None = getattr(self, field)
-        return (self._missing(field),) * 2 if pair is None else pair
-
-    def _missing(self, field: str) -> Formula:
+    def require(self, field: str, instead: Any = ZERO) -> Any:
+        """Return the property ``field`` of the section; ``instead``, after a report, if the section lacks the
+        property."""
+        if (value := getattr(self, field)) is not None:
+            return value
         if not self.values.report.concerns(self.key):
             fault = f"the section has no {field}, which a geometrically exact beam needs [E1345]"
             hint = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
             self.values.report.add(self.key, fault, f"{field} = ..., or {hint}")
-        return ZERO
+        return instead
 
     def _check_shape(self) -> None:
         """Report keys that the shape of the section does not take or determines, and missing keys."""
@@ -239,10 +213,6 @@ class SectionReader:
             if getattr(section, field) is not None:
                 fault = f"{field} is given, and follows from the shape too [E1350]"
                 report.add(f"{self.key}.{field}", fault, f"{field} without shape, or shape without {field}")
-
-    def _optional(self, field: str) -> Any:
-        """Return the formula of a key, or two of a pair; None for a key that is not given."""
-        return self.values.keys(self.key, self.section, field).get(field)
 
 
 _DEFINITE = "a positive definite matrix"
@@ -286,9 +256,7 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
     constrains."""
     for index in map(STRAINS.index, CONSTRAINED[model]):
         if matrix[index].any():
-            fault = (
-                f"a beam of the model {model} has no {STRAINS[index]}, and row [{index}] of the matrix is not 0 [E1807]"
-            )
+            fault = f"the model {model} has no {STRAINS[index]}, and row [{index}] of the matrix is not 0 [E1807]"
             return fault, "0 in rows and columns of strains that it does not have"
     free = [index for index, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
     diagonal = np.diag(matrix)[free]
@@ -307,17 +275,7 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
 _FORM = "[[J, S], [-S, m]], of rotary inertia J, mass m, and S = m [[0, -z, y], [z, 0, 0], [-y, 0, 0]]"
 
 
-@dataclass(frozen=True)
-class SectionInertia:
-    """Inertia of a section, with the fields of ``BeamSection``."""
-
-    mass_per_length: Formula
-    rotary_inertia: tuple[Formula, Formula, Formula]
-    center_of_mass: tuple[Formula, Formula] = (ZERO, ZERO)
-    products: tuple[Formula, Formula, Formula] = (ZERO, ZERO, ZERO)
-
-
-def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
+def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> dict[str, Any]:
     """Return the inertia that follows from a (6, 6) inertia matrix of a section about the beam's axis, with moments
     about the centre of mass. Twists (omega, v) of the section have the kinetic energy 1/2 twist^T matrix twist (Hodges,
     *Nonlinear Composite Beam Theory*, AIAA 2006, section 5.1, there with v first)."""
@@ -326,7 +284,8 @@ def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
     y, z = fold(by_y / mass), fold(by_z / mass)
     xx, yy, zz = (matrix[index][index] for index in range(3))
     moments = (fold(xx - y * by_y - z * by_z), fold(yy - z * by_z), fold(zz - y * by_y))
-    return SectionInertia(mass, moments, (y, z), (matrix[0][1], matrix[0][2], fold(matrix[1][2] + y * by_z)))
+    products = matrix[0][1], matrix[0][2], fold(matrix[1][2] + y * by_z)
+    return {"mass_per_length": mass, "rotary_inertia": moments, "center_of_mass": (y, z), "products": products}
 
 
 def _inertia_fault(matrix: Array) -> tuple[str, str]:
@@ -361,24 +320,23 @@ def _inertia_fault(matrix: Array) -> tuple[str, str]:
 
 #: Keys in whose place the matrix stands.
 _BY_KEYS = ("mass_per_length", "rotary_inertia", "center_of_mass", "section")
-_ZEROS = SectionInertia(ZERO, (ZERO, ZERO, ZERO))
 
 
-def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> SectionInertia:
+def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> dict[str, Any]:
     """Return the inertia of a beam's section: from the key ``inertia_matrix``, else from the single keys and the
     section's shape and material. Missing and faulty values go to the report of ``values``, and zeros stand for them."""
     if keys["inertia_matrix"] is not None:
         return _inertia_from_matrix(keys, values)
-    mass = _mass_per_length(keys, section, values)
-    rotary = _rotary_inertia(keys, section, values)
-    center = keys["center_of_mass"]
-    if center is None:
-        return SectionInertia(mass, rotary)
-    key = keys.of("center_of_mass")
-    return SectionInertia(mass, rotary, values.by_scope(key, center, PARAMETERS))
+    inertia = {
+        "mass_per_length": _mass_per_length(keys, section, values),
+        "rotary_inertia": _rotary_inertia(keys, section, values),
+    }
+    if (center := keys["center_of_mass"]) is not None:
+        inertia["center_of_mass"] = values.by_scope(keys.of("center_of_mass"), center, PARAMETERS)
+    return inertia
 
 
-def _inertia_from_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
+def _inertia_from_matrix(keys: BeamKeys, values: Values) -> dict[str, Any]:
     key = keys.of("inertia_matrix")
     for field in _BY_KEYS:
         if keys[field] is not None and keys.together(field, "inertia_matrix"):
@@ -387,7 +345,8 @@ def _inertia_from_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
     matrix: Sequence[Sequence[Formula]] = values.by_scope(key, keys["inertia_matrix"], PARAMETERS)
     if not values.report.concerns(key):
         values.require(key, MatrixRule(), [entry for line in matrix for entry in line])
-    return _ZEROS if values.report.concerns(key) else inertia_of_matrix(matrix)
+    faulty = values.report.concerns(key)
+    return {"mass_per_length": ZERO, "rotary_inertia": ZERO_VECTOR} if faulty else inertia_of_matrix(matrix)
 
 
 def _mass_per_length(keys: BeamKeys, section: SectionReader | None, values: Values) -> Formula:
@@ -401,7 +360,7 @@ def _mass_per_length(keys: BeamKeys, section: SectionReader | None, values: Valu
         fault, hint = "the key mass_per_length is missing [E1315]", "mass_per_length = ..., or a section"
         values.report.add(keys.key, fault, hint)
         return ZERO
-    return product(section.density, section.required_value("area"))
+    return product(section.density, section.require("area"))
 
 
 def _rotary_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> Vector:
@@ -414,8 +373,8 @@ def _rotary_inertia(keys: BeamKeys, section: SectionReader | None, values: Value
     if section is None:
         fault = "the sections have no rotary inertia, without which their rotations have none [E1355]"
         values.report.add(keys.key, fault, "rotary_inertia = [polar, about y, about z], or a section")
-        return ZERO, ZERO, ZERO
-    across_y, across_z = section.needed_pair("second_moments")
+        return ZERO_VECTOR
+    across_y, across_z = section.require("second_moments", (ZERO, ZERO))
     density = section.density
     result = product(density, total(across_y, across_z)), product(density, across_z), product(density, across_y)
     return _not_thin(keys.of("section"), result, values)

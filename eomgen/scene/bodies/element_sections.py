@@ -14,9 +14,9 @@ so do the loads there, as stiffness does: the strain is constant then, and stiff
 from __future__ import annotations
 
 import heapq
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
-from itertools import pairwise
 from typing import cast
 
 import numpy as np
@@ -50,10 +50,14 @@ def varying_element(
     places = sorted({*ends, middle, *(knot for knot in knots if ends[0] < knot < ends[1])})
     if (rule := _quadrature(places, section_at, value_of)) is None:
         return element
-    sections, weights = rule.sections, rule.weights
+    parts, diverging = rule
+    sections = [section for part in parts for section in part.sections]
+    weights = np.concatenate([part.weights for part in parts]).tolist()
     prestrain = tuple(mean(weights, [part.prestrain[s] for part in sections]) for s in range(6))
-    distances = [whole * (s - middle) for s in rule.places]
+    distances = [whole * (s - middle) for part in parts for s in part.places]
     halves = [[k for k, distance in enumerate(distances) if (distance > 0.0) == bool(end)] for end in range(2)]
+    resistances = [(part.stiffness, part.damping) for part in sections]
+    vary = any(pair != resistances[0] for pair in resistances)
     return replace(
         element,
         section=replace(element.section, prestrain=prestrain),
@@ -61,7 +65,7 @@ def varying_element(
             _with_inertia(element.section, [2.0 * weights[k] for k in half], [sections[k] for k in half])
             for half in halves
         ),
-        moments=_moments(weights, distances, length, sections, rule.diverging) if _vary(sections) else None,
+        moments=_moments(weights, distances, length, sections, diverging) if vary else None,
     )
 
 
@@ -70,24 +74,12 @@ def _with_inertia(section: BeamSection, weights: Sequence[float], sections: Sequ
     stiffness and damping of ``section``."""
     mass = mean(weights, [part.mass_per_length for part in sections])
     center, spread = _center(weights, sections, mass)
-    entries = [
-        mean(weights, [(*part.rotary_inertia, *part.products)[index] for part in sections]) for index in range(6)
-    ]
+    inertias = [(*part.rotary_inertia, *part.products) for part in sections]
+    entries = [mean(weights, entry) for entry in zip(*inertias, strict=True)]
     xx, yy, zz, xy, xz, yz = (x if more == ZERO else total(x, more) for x, more in zip(entries, spread, strict=True))
     return replace(
         section, mass_per_length=mass, rotary_inertia=(xx, yy, zz), products=(xy, xz, yz), center_of_mass=center
     )
-
-
-@dataclass(frozen=True)
-class _Rule:
-    """A quadrature rule whose weighted sum is the mean over an element: places s, sections and weights; and the indices
-    of strains whose compliance has no mean."""
-
-    places: Sequence[float]
-    sections: Sequence[BeamSection]
-    weights: Sequence[float]
-    diverging: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -104,14 +96,17 @@ class _ElementPart:
     error: Array
 
 
-def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueOf) -> _Rule | None:
-    """Return the quadrature rule of an element whose sections are smooth between ``places``, s in order with both ends;
-    None if a section has a fault. Parts with the largest error are halved up to a relative error of 1e-9."""
+def _quadrature(
+    places: Sequence[float], section_at: SectionAt, value_of: ValueOf
+) -> tuple[list[_ElementPart], frozenset[int]] | None:
+    """Return a quadrature rule for means over an element whose sections are smooth between ``places``, s in order with
+    both ends, and the indices of strains whose compliance has no mean; None if a section has a fault. Parts with the
+    largest error are halved up to a relative error of 1e-9."""
     tolerance, finest, most = 1e-9, 2.0**-40, 200
     whole = places[-1] - places[0]
     parts: dict[int, _ElementPart] = {}
     waiting: list[tuple[float, int]] = []
-    pieces = list(pairwise(places))
+    pieces = list(itertools.pairwise(places))
     count = 0
     while pieces:
         for piece in pieces:
@@ -130,12 +125,8 @@ def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueO
                 del parts[number]
                 pieces = [(start, 0.5 * (start + end)), (0.5 * (start + end), end)]
     errors = np.sum([part.error for part in parts.values()], axis=0) / scale
-    return _Rule(
-        [s for part in parts.values() for s in part.places],
-        [section for part in parts.values() for section in part.sections],
-        np.concatenate([part.weights for part in parts.values()]).tolist(),
-        frozenset(strain for strain in range(6) if errors[_COMPLIANCE][7 * strain] > tolerance),
-    )
+    diverging = frozenset(strain for strain in range(6) if errors[_COMPLIANCE][7 * strain] > tolerance)
+    return list(parts.values()), diverging
 
 
 def _part(start: float, end: float, whole: float, section_at: SectionAt, value_of: ValueOf) -> _ElementPart | None:
@@ -172,17 +163,10 @@ def _numbers(section: BeamSection, value_of: ValueOf) -> Array:
         np.array([[value_of(entry) for entry in row] for row in rows]) for rows in (section.stiffness, section.damping)
     )
     prestrain = [value_of(entry) for entry in section.prestrain]
-    return np.concatenate(
-        [[mass, mass * y, mass * z], inertia, _compliance(stiffness).ravel(), damping.ravel(), prestrain]
-    )
-
-
-def _compliance(stiffness: Array) -> Array:
-    """Return the inverse (6, 6) of a stiffness within the strains that a beam has, zeros for the other strains."""
-    has = np.flatnonzero(np.diagonal(stiffness))
-    result = np.zeros((6, 6))
-    result[np.ix_(has, has)] = np.linalg.inv(stiffness[np.ix_(has, has)])
-    return result
+    has = np.ix_(*[np.flatnonzero(np.diagonal(stiffness))] * 2)
+    compliance = np.zeros((6, 6))
+    compliance[has] = np.linalg.inv(stiffness[has])
+    return np.concatenate([[mass, mass * y, mass * z], inertia, compliance.ravel(), damping.ravel(), prestrain])
 
 
 def _scale(size: Array) -> Array:
@@ -222,11 +206,6 @@ def _center(
     return (y, z), (total(along_y, along_z), along_z, along_y, ZERO, ZERO, fold(-across))
 
 
-def _vary(sections: Sequence[BeamSection]) -> bool:
-    first = sections[0]
-    return any(part.stiffness != first.stiffness or part.damping != first.damping for part in sections)
-
-
 def _moments(
     weights: Sequence[float],
     distances: Sequence[float],
@@ -246,19 +225,13 @@ def _moments(
             blocks = [[_sums(weights, [pair[which] for pair in blocks]) for which in range(2)]]
         if any(matrix[k][k] != ZERO for matrix, _ in rows for k in group):  # else strains that the beam does not have
             for result, block in zip(results, _block_moments(by_power, length, blocks), strict=True):
-                _place(result, group, block)
+                for (i, row), (j, column) in itertools.product(enumerate(group), repeat=2):
+                    result[row][column] = block[i][j]
     moments = [tuple(map(tuple, matrix)) for matrix in results]
     return SectionMoments((moments[0], moments[1], moments[2]), (moments[3], moments[4], moments[5]))
 
 
 _Matrix = list[list[Formula]]
-
-
-def _place(matrix: _Matrix, group: Sequence[int], block: _Matrix) -> None:
-    """Put a block into the rows and columns ``group`` of a matrix, in place."""
-    for row, entries in zip(group, block, strict=True):
-        for column, entry in zip(group, entries, strict=True):
-            matrix[row][column] = entry
 
 
 def _block_moments(
@@ -287,10 +260,7 @@ def _groups(matrices: Sequence[Rows]) -> list[list[int]]:
 
 
 def _sums(weights: Sequence[float], matrices: Sequence[_Matrix]) -> _Matrix:
-    places = range(len(matrices[0]))
-    return [
-        [weighted_sum(weights, [matrix[row][column] for matrix in matrices]) for column in places] for row in places
-    ]
+    return [[weighted_sum(weights, entry) for entry in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
 
 
 def _times(first: _Matrix, second: _Matrix) -> _Matrix:

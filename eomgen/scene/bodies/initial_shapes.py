@@ -105,7 +105,7 @@ class HelixShape:
         pose, turn = IDENTITY, 0.0
         for x, y in zip([first, *inner], [*inner, last], strict=True):
             piece = min(max(int(np.searchsorted(ends, 0.5 * (x + y), side="right")) - 1, 0), len(self.lengths) - 1)
-            whole = relative_twist(self.poses[piece], self.poses[piece + 1])
+            whole = numeric.difference(SE3, self.poses[piece], self.poses[piece + 1])
             part = (y - x) / self.lengths[piece] * whole
             pose, turn = numeric.compose(SE3, pose, numeric.exp(SE3, part)), turn + float(np.linalg.norm(part[:3]))
         return numeric.log(SE3, pose), turn
@@ -127,11 +127,6 @@ class RotatedSectionShape:
         before, after = self.angle(float(start)), self.angle(float(end))
         pose = numeric.compose(SE3, numeric.compose(SE3, _about_x(-before), numeric.exp(SE3, twist)), _about_x(after))
         return numeric.log(SE3, pose), turn + abs(after - before)
-
-
-def relative_twist(first: Array, second: Array) -> Array:
-    """Return the logarithm, (6,), of the pose ``second`` relative to ``first``, (7,) each, of at most half a turn."""
-    return numeric.difference(SE3, first, second)
 
 
 def _about_x(angle: float) -> Array:
@@ -182,7 +177,7 @@ def _reflect(vector: Array, normal: Array) -> Array:
 
 def through_frames(poses: Array) -> HelixShape:
     """Return a shape through frames, (count, 7)."""
-    return HelixShape(poses, np.array([np.linalg.norm(relative_twist(*pair)[3:]) for pair in pairwise(poses)]))
+    return HelixShape(poses, np.array([np.linalg.norm(numeric.difference(SE3, *pair)[3:]) for pair in pairwise(poses)]))
 
 
 #: Angle from x above which the second point has the smaller x.
@@ -204,9 +199,7 @@ def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
         report.add(f"{whole.key}.curvature", "curvature and shape are both given [E1356]", "one of them")
     both = entry.points is not None and entry.frames is not None
     if both or (entry.points is None and entry.frames is None):
-        fault = (
-            "points and frames are both given [E1357]" if both else "the shape has neither points nor frames [E1358]"
-        )
+        fault = "points and frames are given [E1357]" if both else "the shape has neither points nor frames [E1358]"
         report.add(key, fault, "one of them" if both else "points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]")
         return None
     if entry.points is not None:
@@ -262,29 +255,20 @@ def _through_frames(key: str, frames: Sequence[written.ShapeFrame], values: Valu
         return None
     poses = np.column_stack([np.array(quaternions), positions])
     for index, (before, after) in enumerate(pairwise(turned), 1):
-        twist = relative_twist(poses[index - 1], poses[index])
+        twist = numeric.difference(SE3, poses[index - 1], poses[index])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - COMPUTED:
-            fault = (
-                f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before, and the sense"
-                f" of rotation is unique below 180 only [E1362]"
-            )
+            fault = f"the turn from the frame before by {math.degrees(turn):.6g} degrees is not below 180 [E1362]"
             values.report.add(f"{key}[{index}].rotation", fault, "a frame between them")
             return None
         off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
         if off > _OFF_AXIS:
-            fault = (
-                f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of"
-                f" both [E1363]"
-            )
+            fault = f"from the frame before the axis goes {math.degrees(off):.6g} degrees off the x of both [E1363]"
             values.report.add(f"{key}[{index}]", fault, "rotations with x along the beam, or points in place of frames")
             return None
         if off > _OBLIQUE:
-            fault = (
-                f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are in"
-                " the axes of the sections [E1364]"
-            )
-            values.note([f"{key}[{index}]: {fault}"])
+            fault = f"up to here sections, whose axes stiffnesses have, are {math.degrees(off):.3g} degrees"
+            values.note([f"{key}[{index}]: {fault} off across the axis [E1364]"])
     return through_frames(poses)
 
 
@@ -366,9 +350,7 @@ def pretwist(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialSha
 
     at_start = angle(0.0)
     if abs(at_start) > COMPUTED:
-        fault = (
-            f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame [E1368]"
-        )
+        fault = f"the pretwist is {at_start:.6g} rad at s = 0, where sections have the axes of the beam [E1368]"
         hint = "the angle from there on, and the rest as rotation of the joint"
         if angle(shape.length) == at_start:
             hint = f'"{at_start:.6g} * s" for that much up to the other end, or a rotation of the joint'

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+from bisect import bisect_left
 from collections.abc import Iterator
 from functools import lru_cache
 from io import BytesIO
@@ -29,7 +30,7 @@ LARGEST, MOST = 200_000_000, 2_000
 ENDINGS = (".stl", ".obj", ".dae", ".glb")
 #: Triangle of a binary STL file: normal, three corners, attribute.
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_HEADER = 84
+_HEADER = np.dtype([("title", "S80"), ("triangles", "<u4")])
 _VERTEX = re.compile(rb"^\s*vertex\s+(.*?)\s*$", re.MULTILINE | re.IGNORECASE)
 #: Formats by ending, with the format to choose in place of one that is not read.
 _OTHERS = (".gltf", ".ply", ".step", ".stp", ".iges", ".igs", ".3mf", ".fbx")
@@ -235,21 +236,19 @@ def _colors(color: object, count: int) -> NDArray[np.int16]:
 def _stl(data: bytes, name: str) -> Triangles:
     """Return corners (3 m, 3) and faces (m, 3) of a binary or text STL file. Raises MeshError; ``name`` is for
     messages."""
-    count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little") if len(data) >= _HEADER else -1
-    promised = _HEADER + _TRIANGLE.itemsize * count
+    header = _HEADER.itemsize
+    count = int(np.frombuffer(data, _HEADER, 1)["triangles"][0]) if len(data) >= header else -1
+    promised = header + _TRIANGLE.itemsize * count
     if count >= 0 and promised == len(data):
-        corners = np.frombuffer(data, _TRIANGLE, offset=_HEADER)["corners"].astype(float).reshape(-1, 3)
+        corners = np.frombuffer(data, _TRIANGLE, offset=header)["corners"].astype(float).reshape(-1, 3)
     elif data.lstrip()[:5].lower() == b"solid":
         corners = _text_corners(data, name)
     elif count < 0:
         fault = f"the file has {counted(len(data), 'byte')}, too few for an STL file [E1376]"
         raise MeshError(name, fault, "a whole file")
     else:
-        held = max(len(data) - _HEADER, 0) // _TRIANGLE.itemsize
-        fault = (
-            f"the header of the STL file promises {counted(count, 'triangle')}, and the file has bytes for"
-            f" {held} [E1377]"
-        )
+        held = max(len(data) - header, 0) // _TRIANGLE.itemsize
+        fault = f"the header of the STL file promises {counted(count, 'triangle')}, and {held} follow [E1377]"
         raise MeshError(name, fault, "a whole file, or the export once more")
     return corners, np.arange(len(corners), dtype=np.intp).reshape(-1, 3)
 
@@ -305,7 +304,7 @@ def _merge_vertices(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np
     """Return the mesh of faces (m, 3) with equal vertices merged within each colour, without triangles of two equal
     corners and without unused vertices."""
     corners = vertices[faces.ravel()]
-    rows = np.column_stack([corners, np.repeat(_color_numbers(colors), 3)]) if len(colors) else corners
+    rows = np.column_stack([corners, np.repeat(_groups(colors.astype(float)), 3)]) if len(colors) else corners
     places = _groups(rows)
     unique = np.empty((np.max(places) + 1, 3))
     unique[places] = corners
@@ -320,11 +319,6 @@ def _is_closed(vertices: Array, faces: NDArray[np.intp]) -> bool:
     ways = np.sign(edges[:, 1] - edges[:, 0])
     left = np.bincount(_groups(np.sort(edges, axis=1).astype(float)), ways)
     return bool(np.sum(left != 0.0) <= 0.02 * len(left))  # few gaps and turned faces
-
-
-def _color_numbers(colors: NDArray[np.int16]) -> NDArray[np.intp]:
-    """Return a number for the colour of each face."""
-    return _groups(colors.astype(float))
 
 
 def _groups(rows: Array) -> NDArray[np.intp]:
@@ -350,11 +344,6 @@ def _outward(mesh: PictureMesh) -> PictureMesh:
     return mesh if np.sum(a * np.cross(b, c)) >= 0.0 else mesh._replace(faces=mesh.faces[:, ::-1])
 
 
-#: Cells along the longest side of the finest grid by which a mesh is thinned, the ratio of a grid to the next, and the
-#: number of grids; the pull of a vertex to the mean of its cell, as a part of the sum of areas.
-_FINEST, _COARSER, _GRIDS, _PULL = 200.0, 0.92, 64, 0.002
-
-
 def _thin(mesh: PictureMesh, most: int) -> PictureMesh:
     """Return the mesh with the vertices in each cell of a grid merged, by the finest grid that leaves at most ``most``
     triangles; a smaller mesh stays. Surfaces of two colours, of which one covers the other, stay two.
@@ -366,12 +355,12 @@ def _thin(mesh: PictureMesh, most: int) -> PictureMesh:
     low, side = np.min(mesh.vertices, axis=0), float(np.max(np.ptp(mesh.vertices, axis=0)))
     colors = np.zeros(len(mesh.vertices))
     if len(mesh.colors):
-        colors[mesh.faces] = _color_numbers(mesh.colors)[:, np.newaxis]
+        colors[mesh.faces] = _groups(mesh.colors.astype(float))[:, np.newaxis]
 
     def grid(number: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return for a grid the cell of each vertex (n,), the indices of faces with corners in three cells, and a
         number for each of these faces, equal for equal corners in equal order."""
-        rows = np.floor((mesh.vertices - low) * (_FINEST * _COARSER**number / side))
+        rows = np.floor((mesh.vertices - low) * (200.0 * 0.92**number / side))  # 200 cells along it in the finest grid
         cells = _groups(np.column_stack([rows, colors]))
         a, b, c = cells[mesh.faces].T
         kept = np.flatnonzero((a != b) & (b != c) & (c != a))
@@ -382,13 +371,9 @@ def _thin(mesh: PictureMesh, most: int) -> PictureMesh:
 
     if len(mesh.faces) <= most:
         return mesh
-    fine, coarse = -1, _GRIDS - 1
-    while coarse - fine > 1:
-        middle = (fine + coarse) // 2
-        numbers = grid(middle)[2]
-        fine, coarse = (middle, coarse) if np.max(numbers, initial=-1) >= most else (fine, middle)
+    coarse = bisect_left(range(63), True, key=lambda number: bool(np.max(grid(number)[2], initial=-1) < most))
     cells, kept, numbers = grid(coarse)
-    places, areas = _least_squares(mesh, cells, side / (_FINEST * _COARSER**coarse))
+    places, areas = _least_squares(mesh, cells, side / (200.0 * 0.92**coarse))
     first = np.sort(np.unique(numbers, return_index=True)[1])
     faces = cells[mesh.faces[kept[first]]]
     shown_sides = np.stack([np.bincount(numbers, areas[kept, k]) for k in range(3)], axis=1)[numbers[first]]
@@ -421,6 +406,7 @@ def _least_squares(mesh: PictureMesh, cells: NDArray[np.intp], size: float) -> t
     distances = np.einsum("ik,ijk->ij", normals, a[:, np.newaxis, :] - means[cells[mesh.faces]])
     right = np.stack([cell_sums(normals[:, [k]] * distances) for k in range(3)], axis=1)
     matrix = matrix.reshape(-1, 3, 3)
-    pull = _PULL * np.trace(matrix, axis1=1, axis2=2) + np.finfo(float).tiny
+    # a pull to the mean of the cell decides the place of a vertex within a plane
+    pull = 0.002 * np.trace(matrix, axis1=1, axis2=2) + np.finfo(float).tiny
     shifts = np.linalg.solve(matrix + pull[:, np.newaxis, np.newaxis] * np.eye(3), right[..., np.newaxis])[..., 0]
     return means + np.clip(shifts, -size, size), areas

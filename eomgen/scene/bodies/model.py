@@ -31,6 +31,14 @@ _FIXED_IN_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_
 _FIXED: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
 
 
+def free_nodal(kind: DeformationKind, ends: Ends, elements: int) -> list[int]:
+    """Return the nodal coordinates of a mesh that the ends do not hold."""
+    bending = kind.startswith("bending")
+    size = 2 * elements + (2 if bending else 1)
+    fixed = {dof % size for dof in (_FIXED_IN_BENDING if bending else _FIXED)[ends]}
+    return [dof for dof in range(size) if dof not in fixed]
+
+
 @dataclass(frozen=True)
 class Deformation:
     """One family of elastic coordinates.
@@ -77,10 +85,7 @@ class Deformation:
     def free_nodal(self) -> list[int]:
         """Indices of the nodal coordinates of a mesh that conditions at the ends leave free; for bending, deflections
         and slopes alternate."""
-        bending = self.kind.startswith("bending")
-        size = 2 * self.elements + (2 if bending else 1)
-        fixed = {dof % size for dof in (_FIXED_IN_BENDING if bending else _FIXED)[self.ends]}
-        return [dof for dof in range(size) if dof not in fixed]
+        return free_nodal(self.kind, self.ends, self.elements)
 
     @property
     def units(self) -> tuple[str, ...]:

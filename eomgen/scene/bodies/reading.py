@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from eomgen.scene.bodies.base_schema import BaseEntry as WrittenBase
     from eomgen.scene.section import Reading
 
-#: Times at which the speed is looked at.
-_TIMES = 1025
 _UNIT = "m/s^2"
 #: Inertia (xx, yy, zz, xy, xz, yz).
 _Inertia = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
@@ -66,8 +64,9 @@ def read_base(reading: Reading) -> Base | None:
 
 def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: str | None, reading: Reading) -> Base:
     """Return a base with the second integrals of ``acceleration``, a formula of time per axis, added to the position.
-    ``drift`` is ``remove``, ``keep`` or None, which adds a note on a drift. Faulty or inexact integrals are reported
-    and left out."""
+    ``drift`` is ``remove``, ``keep`` or None, which adds a note on a drift: an acceleration that holds on, or a speed
+    at the end, or in the mean, above 2 % of the largest speed. Faulty or inexact integrals are reported and left out,
+    and accelerations that are zero during the run, or last much longer, are noted."""
     values, duration = reading.values, reading.document.simulation.duration
     units = {name: entry.unit for name, entry in reading.document.section("curves").items()}
     position, integrals = list(base.position), {}
@@ -82,35 +81,29 @@ def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: st
         except IntegrationError as error:
             values.report.add_error(key, error)
             continue
-        if (off := integral.error * integral.end) > 0.01 * _largest(integral, values.parameters):
+        law = law_and_rate(integral.formula, values.parameters)
+        displacements, speeds = law(np.linspace(0.0, integral.end, 1025))
+        if (off := integral.error * integral.end) > 0.01 * np.max(np.abs(displacements)):
             fault = f"the integral by polynomials is off by about {off:.1g} m at t = {integral.end:.6g} s [E1391]"
             values.report.add(key, fault, "a formula without poles and jumps, or a curve through its values")
             continue
         position[axis] = total(position[axis], integral.formula)
         if integral.end > 0.0:
             integrals[axis] = _describe(key, integral)
-        if drift is None and _drifts(integral, values.parameters):
-            remedy = 'drift = "remove"; or drift = "keep" if that motion is meant'
-            values.note([f"{integrals[axis]}; try: {remedy} [W0296]"])
-        values.note(_doubts(key, written_formula, integral, duration, values.parameters))
+            speed = max(abs(integral.velocity), abs(integral.displacement) / integral.end)
+            if drift is None and (speed > 0.02 * np.max(np.abs(speeds)) or integral.onward != 0.0):
+                remedy = 'drift = "remove"; or drift = "keep" if that motion is meant'
+                values.note([f"{integrals[axis]}; try: {remedy} [W0296]"])
+        if duration > 0.0 and written_formula != 0.0:
+            if not np.any(law(np.linspace(0.0, duration, 1025))[1]):
+                fault = f"{key} is zero from t = 0 to {duration:.6g} s, the end of the run"
+                values.note([f"{fault}; try: a curve that begins at t = 0 [W0297]"])
+            elif integral.end > 50.0 * duration:
+                fault = f"{key} lasts {integral.end:.6g} s, and the run {duration:.6g} s"
+                remedy = 'argument_unit = "ms" of a table whose times are in milliseconds'
+                values.note([f"{fault}; try: {remedy} [W0298]"])
     x, y, z = position
     return replace(base, position=(x, y, z), integrals=integrals)
-
-
-def _doubts(
-    key: str, acceleration: float | str, integral: SecondIntegral, duration: float, parameters: Mapping[str, float]
-) -> list[str]:
-    """Return notes on an acceleration that is zero during the whole run, or on a record much longer than the run; none
-    for a run without duration."""
-    if not duration > 0.0 or acceleration == 0.0:
-        return []
-    if not np.any(law_and_rate(integral.formula, parameters)(np.linspace(0.0, duration, _TIMES))[1]):
-        fault = f"{key} is zero from t = 0 to {duration:.6g} s, the end of the run"
-        return [f"{fault}; try: a curve that begins at t = 0 [W0297]"]
-    if integral.end > 50.0 * duration:
-        fault = f"{key} lasts {integral.end:.6g} s, and the run {duration:.6g} s"
-        return [f'{fault}; try: argument_unit = "ms" of a table whose times are in milliseconds [W0298]']
-    return []
 
 
 def _describe(key: str, integral: SecondIntegral) -> str:
@@ -127,23 +120,6 @@ def _describe(key: str, integral: SecondIntegral) -> str:
     if integral.error:
         texts.append(f"its quadrature is off by about {integral.error * integral.end:.1g} m there")
     return "; ".join(texts)
-
-
-def _largest(integral: SecondIntegral, parameters: Mapping[str, float]) -> float:
-    """Return the largest displacement of an integral, m; 0 for none."""
-    if not integral.end > 0.0:
-        return 0.0
-    return float(np.max(np.abs(law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[0])))
-
-
-def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:
-    """Return whether the motion of an integral drifts: the speed at the end or the mean speed exceeds 2 % of the
-    largest speed, or an acceleration holds on."""
-    if not integral.end > 0.0:
-        return False
-    speeds = law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[1]
-    least = 0.02 * float(np.max(np.abs(speeds)))
-    return max(abs(integral.velocity), abs(integral.displacement) / integral.end) > least or integral.onward != 0.0
 
 
 def _is_motion(key: str, formula: Formula, values: Values) -> bool:
@@ -178,9 +154,7 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
         text = f"the curve {name} is in {label}, and an acceleration in {_UNIT} [E1393]"
         values.report.add(key, text, hint.get(label, default_hint))
     elif factor != 1.0:
-        text = (
-            f"the curve {name} is labelled {label}, and labels do not convert: its values are taken in {_UNIT} [E1394]"
-        )
+        text = f"the curve {name} is labelled {label}, and labels do not convert: its values are in {_UNIT} [E1394]"
         values.report.add(key, text, f'value_unit = "{label}" in its table, and unit = "{_UNIT}"')
     return fault is not None or factor != 1.0
 

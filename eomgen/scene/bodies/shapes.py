@@ -18,7 +18,7 @@ from eomgen.scene.bodies.mesh_files import MOST, is_readable, mesh_path, with_me
 from eomgen.scene.design_poses import attach, size_of
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, of_parameters, optional
-from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
+from eomgen.scene.reading.kinds import ORIGIN, Finite, Rotations, Triple, Value
 from eomgen.scene.reading.kinds import Values as OneOrMore
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import above_zero, is_zero
@@ -47,8 +47,6 @@ COLORS = {
     "navy": "#22407a", "purple": "#8d70d8", "magenta": "#c8479a", "pink": "#e79ab8", "beige": "#dccfae",
 }  # fmt: skip  # a table
 _HEXADECIMAL = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
-_ORIGIN = (0.0, 0.0, 0.0)
-_SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class DrawnShape(Table):
@@ -56,20 +54,13 @@ class DrawnShape(Table):
 
     type: Literal["box", "cylinder", "sphere", "capsule", "wheel", "ellipsoid", "mesh"] = key("kind of solid")
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
-    position: Triple = key(
-        "centre of the solid, or origin of the mesh, in the body's frame",
-        _ORIGIN,
-        unit="m",
-        names=PARAMETERS,
-    )
+    position: Triple = key("centre of the solid or origin of the mesh, in the body", ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional("its axes in the body; intrinsic rotations in order", shown_default="`[]`")
     axis: Triple | None = of_fixed_parameters(
         "axis of symmetry of a cylinder, a capsule or a wheel, in the body's axes, in place of `rotation`",
         shown_default="`[0, 0, 1]`, of a wheel `[0, 1, 0]`",
     )
-    given_in: str | None = given_in(
-        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("position and axes are given")
     first: str | None = optional(
         "one end of the axis of a cylinder or a capsule, at the design position, in place of position, axes and"
         " `length`",
@@ -101,11 +92,7 @@ class DrawnShape(Table):
     )
     color: str = key("`#rrggbb`, or one of " + ", ".join(COLORS), "", shown_default="the colour of the body")
     opacity: Finite = key("1 hides the parts behind the shape", 1.0)
-    required: bool = key(
-        "`false`: a mesh is read when a picture is drawn, and one that cannot be read is left out with a note or a"
-        " warning",
-        True,
-    )
+    required: bool = key("`false`: a mesh is read when drawn, and left out with a note if it cannot be read", True)
 
 
 class _ShapeReader:
@@ -159,7 +146,7 @@ class _ShapeReader:
                 self.report.add(f"{self.key}.{side}", f"the key {side} is missing [E1343]", f"{side} = ...")
             elif values.point(f"{self.key}.{side}", name) and known and name in points:
                 point = points[name]
-                placement = point.body, True, entry.body, point.position, _SAME
+                placement = point.body, True, entry.body, point.position, rows(np.eye(3))
                 ends.append(read_placement(f"{self.key}.{side}", *placement, values)[0])
         if len(ends) < len(("first", "second")) or self.report.concerns(self.key):
             return None
@@ -268,9 +255,7 @@ class _Shapes(Section):
         read = {name: reader.shape() for name, reader in readers.items()}
         if missing := {name: reader.missing for name, reader in readers.items() if reader.missing}:
             first = next(iter(missing.values()))
-            values.note(
-                [f"meshes that are left out of pictures ({len(missing)}: {listed(list(missing))}): {first} [W0280]"]
-            )
+            values.note([f"meshes left out of pictures ({len(missing)}: {listed(list(missing))}): {first} [W0280]"])
         reading.values.mentioned |= values.mentioned
         reading.values.note(values.notes)
         return {  # on a geometrically exact beam the nearest node carries a shape, which makes no nodes

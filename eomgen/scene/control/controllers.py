@@ -17,12 +17,11 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Symbol, distinct_nodes
 from eomgen.scene.control.model import Controller
 from eomgen.scene.control.sampled import read_sampled_controller, sampled_names
-from eomgen.scene.control.state_feedback import feedback_names, parameters_of, read_state_feedback
+from eomgen.scene.control.state_feedback import feedback_names, read_state_feedback
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.system.signals import Parameter, State
+from eomgen.system.signals import State
 
 if TYPE_CHECKING:
     from eomgen.scene.control.schema import ControllerEntry as Written
@@ -113,7 +112,7 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
     x, f = (Symbol("state", f"{name}_{suffix}") for suffix in ("integral", "filtered"))
     limits = OutputLimits(key, entry, values)
     parts = ("proportional", "integral", "derivative", "lead")
-    options = values.keys(key, entry, *parts, "gain", "initial_filtered", "initial")
+    options = values.keys(key, entry, *parts, "gain", "initial_filtered", "initial", "tracking")
     kp, ki, kd, lead = (options.get(part, ZERO) for part in parts)
     gain, filtered = options.get("gain", ONE), options.get("initial_filtered", 0.0)
     rates: dict[str, tuple[Formula, float]] = {}
@@ -124,8 +123,11 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
             free = free + kd * rate
             rates["filtered"] = rate, filtered
         rate = ki * e
-        if limits.has_bounds:
-            rate = rate + (limits.of(free) - free) / _tracking(key, entry, kp, ki, values)
+        if limits.bounds:
+            if "tracking" not in options:
+                values.require(key, RELATIONS["integral time"], [kp, ki])
+            tracking = options["tracking"] if "tracking" in options else kp / ki
+            rate = rate + (limits.of(free) - free) / tracking
         rates = {"integral": (rate, options["initial"]), **rates}
     elif entry.type == "low_pass":
         rates["filtered"] = (gain * e - f) / T, options["initial"]
@@ -157,10 +159,6 @@ class OutputLimits:
         if len(self.bounds) == 2:
             values.require(f"{key}.minimum", RELATIONS["limits of an output"], [self.bounds["max"], self.bounds["min"]])
 
-    @property
-    def has_bounds(self) -> bool:
-        return bool(self.bounds)
-
     def of(self, formula: Formula) -> Formula:
         """Return a formula held between the limits."""
         for operation, bound in self.bounds.items():
@@ -168,32 +166,15 @@ class OutputLimits:
         return formula
 
 
-def _tracking(key: str, entry: Written, kp: Formula, ki: Formula, values: Values) -> Formula:
-    """Return the tracking time: the one given, or the integral time kp/ki."""
-    if entry.tracking is not None:
-        return values.formula(f"{key}.tracking", entry.tracking, PARAMETERS)
-    values.require(key, RELATIONS["integral time"], [kp, ki])
-    return kp / ki
-
-
-def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return a cycle in ``depends``, a mapping from each entry to the entries on which it depends at the same instant,
-    with the first member repeated at the end; empty without a cycle."""
-    try:
-        TopologicalSorter(depends).prepare()
-    except CycleError as error:
-        cycle: list[str] = error.args[1]
-        return cycle[::-1]
-    return []
-
-
 def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElement], values: Values) -> None:
     """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of
     springs; ``springs`` are force elements of that section."""
     depends = {f"controllers.{item.name}": _used_entries([item.output]) for item in controllers}
     depends |= {f"springs.{item.name}": _used_entries(formula for formula, _ in item.formulas()) for item in springs}
-    loop = algebraic_loop(depends)
-    if loop:
+    try:
+        TopologicalSorter(depends).prepare()
+    except CycleError as error:
+        loop = error.args[1][::-1]
         chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
         formulas = [item.output for item in controllers if f"controllers.{item.name}" in loop]
         parts = [part for formula in formulas for part in distinct_nodes(formula) if isinstance(part, Operation)]
@@ -205,9 +186,8 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
 
 def _used_entries(formulas: Iterable[Formula]) -> list[str]:
     sections = {"controller": "controllers", "tension": "springs"}
-    return sorted(
-        {f"{sections[s.kind]}.{s.name}" for formula in formulas for s in symbols(formula) if s.kind in sections}
-    )
+    used = (symbol for formula in formulas for symbol in symbols(formula) if symbol.kind in sections)
+    return sorted({f"{sections[symbol.kind]}.{symbol.name}" for symbol in used})
 
 
 #: Keys of each type in addition to labels; needed keys with an example.
@@ -251,17 +231,8 @@ def states_of_controllers(entries: Mapping[str, Written]) -> list[str]:
 
 def outputs_of_controllers(entries: Mapping[str, Written]) -> list[str]:
     """Return the names of controller outputs in formulas."""
-    return [
-        output
-        for name, entry in entries.items()
-        for output in made_by_controller(name, entry).get("controllers") or (name,)
-    ]
-
-
-def made_parameters(entries: Mapping[str, Written]) -> list[Parameter]:
-    """Return the tunable parameters that controllers make."""
-    feedback = [(name, entry) for name, entry in entries.items() if entry.type == "state_feedback"]
-    return [parameter for name, entry in feedback for parameter in parameters_of(name, entry)]
+    made = {name: made_by_controller(name, entry).get("controllers") for name, entry in entries.items()}
+    return [output for name, outputs in made.items() for output in outputs or (name,)]
 
 
 def read_controllers(section: Callable[[str], Mapping[str, Any]], values: Values, folder: Path) -> dict[str, list[Any]]:
@@ -297,7 +268,5 @@ def read_controllers(section: Callable[[str], Mapping[str, Any]], values: Values
         else:
             limits, unit = OutputLimits(key, entry, values), entry.unit or "N"
             outputs = {name: limits.of(read_skyhook(name, entry, values, section("springs")))}
-        made["controllers"] += [
-            Controller(output, formula, unit, entry.description) for output, formula in outputs.items()
-        ]
+        made["controllers"] += [Controller(output, law, unit, entry.description) for output, law in outputs.items()]
     return made

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -166,9 +166,3 @@ def c_source(
         report.add(f"{key}.source", fault, hint)
         return None
     return CSource(path.name, text)
-
-
-def sources_digest(controllers: Sequence[SampledController]) -> bytes:
-    """Return the names and texts of all controllers' C files, for the digest of a scene's content."""
-    sources = [item.source for item in controllers if item.source is not None]
-    return b"".join(f"\0{source.name}\0{source.text}".encode() for source in sources)

@@ -72,15 +72,11 @@ class ControllerEntry(Table):
     integral: Value | None = of_parameters("ki, `pi` and `pid`", shown_default="`0`")
     derivative: Value | None = of_parameters("kd, `pid`", shown_default="`0`")
     gain: Value | None = of_parameters("k, `low_pass` and `lead_lag`", shown_default="`1`")
-    time_constant: Value | None = of_parameters(
-        "T, of the filter; `pid`, `low_pass` and `lead_lag`", unit="s", shown_default="required"
-    )
+    time_constant: Value | None = of_parameters("T; `pid`, `low_pass`, `lead_lag`", unit="s", shown_default="required")
     lead: Value | None = of_parameters("lead time L, `lead_lag`", unit="s", shown_default="required")
     minimum: Value | None = of_parameters("lower limit of the output")
     maximum: Value | None = of_parameters("upper limit of the output")
-    tracking: Value | None = of_parameters(
-        "time in which the integral of a limited `pi` or `pid` comes back", unit="s", shown_default="kp/ki"
-    )
+    tracking: Value | None = of_parameters("time in which a limited integral returns", unit="s", shown_default="kp/ki")
     initial: Value = key("x at the start", 0.0, names=FIXED_PARAMETERS)
     initial_filtered: Value | None = of_fixed_parameters("f at the start, `pid` and `lead_lag`", shown_default="`0`")
     outputs: Names | None = optional(
@@ -127,24 +123,14 @@ class ControllerEntry(Table):
         "`skyhook`: c_g, damping of the spring's first point against the world", unit="N s/m", shown_default="`0`"
     )
     clipped: bool | None = optional("`skyhook`: only forces of a damper", shown_default="`false`")
-    minimum_damping: Value | None = of_parameters(
-        "softest damper of a clipped `skyhook`", unit="N s/m", shown_default="`0`"
-    )
-    maximum_damping: Value | None = of_parameters(
-        "hardest damper of a clipped `skyhook`", unit="N s/m", shown_default="required"
-    )
+    minimum_damping: Value | None = of_parameters("softest damper if `clipped`", unit="N s/m", shown_default="`0`")
+    maximum_damping: Value | None = of_parameters("hardest damper if `clipped`", unit="N s/m", shown_default="required")
     width: Value | None = of_parameters(
         "rate over which the corners of a clipped `skyhook` are rounded", unit="m/s", shown_default="sharp corners"
     )
-    sample: Value | None = of_fixed_parameters(
-        "`sampled`: time between two samples", unit="s", shown_default="required"
-    )
-    delay: Value | None = of_fixed_parameters(
-        "`sampled`: time from the sample to the effect of its outputs", unit="s", shown_default="`0`"
-    )
-    quantum: Value | None = of_fixed_parameters(
-        "`sampled`: step of rounding: outputs are whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
-    )
+    sample: Value | None = of_fixed_parameters("`sampled`: time between samples", unit="s", shown_default="required")
+    delay: Value | None = of_fixed_parameters("`sampled`: time from sample to effect", unit="s", shown_default="`0`")
+    quantum: Value | None = of_fixed_parameters("`sampled`: rounding step", unit=ANY_UNIT, shown_default="not rounded")
     source: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "`sampled`: C file with its function, path from the folder of the scene file",
         path=True,
@@ -172,8 +158,6 @@ def _by_joint(description: str) -> Any:
 class ReferenceEntry(Table):
     """Coordinates, velocities and accelerations of joints, in place of the present ones."""
 
-    position: dict[str, Value] = _by_joint(
-        "coordinates of joints of one coordinate, rad or m; others have their present coordinate"
-    )
+    position: dict[str, Value] = _by_joint("coordinates of joints of one coordinate, rad or m, else the present ones")
     velocity: dict[str, Value] = _by_joint("velocities of such joints, rad/s or m/s; others have the present velocity")
     acceleration: dict[str, Value] = _by_joint("accelerations of such joints, rad/s² or m/s²; others have 0")

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 from eomgen.base.messages import NAME_LENGTH, NAME_RULE, is_legal, key_of, shown
 from eomgen.formula.nodes import Formula
 from eomgen.scene.control.controllers import (
-    check_loops,
     made_by_controller,
-    made_parameters,
     outputs_of_controllers,
     read_controllers,
     states_of_controllers,
 )
 from eomgen.scene.control.model import Reference
+from eomgen.scene.control.state_feedback import parameters_of
 from eomgen.scene.formula.scope import SPRING_FORCE
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import check_reference
@@ -83,7 +82,8 @@ class _Controllers(Section):
         }
 
     def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
-        return made_parameters(entries)
+        feedback = [(name, entry) for name, entry in entries.items() if entry.type == "state_feedback"]
+        return [parameter for name, entry in feedback for parameter in parameters_of(name, entry)]
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         return read_controllers(reading.document.section, reading.values, reading.folder)
@@ -95,12 +95,6 @@ class _Controllers(Section):
 def _added_names(name: str, entry: ControllerEntry) -> list[tuple[str, str]]:
     """Return the names that a controller adds besides its name, each with a section."""
     return [(section, made) for section, names in made_by_controller(name, entry).items() for made in names]
-
-
-def check_controllers(reading: Reading) -> None:
-    """Report algebraic loops among controllers and tensions of springs."""
-    items = reading.items
-    check_loops(items["controllers"]["controllers"], tuple(items.get("springs", {}).values()), reading.values)
 
 
 CONTROLLERS = _Controllers(

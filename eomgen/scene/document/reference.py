@@ -20,7 +20,7 @@ def schema() -> dict[str, Any]:
 
 
 def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]]]) -> dict[str, Any]:
-    """Return the JSON Schema of files, with units of keys in ``x-unit`` and the scope of their formulas in ``x-names``.
+    """Return the JSON Schema of files, with units of keys in ``x-unit`` and the scope of formulas in ``x-names``.
 
     The schema has only keywords with equal meaning in draft 4 and later drafts, since editors of TOML know draft 4.
 

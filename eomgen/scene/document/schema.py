@@ -1,4 +1,4 @@
-"""The shape of a scene file, as pydantic models: the keys, kinds of their values, and their meanings.
+"""The shape of a scene file, as pydantic models: the keys, kinds of values, and meanings.
 
 Checks of several keys together are in ``checks``; the tables of ``docs/scene.md`` are made from here by
 ``reference``.

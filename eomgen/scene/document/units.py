@@ -51,7 +51,7 @@ class ColumnUnits:
         """Return the SI unit of a column; empty if the unit is not known yet."""
         label = self.argument if column == "argument" else self.value
         factors = factors_of(label)
-        return "" if factors is None else _in_si(factors)
+        return "" if factors is None else coherent(factors)
 
     def learn(self, column: Column, text: str) -> str:
         """Return the SI unit of a column; without a label, the unit in ``text``, a quantity in the column, becomes the
@@ -59,7 +59,7 @@ class ColumnUnits:
         self.converted.add(column)
         if not self.of(column):
             try:
-                unit = _in_si(read_quantity(text).factors)
+                unit = coherent(read_quantity(text).factors)
             except UnitError:  # reported by the conversion of the quantity
                 return ""
             setattr(self, column, unit)
@@ -75,7 +75,7 @@ class ColumnUnits:
             return error.what, error.hint
         self.converted.add(column)
         if not self.of(column):
-            setattr(self, column, _in_si(factors))
+            setattr(self, column, coherent(factors))
         return unit_fault(text, factors, self.of(column))
 
     def fault_of_label(self, column: Column, label: object) -> tuple[str, str] | None:
@@ -93,23 +93,11 @@ class ColumnUnits:
         return fault, hint
 
 
-def _columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
-    """Return the units of the columns of a curve known from its kind and label; None for other entries."""
-    labels = model.column_labels(data)
-    return labels and ColumnUnits(*labels)
-
-
-def _in_si(factors: Factors) -> str:
-
-    return coherent(factors)
-
-
 def _is_same(factors: Factors, unit: str) -> bool:
 
     return measure(factors) == measure(read_unit(unit))
 
 
-_DEPTH = 4  # of lists in a value: a matrix has two
 _NUMBER_AND_UNIT = re.compile(r"[-+0-9.eE \t]+([A-Za-z%].*)", re.DOTALL)
 #: Labels of numbers without a unit.
 _WITHOUT_UNIT = frozenset({"-", "1", "--", "none", "dimensionless"})
@@ -159,7 +147,8 @@ class _Converter:
         """Return a table of the class ``model`` at the dotted ``key`` with values in SI. ``kind`` and ``columns`` are
         the type and the curve's columns of the table around, for tables that have none. Units of formulas are noted in
         ``self.units``, and doubts in ``self.notes``."""
-        table_columns = _columns_of(model, data)
+        labels = model.column_labels(data)
+        table_columns = labels and ColumnUnits(*labels)
         columns = table_columns or columns
         kind = data.get("type", kind or self.kind_of_joint(data))
         kind = kind if isinstance(kind, str) else None
@@ -176,7 +165,7 @@ class _Converter:
             elif meaning.unit or meaning.names is not None:
                 component = data.get("index", 0) if "index" in fields else None
                 over_time = meaning.names is not None and "time" in meaning.names.kinds
-                self.follows = self.sources_of_kind(data) if _has_no_unit(meaning, kind) else ()
+                self.follows = self.reasons(meaning, kind, data)
                 result[name] = self.value(_unit(meaning, kind, component), value_key, data[name], over_time=over_time)
                 self.follows = ()
             if meaning.unit == ANY_UNIT and "unit" in fields:
@@ -238,7 +227,7 @@ class _Converter:
         """Report the label of a quantity whose squares are the values of a curve, converted to SI, if the label is not
         the SI unit of the quantity."""
         factors = factors_of(label) if isinstance(label, str) else None
-        if factors and not _is_same(factors, unit := _in_si(factors)):
+        if factors and not _is_same(factors, unit := coherent(factors)):
             fault = f"its values become {columns.of('value')}, of a quantity in {unit}, and the label {shown(label)}"
             self.report.add(f"{key}.unit", f"{fault} says otherwise [E1471]", f'unit = "{unit}", or no unit')
 
@@ -260,16 +249,16 @@ class _Converter:
             if not label.strip():
                 result["unit"] = unit
             elif factors is None or not is_coherent(factors, quantity):
-                fault = (
-                    f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise [E1473]"
-                )
+                fault = f"{shown(written)} is {number:.9g} {unit}, and the label {shown(label)} says otherwise [E1473]"
                 self.report.add(f"{key}.unit", fault, f'unit = "{unit}", or no unit')
         elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
             fault = f"its unit {label} is a label, so {number:g} is taken as it is [W0126]"
             self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI')
 
-    def sources_of_kind(self, data: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the dotted keys of the entry that is converted and, if a table names a joint, of the joint."""
+    def reasons(self, meaning: KeyMetadata, kind: object, data: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the dotted keys below which a fault explains that a key has no unit for a kind."""
+        if not isinstance(meaning.unit, Mapping) or kind in meaning.unit:
+            return ()
         joint = data.get("joint")
         return (self.entry_key, key_of("joints", joint)) if isinstance(joint, str) else (self.entry_key,)
 
@@ -310,14 +299,14 @@ class _Converter:
             if is_quantity(value):
                 return self.text(unit, key, value, over_time=over_time)
             return self.name_alone(unit, key, value.strip().removeprefix("-").strip()) or value
-        if isinstance(value, list | tuple) and depth < _DEPTH:
+        if isinstance(value, list | tuple) and depth < 4:  # a matrix has two levels
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
             self.beside_unit(unit, key, value)
             return [
                 self.value(units[index], f"{key}[{index}]", entry, depth + 1, over_time=over_time)
                 for index, entry in enumerate(value)
             ]
-        if isinstance(value, Mapping) and depth < _DEPTH:
+        if isinstance(value, Mapping) and depth < 4:
             return {
                 name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1, over_time=over_time)
                 for name, entry in value.items()
@@ -348,10 +337,8 @@ class _Converter:
             return
         for index, value in enumerate(values):
             if number := _plain(value):
-                self.notes.append(
-                    f"{key}[{index}]: {number:g} has no unit, unlike neighbouring entries, so it is {number:g}"
-                    f" {unit} [W0128]"
-                )
+                note = f"{number:g} has no unit, unlike neighbouring entries, so it is {number:g} {unit} [W0128]"
+                self.notes.append(f"{key}[{index}]: {note}")
 
     def beside_units(self, columns: ColumnUnits, names: tuple[Column, Column], key: str, rows: Sequence[Any]) -> None:
         """Add a note on numbers without a unit in the columns ``names`` of a curve's points, ``rows``, if other rows
@@ -365,10 +352,8 @@ class _Converter:
             bare = [number for row in cells if (number := _plain(row[index]))]
             if bare and unit:
                 more = f" ({len(bare)} such {name}s)" if len(bare) > 1 else ""
-                self.notes.append(
-                    f"{key}: the {name} {bare[0]:g} has no unit, as others have, so it is {bare[0]:g}"
-                    f" {unit}{more} [W0129]"
-                )
+                note = f"{bare[0]:g} has no unit, as others have, so it is {bare[0]:g} {unit}{more} [W0129]"
+                self.notes.append(f"{key}: the {name} {note}")
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | FaultyText:
         """Return the number in SI of a text such as "250 mm"; ``FaultyText``, after a report at ``key``, if the unit
@@ -389,23 +374,15 @@ class _Converter:
                     return to_unit(quantity, unit, over_time=over_time)
                 number, self.units[key] = to_si(quantity)
                 return number
-            number, coherent = to_si(quantity)
-            fault, hint = (
-                f"{shown(text)} has a unit, and a number without one is needed here [E0321]",
-                repr(number).removesuffix(".0"),
-            )
+            number, unit_in_si = to_si(quantity)
+            fault = f"{shown(text)} has a unit, and a number without one is needed here [E0321]"
+            hint = repr(number).removesuffix(".0")
             if measure(quantity.factors)[0] != 1:
-                hint = f"{hint}, which it is in {coherent}"
+                hint = f"{hint}, which it is in {unit_in_si}"
         except UnitError as error:
             fault, hint = error.what, error.hint
         self.report.add(key, fault, hint, self.follows)
         return FaultyText(text)
-
-
-def _has_no_unit(meaning: KeyMetadata, kind: object) -> bool:
-    """Return whether the unit of a key follows from the kind of the entry, and this kind has none: it may be unknown or
-    missing, or it does not take the key."""
-    return isinstance(meaning.unit, Mapping) and not (isinstance(kind, str) and kind in meaning.unit)
 
 
 def _unit(meaning: KeyMetadata, kind: object, index: object) -> Units:

@@ -140,11 +140,11 @@ def quote(value: object) -> str:
 
 
 #: Names of keys in other tools; the first of the keys that a table has is meant.
-_KEYS: Mapping[str, tuple[str, ...]] = {
+KEYS_ELSEWHERE: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("dt", "time_step", "timestep", "step_size", "h"), ("step", "sample")),
     **dict.fromkeys(("t_end", "tend", "end", "end_time", "stop_time", "t_final"), ("duration",)),
     **dict.fromkeys(("integrator", "solver"), ("method",)),
-    **dict.fromkeys(("com", "cog", "cg", "centre_of_mass", "center"), ("center_of_mass",)),
+    **dict.fromkeys(("com", "cog", "cg", "mass_center", "center"), ("center_of_mass",)),
     **dict.fromkeys(("I", "J", "inertia_tensor", "moments"), ("inertia",)),
     **dict.fromkeys(("m",), ("mass",)),
     **dict.fromkeys(("k", "spring_constant"), ("stiffness",)),
@@ -209,7 +209,7 @@ def key_meant(name: str, keys: Collection[str], value: object) -> str:
     for row in rows_of("eomgen.keys_elsewhere", ForeignKeys):
         if hint := row.hint(name, keys, value):
             return str(hint)
-    meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
+    meant = KEYS_ELSEWHERE.get(name, KEYS_ELSEWHERE.get(name.lower(), ()))
     return next((key for key in meant if key in keys), "")
 
 
@@ -258,8 +258,6 @@ def _concept_of_bases(name: str) -> str:
 
 
 _AXES = ("x", "y", "z")
-#: Signs of numbers, before a unit.
-_OF_NUMBERS = "+-0123456789.eE \t"
 #: Numbers within a bound, by the kind of pydantic's message.
 _BOUNDS: Mapping[str, str] = {
     "greater_than_equal": "{} or more",
@@ -326,30 +324,20 @@ def explain(
 
 
 def _number_meant(location: Location, value: object, table: type[BaseModel], depth: int) -> str:
-    """Return the hint for a text or a list given in place of a number; empty for other values. Arguments as of
-    ``explain``."""
-    if isinstance(value, list | tuple):
-        return _one_number(str(location[-1]), value)
-    return _unit_of_list(location, value, table, depth) if isinstance(value, str) else ""
-
-
-def _one_number(key: str, numbers: Sequence[object]) -> str:
-    """Return the hint for a list of numbers given in place of a number; empty for a list of other values."""
-    if not numbers or not all(map(is_plain_number, numbers)):
+    """Return a hint for a value in place of a number: a single number for a list, the key of the unit for an entry with
+    a unit within a list; empty otherwise."""
+    key = str(location[-1])
+    if isinstance(value, list | tuple) and value and all(map(is_plain_number, value)):
+        if key == "radius" and len(set(value)) > 1:
+            return f'one number, or type = "ellipsoid" with semi_axes = {list(value)}'
+        return f"{key} = {value[0]}" if len(set(value)) == 1 else _BY_KEY.get(key, "one number")
+    if not (isinstance(value, str) and is_quantity(value)):
         return ""
-    if key == "radius" and len(set(numbers)) > 1:
-        return f'one number, or type = "ellipsoid" with semi_axes = {list(numbers)}'
-    return f"{key} = {numbers[0]}" if len(set(numbers)) == 1 else _BY_KEY.get(key, "one number")
-
-
-def _unit_of_list(location: Location, value: str, table: type[BaseModel], depth: int) -> str:
-    """Return the hint for a number with a unit in a list of plain numbers, whose unit has a separate key; empty without
-    such a key. Arguments as of ``explain``."""
     words = [part for part in location if isinstance(part, str)]
     keys = [f"{words[-1]}_unit", f"{words[-1].removesuffix('s')}_unit"]
     unit_key = next((key for key in _keys_at(tuple(words[depth:-1]), table) if key in keys), "")
-    unit = value.strip().lstrip(_OF_NUMBERS)
-    return f'{unit_key} = "{unit}", and numbers alone in {words[-1]}' if unit_key and is_quantity(value) else ""
+    unit = value.strip().lstrip("+-0123456789.eE \t")
+    return f'{unit_key} = "{unit}", and numbers alone in {words[-1]}' if unit_key else ""
 
 
 def _unknown_key(location: Location, value: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
@@ -359,7 +347,8 @@ def _unknown_key(location: Location, value: object, table: type[BaseModel], dept
     if len(location) == 1 and (absent := fault_of_absent(last)):
         return f"the section {shown(last)} is unknown: {absent[0]} [E1476]", absent[1]
     keys = _keys_at(location[depth:-1], table)
-    if location[0] == "definitions" and len(location) == 3 and last.isidentifier() and _is_formula(value):
+    is_formula = isinstance(value, str) and any(sign in value for sign in (" - ", " + ", "*", "(", "v.", "q."))
+    if location[0] == "definitions" and len(location) == 3 and last.isidentifier() and is_formula:
         dotted = f"definitions.{location[1]} is a table with the key {shown(last)}, and names have no dots [E1477]"
         return dotted, f"{location[1]}_{last} = {quote(value)}"
     if absent := fault_of_absent(".".join(map(str, location))):
@@ -382,7 +371,8 @@ def _report_fault(
     missing = detail["type"] == "missing"
     if missing and location[0] == "joints" and location[-1] == "child":
         hint = child_hint(data)
-    if _is_news(detail, location, report) and not (missing and location in renamed):
+    reported = missing and location[0] == "definitions" and report.concerns(key_of(*location[:2]))
+    if not (reported or isinstance(detail.get("input"), FaultyText) or (missing and location in renamed)):
         report.add(key_of(*location), fault, hint)
     return location
 
@@ -396,19 +386,6 @@ def _in_file(location: Location, data: object) -> Location:
             return location[:depth]
         data = every.get(part)
     return location
-
-
-def _is_news(detail: Mapping[str, Any], location: Location, report: Report) -> bool:
-    """Return whether no other message has the fault: False for a text that was reported, and for a missing key of a
-    definition whose name has a dot."""
-    if isinstance(detail.get("input"), FaultyText):
-        return False
-    return not (location[0] == "definitions" and detail["type"] == "missing" and report.concerns(key_of(*location[:2])))
-
-
-def _is_formula(value: object) -> bool:
-    """Return whether a text has an operator or a call, unlike a unit's name or a description."""
-    return isinstance(value, str) and any(sign in value for sign in (" - ", " + ", " * ", "*", "(", "v.", "q."))
 
 
 def _word_meant(message: str, location: Location, word: object) -> str:

@@ -26,9 +26,7 @@ class EventEntry(Table):
         sets=True,
         kind="values by quantity",
     )
-    restitution: Value | None = optional(
-        "rate of `when` after an `impact`, in parts of its negative before", names=EVERYTHING
-    )
+    restitution: Value | None = optional("rate of `when` after an `impact`, by minus the one before", names=EVERYTHING)
     mode: str | None = optional("mode that a `switch` sets", refers="modes")
     to: Value | None = optional("new value of the mode of a `switch`", names=EVERYTHING)
     least_interval: Value | None = of_fixed_parameters(

@@ -91,9 +91,7 @@ def _fault(symbol: Formula, target: str, reading: Reading) -> tuple[str, str] | 
     if symbol.kind == "state":
         return None
     if reading.document.coordinates == "absolute":  # joints have no coordinates
-        fault = (
-            f"{shown(target)} cannot be set: in absolute coordinates joints have no coordinates of their own [E1487]"
-        )
+        fault = f"{shown(target)} cannot be set: joints have none in absolute coordinates [E1487]"
         return fault, 'action = "impact", or coordinates = "joint"'
     joint: Joint | None = reading.items["joints"].get(symbol.name)
     if joint is None:

@@ -19,12 +19,11 @@ from eomgen.scene.joints.constraint_schema import FrameEntry
 from eomgen.scene.joints.frames import Site, read_frame
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
-from eomgen.scene.reading.kinds import Rotations, SixBySix, Triple
+from eomgen.scene.reading.kinds import ORIGIN, Rotations, SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import rows, sequence
 
-_ZEROS = (0.0, 0.0, 0.0)
 _NOTHING = "`[0, 0, 0]`"
 Rows = tuple[tuple[Formula, ...], ...]
 
@@ -44,10 +43,10 @@ class BushingEntry(Table):
         "symmetric stiffness, rotations first, in place of both stiffnesses", kind="6x6 numbers"
     )
     damping_matrix: SixBySix | None = optional("damping, rotations first, for both dampings", kind="6x6 numbers")
-    rest: Triple = key("origin of the second frame in the first for slack springs", _ZEROS, unit="m", names=PARAMETERS)
+    rest: Triple = key("origin of the second frame in the first for slack springs", ORIGIN, unit="m", names=PARAMETERS)
     rest_rotation: Rotations = key("axes of the second frame in the first then, by angles of fixed parameters", ())
-    preload: Triple = key("force on the second frame then, in the first one's axes", _ZEROS, unit="N", names=PARAMETERS)
-    rotational_preload: Triple = key("moment on the second frame then", _ZEROS, unit="N m", names=PARAMETERS)
+    preload: Triple = key("force on the second frame then, in the first one's axes", ORIGIN, unit="N", names=PARAMETERS)
+    rotational_preload: Triple = key("moment on the second frame then", ORIGIN, unit="N m", names=PARAMETERS)
 
 
 @dataclass(frozen=True)
@@ -132,10 +131,7 @@ def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], quantity: str
         return
     smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])
     if smallest < -COMPUTED * size:
-        fault = (
-            f"the {quantity} is negative in some direction: the smallest eigenvalue of the matrix is"
-            f" {smallest:.6g} [E1493]"
-        )
+        fault = f"the {quantity} is negative in some direction: the smallest eigenvalue is {smallest:.6g} [E1493]"
         values.report.add(key, fault, "a positive semidefinite matrix")
 
 

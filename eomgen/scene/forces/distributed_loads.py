@@ -17,10 +17,8 @@ from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD, LOCAL_LOAD
 from eomgen.scene.joints.frames import Site
 from eomgen.scene.reading.key_metadata import Table, key
-from eomgen.scene.reading.kinds import Triple, Values
+from eomgen.scene.reading.kinds import ORIGIN, Triple, Values
 from eomgen.scene.reading.values import Values as Reader
-
-_ZEROS = (0.0, 0.0, 0.0)
 
 
 class DistributedLoadEntry(Table):
@@ -28,7 +26,7 @@ class DistributedLoadEntry(Table):
 
     beam: str = key("the beam under the load", refers="beams", kind="beam")
     force: Triple = key("force per length", unit="N/m", names=LOCAL_LOAD)
-    moment: Triple = key("moment per length, of geometrically exact beams", _ZEROS, unit="N", names=LOCAL_LOAD)
+    moment: Triple = key("moment per length, of geometrically exact beams", ORIGIN, unit="N", names=LOCAL_LOAD)
     profile: Values = key(
         "polynomial in s, 0 to 1 along the beam, that multiplies the force",
         (1.0,),

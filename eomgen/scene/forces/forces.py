@@ -20,26 +20,22 @@ from eomgen.scene.formula.scope import LOAD, LOCAL_LOAD, PARAMETERS
 from eomgen.scene.joint_types import JOINTS, by_component
 from eomgen.scene.joints.frames import Site
 from eomgen.scene.reading.key_metadata import Table, given_in, key
-from eomgen.scene.reading.kinds import Triple, Value
+from eomgen.scene.reading.kinds import ORIGIN, Triple, Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import read_placement
 from eomgen.scene.rotations import rows
 from eomgen.system.description import BASE, WORLD
-
-_ZEROS = (0.0, 0.0, 0.0)
 
 
 class ForceEntry(Table):
     """A force and a torque on a body."""
 
     body: str = key("the loaded body", refers="bodies", kind="body, not the base")
-    point: Triple = key("point of the force, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
-    force: Triple = key("force through the point", _ZEROS, unit="N", names=LOCAL_LOAD)
-    torque: Triple = key("couple, added to the moment of the force", _ZEROS, unit="N m", names=LOCAL_LOAD)
+    point: Triple = key("point of the force, in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
+    force: Triple = key("force through the point", ORIGIN, unit="N", names=LOCAL_LOAD)
+    torque: Triple = key("couple, added to the moment of the force", ORIGIN, unit="N m", names=LOCAL_LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")
-    given_in: str | None = given_in(
-        "frame in which the point, not the force, is given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("the point, not the force, is given")
 
 
 @dataclass(frozen=True)

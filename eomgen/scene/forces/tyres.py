@@ -24,14 +24,10 @@ from eomgen.system.description import BASE, WORLD, Wheel
 class SlipEntry(Table):
     """Forces of a tyre in the plane of the road."""
 
-    axis: Triple = key(
-        "axis of the wheel's spin, in axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS
-    )
+    axis: Triple = key("spin axis, in axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS)
     stiffness: ValuesEntry = key("force per slip and load; two values: longitudinal, lateral", names=PARAMETERS)
     friction: Value = key("largest force per load", 1.0, names=PARAMETERS)
-    velocity: Value = key(
-        "added in squares to the rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS
-    )
+    velocity: Value = key("added in squares to rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS)
 
 
 class TyreEntry(Table):
@@ -110,10 +106,8 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
     known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
-        fault = (
-            f"the point {entry.center} is on the {points[entry.center].body}, on which a wheel's force"
-            f" has no effect [E1512]"
-        )
+        body = points[entry.center].body
+        fault = f"the point {entry.center} is on the {body}, on which a wheel's force has no effect [E1512]"
         report.add(f"{key}.center", fault, "a point of the wheel's body")
     numbers = values.keys(key, entry, "damping")
     road = _height(f"{key}.road", entry.road, entry.center, values)
@@ -146,10 +140,7 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
     formula = values.formula(key, value, ROAD)
     for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
         if symbol.name != center or symbol.index == 2:
-            fault = (
-                f"position.{symbol.name}[{symbol.index}] cannot be used here: a road has a height over its own wheel's"
-                " x and y [E1515]"
-            )
+            fault = f"position.{symbol.name}[{symbol.index}] is not x or y of the road's own wheel [E1515]"
             values.report.add(key, fault, f"position.{center}[0] or position.{center}[1]")
             break
     return formula
@@ -158,9 +149,7 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
 def _slip(key: str, slip: SlipEntry, values: Values) -> Slip | None:
     axis = values.axis(f"{key}.axis", slip.axis)
     if len(slip.stiffness) not in (1, 2):
-        fault = (
-            f"one stiffness, or a longitudinal and a lateral one, are needed here, not {len(slip.stiffness)} [E1516]"
-        )
+        fault = f"one stiffness, or two, longitudinal and lateral, are needed, not {len(slip.stiffness)} [E1516]"
         values.report.add(f"{key}.stiffness", fault, "[15, 12]")
         return None
     numbers = values.keys(key, slip, "stiffness", "friction", "velocity")

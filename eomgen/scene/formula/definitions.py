@@ -12,14 +12,9 @@ from collections.abc import Callable, Mapping
 from eomgen.base.data import dataclass, field, replace
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol, distinct_nodes
 from eomgen.scene.formula.scope import SceneNames, Scope
-from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.formula.tokens import DEPTH, FormulaError
 
 _NUMBER = re.compile(r"\s*-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,2})?\s*", re.ASCII)
-#: Largest numbers of operations and levels of a formula with definitions expanded: Python visits each operation and
-#: level.
-MOST_OPERATIONS, MOST_LEVELS = 20_000, 150
-#: Definitions within one another at most.
-MOST_NESTED = 50
 #: Remedy for definitions that are too large.
 IN_PLACE = "an internal state, an input or an output in place of a definition"
 
@@ -36,7 +31,6 @@ class WrittenDefinition:
     formula: Formula
     operations: int
     levels: int
-    nested: int
 
 
 @dataclass(eq=False)
@@ -56,7 +50,6 @@ class NamedExpression:
     open: list[NamedExpression] = field(default_factory=list, repr=False)
     used: bool = False
     _written: dict[Scope, WrittenDefinition] = field(default_factory=dict, repr=False)
-    _nested: int = field(default=0, repr=False)
 
     @property
     def number(self) -> float | None:
@@ -82,26 +75,17 @@ class NamedExpression:
             if self in self.open:
                 fault = f"the definition {self.name} mentions itself [E1517]"
                 raise DefinitionError(fault, 1, "an expression of other names")
-            self._check_nesting(1)
+            if len(self.open) >= DEPTH:
+                raise DefinitionError(f"more than {DEPTH} definitions are within one another [E1518]", 1, IN_PLACE)
             self.open.append(self)
             try:
-                self._nested = 0
                 formula = read(self.text)
             finally:
                 self.open.pop()
             if isinstance(formula, Operation):
                 formula = replace(formula, label=self.name)
-            self._written[scope] = WrittenDefinition(formula, *extent(formula, {}), 1 + self._nested)
-        written = self._written[scope]
-        self._check_nesting(written.nested)
-        if self.open:
-            self.open[-1]._nested = max(self.open[-1]._nested, written.nested)
-        return written
-
-    def _check_nesting(self, more: int) -> None:
-        if len(self.open) + more > MOST_NESTED:
-            fault = f"more than {MOST_NESTED} definitions are within one another [E1518]"
-            raise DefinitionError(fault, 1, IN_PLACE)
+            self._written[scope] = WrittenDefinition(formula, *extent(formula, {}))
+        return self._written[scope]
 
 
 def named_expressions(texts: Mapping[str, str | float]) -> dict[str, NamedExpression]:
@@ -141,11 +125,8 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) ->
     """Raise FormulaError if a formula with its definitions written out has too many operations or levels. ``parts`` has
     the formula and the size of each definition by its symbol."""
     operations, levels = extent(formula, parts)
-    if operations > MOST_OPERATIONS or levels > MOST_LEVELS:
-        fault = (
-            f"the formula has {operations} operations in {levels} levels with its definitions written out, of at most"
-            f" {MOST_OPERATIONS} and {MOST_LEVELS} [E1520]"
-        )
+    if operations > 20_000 or levels > 150:  # Python visits each operation and level
+        fault = f"the formula has {operations} operations in {levels} levels, of 20000 and 150 at most [E1520]"
         raise FormulaError(fault, 1, IN_PLACE)
 
 

@@ -6,7 +6,6 @@ So a message quotes the file's text, and no text is ever edited.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
@@ -109,19 +108,12 @@ def _outward(section: str, spaces: Sequence[Namespace]) -> Iterator[tuple[str, s
         yield local, name
 
 
-def known_there(text: str, names: Collection[str]) -> frozenset[str]:
-    """Return the names that the scene's entries ``names`` have in the file of a text, without entries that this file
-    does not know."""
-    spaces = spaces_of(text)
-    if not spaces:
-        return frozenset(names)
-    every = (pair for section in spaces[0].names for pair in _outward(section, spaces))
-    return frozenset(local for local, name in every if name in names)
-
-
 def mentions_any(text: str, names: Collection[str]) -> bool:
     """Return whether a text has a word that is, in the names of the text's file, one of the scene's ``names``."""
-    here = known_there(text, names)
+    here, spaces = names, spaces_of(text)
+    if spaces:
+        every = (pair for section in spaces[0].names for pair in _outward(section, spaces))
+        here = {local for local, name in every if name in names}
     return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in here)
 
 
@@ -184,9 +176,8 @@ def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:
         visible[kind.name] = _RenamedEntries(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():
-        bound[name] = any(
-            names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names))
-        )
+        used = symbols(_bound(value, spaces[1:], names))
+        bound[name] = any(names.parameters.get(symbol.name, False) for symbol in used)
     parameters = {**visible["parameters"], **bound}
     kinds = {"parameters": parameters, "offered": offered, "entries": entries, "laws": laws}
     return replace(outer, **{**visible, **kinds})
@@ -261,12 +252,3 @@ class FileData:
     notes: list[str] = field(default_factory=list)
     judged: set[str] = field(default_factory=set)
     bound: dict[str, str] = field(default_factory=dict)
-    spaces: list[Namespace] = field(default_factory=list)
-
-
-def signature(spaces: Sequence[Namespace]) -> bytes:
-    """Return bytes that distinguish namespaces, for the cache key: a text does not determine the meaning of its
-    names."""
-    if not spaces:
-        return b""
-    return json.dumps([[dict(space.names), dict(space.values)] for space in spaces], sort_keys=True).encode()

@@ -42,7 +42,6 @@ from eomgen.scene.formula.tokens import (
     DEPTH,
     IN_RADIANS,
     ON_A_POINT,
-    PREFIX,
     TOO_DEEP,
     FormulaError,
     FormulaText,
@@ -94,11 +93,10 @@ def with_other_quantities(text: str, replacement: Callable[[str, str, str, int],
     """
     try:
         formula = FormulaText(text)
-        tree = ast.parse(formula.aliased, mode="eval")
+        ahead: list[ast.AST] = [formula.tree()]
     except (FormulaError, SyntaxError, RecursionError, MemoryError, ValueError):
         return text
     places: list[tuple[int, int, str]] = []
-    ahead: list[ast.AST] = [tree.body]
     while ahead:
         node = ahead.pop()
         if isinstance(node, ast.Call):
@@ -119,9 +117,10 @@ def _quantity_at(node: ast.AST) -> tuple[str, str, int] | None:
     index = 0
     if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
         index, node = node.slice.value, node.value
-    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-        return node.value.id.removeprefix(PREFIX), node.attr.removeprefix(PREFIX), index
-    return ("", node.id.removeprefix(PREFIX), 0) if isinstance(node, ast.Name) else None
+    words = _name_words(node)
+    if len(words) == 2:
+        return words[0], words[1], index
+    return ("", words[0], 0) if len(words) == 1 else None
 
 
 class _FormulaReader:
@@ -133,7 +132,7 @@ class _FormulaReader:
 
     def read(self) -> Formula:
         try:
-            tree = ast.parse(self.text.aliased, mode="eval")
+            tree = self.text.tree()
         except SyntaxError as error:
             column = self.text.column(max((error.offset or 1) - 1, 0))
             rest = self.text.text[column - 1 :].strip()
@@ -145,7 +144,7 @@ class _FormulaReader:
             raise FormulaError(fault, column, hint) from None
         except (RecursionError, MemoryError, ValueError):
             raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
-        return self.convert(tree.body, 1)
+        return self.convert(tree, 1)
 
     def error(self, node: ast.expr, fault: str, hint: str = "") -> FormulaError:
         return FormulaError(fault, self.text.column(node.col_offset), hint)
@@ -233,7 +232,7 @@ class _FormulaReader:
         return self.fold(node, "mul", parts)
 
     def condition(self, node: ast.expr, depth: int) -> Formula:
-        name = node.id.removeprefix(PREFIX) if isinstance(node, ast.Name) else ""
+        name = node.id if isinstance(node, ast.Name) else ""
         if not (_is_condition(node) or self.defines_condition(name)):
             hint = "a comparison such as x > 0"
             if name in self.names.definitions:
@@ -249,30 +248,32 @@ class _FormulaReader:
             seen.add(name)
             text = self.names.definitions[name].text
             try:
-                node = ast.parse(FormulaText(text).aliased, mode="eval").body
+                node = FormulaText(text).tree()
             except (FormulaError, SyntaxError, RecursionError, MemoryError, ValueError):
                 return False
             if _is_condition(node):
                 return True
             plain = type(text) is str  # texts of included files have names of their own
-            name = node.id.removeprefix(PREFIX) if plain and isinstance(node, ast.Name) else ""
+            name = node.id if plain and isinstance(node, ast.Name) else ""
         return False
 
     def call(self, node: ast.Call, depth: int) -> Formula:
         """Return the formula of a call: inverse dynamics ``tau``, a quantity of an entry, a curve or a function. Raises
         FormulaError for any other call and for a wrong number of arguments."""
-        if _is_tau(node.func):
+        words = _name_words(node.func)
+        of_component = _name_words(node.func.value) if isinstance(node.func, ast.Subscript) else words
+        if len(of_component) == 2 and of_component[0] == "tau":
             return self.tau(node)
         if word := self.word_of(node):
             return self.quantity_of_entry(word, node, node, depth)
-        if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
-            return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
-        if not isinstance(node.func, ast.Name):
+        if len(words) == 2:
+            return self.application(node, words[1], words[0], depth)
+        if len(words) != 1:
             hint = f"one of {', '.join(sorted(FUNCTIONS))}"
             if isinstance(node.func, ast.Attribute) and (call := self.call_of_entry(node.func.attr)):
                 hint = f"{call} without a word before it: it has no derivative in formulas"
             raise self.error(node, "only functions can be called [E1530]", hint)
-        name = node.func.id.removeprefix(PREFIX)
+        (name,) = words
         if name in self.names.curves:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
@@ -301,7 +302,7 @@ class _FormulaReader:
             return self.error(node, f"{name} is a number, not a function [E1533]", f"{name} alone, or {name} * (...)")
         hint = IN_RADIANS if name in DEGREES else function_hint(name, self.names.curves, sorted(FUNCTIONS))
         if name in self.kinds() and len(node.args) == 1 and isinstance(node.args[0], ast.Name):
-            hint = f"{name}.{node.args[0].id.removeprefix(PREFIX)}"
+            hint = f"{name}.{node.args[0].id}"
         if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
             hint = added.call(next(iter(entries)))
         return self.error(node, f"unknown function {shown(name)} [E1534]", self.call_of_entry(name) or hint)
@@ -309,7 +310,6 @@ class _FormulaReader:
     def application(self, node: ast.Call, name: str, word: str, depth: int) -> Formula:
         """Return a curve, or a derivative of a curve, at an argument: ``NAME(x)``, or ``WORD.NAME(x)`` with ``word``
         such as ``derivative``. Raises FormulaError for an unknown name, word, or number of arguments."""
-        name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
         if word in self.kinds() and word not in DERIVATIVES:
             raise self.error(node, f"{call} is a quantity, not a function [E1535]", f"{call} without brackets")
@@ -329,7 +329,6 @@ class _FormulaReader:
 
     def call_of_entry(self, name: str) -> str:
         """Return the call of an entry of a section that has a word, as maps have; empty if no entry has the name."""
-        name = name.removeprefix(PREFIX)
         for word in own_words().values():
             if item := self.names.entries.get(word.section, {}).get(name):
                 return word.call(name, item)
@@ -337,20 +336,16 @@ class _FormulaReader:
 
     def word_of(self, node: ast.expr) -> Word | None:
         """Return the word of the register in a call such as ``WORD.NAME(x, y)``; None for other nodes."""
-        call = node.func.value if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) else None
-        if isinstance(call, ast.Attribute):  # WORD.NAME.COMPONENT
-            call = call.value
-        name = call.id.removeprefix(PREFIX) if isinstance(call, ast.Name) else ""
+        words = _name_words(node.func) if isinstance(node, ast.Call) else []
+        name = words[0] if len(words) in (2, 3) else ""  # WORD.NAME, or WORD.NAME.COMPONENT
         return None if not name or name in DERIVATIVES or name in _MODULES or name in self.kinds() else added_word(name)
 
     def quantity_of_entry(self, word: Word, node: ast.expr, call: ast.expr, depth: int) -> EntryQuantity:
         """Return a quantity of a section's entry at given arguments: ``WORD.NAME(x, y)[1]``. ``call`` is the call
         within ``node``, which may have an index. Raises FormulaError for an unknown entry, or unfit arguments or
         components."""
-        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``word_of``
-        inner = call.func.value
-        part = call.func.attr.removeprefix(PREFIX) if isinstance(inner, ast.Attribute) else ""
-        name = (inner.attr if isinstance(inner, ast.Attribute) else call.func.attr).removeprefix(PREFIX)
+        assert isinstance(call, ast.Call)  # checked by ``word_of``
+        _, name, part = [*_name_words(call.func), ""][:3]
         label = f"{word.name}.{name}"
         entries = self.names.entries.get(word.section, {})
         if name not in entries:
@@ -394,7 +389,7 @@ class _FormulaReader:
         if not isinstance(argument, ast.Name):
             fault = f"{label}() takes the name of one reference [E1548]"
             raise self.error(node, fault, f"{label}(servo), and [references.servo]")
-        name = argument.id.removeprefix(PREFIX)
+        name = argument.id
         if name not in self.names.references:
             hint = nearest(name, self.names.references) or "a [references] section"
             raise self.error(argument, f"there is no reference {shown(name)} [E0253]", hint)
@@ -403,7 +398,7 @@ class _FormulaReader:
     def bare(self, node: ast.Name) -> Formula:
         """Return the formula of a name alone: pi, the time, a parameter, an input, a state or a definition. Raises
         FormulaError for an unknown name, and for a name that is not a number."""
-        name = node.id.removeprefix(PREFIX)
+        name = node.id
         if name == "pi":
             return Number(math.pi)
         if symbol := self.scope_symbol(node, name) or self.signal(node, name):
@@ -493,13 +488,16 @@ class _FormulaReader:
         motion in brackets follows, as ``tau`` needs. Raises FormulaError for unknown names, and for components that do
         not exist."""
         inner, index = (node.value, self.index(node)) if isinstance(node, ast.Subscript) else (node, None)
-        if isinstance(inner, ast.Attribute) and _is_reaction(inner.value):
-            return self.reaction(node, inner, index)
-        if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
+        words = _name_words(inner)
+        if len(words) == 3 and words[0] == "reaction":
+            return self.reaction(node, words[1], words[2], index)
+        if len(words) != 2:
             fault = "only quantities such as q.joint or position.point[2] have parts [E1557]"
-            word, part = _before(inner)
-            raise self.error(node, fault, parts_hint(self.names, word, part or ("" if index is None else str(index))))
-        kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
+            word, part = "".join(words) if len(words) == 1 else "", "" if index is None else str(index)
+            if len(words) == 3 and words[0] in QUANTITIES:
+                word, part = ".".join(words[:2]), words[2]
+            raise self.error(node, fault, parts_hint(self.names, word, part))
+        kind, name = words
         if kind in LOCAL and name == HERE and name not in self.names.points:
             return self.local(node, kind, index)
         self.check_complete(node, kind, name, called=called)
@@ -581,18 +579,14 @@ class _FormulaReader:
         FormulaError outside loads, and for an index other than 0 to 2."""
         label = f"{kind}.{HERE}"
         if "local" not in self.scope.kinds:
-            fault = (
-                f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams [E1572]"
-            )
+            fault = f"{label}: {HERE} is where a load acts, of [forces] or [distributed_loads] [E1572]"
             raise self.error(node, fault, "the name of a point")
         return Symbol("local", kind, self.component(node, label, index, 3))
 
-    def reaction(self, node: ast.expr, inner: ast.Attribute, index: int | None) -> Symbol:
+    def reaction(self, node: ast.expr, name: str, part: str, index: int | None) -> Symbol:
         """Return the symbol of a component of the reaction of a joint or a constraint: ``reaction.hinge.force[2]``,
         with ``inner`` for the node without the index. Raises FormulaError for an unknown name or part, or an index
         other than 0 to 2."""
-        assert isinstance(inner.value, ast.Attribute)  # checked by ``_is_reaction``
-        name, part = inner.value.attr.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         label = f"reaction.{name[:64]}"
         self.allow(node, "reaction", label)
         if fault := self.names.fault_of_reaction(name):
@@ -643,32 +637,11 @@ def _is_condition(node: ast.expr) -> bool:
     return is_not or isinstance(node, ast.Compare | ast.BoolOp)
 
 
-def _is_tau(node: ast.expr) -> bool:
-    """Return whether a node is ``tau.NAME``, or a component of ``tau.NAME``."""
-    inner = node.value if isinstance(node, ast.Subscript) else node
-    name = inner.value if isinstance(inner, ast.Attribute) else None
-    return isinstance(name, ast.Name) and name.id.removeprefix(PREFIX) == "tau"
-
-
-def _is_reaction(node: ast.expr) -> bool:
-    """Return whether a node is ``reaction.NAME``."""
-    return (
-        isinstance(node, ast.Attribute)
-        and isinstance(node.value, ast.Name)
-        and node.value.id.removeprefix(PREFIX) == "reaction"
-    )
-
-
-def _before(node: ast.expr) -> tuple[str, str]:
-    """Return quantity and part of a node such as ``position.tip.x``: ``position.tip`` and ``x``; of a plain name the
-    name and an empty part."""
-    if isinstance(node, ast.Name):
-        return node.id.removeprefix(PREFIX), ""
-    if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute)):
-        return "", ""
-    quantity, part = node.value, node.attr.removeprefix(PREFIX)
-    kind = quantity.value.id.removeprefix(PREFIX) if isinstance(quantity.value, ast.Name) else ""
-    return f"{kind}.{quantity.attr.removeprefix(PREFIX)}" if kind in QUANTITIES else "", part
+def _name_words(node: ast.AST) -> list[str]:
+    """Return the words of dotted names; empty for other nodes."""
+    if isinstance(node, ast.Attribute) and (before := _name_words(node.value)):
+        return [*before, node.attr]
+    return [node.id] if isinstance(node, ast.Name) else []
 
 
 def _plain_hint(word: str, name: str) -> str:
@@ -676,10 +649,7 @@ def _plain_hint(word: str, name: str) -> str:
     if word in _MODULES and name in FUNCTIONS:
         return f"{name}(...)"
     if word in _MODULES and re.fullmatch(r"u?int\d*|float\d*|longdouble|double|single|half", name):
-        return (
-            f'the number alone: NumPy writes its own as {word}.{name}(...) into a text; f"{{float(x)}}" writes a'
-            " plain one"
-        )
+        return f'the number alone: NumPy writes {word}.{name}(...) into a text, f"{{float(x)}}" writes a plain one'
     return f"one of {', '.join(sorted(FUNCTIONS))}"
 
 

@@ -161,9 +161,7 @@ ROAD = Scope(
         ),
     ),
 )
-SPRING_FORCE = Scope(
-    "time, parameters, inputs, states, positions and velocities (not accelerations or tensions)", _STATE
-)
+SPRING_FORCE = Scope("time, parameters, inputs, states, positions, velocities (no accelerations or tensions)", _STATE)
 STATE = Scope(
     "time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"}
 )

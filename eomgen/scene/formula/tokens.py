@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import bisect
 import math
 import re
@@ -90,6 +91,16 @@ class FormulaText:
         if not text.strip():
             raise FormulaError("the formula is empty [E1578]", 1, "a number")
         self.aliased = self.alias()
+
+    def tree(self) -> ast.expr:
+        """Return Python's tree of the formula, with names as in the text."""
+        body = ast.parse(self.aliased, mode="eval").body
+        for node in ast.walk(body):
+            if isinstance(node, ast.Name):
+                node.id = node.id.removeprefix(PREFIX)
+            elif isinstance(node, ast.Attribute):
+                node.attr = node.attr.removeprefix(PREFIX)
+        return body
 
     def alias(self) -> str:
         """Return the text for the parser: whitelisted tokens only, names prefixed, numbers normalised; note columns for

@@ -1,4 +1,4 @@
-"""Joints, their frames, limits and mimic joints, and constraints: schema, reading, model."""
+"""Joints, frames, limits and mimic joints, and constraints: schema, reading, model."""
 
 __all__ = ["constraint_numbers", "frames", "model", "tree"]
 #: Open to the other parts of ``scene`` as well.

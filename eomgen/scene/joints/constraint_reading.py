@@ -91,9 +91,7 @@ def _doubtful_contact(
 ) -> Iterator[str]:
     """Yield notes on a contact whose frames or radii look exchanged."""
     if second.body == BASE:
-        yield (
-            f"{key}: second, the base, carries the {shape}, and first the plane; a body on the ground is second [W0131]"
-        )
+        yield f"{key}: second, the base, carries the {shape}, and first the plane; try: the body as second [W0131]"
     if shape == "torus" and (inner := values.value(tube)) >= (outer := values.value(radius)):
         fault = f"a tube of radius {inner:g} about a centre line of radius {outer:g} leaves no hole in the torus"
         yield f"{key}.tube_radius: {fault}; try: the smaller radius in tube_radius [W0132]"
@@ -118,7 +116,7 @@ def _length(
         return UNKNOWN
     if number > COMPUTED:
         values.note(
-            [f"{key}: the length is not given, so it is the distance at the design position, {number:.6g} m [W0281]"]
+            [f"{key}: no length is given, so it is the distance at the design position, {number:.6g} m [W0281]"]
         )
         return length
     fault = f"a distance constraint needs a length, and the design position gives none: {why} [E1601]"

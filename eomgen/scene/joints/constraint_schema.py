@@ -26,9 +26,7 @@ class FrameEntry(Table):
     orientation: Matrix | None = optional("the same as a matrix, the frame's axes to the body's; in place of `axis`")
     axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
     x_axis: Triple | None = of_fixed_parameters("the frame's x axis is the part of it across `axis`")
-    given_in: str | None = given_in(
-        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("position and axes are given")
 
     @model_validator(mode="before")
     @classmethod
@@ -40,9 +38,7 @@ class ReactionEntry(Table):
     """Point and axes in which the reaction of a joint or a constraint is expressed."""
 
     joint: str | None = optional("joint of the reaction, which its parent exerts on its child", refers="joints")
-    constraint: str | None = optional(
-        "constraint of the reaction, which the body of `first` exerts on the body of `second`", refers="constraints"
-    )
+    constraint: str | None = optional("constraint of the reaction of `first` on `second`", refers="constraints")
     point: str | None = optional(
         "point about which the moment is taken",
         refers="points",
@@ -55,12 +51,8 @@ class ConstraintEntry(Table):
     """A constraint between two frames, which closes a loop, or an equation of coordinates and points."""
 
     type: ConstraintType = key("relative motion that it allows", kind="see below")
-    first: FrameEntry | None = optional(
-        "a frame in one body", kind="frame", shown_default="required, but for `formula`"
-    )
-    second: FrameEntry | None = optional(
-        "a frame in another, that can move against the first", kind="frame", shown_default="required, but for `formula`"
-    )
+    first: FrameEntry | None = optional("frame in a body", kind="frame", shown_default="required, but for `formula`")
+    second: FrameEntry | None = optional("frame in another", kind="frame", shown_default="required, but for `formula`")
     drive: Value | None = optional(
         "angle of `revolute`, or travel of `prismatic` and `cylindrical`, prescribed",
         unit={name: DRIVE_UNITS[row.drive] for name, row in CONSTRAINTS.items() if row.drive},

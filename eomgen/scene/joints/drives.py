@@ -1,4 +1,4 @@
-"""Reading of prescribed motions: drives of joints and of constraints, lengths over time, and their initial values."""
+"""Reading of prescribed motions: drives of joints and of constraints, lengths over time, with initial values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading of frames, their positions and axes, for constraints and bushings.
+"""Reading of frames, positions and axes, for constraints and bushings.
 
 Two axes do not give the angle between two bodies. So if the angle matters, a frame given by its axis needs an
 ``x_axis`` too: the frame's x is the part of x_axis across the axis.

@@ -1,4 +1,4 @@
-"""Whether the outermost joints of a tree move inertia, alone or with their mimic joints; otherwise M is singular."""
+"""Whether the outermost joints of a tree move inertia, alone or with mimic joints; otherwise M is singular."""
 
 from __future__ import annotations
 
@@ -52,15 +52,15 @@ def _spatial_inertia(parts: Sequence[MovedPart], values: Array, *, about_center:
             origin = origins[part.carrier] + shift @ parts[part.carrier].orientation.T
         origins.append(origin)
         center = origin + values[..., part.start + 1 : part.start + 4] @ part.orientation.T
-        own = part.orientation @ values[..., part.start + 4 + PLACES] @ part.orientation.T
-        bodies.append((values[..., part.start, np.newaxis], center, own))
+        inertia_about_center = part.orientation @ values[..., part.start + 4 + PLACES] @ part.orientation.T
+        bodies.append((values[..., part.start, np.newaxis], center, inertia_about_center))
     mass = sum(body[0] for body in bodies)
     point = sum(body[0] * body[1] for body in bodies) / (mass + (mass == 0.0)) if about_center else np.zeros(3)
     spatial = np.zeros((*np.shape(mass)[:-1], 6, 6))
-    for weight, center, own in bodies:
+    for weight, center, inertia_about_center in bodies:
         arm = skew(center - point)
         moment = weight[..., np.newaxis] * arm
-        spatial[..., :3, :3] += own - moment @ arm
+        spatial[..., :3, :3] += inertia_about_center - moment @ arm
         spatial[..., :3, 3:] += moment
         spatial[..., 3:, :3] -= moment
     spatial[..., [3, 4, 5], [3, 4, 5]] = mass
@@ -117,8 +117,8 @@ class MovableInertia:
         return (least <= NO_INERTIA) & _all_zero([numbers[index] for index in self.followers])
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        own = [number for part in self.parts for number in (numbers[part.start], *numbers[part.start + 4 :][:6])]
-        if not any((*own, *(numbers[index] for index in self.rotors))):
+        inertias = [number for part in self.parts for number in (numbers[part.start], *numbers[part.start + 4 :][:6])]
+        if not any((*inertias, *(numbers[index] for index in self.rotors))):
             return self.words.format("it carries neither mass nor inertia"), self.hint
         turns = self.kind.units.count("rad")
         needed = ["mass"] * (turns < len(self.kind.units))
@@ -165,18 +165,14 @@ def _all_zero(numbers: Sequence[Numbers]) -> Flags:
 
 
 class _Places:
-    """List of the formulas that a rule takes; ``put`` appends formulas and returns the index of the first."""
+    """List of the formulas that a rule takes; ``put`` appends formulas and returns the indices."""
 
     def __init__(self) -> None:
         self.formulas: list[Formula] = []
 
-    def put(self, *formulas: Formula) -> int:
+    def put(self, *formulas: Formula) -> tuple[int, ...]:
         self.formulas += formulas
-        return len(self.formulas) - len(formulas)
-
-    def put_each(self, formulas: Sequence[Formula]) -> tuple[int, ...]:
-        start = self.put(*formulas)
-        return tuple(range(start, start + len(formulas)))
+        return tuple(range(len(self.formulas) - len(formulas), len(self.formulas)))
 
 
 def _assemblies(joints: Sequence[Joint]) -> tuple[dict[str, list[Joint]], set[str]]:
@@ -240,21 +236,20 @@ def check_motion(
             continue
         places = _Places()
         parts = _parts(joint, fixed, bodies, places)
-        rotors, led, pitch = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
+        rotors, led, (pitch,) = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
         if absolute:
             words = f"in absolute coordinates the body {joint.child} has a free joint, and {{}} [E1641]"
             key, kind, hint = key_of("bodies", joint.child), JOINTS["free"], _ABSOLUTE_HINT
         else:
             words = (
-                f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix would be"
-                f" singular [E1642]"
+                f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix is singular [E1642]"
             )
             key, kind, hint = key_of("joints", joint.name), joint.kind, joint.kind.light.format(joint.child)
             if bodies[joint.child].beam is not None:
                 hint = "polar_inertia for the beam, or another joint"
-            rotors = places.put_each(joint.each(joint.rotor_inertia))
-            led = places.put_each(
-                [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
+            rotors = places.put(*joint.each(joint.rotor_inertia))
+            led = places.put(
+                *(item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None)
             )
         subspaces = _subspaces(kind.name, joint.axis, joint.second_axis)
         rule = MovableInertia(kind, subspaces, parts, rotors, pitch, led, words, hint)
@@ -269,12 +264,12 @@ def check_motion(
 def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[MovedPart, ...]:
     """Return the assembly that a joint carries: the child, and the bodies that the joints ``fixed`` connect to the
     child; the formulas of their values are appended to ``places``."""
-    parts = [MovedPart(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
+    parts = [MovedPart(places.put(*_values_of(bodies[joint.child]))[0], np.eye(3))]
     numbered = {joint.child: 0}
     for item in fixed:
         carrier = numbered[item.parent]
         numbered[item.child] = len(parts)
-        start, position = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
+        (start, *_), (position, *_) = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
         parts.append(MovedPart(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
     return tuple(parts)
 
@@ -349,15 +344,10 @@ def _check_leaders(
         if None in beyond:
             continue
         leader, *rest = (item for item in beyond if item is not None)
-        multipliers = [places.put(joint.mimic.multiplier) for joint in following if joint.mimic is not None]
-        words = f"the joint {first} cannot be moved by a force: neither it nor its followers carry mass or inertia"
+        multipliers = places.put(*(joint.mimic.multiplier for joint in following if joint.mimic is not None))
+        words = f"no force moves the joint {first}: neither it nor its followers carry mass or inertia [E1643]"
         hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (of other formats: lock {first})"
-        rule = MimicInertia(
-            leader,
-            tuple(zip(multipliers, rest, strict=True)),
-            f"{words}, so the inertia matrix would be singular [E1643]",
-            hint,
-        )
+        rule = MimicInertia(leader, tuple(zip(multipliers, rest, strict=True)), words, hint)
         if named[first].child not in allowed:
             values.require(key_of("joints", first), rule, places.formulas)
         elif rule.broken([values.value(formula) for formula in places.formulas]):
@@ -379,4 +369,4 @@ def _beyond(
         formulas += [bodies[name].mass, *bodies[name].inertia]
     if any(_has_fault(bodies[name], values) for name in reached):
         return None
-    return places.put_each(formulas)
+    return places.put(*formulas)

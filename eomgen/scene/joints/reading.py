@@ -97,9 +97,9 @@ def read_friction(key: str, joint: written.JointEntry, values: Values) -> tuple[
     result = [Friction(index, *row) for index, row in enumerate(zip(*parts.values(), strict=True))]
     for row in result:
         at = f"[{row.index}]" if len(result) > 1 else ""
-        for name, other in (("static", "coulomb"), ("stribeck", "velocity")):
+        for name, lower_bound in (("static", "coulomb"), ("stribeck", "velocity")):
             if not values.report.concerns(key):
-                pair = [getattr(row, name), getattr(row, other)]
+                pair = [getattr(row, name), getattr(row, lower_bound)]
                 values.require(f"{key}.{name}{at}", RELATIONS[_RELATIONS[name]], pair)
     return tuple(result)
 
@@ -139,22 +139,15 @@ def read_joint(name: str, joint: written.JointEntry, values: Values) -> Joint:
     )
 
 
-def _check_axis_keys(key: str, joint: written.JointEntry, values: Values) -> None:
-    """Report a missing axis, an axis of a type without axes, and keys that the type of the joint needs or does not
-    take."""
-    kind, report = JOINTS[joint.type], values.report
+def _axes(key: str, joint: written.JointEntry, values: Values) -> tuple[Direction, Direction]:
+    """Return the unit axis and the unit orthogonal second axis, as given or by the default of the type: z and x for
+    types without an axis, and after a fault, which is reported."""
+    report, kind = values.report, JOINTS[joint.type]
     if kind.coordinates and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis [E1652]", "axis = [0, 0, 1]")
     elif not kind.coordinates and joint.axis is not None:
         report.add(f"{key}.axis", f"a {joint.type} joint has no axis [E1653]", "rotation, for its placement")
     values.check_kind(key, joint, "type", {row.name: row.joint_keys for row in (*JOINTS.values(), kind)})
-
-
-def _axes(key: str, joint: written.JointEntry, values: Values) -> tuple[Direction, Direction]:
-    """Return the unit axis and the unit orthogonal second axis, as given or by the default of the type: z and x for
-    types without an axis, and after a fault, which is reported."""
-    report, kind = values.report, JOINTS[joint.type]
-    _check_axis_keys(key, joint, values)
     neutral = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     axis = None if joint.axis is None or not kind.coordinates else values.axis(f"{key}.axis", joint.axis)
     if axis is None:

@@ -1,4 +1,4 @@
-"""Schema of joints with their initial state."""
+"""Schema of joints with initial states."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from eomgen.scene.reading.key_metadata import (
     optional,
     shown_power,
 )
-from eomgen.scene.reading.kinds import Bounds, Matrix, Rotations, Triple, Value, Values
+from eomgen.scene.reading.kinds import ORIGIN, Bounds, Matrix, Rotations, Triple, Value, Values
 
 _OF_RANGE = "value or list of values of parameters, rad or m"
 _LIMITED = by_coordinate("rad", "m")
@@ -34,33 +34,22 @@ _RATE, _EFFORT = by_coordinate("rad/s", "m/s"), by_coordinate("N m", "N")
 class Limits(Table):
     """Compliant stops of a joint's coordinates."""
 
-    lower: Bounds | None = optional(
-        "lower end of the range; -inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE
-    )
-    upper: Bounds | None = optional(
-        "upper end of the range; inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE
-    )
+    lower: Bounds | None = optional("lower end; -inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
+    upper: Bounds | None = optional("upper end; inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
     stiffness: Values = key("stiffness of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
     damping: Values | None = of_parameters("its damping", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`")
-    onset: Values | None = of_parameters(
-        "penetration over which the stop reaches its full stiffness", unit=_LIMITED, shown_default=_ONSETS
-    )
+    onset: Values | None = of_parameters("penetration to full stiffness", unit=_LIMITED, shown_default=_ONSETS)
 
 
 class FrictionEntry(Table):
     """Dry friction of a joint's coordinates."""
 
     coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS, example="coulomb = 0.3")
-    velocity: Values = key(
-        "regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS
-    )
+    velocity: Values = key("regularisation: well below this speed the joint sticks", unit=_RATE, names=PARAMETERS)
     static: Values | None = of_parameters("level at which it breaks loose; with `stribeck`", unit=_EFFORT)
-    stribeck: Values | None = of_parameters(
-        "speed over which the static level falls to Coulomb's, above `velocity`", unit=_RATE
-    )
+    stribeck: Values | None = of_parameters("speed over which it falls to Coulomb's, above `velocity`", unit=_RATE)
 
 
-_ORIGIN = (0.0, 0.0, 0.0)
 _POSITION = by_coordinate("rad", "m", free="m")
 
 
@@ -81,11 +70,7 @@ class Initial(Table):
         unit=by_component("rad/s", "m/s"),
         shown_default="zeros",
     )
-    hold: bool = key(
-        "refuse a start at which constraints change the position or velocity given here; without it, other joints are"
-        " moved first",
-        False,
-    )
+    hold: bool = key("refuse a start at which constraints change the position or velocity given here", False)
 
 
 class MimicEntry(Table):
@@ -102,15 +87,12 @@ class JointEntry(Table):
     type: JointType = key("kind of motion of the child against the parent")
     parent: str = key("the body that carries the joint", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
-    position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    position: Triple = key("origin of the child's frame in the parent's frame", ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
         "axes of the child in the parent, angles of fixed parameters", shown_default="`[]`"
     )
     orientation: Matrix | None = optional("the same as a matrix, child axes to parent axes; either this or `rotation`")
-    given_in: str | None = given_in(
-        "frame in which position and rotation are given, in place of the parent's, at the [design position]"
-        "(conventions.md#design-position)"
-    )
+    given_in: str | None = given_in("position and rotation are given, in place of the parent's")
     axis: Triple | None = of_fixed_parameters(
         "axis in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
         shown_default="required, but for fixed, spherical and free",
@@ -134,9 +116,7 @@ class JointEntry(Table):
     damping: Values | None = of_parameters(
         "damping of a damper in the joint", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`"
     )
-    rest: Values | None = of_parameters(
-        "coordinate at which the spring is slack", unit=by_coordinate("rad", "m"), shown_default="`0`"
-    )
+    rest: Values | None = of_parameters("coordinate of no force", unit=by_coordinate("rad", "m"), shown_default="`0`")
     rotor_inertia: Values | None = of_parameters(
         "inertia that is added to this joint's diagonal of M (a motor with a gear)",
         unit=by_coordinate("kg m^2", "kg"),

@@ -208,8 +208,6 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
         first = joints[joint.mimic.joint]
         if first.kind.v_size != 1:
             count = first.kind.v_size or "no"
-            fault = (
-                f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one [E1677]"
-            )
+            fault = f"the {first.type} joint {first.name} has {count} coordinates, and leaders have one [E1677]"
             *most, last = (name for name, row in JOINTS.items() if row.v_size == 1)
             report.add(f"{key}.joint", fault, f"a {', '.join(most)} or {last} joint")

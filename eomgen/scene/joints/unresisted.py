@@ -83,17 +83,8 @@ def unresisted_motions(
             articulated[joint.parent] += X.T @ inertia @ X
             together[joint.parent] += X.T @ together[body] @ X
     if bare:
-        notes.append(_note_of_bare(joints, bare))
+        notes.append(_note_of_bare(list(filter(bare.__contains__, (joint.name for joint in joints)))))
     return notes[::-1]
-
-
-def _note_of_bare(joints: Sequence[Joint], bare: Sequence[str]) -> str:
-    names = [joint.name for joint in joints if joint.name in bare]
-    return (
-        f"no inertia resists {', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia"
-        " matrix is singular and forward dynamics has no answer; try:"
-        f" lock={names!r}, or terms=['poses', 'inverse_dynamics'] [W0269]"
-    )
 
 
 def _is_still(moved: Array, inertia: Array) -> bool:
@@ -135,6 +126,13 @@ def _solid(joints: Sequence[Joint], spans: Mapping[str, Array]) -> set[str]:
     resisted = np.linalg.eigvalsh(np.array([spans[body] for body in outermost]).reshape(-1, 6, 6))
     least, largest = resisted[:, 0], resisted[:, -1]
     return set(itertools.compress(outermost, (least > COMPUTED * largest).tolist()))
+
+
+def _note_of_bare(names: list[str]) -> str:
+    """Return a note on joints that no mass or inertia resists, in the order of the joints."""
+    why = "no body beyond has mass or inertia in their motion, so the inertia matrix is singular"
+    remedy = f"lock={names!r}, or terms=['poses', 'inverse_dynamics']"
+    return f"no inertia resists {', '.join(names)}: {why}; try: {remedy} [W0269]"
 
 
 def _size(vectors: Sequence[Array]) -> float:

@@ -42,7 +42,6 @@ _NO_UNIT = Dimension((0.0,) * 5, None)
 SECOND = Dimension((0.0, 0.0, 1.0, 0.0, 0.0))
 #: Index of seconds among the powers of a dimension.
 _TIME = SECOND.powers.index(1.0)
-_LONGEST = 48
 
 
 class UnitDisagreement(NamedTuple):
@@ -98,7 +97,10 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     by_time : bool
         Whether a number may be a time or a rate, as the time constant in the rate of a state.
     """
-    if not isinstance(formula, Operation | Application) or _is_computed(formula):
+    if not isinstance(formula, Operation | Application):
+        return ""
+    digits = [len(repr(number.value).partition("e")[0].lstrip("-0.").replace(".", "")) for number in _factors(formula)]
+    if min(digits, default=0) >= 13:  # of numbers that a program computed
         return ""
     units = _Units(names, plain=True)
     known = units.labelled_dimension(formula)
@@ -111,15 +113,7 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
         return ""
     number = next(factors(formula), "")
     remedy = f"a parameter in {unit} in place of {number}" if number else f"a factor in {unit}, as a parameter"
-    return (
-        f"the formula is in {known} if its numbers have no unit, and its place takes {expected}; try: {remedy} [W0284]"
-    )
-
-
-def _is_computed(formula: Formula) -> bool:
-    """Return whether all factors are numbers of more digits than people write."""
-    digits = [len(repr(number.value).partition("e")[0].lstrip("-0.").replace(".", "")) for number in _factors(formula)]
-    return min(digits, default=0) >= 13  # digits of a number that a program computed
+    return f"the formula is in {known} if its numbers have no unit, and not in {expected}; try: {remedy} [W0284]"
 
 
 def factors(formula: Formula) -> Iterator[str]:
@@ -322,7 +316,7 @@ class _Units:
     def term(self, formula: Formula, unit: Dimension) -> str:
         """Return a term and the unit as text for messages, ``m_arm * g in N``; long terms are cut."""
         text = formula.label if isinstance(formula, Operation) and formula.label else infix(formula, self.size)
-        text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+        text = text if len(text) <= 48 else f"{text[:48]}..."
         if isinstance(formula, Symbol):
             return f"{text} in {unit_of_symbol(formula, self.names.joints, self.names.labels)}"
         return f"{text} in {unit}"

@@ -190,11 +190,11 @@ def of_parameters(description: str, *, unit: Units | Mapping[str, Units] = "", s
     return optional(description, unit=unit, names=PARAMETERS, shown_default=shown_default)
 
 
-def given_in(description: str) -> Any:
+def given_in(phrase: str) -> Any:
     """Return the key ``in``: the frame in whose axes an entry is given at the design position."""
-    return optional(
-        description, alias="in", refers="bodies", kind="body, `base` or `world`", shown_default="the body itself"
-    )
+    description = f"frame in which {phrase}, at the [design position](conventions.md#design-position)"
+    kind = "body, `base` or `world`"
+    return optional(description, alias="in", refers="bodies", kind=kind, shown_default="the body itself")
 
 
 def of_fixed_parameters(description: str, **meaning: Any) -> Any:

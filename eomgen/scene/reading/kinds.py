@@ -13,6 +13,7 @@ from eomgen.base.messages import shown
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
 from eomgen.scene.reading.key_metadata import Table, key
 
+ORIGIN = (0.0, 0.0, 0.0)
 NUMBER_SCHEMA = {"type": "number"}
 VALUE_SCHEMA: dict[str, Any] = {
     "anyOf": [NUMBER_SCHEMA, {"type": "string", "description": "a formula, or a number with a unit"}]
@@ -149,10 +150,7 @@ def _inertia(value: object) -> object:
         if len(value) == 3 and all(isinstance(row, list | tuple) and len(row) == 3 for row in value):
             for row, column in ((0, 1), (0, 2), (1, 2)):
                 if not _same(value[row][column], value[column][row]):
-                    text = (
-                        f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from"
-                        f" [{column}][{row}] [E2229]"
-                    )
+                    text = f"the inertia matrix is not symmetric in [{row}][{column}] and [{column}][{row}] [E2229]"
                     raise _refusal("inertia", text)
             return value[0][0], value[1][1], value[2][2], value[0][1], value[0][2], value[1][2]
         if len(value) == 3:

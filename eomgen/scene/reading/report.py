@@ -11,7 +11,6 @@ from eomgen.base.messages import nearest, shown
 from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
-_MOST = 100  # problems listed
 
 
 class Report:
@@ -102,11 +101,9 @@ class Report:
     def raise_problems(self) -> None:
         """Raise one DescriptionError with every problem noted so far, in the order of lines, if there is any."""
         problems = [problem for _, problem in sorted(self.all(), key=itemgetter(0))]
-        if len(problems) > _MOST:
-            more = Problem(
-                self.file, f"{len(problems) - _MOST} more problems are not listed [E1729]", "the first ones repaired"
-            )
-            problems[_MOST:] = [more]
+        if more := len(problems[100:]):
+            fault = f"{more} more problems are not listed [E1729]"
+            problems[100:] = [Problem(self.file, fault, "the first ones repaired")]
         if problems:
             raise DescriptionError(problems)
 

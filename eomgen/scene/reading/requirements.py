@@ -221,10 +221,6 @@ def _not_of_a_body(*entries: Numbers) -> Flags:
     return not_physical(entries, 0.05, rotors=True)
 
 
-def _not_positive_inertia(*entries: Numbers) -> Flags:
-    return not_positive(entries)
-
-
 def _impossible_inertia(*entries: float) -> str:
     return impossible(0.0, tensor(entries))
 
@@ -254,7 +250,7 @@ RELATIONS: Mapping[str, Row] = {
     ),
     "inertia without its check": Row(
         ("bodies.inertia",),
-        _not_positive_inertia,
+        not_positive,
         _impossible_inertia,
         "the values of {0} about its centre of mass, in its own axes",
     ),

@@ -55,8 +55,7 @@ def plain_degrees(formula: Formula) -> Iterator[str]:
 #: Ends of keys whose formulas are 0 somewhere, with a hint for an equation in place of a formula.
 _ZERO = {
     ".when": "an event is at the roots of its formula",
-    ".equation": "the formula is 0 on the constraint",
-    ".velocity_equation": "the formula is 0 on the constraint",
+    "equation": "the formula is 0 on the constraint",
 }
 #: Two sides of an equation.
 _EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
@@ -153,11 +152,9 @@ class Values:
         if known is not None:
             self._require_bound(key, formula, scope)
             return formula
-        self.note(dict.fromkeys(f"{key}: {text}" for text in plain_degrees(formula)))
         self._check_arguments(key, formula)
-        self.note(dict.fromkeys(self._periods_in_degrees(key, formula)))
-        self.note(dict.fromkeys(self._held_always(key, formula)))
-        self.note(dict.fromkeys(self._parts_of_quaternions(key, formula)))
+        doubts = *plain_degrees(formula), *self._periods_in_degrees(formula), *self._held_always(formula)
+        self.note(f"{key}: {text}" for text in (*doubts, *self._parts_of_quaternions(key, formula)))
         if terms := disagreement(formula, self.names):
             self.note([f"{key}: {terms.text}; try: {FACTOR}"])
         else:
@@ -231,21 +228,19 @@ class Values:
             for unit, there in zip(units, argument_units, strict=False):
                 if here and here == units[unit] and not units[name] and there in ("", "1"):
                     label = f"{item.word.name}.{item.item.name}"
-                    fault = (
-                        f"{label} is given a value in {here} as {name}, and {unit} is the argument in {here} [E1798]"
-                    )
+                    fault = f"{label} takes {unit} in {here}, and {name} is given in {here} [E1798]"
                     self.report.add(key, fault, f"{label}({', '.join(units)}), with both arguments exchanged")
 
-    def _periods_in_degrees(self, key: str, formula: Formula) -> Iterator[str]:
+    def _periods_in_degrees(self, formula: Formula) -> Iterator[str]:
         """Yield notes on periodic curves and maps of angles in rad whose period is a number of degrees."""
         for used in applications(formula):
             curve, name = used.curve, used.curve.name.partition(", line ")[0]
             period = curve.end - curve.start if isinstance(curve, Curve) and curve.outside == "periodic" else 0.0
             if period in _PERIODS_IN_DEGREES and unit_of(used.argument, self.names) == "rad":
                 hint = 'the unit of degrees: "90 deg" in points, argument_unit or x_unit = "deg" in a table'
-                yield f"{key}: {name} has a period of {period:g} rad; try: {hint} [W0301]"
+                yield f"{name} has a period of {period:g} rad; try: {hint} [W0301]"
 
-    def _held_always(self, key: str, formula: Formula) -> Iterator[str]:
+    def _held_always(self, formula: Formula) -> Iterator[str]:
         """Yield notes on curves and maps that hold their end values and have a constant argument beyond the ends."""
         for used in applications(formula):
             curve = used.curve
@@ -258,7 +253,7 @@ class Values:
                     name = curve.name.partition(", line ")[0]
                     fault = f"{name} is asked at {value:.6g}, and its points are from {curve.start:.6g} to"
                     remedy = f"try: the argument in the unit of the points, {curve.start:.6g} to {curve.end:.6g}"
-                    yield f"{key}: {fault} {curve.end:.6g}: the value at an end is taken always; {remedy} [W0302]"
+                    yield f"{fault} {curve.end:.6g}: the value at an end is taken always; {remedy} [W0302]"
 
     def _parts_of_quaternions(self, key: str, formula: Formula) -> Iterator[str]:
         """Yield notes on components of quaternions in the equations of constraints."""
@@ -267,7 +262,7 @@ class Values:
             if kind is not None and kind.group in GROUPS.values() and symbol.index < 4:
                 name = f"q.{symbol.name}"
                 fault = f"{name}[{symbol.index}] is a component of a quaternion, of the half angle, and no angle"
-                yield f"{key}: {fault}; try: a joint of angles, such as universal, or 2 * asin({name}[k]) [W0303]"
+                yield f"{fault}; try: a joint of angles, such as universal, or 2 * asin({name}[k]) [W0303]"
 
     def _here(self, key: str, formula: Formula, scope: Scope) -> Formula:
         """Return a formula at the reader's place along a beam: the place s and fixed parameters are replaced by numbers
@@ -298,7 +293,7 @@ class Values:
 
     def note(self, notes: Iterable[str]) -> None:
         """Keep notes that are not there yet."""
-        self.notes += [note for note in notes if note not in self.notes]
+        self.notes += [note for note in dict.fromkeys(notes) if note not in self.notes]
 
     def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
         """Apply the rule of a key to a formula of parameters; without a rule, require a finite value if parameters are
@@ -403,12 +398,8 @@ class Values:
         names : keys in the order of reading; all keys by default
         """
         meanings = fields_of(type(entry))
-        pairs = ((name, getattr(entry, name)) for name in names or meanings)
-        return {
-            name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names)
-            for name, value in pairs
-            if value is not None
-        }
+        fields = {name: value for name in names or meanings if (value := getattr(entry, name)) is not None}
+        return {name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names) for name, value in fields.items()}
 
     def by_scope(self, key: str, value: Any, scope: Scope | None) -> Any:
         """Return a value of an entry as a formula in a scope, or as a number if the scope is fixed parameters; lists
@@ -505,10 +496,7 @@ def read_orientation(
             return rows(snapped_rotation(matrix))
         fault, hint = "the matrix is not a rotation: orthonormal and right-handed to 1e-6 [E1840]", "rotation"
         if is_rotation(-matrix):
-            fault, hint = (
-                "the axes are left-handed, as of a mirror: the determinant is -1 [E1841]",
-                "one of the axes reversed",
-            )
+            fault, hint = "the axes are left-handed: the determinant is -1 [E1841]", "one of the axes reversed"
         values.report.add(f"{key}.orientation", fault, hint)
         return rows(np.eye(3))
     return rows(sequence(values.constant_rotations(f"{key}.rotation", rotation or ()) or []))

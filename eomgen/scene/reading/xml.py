@@ -74,14 +74,14 @@ class Element:
         return self._attributes.get(attribute, default)
 
     def children_with_tag(self, tag: str) -> Iterator[Element]:
-        """Yield the children with a tag, and count them as read."""
+        """Yield the children with a tag, and count each as read."""
         for child in self._children:
             if child.tag == tag:
                 self._handed_out.add(id(child))
                 yield child
 
     def children(self) -> Iterator[Element]:
-        """Yield all children, and count them as read."""
+        """Yield all children, and count each as read."""
         self._handed_out |= {id(child) for child in self._children}
         yield from self._children
 
@@ -228,9 +228,8 @@ def _parse(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Elem
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) >= deepest:
-            raise DescriptionError(
-                problem_at(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep [E1844]", "")
-            )
+            fault = f"elements are nested more than {deepest} deep [E1844]"
+            raise DescriptionError(problem_at(parser.CurrentLineNumber, fault, ""))
         element = Element(tag, attributes, parser.CurrentLineNumber)
         if stack:
             stack[-1].add(element)

@@ -23,16 +23,10 @@ _COLUMN = "title or number from 0"
 class TableFile(Table):
     """Two columns of a CSV file."""
 
-    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
-        "path, from the folder of the scene file", path=True
-    )
-    argument: Column = key(
-        "column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN
-    )
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key("path from the folder of the file", path=True)
+    argument: Column = key("column of the argument, which increases from row to row", 0, kind=_COLUMN)
     value: Column = key("column of the value", 1, kind=_COLUMN)
-    argument_unit: Unit = key(
-        "unit that the argument's column is in, to be brought to SI: `ms` of an input", "", column="argument"
-    )
+    argument_unit: Unit = key("unit that the argument's column is in: `ms`", "", column="argument")
     value_unit: Unit = key("unit that the value's column is in, to be brought to SI: `mm`", "", column="value")
     argument_scale: Finite = key("factor on the argument", 1.0)
     value_scale: Finite = key("factor on the value", 1.0)
@@ -45,15 +39,11 @@ class TableFile(Table):
 class Wave(Table):
     """A periodic signal with corners."""
 
-    shape: Literal["square", "triangle", "sawtooth"] = key(
-        "square: high, then low; triangle: up, then down; sawtooth: up, then a jump"
-    )
+    shape: Literal["square", "triangle", "sawtooth"] = key("square: high, low; triangle: up, down; sawtooth: up")
     period: Value = key("period of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
     low: Value = key("lowest value", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
     high: Value = key("highest value", 1.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
-    start: Value = key(
-        "argument at which a period begins", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument"
-    )
+    start: Value = key("start of a period", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
     duty: Value = key("share of the period that a square is high, or a triangle rises", 0.5, names=FIXED_PARAMETERS)
 
 
@@ -119,12 +109,7 @@ class RoadEntry(ShapeEntry):
     bump: BumpEntry | None = optional("a single bump")
     speed: Value = key("speed of the vehicle, up to 10 000", unit="m/s", names=PARAMETERS)
     seed: Seed = key("seed of the random phases of a class", 0, kind="whole number from 0")
-    offset: Value = key(
-        "distance by which this wheel follows the one with offset 0 in the same track",
-        0.0,
-        unit="m",
-        names=FIXED_PARAMETERS,
-    )
+    offset: Value = key("distance to the wheel with offset 0", 0.0, unit="m", names=FIXED_PARAMETERS)
     harmonics: Harmonics = key("number of harmonics of a class between 0.011 and 2.83 cycles/m", 200)
 
     @classmethod

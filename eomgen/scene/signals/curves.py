@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -65,17 +64,13 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
         return index, f"{x[index]:.9g} occurs again [E0915]", hint
     if interpolation == "quintic" and np.min(steps) < 1e-5 * np.max(steps):  # its equations lose all digits
         index = int(np.argmin(steps)) + 1
-        message = (
-            f"distances of points: {np.min(steps):.3g} here, {np.max(steps):.3g} elsewhere, too uneven for a"
-            f" spline [E0913]"
-        )
+        here, elsewhere = np.min(steps), np.max(steps)
+        message = f"distances of points: {here:.3g} here, {elsewhere:.3g} elsewhere, too uneven for a spline [E0913]"
         return index, message, 'points more evenly spread, or interpolation = "linear"'
     if outside == "periodic" and interpolation == "quintic":
         gap, scale = abs(float(y[-1] - y[0])), float(np.max(np.abs(y)))
         if gap > 1e-9 * scale:
-            message = (
-                f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, so the curve cannot be periodic [E0914]"
-            )
+            message = f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, as of a periodic curve [E0914]"
             return len(x) - 1, message, "a last point that repeats the first value, one period later"
     return None
 
@@ -92,8 +87,6 @@ def check_twice_differentiable(
 
 KINDS = ("table", "points", "wave", "bump", "road")
 _ROADS = ("table", "points", "bump")
-#: Stands for a curve that was refused, so that reading can go on to the next problem.
-_NOTHING = ((0.0, 0.0), (1.0, 0.0))
 
 
 def unit_factor(key: str, unit: str, report: Report) -> float:
@@ -338,19 +331,6 @@ class Curves:
         return formula if self.values.is_tunable(formula) else speed, offset
 
 
-def digest(curves: Iterable[AnyCurve]) -> str:
-    """Return a hexadecimal digest of names and numbers of all curves, for the cache key: files of tables may change
-    without the scene."""
-    total = hashlib.sha256()
-    for curve in curves:
-        total.update(repr((curve.name, type(curve).__name__)).encode())
-        if isinstance(curve, Curve):
-            total.update(
-                f"{curve.interpolation}|{curve.outside}|{len(curve.x)}".encode() + curve.x.tobytes() + curve.y.tobytes()
-            )
-    return total.hexdigest()
-
-
 def _is_within(path: Path, folder: Path) -> bool:
     """Return whether a file lies in a folder or below, with links resolved."""
     try:
@@ -374,5 +354,4 @@ def _misfit(in_title: str, unit: str) -> str:
 
 
 def _empty(name: str) -> Curve:
-    x, y = (np.array(part) for part in zip(*_NOTHING, strict=True))
-    return Curve(name, x, y, "linear", "hold")
+    return Curve(name, np.array([0.0, 1.0]), np.zeros(2), "linear", "hold")

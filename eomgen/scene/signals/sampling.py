@@ -20,9 +20,6 @@ from eomgen.system.signals import Sampling, State
 if TYPE_CHECKING:
     from eomgen.scene.signals.schema import StateEntry as WrittenState
 
-#: Samples that a delay may hold.
-_MOST = 1000
-
 
 class WrittenClock(Protocol):
     """The keys of an entry that is sampled."""
@@ -64,8 +61,8 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
     if entry.quantum is not None and quantum <= 0.0:
         hint = "a positive number, or no quantum where values are not rounded"
         values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is not positive [E0529]", hint)
-    if not 0.0 <= delay <= _MOST * period:
-        fault = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s [E1868]"
+    if not 0.0 <= delay <= 1000 * period:
+        fault = f"a delay of {delay:.6g} s is not between 0 and 1000 samples, {1000 * period:.6g} s [E1868]"
         values.report.add(f"{key}.delay", fault, f"delay = {period:.6g}")
         return None
     whole = round(delay / period)

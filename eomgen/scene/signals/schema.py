@@ -17,11 +17,7 @@ class DefinitionEntry(Table):
 
     short: ClassVar[str] = "formula"
 
-    formula: Value = key(
-        "formula of all that may stand in the formulas that mention it, other definitions among them",
-        unit=ANY_UNIT,
-        names=EVERYTHING,
-    )
+    formula: Value = key("formula of all that may stand in formulas that mention it", unit=ANY_UNIT, names=EVERYTHING)
     unit: Unit = key("unit of its value; another one than its formula is known to have is refused", "")
     description: Description = key("text of one line for tables", "")
 
@@ -39,9 +35,7 @@ class StateEntry(Table):
     rate: Value | None = optional("its time derivative; required unless it is sampled", names=STATE)
     sample: Value | None = of_fixed_parameters("time between two samples of a sampled state", unit="s")
     formula: Value | None = optional("value of a sampled state from a sample to the next", unit=ANY_UNIT, names=LOAD)
-    delay: Value | None = of_fixed_parameters(
-        "time from the sample of a sampled state to its effect", unit="s", shown_default="0"
-    )
+    delay: Value | None = of_fixed_parameters("time from a sample to its effect", unit="s", shown_default="0")
     quantum: Value | None = of_fixed_parameters(
         "step of rounding of a sampled state: values are multiples of it", unit=ANY_UNIT, shown_default="not rounded"
     )
@@ -81,9 +75,7 @@ class OutputEntry(Table):
         refers="reactions",
         kind="reaction, joint or constraint",
     )
-    reaction_moment: str | None = optional(
-        "3 components of the moment there", refers="reactions", kind="reaction, joint or constraint"
-    )
+    reaction_moment: str | None = optional("the moment there", refers="reactions", kind="reaction, joint or constraint")
     section_force: str | None = _section_key(
         "3 components in the axes of the section: axial force, shear force along y and along z, see"
         " [section loads](exact_beams.md#section-loads)"

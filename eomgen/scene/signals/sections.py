@@ -71,10 +71,7 @@ def doubtful_label(label: str, unit: str) -> str:
     if not known or not factors or factors == known:
         return ""
     if not all(names()[name].is_coherent for name, _ in factors):
-        return (
-            f"its unit {label} is a label, and its values are in {unit}: a label does not convert values, a formula"
-            " does [W0140]"
-        )
+        return f"its unit {label} is a label, and its values are in {unit}: labels do not convert values [W0140]"
 
     note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     return note if misplaced_kind(label, unit) else ""
@@ -137,10 +134,7 @@ def read_state(name: str, entry: schema.StateEntry, values: Values) -> list[Stat
         words = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
         if words == ["sample", "formula"]:
             return read_sampled_state(name, entry, values)
-        fault = (
-            f"a state needs its rate, or a sample and a formula, and has"
-            f" {' and '.join(words) or 'none of them'} [E1874]"
-        )
+        fault = f"a state needs its rate, or a sample and a formula, and has {' and '.join(words) or 'none'} [E1874]"
         values.report.add(key, fault, 'rate = "..."; or sample = "1 ms" and formula = "..."')
         return []
     for word in ("formula", "delay", "quantum"):
@@ -241,9 +235,7 @@ class _Curves(Section):
         for name, entry in reading.document.section("curves").items():
             key = key_of("curves", name)
             reading.tables["curves"][name] = curves.curve(key, name, entry)
-            remedy = (
-                "value_unit in the table" if entry.table is not None else f'points with units, [0, "1 {entry.unit}"]'
-            )
+            remedy = "value_unit in the table" if entry.table else f'points with units, [0, "1 {entry.unit}"]'
             reading.values.note(note_of_label(key, entry.unit, remedy))
         return {}
 
@@ -327,11 +319,8 @@ class _Inputs(Section):
             if len(parameter) > NAME_LENGTH:
                 fault = f"the motion {name} has the parameter {parameter}, whose name is too long [E1458]"
                 return fault, "a shorter name"
-            if parameter in others:
-                fault = (
-                    f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that"
-                    f" name [E1457]"
-                )
+            if noun := others.get(parameter):
+                fault = f"the motion {name} has the parameter {parameter}, and there is {noun} of that name [E1457]"
                 return fault, "another name for one of them"
         return "", ""
 
@@ -354,10 +343,7 @@ class _Inputs(Section):
         return read
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {
-            "inputs": tuple(reading.items["inputs"].values()),
-            "motions": tuple(reading.items["motions"].values()),
-        }
+        return {field: tuple(reading.items[field].values()) for field in ("inputs", "motions")}
 
 
 def _parameters_of(motion: Motion) -> list[Parameter]:

@@ -18,7 +18,6 @@ from eomgen.errors import FileError, Problem
 from eomgen.formula.units.parser import factors_of, read_unit
 from eomgen.formula.units.table import names
 
-LARGEST_TABLE = 20_000_000
 MOST_ROWS = 100_000
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
@@ -157,7 +156,7 @@ class _Words:
 def _text(path: Path, name: str) -> str:
     """Return the text of a table's file. Raises FileError for a file that cannot be read, is too large, is a
     spreadsheet, or is not UTF-8; ``name`` is the file's name for messages."""
-    data = read_bytes(path, LARGEST_TABLE)
+    data = read_bytes(path, 20_000_000)
     if data.startswith(_SPREADSHEETS):
         fault = "the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV [E1892]"
         raise TableError(name, fault, "the sheet saved as CSV in UTF-8, under another name")
@@ -187,7 +186,8 @@ def _rows(text: str, name: str, delimiter: str | None) -> Iterator[tuple[int, li
         return
     import csv  # noqa: PLC0415  # few scenes have tables
 
-    mark = _DELIMITERS[delimiter] if delimiter is not None else _delimiter_of(lines[0][1])
+    bare = re.sub(r'"[^"]*"', "", lines[0][1].strip())
+    mark = _DELIMITERS[delimiter] if delimiter is not None else next((mark for mark in "\t;, " if mark in bare), ",")
     for number, line in lines:
         if mark == " ":
             yield number, line.split()
@@ -198,12 +198,6 @@ def _rows(text: str, name: str, delimiter: str | None) -> Iterator[tuple[int, li
             fault = f"this is not CSV: {error} [E1896]"
             raise TableError(f"{name}:{number}", fault, "plain numbers between delimiters") from None
         yield number, cells
-
-
-def _delimiter_of(line: str) -> str:
-    """Return the first of tab, semicolon, comma and space that is in a line outside quotes."""
-    bare = re.sub(r'"[^"]*"', "", line.strip())
-    return next((mark for mark in "\t;, " if mark in bare), ",")
 
 
 def _is_number(text: str, decimal: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -86,10 +87,13 @@ def readable(path: Path) -> str:
     ending = path.suffix.lower()
     if ending == ".npz":
         return f"eomgen.Solution.load({shown(path.name)}), if it is a solution; eomgen plot draws it, too"
-    if scenes := _scenes_in(path):
-        return " or ".join(scenes)
-    if not ending and (endings := [end for source in sources() for end in source.endings if _is_file(path, end)]):
-        return " or ".join(str(path.with_name(path.name + end)) for end in endings)
+    with contextlib.suppress(OSError, ValueError):  # of names that are none, such as the empty one
+        files = sorted(path.iterdir()) if path.name and path.is_dir() else []
+        if scenes := [str(file) for file in files if file.is_file() and source_of(file) is not None][:3]:
+            return " or ".join(scenes)
+        longer = [path.with_name(path.name + end) for source in sources() for end in source.endings]
+        if not ending and (present := [str(file) for file in longer if file.is_file()]):
+            return " or ".join(present)
     hints = (source.elsewhere[ending] for source in sources() if ending in source.elsewhere)
     *others, last = [source.article for source in sources()]
     return next(hints, f"{', '.join(others)} or {last}")
@@ -128,7 +132,11 @@ def checked_options(source: Source | None, options: Mapping[str, Any]) -> dict[s
         hint = nearest(unknown[0], names, meant)
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])} [E0105]", hint))
     of = {option.name: option for option in source.options} if source is not None else {}
-    specified = [name for name, value in options.items() if name not in of and _differs(value, rows[name][1].default)]
+    specified = [
+        name
+        for name, value in options.items()
+        if name not in of and (value or rows[name][1].default != ()) and value != rows[name][1].default
+    ]
     if specified:
         raise _other_source_error(source, specified, *rows[specified[0]])
     for name in of.keys() & options.keys():
@@ -167,24 +175,3 @@ def _root_of(path: Path) -> str:
             return root_tag(stream.read(LARGEST_FILE).decode("utf-8", "replace"))
     except (OSError, ValueError):
         return ""
-
-
-def _scenes_in(folder: Path) -> list[str]:
-    """Return up to three files of a named folder that sources read."""
-    try:
-        files = sorted(folder.iterdir()) if folder.name and folder.is_dir() else []
-        return [str(file) for file in files if file.is_file() and source_of(file) is not None][:3]
-    except (OSError, ValueError):
-        return []
-
-
-def _is_file(path: Path, ending: str) -> bool:
-    try:
-        return path.with_name(path.name + ending).is_file()
-    except (OSError, ValueError):  # names that are none, such as the empty one
-        return False
-
-
-def _differs(value: object, default: object) -> bool:
-    """Return whether an option was specified; an empty list of any type counts as unspecified."""
-    return bool(value) if default == () else value != default

@@ -63,30 +63,13 @@ class Option:
 
 
 #: Options of several sources.
-LOCK = Option(
-    "lock",
-    (),
-    "hold this joint at zero; may be repeated",
-    metavar="JOINT",
-    of_key="moving joints that are held at zero",
-)
-LIMITS = Option(
-    "limits",
-    False,
-    "turn limits of position into compliant stops",
-    of_key="limits of position become compliant stops",
-)
-FRICTION = Option(
-    "friction",
-    False,
-    "take dry friction of joints, regularised",
-    of_key="dry friction of joints is taken, regularised",
-)
+LOCK = Option("lock", (), "hold this joint at zero; may be repeated", metavar="JOINT", of_key="joints held at zero")
+LIMITS = Option("limits", False, "turn limits of position into compliant stops")
+FRICTION = Option("friction", False, "take dry friction of joints, regularised")
 ACTUATED = Option(
     "actuated",
     False,
     "give every moving joint of one coordinate an effort input of its own name",
-    of_key="every moving joint of one coordinate has an effort input of its own name",
     elsewhere="[inputs] and [efforts] in the scene file",
 )
 
@@ -209,10 +192,8 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
         if (text := _decode(data)) is not None:
             return text
         line = data.count(b"\n", 0, error.start) + 1
-        problem = Problem(
-            f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8 [E1894]", "the file saved as UTF-8"
-        )
-        raise DescriptionError(problem) from None
+        fault = f"byte {error.start} is not UTF-8 [E1894]"
+        raise DescriptionError(Problem(f"{shown_file(path)}:{line}", fault, "the file saved as UTF-8")) from None
 
 
 def _decode(data: bytes) -> str | None:

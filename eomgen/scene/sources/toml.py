@@ -16,10 +16,9 @@ _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
 _SCALAR = re.compile(r"[^,\]\}#\n]*")
-#: Largest number of parts of a dotted key: a scene needs eight, and the time of TOML readers grows with the square.
-_MOST_PARTS = 32
 _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
-_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{_MOST_PARTS}}}{_PART}")
+#: A key of more than 32 parts: a scene needs eight, and the time of TOML readers grows with the square.
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{32}}{_PART}")
 _INDEXED = 16  # the lists of a scene are short; the index of a hostile file shall be, too
 #: Entries of an array that hold no text, no table and no array of arrays.
 _PLAIN_ENTRIES = re.compile(r"[^\[\]{}\"'#]*+(?:\[[^\[\]{}\"'#]*+\][^\[\]{}\"'#]*+)*+")
@@ -176,7 +175,7 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
     """
     if long := _LONG_KEY.search(text):
         where = f"{file}:{text.count(chr(10), 0, long.start()) + 1}"
-        fault = f"there is a dotted key of more than {_MOST_PARTS} parts [E1969]"
+        fault = "there is a dotted key of more than 32 parts [E1969]"
         raise DescriptionError(Problem(where, fault, "a key such as bodies.arm.mass"))
     try:
         return tomllib.loads(text), line_index(text)

@@ -53,19 +53,11 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
     """Report a position on a beam with shape functions that is beyond the ends, or whose x depends on a tunable
     parameter; other bodies, and entries with a fault, are passed over. ``name`` is the body."""
     body = bodies.get(name)
-    if (
-        body is None
-        or body.beam is None
-        or values.report.concerns(key)
-        or values.report.concerns(key_of("beams", name))
-    ):
+    if body is None or body.beam is None or any(map(values.report.concerns, (key, key_of("beams", name)))):
         return
     beam, along = body.beam, position[0]
     if tunable := values.tunable_in(along):
-        fault = (
-            f"x on the beam {name} depends on the tunable parameter {tunable}, and shape functions are evaluated"
-            " once [E1979]"
-        )
+        fault = f"x on the beam {name} depends on the tunable parameter {tunable}, and shapes are fixed [E1979]"
         values.report.add(f"{key}[0]", fault, f"{tunable} without tunable, or a number")
         return
     x = values.value(along)
@@ -92,24 +84,17 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
             continue
         free = _freedoms(joint, carried, bodies)
         for deformation in beam.deformations:
-            held = [_WORDS[twist] for twist in _free_components(deformation, beam) if _is_held(np.eye(6)[twist], free)]
+            moving = _free_components(deformation, beam)
+            held = [_WORDS[k] for k in moving if np.linalg.norm(np.eye(6)[k] - free @ free[k]) > ALIKE]
             if held:
+                key_of_ends = "ends" if deformation.shapes in ("polynomial", "finite_elements") else "shapes"
+                hint = f'{key_of_ends} = "clamped_free"'
+                if beam.start < 0.0:
+                    hint = "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
                 fault = (
-                    f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where"
-                    f" the {joint.type} joint {joint.name} holds it [E1982]"
+                    f"{deformation.shapes} shapes {' and '.join(held)} where the joint {joint.name} holds them [E1982]"
                 )
-                values.report.add(f"{key}.{deformation.kind}.shapes", fault, _hint(deformation, beam))
-
-
-def _is_held(twist: Array, free: Array) -> bool:
-    return bool(np.linalg.norm(twist - free @ (free.T @ twist)) > ALIKE)
-
-
-def _hint(deformation: Deformation, beam: Beam) -> str:
-    if beam.start < 0.0:
-        return "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
-    key = "ends" if deformation.shapes in ("polynomial", "finite_elements") else "shapes"
-    return f'{key} = "clamped_free"'
+                values.report.add(f"{key}.{deformation.kind}.shapes", fault, hint)
 
 
 def _free_components(deformation: Deformation, beam: Beam) -> list[int]:

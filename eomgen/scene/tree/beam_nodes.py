@@ -2,14 +2,14 @@
 constraints), and outputs of sections.
 
 Elements end at every attachment (``beam_stations``), so that a load there acts on a separate frame, and all terms,
-constraints and reactions of bodies hold. Between nodes a frame would be a function of two of them.
+constraints and reactions of bodies hold. Between nodes a frame would be a function of two nodes.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eomgen.base.messages import key_of, nearest, shown
@@ -18,6 +18,7 @@ from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
 from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
 from eomgen.scene.bodies.model import AT_END
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading, in_reading_order
 from eomgen.system.description import BASE
@@ -27,69 +28,51 @@ if TYPE_CHECKING:
     from eomgen.scene.signals.schema import OutputEntry
 
 
-class BeamNodes:
-    """Maps places on geometrically exact beams to nodes; a place beyond a beam is reported.
+def node_joints(beams: Iterable[Cosserat]) -> dict[str, Joint]:
+    """Return free joints to the base, by node, for all nodes of all beams but the first node of each beam, which is the
+    beam's own body with a joint of the scene."""
+    names = [name for beam in beams for name in beam.nodes[1:]]
+    neutral = (1.0, *(0.0,) * 6)
+    return {
+        name: Joint(name, "free", BASE, name, initial_position=neutral, initial_velocity=(0.0,) * 6) for name in names
+    }
 
-    Parameters
-    ----------
-    beams : by name
-    values : reader of values, whose report takes the faults
-    """
 
-    def __init__(self, beams: Mapping[str, Cosserat], values: Values) -> None:
-        self.beams = beams
-        self.values = values
+def check_names_of_nodes(
+    beams: Mapping[str, Cosserat], joints: Mapping[str, written.JointEntry], report: Report
+) -> None:
+    """Report joints whose parent or child is the name of a node: joints name the beam and a position there instead."""
+    places = {node: (beam.name, x) for beam in beams.values() for node, x in zip(beam.nodes, beam.places, strict=True)}
+    for name, joint in joints.items():
+        for side in ("parent", "child"):
+            node = getattr(joint, side)
+            if node in places and node not in beams:
+                beam, x = places[node]
+                fault = f"{node} is a node of the beam {beam}, which a scene calls by its place [E1983]"
+                hint = f'parent = "{beam}" and position = [{x:.6g}, 0, 0]'
+                if side == "child":
+                    fault = f"{node} is a node of the beam {beam}, whose elements carry it [E1984]"
+                    hint = f'child = "{beam}" at its first end, or a constraint at x = {x:.6g}'
+                report.add(key_of("joints", name, side), fault, hint)
 
-    def joints(self) -> dict[str, Joint]:
-        """Return free joints to the base, by node, for all nodes of all beams but the first node of each beam, which is
-        the beam's own body with a joint of the scene."""
-        names = [name for beam in self.beams.values() for name in beam.nodes[1:]]
-        neutral = (1.0, *(0.0,) * 6)
-        return {
-            name: Joint(name, "free", BASE, name, initial_position=neutral, initial_velocity=(0.0,) * 6)
-            for name in names
-        }
 
-    def check_names(self, joints: Mapping[str, written.JointEntry]) -> None:
-        """Report joints whose parent or child is the name of a node: joints name the beam and a position there
-        instead."""
-        places = {
-            node: (beam, x) for beam in self.beams.values() for node, x in zip(beam.nodes, beam.places, strict=True)
-        }
-        for name, joint in joints.items():
-            if joint.parent in places and joint.parent not in self.beams:
-                beam, x = places[joint.parent]
-                fault = f"{joint.parent} is a node of the beam {beam.name}, which a scene calls by its place [E1983]"
-                hint = f'parent = "{beam.name}" and position = [{x:.6g}, 0, 0]'
-                self.values.report.add(key_of("joints", name, "parent"), fault, hint)
-            if joint.child in places and joint.child not in self.beams:
-                beam, x = places[joint.child]
-                fault = f"{joint.child} is a node of the beam {beam.name}, whose elements carry it [E1984]"
-                hint = f'child = "{beam.name}" at its first end, or a constraint at x = {x:.6g}'
-                self.values.report.add(key_of("joints", name, "child"), fault, hint)
-
-    def at(self, key: str, body: str, position: Vector) -> tuple[str, Vector]:
-        """Return the name of the node nearest to a place on a beam, and the place in the node's frame, m; places on
-        other bodies, and places with a reported fault, stay unchanged. ``key`` is the dotted key of the position."""
-        beam, report = self.beams.get(body), self.values.report
-        if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
-            return body, position
-        if tunable := self.values.tunable_in(position[0]):
-            fault = (
-                f"x on the beam {body} depends on the tunable parameter {tunable}, and the nodes of a beam are"
-                f" fixed [E1985]"
-            )
-            report.add(f"{key}[0]", fault, f"{tunable} without tunable, or a number")
-            return body, position
-        x = self.values.value(position[0])
-        if math.isnan(x):
-            return body, position
-        if not -AT_END * beam.length <= x <= (1.0 + AT_END) * beam.length:
-            fault = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m [E1986]"
-            report.add(f"{key}[0]", fault, "a place on the beam, or a body fixed to its end")
-            return body, position
-        node = min(range(len(beam.places)), key=lambda number: abs(beam.places[number] - x))
-        return beam.nodes[node], (ZERO, *position[1:])
+def node_at(beams: Mapping[str, Cosserat], values: Values, key: str, body: str, position: Vector) -> tuple[str, Vector]:
+    """Return the name of the node nearest to a place on a beam, and the place in the node's frame, m; places on other
+    bodies, and places with a reported fault, stay unchanged. ``key`` is the dotted key of the position."""
+    beam, report = beams.get(body), values.report
+    if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
+        return body, position
+    x, tunable = values.value(position[0]), values.tunable_in(position[0])
+    if tunable:
+        fault = f"x on the beam {body} depends on the tunable parameter {tunable}, and nodes are fixed [E1985]"
+        report.add(f"{key}[0]", fault, f"{tunable} without tunable, or a number")
+    elif not -AT_END * beam.length <= x <= (1.0 + AT_END) * beam.length and not math.isnan(x):
+        fault = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m [E1986]"
+        report.add(f"{key}[0]", fault, "a place on the beam, or a body fixed to its end")
+    if math.isnan(x) or report.concerns(key):
+        return body, position
+    node = min(range(len(beam.places)), key=lambda number: abs(beam.places[number] - x))
+    return beam.nodes[node], (ZERO, *position[1:])
 
 
 def stations_of(beams: Sequence[str], reading: Reading) -> Mapping[str, Sequence[float]]:

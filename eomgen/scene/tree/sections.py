@@ -36,7 +36,7 @@ from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_placement
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.tree.beam_attachments import check_frames
-from eomgen.scene.tree.beam_nodes import BeamNodes, section_formulas, stations_of
+from eomgen.scene.tree.beam_nodes import check_names_of_nodes, node_at, node_joints, section_formulas, stations_of
 from eomgen.system.description import BASE as BASE_NAME
 from eomgen.system.description import WORLD, FixedFrame, Point
 
@@ -125,13 +125,14 @@ class _Beams(Section):
     """Geometrically exact beams are items of this section; other beams are bodies."""
 
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
-        hint = "another name for one of them"
-        if _reserved_name_fault(name) == ("", "") and name in document.section("bodies"):
-            return f"the name {name} is both a body and a beam [E1461]", hint
+        fault, hint = _reserved_name_fault(name)
         joint = document.section("joints").get(name)
-        if _reserved_name_fault(name) == ("", "") and joint is not None and joint.type != "fixed":
-            return f"the name {name} is both a joint and a beam, and q.{name} would be both [E1461]", hint
-        return _reserved_name_fault(name)
+        if not fault and name in document.section("bodies"):
+            fault, hint = f"the name {name} is both a body and a beam [E1461]", "another name for one of them"
+        elif not fault and joint is not None and joint.type != "fixed":
+            fault = f"the name {name} is both a joint and a beam, and q.{name} would be both [E1461]"
+            hint = "another name for one of them"
+        return fault, hint
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         exact = (name for name, beam in reading.document.section("beams").items() if beam.model in CONSTRAINED)
@@ -156,10 +157,8 @@ class _Beams(Section):
         reading.tables["beams"] |= {name: body.beam.size for name, body in flexible.items() if body.beam is not None}
         nodes = {node.name: node for beam in exact.values() for node in beam.bodies()}
         reading.items["bodies"] = {**reading.items["bodies"], **flexible, **nodes}
-        moved = BeamNodes(exact, values)
-        moved.check_names(reading.document.section("joints"))
-        reading.keep(moved)
-        reading.attach = moved.at
+        check_names_of_nodes(exact, reading.document.section("joints"), values.report)
+        reading.attach = partial(node_at, exact, values)
         reading.section_formulas = partial(section_formulas, exact, values)
         return exact
 
@@ -222,7 +221,7 @@ class _Joints(Section):
         """Order the tree, parents first, with joints of beams' nodes, and report faults in tree, mimic joints and
         inertias; the result is kept in ``reading`` as TreeSections."""
         document, values = reading.document, reading.values
-        bodies, of_nodes = reading.items["bodies"], reading.kept(BeamNodes).joints()
+        bodies, of_nodes = reading.items["bodies"], node_joints(reading.items["beams"].values())
         read = {name: joint for name, joint in reading.items["joints"].items() if joint.child not in of_nodes}
         joints = reading.items["joints"] = {**read, **of_nodes}
         links = [JointEdge(joint.name, joint.parent, joint.child) for joint in joints.values()]
@@ -284,9 +283,7 @@ def _check_types(entries: Mapping[str, joints.JointEntry], report: Report) -> No
             fault = "absolute coordinates have no coordinates of joints that could be held [E2215]"
             report.add(f"{key_of('joints', name)}.initial.hold", fault, 'coordinates = "joint"')
         if not is_own(entry.type):
-            fault = (
-                f"the joint type {entry.type} of another distribution has no equations between absolute bodies [E1990]"
-            )
+            fault = f"the joint type {entry.type} is not eomgen's and has no equations between absolute bodies [E1990]"
             report.add(key_of("joints", name, "type"), fault, 'coordinates = "joint"')
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +36,6 @@ from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import step_parts, time_grid
 from eomgen.toolchain.library import Library
 
-#: Rows that are compared at most, the last one aside.
-MOST_ROWS = 1000
 #: Times of rows agree within this part of a step.
 SAME_TIME = 1e-4
 
@@ -90,7 +88,7 @@ def span_of(run: Run, rows: Array, parameters: Array) -> Span:
     numbers = np.rint((times - run.grid.start) / step).astype(np.int64)
     first, last = 1 if numbers[0] % every and len(times) > 2 else 0, len(times) - 1
     steps = int(numbers[last] - numbers[first])
-    stride = every * max(1, math.ceil(steps / every / MOST_ROWS))
+    stride = every * max(1, math.ceil(steps / every / 1000))  # a thousand rows suffice, the last one aside
     chosen = np.append(np.arange(first, last, stride // every), last)
     if len(chosen) == len(rows):  # all of them, and large scenes have large rows
         return Span(rows, parameters, stride, steps)
@@ -208,12 +206,23 @@ class MotionDifference(NamedTuple):
     kinds: Kinds
 
 
+class RecordedRun(NamedTuple):
+    """A run with its library, recorded rows (n, width), parameters there, (np,) or (n, np), events and counts."""
+
+    run: Run
+    library: Library
+    rows: Array
+    parameters: Array
+    events: Events | None
+    statistics: Mapping[str, int | float]
+
+
 class ComparisonRuns:
     """A run, and comparison runs, which are made on demand.
 
     Attributes
     ----------
-    run : with settings, inputs and grid
+    taken, run : the run, with settings, inputs and grid
     span : the compared rows
     own : the run's own motion at these rows
     size : size of the motion, by which differences are divided
@@ -224,28 +233,17 @@ class ComparisonRuns:
     rounding : the part of the motion that rounding may be
     """
 
-    def __init__(
-        self,
-        run: Run,
-        library: Library,
-        rows: Array,
-        parameters: Array,
-        progress: Progress | None,
-        events: Events | None,
-        statistics: Mapping[str, int | float],
-        at_rows: AtRows | None = None,
-    ) -> None:
+    def __init__(self, taken: RecordedRun, progress: Progress | None, at_rows: AtRows | None = None) -> None:
         """Choose the compared rows of a run, and evaluate outputs, the size of the motion and the parts of steps there.
-        `rows` (n, width) are recorded, with parameters (np,) or (n, np); `progress` is called with (steps done, all
-        steps); `at_rows` returns outputs or energies at all rows if these are known, None: they are evaluated."""
-        self.run, self._library, self._progress = run, library, progress
-        self._recorded = rows, parameters
+        `progress` is called with (steps done, all steps); `at_rows` returns outputs or energies at all rows if these
+        are known, None: they are evaluated."""
+        run, library, rows, parameters, events, statistics = taken
+        self.run, self._library, self._progress, self.taken = run, library, progress, taken
         self.events = "events" in library.layout["method"]
         self.span = span_of(run, rows, parameters)
         self._at_rows = at_rows if len(self.span.rows) == len(rows) else None
-        outputs = (
-            self._outputs(self.span.rows, self.span.parameters) if self._at_rows is None else self._at_rows("outputs")
-        )
+        known = self._at_rows
+        outputs = self._outputs(self.span.rows, self.span.parameters) if known is None else known("outputs")
         self.own = self._motion(self.span.rows, outputs, events)._replace(statistics=statistics)
         turns = whole_turns(run, self.span.rows, self.span.parameters)
         work = at_work(run, rows, parameters)
@@ -284,9 +282,9 @@ class ComparisonRuns:
     def beginning(self, count: int) -> ComparisonRuns:
         """Return the comparison runs of the first `count` steps between rows, with errors relative to the whole run's
         motion."""
-        rows, parameters = (recorded[: count + 1] for recorded in self._recorded)
-        parameters = parameters if self._recorded[1].ndim > 1 else self._recorded[1]
-        first = ComparisonRuns(self.run, self._library, rows, parameters, self._progress, None, self.own.statistics)
+        rows, p = self.taken.rows[: count + 1], self.taken.parameters
+        parameters = p[: count + 1] if p.ndim > 1 else p
+        first = ComparisonRuns(self.taken._replace(rows=rows, parameters=parameters, events=None), self._progress)
         first.size = self.size
         return first
 
@@ -296,15 +294,8 @@ class ComparisonRuns:
         before = self._steps
         self._steps += math.ceil(self.span.steps / multiple)
         report = progress_after(self._progress, before, max(self._all, self._steps))
-        result = comparison_run(
-            self.run,
-            self._library,
-            self.span,
-            multiple=multiple,
-            tolerance=tolerance,
-            largest=largest,
-            progress=report,
-        )
+        settings: dict[str, Any] = {"multiple": multiple, "tolerance": tolerance, "largest": largest}
+        result = comparison_run(self.run, self._library, self.span, progress=report, **settings)
         if result.interrupted:
             raise NoEstimateError(INTERRUPTED)
         motion = self._motion(result.rows, self._outputs(result.rows, result.parameters), result.events)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -22,8 +22,8 @@ from eomgen.base.data import replace
 from eomgen.base.progress import Progress
 from eomgen.base.rounding import COMPUTED
 from eomgen.errors import UsageError
+from eomgen.integrators.families.adaptive import SMALLEST_TOLERANCE
 from eomgen.results.error_estimate import NO_ORDER, NOTICED, ErrorEstimate
-from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import (
     INTERRUPTED,
     AtRows,
@@ -31,6 +31,7 @@ from eomgen.simulation.accuracy.comparison_runs import (
     ComparisonRuns,
     MotionDifference,
     NoEstimateError,
+    RecordedRun,
 )
 from eomgen.simulation.accuracy.fastest_rates import FastestRates
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
@@ -42,37 +43,29 @@ from eomgen.simulation.accuracy.richardson import (
     gain_of,
 )
 from eomgen.simulation.accuracy.step_path import crosses_corners, crosses_jumps, step_rows
-from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
-from eomgen.toolchain.library import Library
 
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
-#: Fractions of the step, and the order of their errors, for runs that cross jumps of forces: a run at half the step
-#: meets every second jump at the same place in a step.
-_PRIME_PARTS, _OF_JUMPS = (3, 5), 1.0
+#: Fractions of the step for runs that cross jumps of forces, with errors of order 1: a run at half the step meets every
+#: second jump at the same place in a step.
+_PRIME_PARTS = (3, 5)
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
 #: Ratio of the parts of steps that a run at shorter steps may take to the parts of the run itself.
 _MOST_PARTS = 16.0
-#: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps, and the least
-#: tolerance: rounding.
-_SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
-#: Steps of the time grid that are shorter than half of any step of a method's own, and how many of them are taken.
-_OWN_STEPS, _MOST_STEPS = 512.0, 1_000_000
+#: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps.
+_SMALLER = (1, 4, 8)
 
 
 def estimate_errors(
-    run: Run,
-    library: Library,
-    trajectory: Trajectory,
-    parameters: Array,
+    taken: RecordedRun,
     seconds: float,
-    events: Events | None,
-    statistics: Mapping[str, int | float],
     at_rows: AtRows,
     rates: Callable[[], FastestRates],
     progress: Progress | None = None,
+    *,
+    interrupted: bool,
 ) -> ErrorEstimate:
     """Return the estimated discretisation error of a finished run, by runs of the same motion at other steps or
     tolerances.
@@ -81,28 +74,26 @@ def estimate_errors(
 
     Parameters
     ----------
-    library : with the stepper
-    parameters : (np,), or (rows, np), at the rows
+    taken : the run
     seconds : s, duration of the run
-    statistics : counts of the stepper
     at_rows : outputs and energy of the run at all rows
     rates : returns the fastest rates along the run
     progress : called with (steps done, all steps), the steps of the comparison runs included
+    interrupted : whether the run was
     """
-    began = time.perf_counter()
+    began, run = time.perf_counter(), taken.run
     try:
-        if trajectory.interrupted:
+        if interrupted:
             raise NoEstimateError("the run was interrupted")
-        if len(trajectory.rows) < 2:
+        if len(taken.rows) < 2:
             raise NoEstimateError("the run made no step")
         if run.controllers is not None and (names := run.controllers.single):
             refused = f"the function of {names} may keep something, so no second run calls it"
             raise NoEstimateError(f"{refused}; a class, or memory in the scene, can be had anew")
-        rows = trajectory.rows
-        runs = ComparisonRuns(run, library, rows, parameters, progress, events, statistics, at_rows)
+        runs = ComparisonRuns(taken, progress, at_rows)
         estimated = _by_tolerance if run.method.chooses_steps else partial(_by_steps, rates=rates)
         result = estimated(runs)
-        if result.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
+        if result.relative > NOTICED and _moves_between_rows(runs):
             result = estimated(runs)
     except NoEstimateError as reason:
         return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
@@ -114,13 +105,14 @@ def estimate_errors(
     return replace(result, seconds=spent, cost=spent / max(seconds, 1e-9))
 
 
-def _moves_between_rows(runs: ComparisonRuns, library: Library, rows: Array, parameters: Array) -> bool:
+def _moves_between_rows(runs: ComparisonRuns) -> bool:
     """Return whether the motion is much larger than sparse rows show; then replace ``runs.size`` by the size from the
     rows of all steps. A state that oscillates at a multiple of the rows' frequency seems to be at rest there."""
-    taken = step_rows(runs.run, library, rows, parameters, runs.own.statistics)
+    run, library, rows, parameters, _, statistics = runs.taken
+    taken = step_rows(run, library, rows, parameters, statistics)
     if taken is None or taken.rows is rows:
         return False
-    finer = motion_size(runs.run.model, np.concatenate([rows, taken.rows]), {})
+    finer = motion_size(run.model, np.concatenate([rows, taken.rows]), {})
     known = runs.size.sizes
     larger = {kind: np.fmax(known[kind], size) for kind, size in finer.sizes.items() if np.all(np.isfinite(size))}
     if not any(np.any(size > 2.0 * known[kind]) for kind, size in larger.items()):
@@ -179,7 +171,7 @@ def _tolerance_tries(runs: ComparisonRuns, *, bound: bool) -> list[tuple[float, 
     multiple = 1.0 if len(runs.parts.ends) and not runs.events and runs.run.driven is None else 0.5
     first, *smaller = (-order * times for times in _SMALLER[: None if bound else 1])
     tolerance = runs.run.settings["tolerance"]
-    smaller = [power for power in smaller if tolerance * math.pow(2.0, power) >= _LEAST_TOLERANCE]
+    smaller = [power for power in smaller if tolerance * math.pow(2.0, power) >= SMALLEST_TOLERANCE]
     tries = [(power, multiple) for power in (first, *smaller)]
     if shortened := _that_bounds(runs, bound=bound):
         tries.append((-order, shortened))
@@ -195,8 +187,8 @@ def _that_bounds(runs: ComparisonRuns, *, bound: bool) -> float:
         part = _largest_step(runs)
         if part > 0.5 * runs.run.settings.get("largest_step", math.inf) > 0.0:
             return 0.25
-    multiple = min(0.25, part / (_OWN_STEPS * runs.step))
-    return multiple if runs.span.steps / multiple <= _MOST_STEPS else 0.0
+    multiple = min(0.25, part / (512.0 * runs.step))  # shorter than half of any step of a method's own
+    return multiple if runs.span.steps / multiple <= 1e6 else 0.0
 
 
 def _largest_step(runs: ComparisonRuns) -> float:
@@ -357,7 +349,7 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
         if not _is_complete(shorter[-1]):
             return None
         apart = runs.apart(runs.own, shorter[-1])
-        differing.append((apart, gain_of(-_OF_JUMPS * math.log2(parts))))
+        differing.append((apart, gain_of(-math.log2(parts))))
         passed_over = _passed_over(runs, shorter[-1])
     words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
     far, near = differing[-2][0], runs.apart(*shorter)

@@ -34,12 +34,10 @@ from eomgen.base.limits import Limit
 from eomgen.compiled.constraints import NEEDED
 from eomgen.compiled.equations import accelerations, free_directions, has_residual_partials, residual_partials
 from eomgen.errors import EomgenError
-from eomgen.simulation.accuracy.motion_size import reach_of
+from eomgen.simulation.accuracy.motion_size import ROWS, reach_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States, states_of
 
-#: Places along a run, of each kind, at which rates are looked for at most.
-_PLACES = 8
 STEEP_PART = Limit(
     0.1,
     "1",
@@ -111,7 +109,7 @@ class _RateSearch:
         for step, column in self._steepest() if moves else ():
             decays, grows, passes = self._within(step, column)
             decay, growth, passed = max(decay, decays), max(growth, grows), max(passed, passes)
-        spread = sorted(set(np.linspace(0, count - 1, min(count, _PLACES)).astype(int).tolist()))
+        spread = sorted(set(np.linspace(0, count - 1, min(count, ROWS)).astype(int).tolist()))
         if moves:
             decay = max([decay, *filter(None, map(self._lasting, spread))], key=lambda item: item.rate)
         states = max([Rate(), *map(self._state_decay, spread)]) if model.nz else Rate()
@@ -156,11 +154,11 @@ class _RateSearch:
         # laws are steep at rest, which stages of a step may pass although its end does not
         sign = np.sign(v[:-1])
         turned = (np.sign(v[1:]) * sign <= 0.0) | (np.sign(self._next_velocities()[:-1]) * sign <= 0.0)
-        order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:_PLACES]
+        order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:ROWS]
         places = [(float(kicks[row, j]), int(row), j) for j in range(v.shape[1]) for row in order[:, j]]
         places.sort(reverse=True)
-        chosen = [kick_place for kick_place in places if turned[kick_place[1], kick_place[2]]][:_PLACES]
-        chosen += [kick_place for kick_place in places if not turned[kick_place[1], kick_place[2]]][:_PLACES]
+        chosen = [kick_place for kick_place in places if turned[kick_place[1], kick_place[2]]][:ROWS]
+        chosen += [kick_place for kick_place in places if not turned[kick_place[1], kick_place[2]]][:ROWS]
         return [(row, j) for kick, row, j in chosen if kick > 0.0]
 
     def _next_velocities(self) -> Array:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 TURN = 2.0 * np.pi
 #: Number of rows at which equations are evaluated.
-_ROWS = 8
+ROWS = 8
 
 
 def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
@@ -54,7 +54,7 @@ def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
     ]
     if not angles:
         return result
-    places = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _ROWS)).astype(int))
+    places = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), ROWS)).astype(int))
     held = parameters if parameters.ndim == 1 else parameters[places]
     try:
         known = _equations(run, rows[places], held, 0, 0.0)
@@ -98,9 +98,7 @@ def _same(first: list[Array], second: list[Array]) -> bool:
     )
 
 
-#: Size of a motion, as a part of the largest of the same unit, below which a size is not used as a measure.
-_SMALL = 1e-3
-#: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
+#: Part of the coordinates, or of 1 rad: motion below is rounding.
 REST = COMPUTED
 #: Rounding of weights that are in balance.
 _BALANCED = 16.0 * float(np.finfo(float).eps)
@@ -220,7 +218,7 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Extent | None:
     model = run.model
     if not model.nv or not model.functions.for_runs("mass"):
         return None
-    every = max(1, len(rows) // _ROWS)
+    every = max(1, len(rows) // ROWS)
     states = states_of(rows[::every], model, views=True)
     try:
         with np.errstate(all="ignore"):
@@ -367,10 +365,8 @@ def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0)
     largest: dict[str, float] = {}
     for component, unit in zip(size.tolist(), units, strict=True) if units else ():
         largest[unit] = max(largest.get(unit, 0.0), component)
-    least = (
-        np.array([_SMALL * largest[unit] for unit in units]) if units else _SMALL * np.fmax.reduce(size, initial=0.0)
-    )
-    result: Array = np.maximum(np.maximum(size, least), floor)
+    least = np.array([largest[unit] for unit in units]) if units else np.fmax.reduce(size, initial=0.0)
+    result: Array = np.maximum(np.maximum(size, 1e-3 * least), floor)
     return np.where(result > 0.0, result, np.inf)
 
 

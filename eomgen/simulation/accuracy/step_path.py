@@ -339,9 +339,8 @@ def step_rows(
     return StepRows(np.concatenate(result), joined, np.cumsum(breaks)[:-1] - 1)
 
 
-#: Number of steps that are examined, parts of each at a level, and how much steeper than the average of its step a rate
-#: is at a jump.
-_EXAMINED, _PARTS, _STEEPER = 16, 16, 8.0
+#: Parts of each step at a level, and how much steeper than the average of its step a rate is at a jump.
+_PARTS, _STEEPER = 16, 8.0
 
 
 @np.errstate(all="ignore")  # of a run that leaves the finite numbers
@@ -385,9 +384,10 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         bends[1:-1] = (np.abs(change[1:] - change[:-1]) / np.where(least > 0.0, least, np.inf)).max(axis=1, initial=0.0)
         bent = np.maximum(bends[:-1], bends[1:])
         places = [expression for expression in _places(run, "jumps", jumps) if path.knows(expression)]
-        crossings = [(expression, _crossings(path, expression)[:_EXAMINED]) for expression in places]
+        examined_steps = 16
+        crossings = [(expression, _crossings(path, expression)[:examined_steps]) for expression in places]
         order = np.argsort(bent)
-        most = order[-_EXAMINED:]
+        most = order[-examined_steps:]
         most = most[bent[most] > _STEEPER * bent[order[len(order) // 2]]]  # bends of all steps alike are rounding
         examined = [*crossings, (None, np.sort(most))]
         return any(_jumps(path, expression, steps, least) for expression, steps in examined if len(steps))

@@ -9,11 +9,9 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.rest.state_warnings import LARGE_SHORTENING
+from eomgen.results.dense_output import BATCH
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
-
-#: Rows that are looked at together.
-_BATCH = 2048
 
 
 def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
@@ -29,8 +27,8 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Findi
     beams = model.description.exact_beams
     if not beams or "poses" not in model.functions or len(t) < 2:
         return None
-    for start in range(0, len(t) - 1, _BATCH):
-        rows = slice(start, start + _BATCH + 1)  # the last row is the first row of the next batch
+    for start in range(0, len(t) - 1, BATCH):
+        rows = slice(start, start + BATCH + 1)  # the last row is the first row of the next batch
         if result := _passage(model, t[rows], q[rows], p):
             return result
     return None

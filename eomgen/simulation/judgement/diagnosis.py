@@ -109,12 +109,9 @@ def doubtful_formulas(model: CompiledModel, status: int, block: str) -> str:
 def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
     """Return the first quantity that is not finite at a state, with its component, in words; empty if all are finite.
     Examined in order: q, v, z, the base, the inputs, then M, h, b, Q and further terms that the model has."""
-    if not np.all(np.isfinite(q)):
-        return "q (the configuration)"
-    if not np.all(np.isfinite(v)):
-        return "v (the velocity)"
-    if not np.all(np.isfinite(z)):
-        return "z (the internal states)"
+    for label, part in (("q (the configuration)", q), ("v (the velocity)", v), ("z (the internal states)", z)):
+        if not np.all(np.isfinite(part)):
+            return label
     if not np.all(np.isfinite(model.base(t, parameters=p))):
         return "the motion of the base"
     try:
@@ -158,11 +155,8 @@ def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, ste
         return ""
     turns = step * np.abs(model.evaluator.angle_motion(q, v, t, p)[1])
     k = int(np.argmax(turns))
-    return (
-        f"the joint {model.angles[k].partition('.')[0]} turns by {turns[k]:.3g} rad in a step"
-        if turns[k] > COUNTED
-        else ""
-    )
+    joint = model.angles[k].partition(".")[0]
+    return f"the joint {joint} turns by {turns[k]:.3g} rad in a step" if turns[k] > COUNTED else ""
 
 
 def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
@@ -193,9 +187,8 @@ def failed_controller(stepper: Stepper) -> Failure:
     of = f"the function {row['function']} of {row['source']}" if row["function"] else "the function"
     who = f"{of}, the controller {row['name']},"
     if code := int(statistics["controller_returned"]):
-        return Failure(
-            f"{who} returned {code}, and only 0 goes on [E1387]", f"the reason for which it returns {code}, or return 0"
-        )
+        fault = f"{who} returned {code}, and only 0 goes on [E1387]"
+        return Failure(fault, f"the reason for which it returns {code}, or return 0")
     position = int(statistics["controller_not_finite"]) - 1
     behind = position - len(row["outputs"])
     if (beyond := behind - (size := len(row["memory_states"]))) >= 0:
@@ -211,9 +204,8 @@ def _beyond(who: str, values: int, memory: int, *, in_memory: bool) -> Failure:
     `values` and `memory` are the sizes of its arrays; `in_memory`: whether the memory was exceeded."""
     if in_memory:
         last = f"memory[{memory - 1}] is the last entry" if memory else "it has none"
-        return Failure(
-            f"{who} wrote beyond memory = {memory} [E1389]", f"memory = {memory + 1} in the scene; {last} so far"
-        )
+        fault = f"{who} wrote beyond memory = {memory} [E1389]"
+        return Failure(fault, f"memory = {memory + 1} in the scene; {last} so far")
     fault = f"{who} wrote beyond its {counted(values, 'value')} [E1390]"
     return Failure(fault, f"writes up to values[{values - 1}], or outputs with a name for each value")
 

@@ -35,9 +35,7 @@ from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.system.description import LARGEST_ANGLE, STRAINED
 
 #: Remedy for a diverging motion without a growing linear mode and without a fast start.
-OTHER_FORCES = (
-    "other signs or sizes of gains, damping and stiffnesses, an initial position with smaller forces, or a smaller step"
-)
+OTHER_FORCES = "other signs or sizes of gains, damping and stiffnesses, smaller forces at the start, or a smaller step"
 
 
 class _LastState(NamedTuple):
@@ -99,9 +97,8 @@ def _diagnosis(run: Run, stepper: Stepper, trajectory: Trajectory, last: _LastSt
     cause is known. Causes are looked for in this order: values that are not finite, faults of the motion at the last
     state, instability of the method, growth by the equations, and doubtful formulas."""
     state = (last.q, last.v, last.a, last.z)
-    block, already, (cause, cure) = first_non_finite(
-        run.model, last.t, state, run.settings["step"], last.p, run.signals
-    )
+    step = run.settings["step"]
+    block, already, (cause, cure) = first_non_finite(run.model, last.t, state, step, last.p, run.signals)
     fault = _fault_of_motion(run, trajectory, last, finite=not block)
     text = f"the first block that is not finite is {block}{last.behind}" if block else fault.text if fault else ""
     details = f"; {text}" if text else ""
@@ -146,17 +143,9 @@ def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, fini
 def _growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
     """Return a finding on a motion that grows by its equations before a run stopped; None without such a growth."""
     if growth := own_growth(run, stepper.library, trajectory.rows):
-        hint = (
-            "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
-            " step helps"
-        )
+        hint = "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
+        hint += " step helps"
         return Finding(text=str(growth), hint=hint)
-    return _endless_growth(run, stepper, trajectory)
-
-
-def _endless_growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
-    """Return a finding on a velocity that grows from quarter to quarter of a run; None without one, or if the method
-    causes it."""
     result = unbounded_growth(run, states_of(trajectory.rows, run.model))
     return None if result is None or unstable_growth(run, stepper.library, trajectory) else result
 

@@ -25,7 +25,7 @@ from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import WARNING, Finding, Severity
 from eomgen.simulation.stepping.chunks import Trajectory
-from eomgen.simulation.stepping.events import acting, parameters_over, table_of
+from eomgen.simulation.stepping.events import acting, parameters_over
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import PrescribedInputs, States, inputs_at_rows, row_values, states_of
 from eomgen.simulation.stepping.stepper import Stepper
@@ -116,12 +116,14 @@ class NamesCheckpoint(Protocol):
     def problem(self) -> str: ...
 
 
+@dataclass(eq=False)
 class FinishedRun(EvaluatesOnce):
     """A run and the facts that its checks need; the functions for a fact are imported on a request for the fact.
 
-    Parameters
+    Attributes
     ----------
     stepper : in the state after the run
+    events : with the states before and after each; None if the scene has none
     wall : float
         Duration of the stepping, s.
     writer : of checkpoints; None without any
@@ -130,28 +132,15 @@ class FinishedRun(EvaluatesOnce):
     beginning : None for a resumed run
     """
 
-    def __init__(
-        self,
-        run: Run,
-        stepper: Stepper,
-        trajectory: Trajectory,
-        wall: float,
-        writer: NamesCheckpoint | None = None,
-        beginning: RunStart | None = None,
-        *,
-        estimated: bool = False,
-        progress: Progress | None = None,
-    ) -> None:
-        """Keep a run with its stepper, recorded trajectory and stepping time `wall` in s, and evaluate its table of
-        events."""
-        self.run = run
-        self.stepper = stepper
-        self.trajectory = trajectory
-        self.wall = wall
-        self.beginning = beginning
-        self.writer = writer
-        self.estimated, self._progress = estimated, progress
-        self.events: Events | None = table_of(trajectory, stepper, run.parameters)
+    run: Run
+    stepper: Stepper
+    trajectory: Trajectory
+    events: Events | None
+    wall: float
+    writer: NamesCheckpoint | None = None
+    beginning: RunStart | None = None
+    estimated: bool = False
+    progress: Progress | None = None
 
     def has(self, facts: Iterable[str]) -> bool:
         """Return whether all of these facts hold."""
@@ -209,23 +198,19 @@ class FinishedRun(EvaluatesOnce):
         """The estimated errors of the run; a reason without values if the estimate is switched off or cannot be
         made. Evaluation makes the comparison runs. Fast motions that the steps do not resolve are named in
         ``unresolved``."""
-        from eomgen.simulation.accuracy.error_estimation import estimate_errors, no_estimate  # noqa: PLC0415  # on request
+        from eomgen.simulation.accuracy.comparison_runs import RecordedRun  # noqa: PLC0415  # on request
+        from eomgen.simulation.accuracy.error_estimation import estimate_errors, no_estimate  # noqa: PLC0415  # likewise
 
         run = self.run
         if not self.estimated:
             left_out = "".join(searches(self) for searches in objects_of(LEFT_OUT))
             return no_estimate(run, f"it was switched off{left_out}")
+        rows, library = self.trajectory.rows, self.stepper.library
+        taken = RecordedRun(run, library, rows, self.present, self.events, self.statistics)
+        at_rows = {"outputs": lambda: self.outputs, "energy": lambda: self.energy}
+        of_rates, interrupted = (lambda: self.fastest), self.trajectory.interrupted
         estimate = estimate_errors(
-            run,
-            self.stepper.library,
-            self.trajectory,
-            self.present,
-            self.wall,
-            self.events,
-            self.statistics,
-            lambda name: self.outputs if name == "outputs" else self.energy,
-            lambda: self.fastest,
-            self._progress,
+            taken, self.wall, lambda name: at_rows[name](), of_rates, self.progress, interrupted=interrupted
         )
         if not estimate.available:
             return estimate

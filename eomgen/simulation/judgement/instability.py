@@ -14,6 +14,7 @@ large factor grows exponentially: constant forces give factors below 2 after the
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -44,7 +45,6 @@ _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 #: Differences of logarithms, as parts of the logarithm of the growth, up to which two sizes are equal, and above which
 #: two sizes are unequal.
 _EQUAL, _UNEQUAL = 0.1, 0.5
-_LARGEST = 1e300
 
 
 class Growth(NamedTuple):
@@ -116,7 +116,7 @@ def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Grow
     if not len(slow):
         return None
     steps = round((after[-1, 0] - middle[0, 0]) / run.settings["step"])
-    rate = math.log(np.minimum(growth[slow], _LARGEST).max()) / steps
+    rate = math.log(np.minimum(growth[slow], sys.float_info.max).max()) / steps
     again = _again(run, library, middle[0], min(math.ceil(4.0 / rate), steps, _LONGEST), 1)
     if again is None or len(again) < 2 * WINDOW:
         return None
@@ -157,9 +157,11 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
     largest = np.maximum.accumulate(sizes)  # a passage through zero is not growth
-    # a component at rest has no ratio
+    # velocities whose travel within a step is rounding of the coordinates are at rest, and have no ratio
+    travel = np.finfo(float).eps * _lengths(run, rows) / run.settings["step"]
     with np.errstate(over="ignore"):
-        behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > _rounding_of_rest(run, rows))
+        moves = largest > np.concatenate([travel, np.zeros(run.model.nz)])
+        behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=moves)
     grown = _growing_components(run, np.max(behind, axis=0), sizes[-1], _SUDDEN)
     if not len(grown):
         return None
@@ -191,13 +193,6 @@ def _diverges(times: Array, sizes: Array) -> bool:
     middle = np.interp(0.5 * (times[0] + times[-1]), times, np.log(sizes))
     # an exponential has 0.5, the fifth power of time 0.44 over a factor of 10, and lower powers less
     return bool(np.log(sizes[-1]) - middle > 0.45 * np.log(sizes[-1] / sizes[0]))
-
-
-def _rounding_of_rest(run: Run, rows: Array) -> Array:
-    """Return the velocities, (nv + nz,), whose travel within a step is lost in the rounding of the coordinates; 0 for
-    internal states."""
-    travel = np.finfo(float).eps * _lengths(run, rows) / run.settings["step"]
-    return np.concatenate([travel, np.zeros(run.model.nz)])
 
 
 def at_rest(run: Run, rows: Array) -> bool:
@@ -240,7 +235,7 @@ def _by_method(
     agreeing = np.zeros(len(components), dtype=int)
     moved = _travelling(run, window, WRITTEN)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        growth = np.log(np.minimum(large / small, _LARGEST))
+        growth = np.log(np.minimum(large / small, sys.float_info.max))
         # growth before or after the window cannot be compared
         moved &= growth > 1.0
         for parts in finer:
@@ -393,9 +388,8 @@ def unbounded_growth(run: Run, states: States) -> Finding | None:
     entry = grown[np.argmax(overall[grown])]
     name, unit = run.model.v_names[entry], run.model.v_units[entry]
     samples = ", or a shorter time between samples" if "samples" in run.model.library.layout["method"] else ""
-    text = (
-        f"the motion grows without end: {name} by a factor of {overall[entry]:.2g}, from at most {sizes[0, entry]:.3g}"
-        f" {unit} in the first quarter of the run to {sizes[-1, entry]:.3g} {unit} in the last one"
-    )
+    first, last = (f"{sizes[quarter, entry]:.3g} {unit}" for quarter in (0, -1))
+    span = f"from at most {first} in the first quarter of the run to {last} in the last one"
+    text = f"the motion grows without end: {name} by a factor of {overall[entry]:.2g}, {span}"
     hint = f"other signs or sizes of gains, damping and stiffnesses{samples}"
     return Finding(value=float(overall[entry]), text=text, hint=hint)

@@ -15,14 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
+from eomgen.results.error_estimate import AIM
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-REPORTED_ENERGY = Limit(
-    0.01, "1", "imbalance in parts of the energies at work", "a choice: the error at which hints aim"
-)
+REPORTED_ENERGY = Limit(AIM, "1", "imbalance in parts of the energies at work", "the error at which hints aim")
 FAILED_ENERGY = Limit(
     0.49,
     "1",

@@ -32,10 +32,6 @@ if TYPE_CHECKING:
 #: Of the weighed rows. Generalized-alpha stopped falling parallelograms and rhombi with values of 0.04 and less within
 #: the examined steps.
 NEARLY = Limit(0.05, "1", "smallest singular value in parts of the largest in the run", "parallelograms that fall")
-#: Examined rows of a run: at most ``_SPREAD`` rows over the whole run, as long as the sum of their products of nv and
-#: the square of the number of rows of B is at most ``_WORK``, but at least ``_LEAST`` rows; and the last ``_LAST``
-#: rows.
-_SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
 #: Examined steps beyond the last row, along the velocity of this row: the failed step, and the next step.
 _AHEAD = np.linspace(0.0, 2.0, 9)
 #: Steps beyond the last row at which a position that meets the constraints is looked for.
@@ -108,10 +104,8 @@ def beyond_reach(model: CompiledModel, t: float, q: Array, p: Array, step: float
         return None
     values = dict(zip(model.q_names, zip(q, model.q_units, strict=True), strict=True))
     at = [f", at {value:.5g} {unit}" for name in driven for value, unit in [values.get(f"q.{name}", (0.0, ""))] if unit]
-    text = (
-        f"after t = {t:.6g} s no position meets the constraints: the drive of {' and '.join(driven)} leaves the range"
-        f" that its loop can reach{''.join(at)}"
-    )
+    leaves = f"the drive of {' and '.join(driven)} leaves the range that its loop can reach{''.join(at)}"
+    text = f"after t = {t:.6g} s no position meets the constraints: {leaves}"
     return Finding(text=text, hint="a drive that turns back before, or lengths with which the loop reaches farther")
 
 
@@ -155,9 +149,9 @@ def examined_rows(model: CompiledModel, rows: int) -> NDArray[np.intp]:
     Spread over the run as far as the work allows, and all of the last rows."""
     if not rows:
         return np.zeros(0, np.intp)
-    affordable = _WORK // max(1, model.nv * len(model.multipliers) ** 2)
-    spread = np.linspace(0, rows - 1, min(_SPREAD, max(_LEAST, affordable))).astype(np.intp)
-    return np.union1d(spread, np.arange(max(0, rows - _LAST), rows))
+    affordable = 10**8 // max(1, model.nv * len(model.multipliers) ** 2)
+    spread = np.linspace(0, rows - 1, min(1000, max(50, affordable))).astype(np.intp)
+    return np.union1d(spread, np.arange(max(0, rows - 40), rows))
 
 
 def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> SingularPosition | None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from eomgen.base.limits import Limit
 from eomgen.base.messages import listed
-from eomgen.results.error_estimate import NOTICED, ErrorEstimate, LargestError
+from eomgen.results.error_estimate import AIM, NOTICED, ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
@@ -30,8 +30,6 @@ WRONG_VELOCITY = Limit(
     "estimated error of a velocity in parts of the largest velocity, for a beam of its own largest velocity",
     "over one step, velocities are some three times less accurate than coordinates",
 )
-#: Error target of hints, and largest error that follows powers of the step, relative to the motion.
-AIM, FOLLOWED = 0.01, 0.5
 FEW_QUANTA = Limit(
     6.0,
     "1",
@@ -106,7 +104,7 @@ def _refinement(run: FinishedRun, largest: LargestError) -> str:
     share = max(error.relative, largest.share if largest is error.largest_output else 0.0)
     if rounds(run) or run.run.method.chooses_steps or not share > AIM or _halvings(run):
         return ""
-    if error.unordered or share > FOLLOWED:
+    if error.unordered or share > 0.5:  # larger errors do not follow powers of the step
         end = error.above(min(LARGE_ERROR, error.relative / 2.0))
         earlier = f", or a run to t = {end:.6g} s" if largest is error.largest else ""
         return f"a step much smaller than {step:.3g} s{earlier}"
@@ -121,9 +119,8 @@ def _energy_balance(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _energy_gained(run: FinishedRun) -> bool:
-    return run.balance.gain > FAILED_ENERGY and (
-        run.conservative or not run.rows_are_sparse
-    )  # rows may miss pulses of power
+    told = run.conservative or not run.rows_are_sparse  # rows may miss pulses of power
+    return run.balance.gain > FAILED_ENERGY and told
 
 
 def _constraint_violation(run: FinishedRun) -> Iterator[Finding]:

@@ -17,7 +17,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.progress import Interrupts, Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS
-from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.inputs import HeldRows, InputRows
 from eomgen.simulation.stepping.stepper import Log, Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
@@ -28,8 +28,6 @@ CHUNK_SECONDS = 0.1
 #: ``instability``.
 WINDOW = 16
 _LARGEST_CHUNK = 1_000_000
-#: Numbers of a block of rows, and numbers of rows that are joined from pieces.
-_NUMBERS, _FEW_NUMBERS = 2**25, 2**18
 
 
 class WritesCheckpoints(Protocol):
@@ -71,7 +69,7 @@ def run_chunks(
     stepper: Stepper,
     grid: TimeGrid,
     record_every: int,
-    inputs: Callable[[Array], Array] | None,
+    inputs: InputRows | None,
     progress: Progress | None = None,
     writer: WritesCheckpoints | None = None,
     *,
@@ -95,7 +93,7 @@ def run_chunks(
     windows : bool
         Whether every row of the windows in the middle and at the end is kept as well.
     """
-    recorder, pace = _RowRecorder(stepper, grid, record_every, inputs, windows=windows), _ChunkSize(stepper)
+    recorder, pace = _RowRecorder(stepper, grid, record_every, inputs, windows), _ChunkSize(stepper)
     last_row, modes = None, stepper.modes
     at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
     with Interrupts(heeded=not at_once) as interrupted:
@@ -112,11 +110,11 @@ def run_chunks(
                 failure = error
     if last_row is not None:
         done += 1
-        recorder.pieces.append(last_row[np.newaxis])
+        recorder.append(last_row)
         if progress is not None:
             progress(done, grid.steps)
     elif recorder.last != done or status in AT_EVENTS:
-        recorder.pieces.append(stepper.row[np.newaxis])
+        recorder.append(stepper.row)
     rows, middle, end = recorder.recorded_rows(done)
     return Trajectory(rows, status, stopped, done, failure, middle, end, list(filter(len, recorder.logs)), modes)
 
@@ -125,7 +123,7 @@ def _whole_steps(
     recorder: _RowRecorder,
     pace: _ChunkSize,
     grid: TimeGrid,
-    inputs: Callable[[Array], Array] | None,
+    inputs: InputRows | None,
     progress: Progress | None,
     writer: WritesCheckpoints | None,
     interrupted: Interrupts,
@@ -178,31 +176,6 @@ class _ChunkSize:
         self.chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, self.chunk), int(CHUNK_SECONDS / pace)))
 
 
-class _RunRows:
-    """Rows of a run in one array, which is made for as many as are expected, or in several if these take much memory:
-    to join pieces takes the memory of the rows twice."""
-
-    def __init__(self, width: int, expected: int) -> None:
-        self._width, self._most = width, max(1, _NUMBERS // width)
-        self._blocks, self._room, self._used = list[Array](), min(expected, self._most), 0
-
-    def append(self, rows: Array) -> None:
-        while len(rows):
-            if not self._blocks or self._used == len(self._blocks[-1]):
-                self._blocks.append(np.empty((self._room, self._width)))
-                self._room, self._used = self._most, 0
-            block = self._blocks[-1]
-            part = rows[: len(block) - self._used]
-            block[self._used : self._used + len(part)] = part
-            self._used += len(part)
-            rows = rows[len(part) :]
-
-    def join(self) -> Array:
-        *full, last = self._blocks
-        last = last[: self._used]
-        return np.concatenate([*full, last]) if full else last
-
-
 class _RowRecorder:
     """The record of a run while it is stepped: every `every`-th row, and all rows of windows in the middle and at the
     end.
@@ -210,34 +183,29 @@ class _RowRecorder:
     Attributes
     ----------
     done, begin, last : number of steps so far, at the beginning of the run, and at the last recorded row
-    pieces : the recorded rows so far
     windows, kept : first and last step of each window, and its rows
     logs : events of each call of the stepper
     """
 
-    def __init__(
-        self,
-        stepper: Stepper,
-        grid: TimeGrid,
-        every: int,
-        inputs: Callable[[Array], Array] | None,
-        *,
-        windows: bool,
-    ) -> None:
-        """Begin the record at the present state of the stepper, whose row is recorded first. `every` is the number of
-        steps between rows; `inputs` gives rows of inputs for times; `windows`: whether all rows of windows are kept."""
+    def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, inputs: InputRows | None, windows: bool) -> None:
+        """Begin the record with the row of the present state. `every` is the number of steps between rows; `inputs`
+        gives rows of inputs for times; `windows`: whether all rows of windows are kept."""
         self.stepper, self.every = stepper, every
         self.begin = self.last = self.done = stepper.count
-        held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
-        first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
         expected, width = 3 + (grid.whole - self.begin) // every, stepper.sizes["row"]
         self.logs: list[Log] = []
-        self._block = None if expected * width < _FEW_NUMBERS else _RunRows(width, expected)
-        self._few: list[Array] = []
-        self.pieces: list[Array] | _RunRows = self._block or self._few
-        self.pieces.append(first[np.newaxis])
+        held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
+        first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
+        self._rows, self._used = np.empty((expected, width)), 1  # the system gives memory to rows that are written
+        self._rows[0] = first
         self.windows = _windows(self.begin, grid.whole) if windows else []
         self.kept: list[list[Array]] = [[] for _ in self.windows]
+
+    def append(self, rows: Array) -> None:
+        """Record a row (width,) or rows (n, width)."""
+        end = self._used + (len(rows) if rows.ndim > 1 else 1)
+        self._rows[self._used : end] = rows
+        self._used = end
 
     def part(self, size: int) -> tuple[int | None, int]:
         """Return the number of the window in which the next step lies, None outside, and how many steps lie on the same
@@ -266,14 +234,14 @@ class _RowRecorder:
             self.kept[window].append(rows)
             rows = rows[-(before + 1) % self.every :: self.every]
         if len(rows):
-            self.pieces.append(rows.copy() if len(rows) < len(record) // 2 else rows)
+            self.append(rows)
             self.last = self.done - self.done % self.every
         return status
 
     def recorded_rows(self, done: int) -> tuple[Array, Array | None, Array | None]:
         """Return the recorded rows (n, width), and all rows of the window in the middle and of the one at the end, or
         None. `done` is the number of steps of the whole run."""
-        recorded, kept = self._block.join() if self._block else np.concatenate(self._few), self.kept
+        recorded, kept = self._rows[: self._used], self.kept
         if not self.windows:
             return recorded, None, None
         if self.every == 1:
@@ -291,7 +259,7 @@ def _windows(done: int, whole: int) -> list[tuple[int, int]]:
     return [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, whole)]
 
 
-def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
+def _last_step(stepper: Stepper, grid: TimeGrid, inputs: InputRows | None) -> tuple[int, Array | None]:
     """Take the last step of a time grid, which is shorter than the others. Returns the status and the row (width,) at
     the end; None in place of the row if the step failed. The setting of the step size is restored."""
     table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
@@ -303,7 +271,7 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
     return status, None if status else record[0]
 
 
-def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
+def rows_from(stepper: Stepper, inputs: InputRows, done: int, size: int, start: float) -> Array:
     """Return rows of inputs (n, nu) for `size` steps after `done` steps, from a function of times. The first row has
     the inputs of the stepper's present state if the stepper keeps these. `start` is the time of step 0, s."""
     if isinstance(inputs, HeldRows):
@@ -318,9 +286,6 @@ def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, siz
         return np.ascontiguousarray(inputs(times))
     return np.concatenate([before[np.newaxis], inputs(times[1:])])
 
-
-#: Steps in one call of compiled code, which hears no Ctrl-C.
-_MOST = 10_000
 
 #: Number and time in s of each event that came, in order.
 Events = list[tuple[int, float]]
@@ -362,24 +327,25 @@ class CompiledSteps:
         self.u[:] = between(first, last, done / n)
         return status
 
-    def follow(self, n: int, driven: Callable[[Array], Array] | None) -> int:
+    def follow(self, n: int, driven: InputRows | None) -> int:
         """Take up to n steps with the inputs (n, nu) that a function gives for times (n,); None: by the scene's
         formulas. Returns the status of the stepper, 0 if all is well; ``events`` has the events of these steps."""
         return self._parts(n, lambda _, size: self._some(size, driven))[1]
 
     def _parts(self, n: int, part: Callable[[int, int], int]) -> tuple[int, int]:
-        """Take up to n steps in parts of ``_MOST`` steps; return the number of steps and the status of the last part.
+        """Take up to n steps in parts, since compiled code hears no Ctrl-C. Returns the number of steps and the status
+        of the last part.
         ``part`` takes the number of steps done and the size of the next part, and returns its status."""
         done, status = 0, 0
         self.events = []
         while done < n and not status:
             before = self._count
-            status = part(done, min(n - done, _MOST))
+            status = part(done, min(n - done, 10_000))
             done += self._count - before
             self.events += self._events
         return done, status
 
-    def _some(self, n: int, driven: Callable[[Array], Array] | None) -> int:
+    def _some(self, n: int, driven: InputRows | None) -> int:
         if driven is None:
             return int(self._call(n, self._none, self._none))
         stepper, count = self._stepper, self._count

@@ -90,9 +90,8 @@ def read_controllers(functions: Mapping[str, Controller] | None, layout: Mapping
     if functions is not None and not isinstance(functions, Mapping):
         kind = "a function" if callable(functions) else type(functions).__name__
         hint = f'controllers={{"{names[0] if names else "name"}": function}}'
-        raise UsageError(
-            Problem("controllers", f"a mapping from names to functions is needed, not {kind} [E2054]", hint)
-        )
+        fault = f"a mapping from names to functions is needed, not {kind} [E2054]"
+        raise UsageError(Problem("controllers", fault, hint))
     for name, function in (functions or {}).items():
         if not names:
             fault = "no controller of the scene leaves its function to the caller [E2055]"
@@ -104,18 +103,16 @@ def read_controllers(functions: Mapping[str, Controller] | None, layout: Mapping
             raise UsageError(Problem(f"controller {name}", fault, "def law(t, signals): return ..."))
     problems = []
     for row in rows:
+        where, fault = f"controller {row['name']}", ""
         if row["name"] not in (functions or {}):
+            fault = "the scene leaves its function to the caller [E2058]"
             hint = f"controllers={{{row['name']!r}: law}} in Python, where law({_arguments(row)}) gives {_numbers(row)}"
-            problems.append(
-                Problem(f"controller {row['name']}", "the scene leaves its function to the caller [E2058]", hint)
-            )
         elif not _takes_arguments(functions[row["name"]], row):  # type: ignore[index]  # a mapping, if a name is in it
-            fault = (
-                f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called"
-                f" with [E2057]"
-            )
+            count = 2 + bool(row["memory_states"])
+            fault = f"the function does not take the {count} arguments that it is called with [E2057]"
             hint = f"def law({_arguments(row)}), where {_meaning(row)}"
-            problems.append(Problem(f"controller {row['name']}", fault, hint))
+        if fault:
+            problems.append(Problem(where, fault, hint))
     if problems:
         raise UsageError(problems)
     return CallerControllers(tuple(rows), tuple((functions or {})[name] for name in names)) if rows else None

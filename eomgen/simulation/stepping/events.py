@@ -124,13 +124,8 @@ def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> 
     if status == STOPPED.number:
         return f"stopped by the event {row['name']} at t = {stepper.t:.9g} s [E2049]"
     if status == ACCUMULATED.number:
+        again = f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s"
         if least := row["least_interval"]:
-            return (
-                f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, sooner than its"
-                f" least_interval of {least:.6g} s, after {count} before [E2051]"
-            )
-        return (
-            f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, {count} times so far: the motion"
-            " comes to rest there, or it chatters [E2050]"
-        )
+            return f"{again}, sooner than its least_interval of {least:.6g} s, after {count} before [E2051]"
+        return f"{again}, {count} times so far: the motion comes to rest there, or it chatters [E2050]"
     return f"at t = {stepper.t:.9g} s, the event {row['name']}: {stepper.status_text(status)} [E2047]"

@@ -16,6 +16,8 @@ from eomgen.errors import Problem, UsageError
 from eomgen.toolchain.library import Library
 
 Function = Callable[[float], float]
+#: From times (n,) to rows of all inputs (n, nu).
+InputRows = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class InputSignals:
 
     names: tuple[str, ...]
     given: Mapping[str, CheckedSignal]
-    formulas: Callable[[Array], Array] | None
+    formulas: InputRows | None
     step: float
     start: float = 0.0
     left_to_stepper: bool = False
@@ -147,15 +149,12 @@ def check_reach(layout: Mapping[str, Any], signals: Mapping[str, CheckedSignal],
         early = start < first - rounding
         process, mode, _ = str(item["name"]).partition(" mode ")
         if mode and not early:
-            fault = (
-                f"the random process {process} is known up to t = {last:.9g} s, the run ends at t = {end:.9g} s [E2064]"
-            )
-            raise UsageError(
-                Problem("t_end", fault, f"t_end = {last:.9g}, or duration = {end:.9g} in [random.{process}]")
-            )
+            known = f"the random process {process} is known up to t = {last:.9g} s"
+            hint = f"t_end = {last:.9g}, or duration = {end:.9g} in [random.{process}]"
+            raise UsageError(Problem("t_end", f"{known}, the run ends at t = {end:.9g} s [E2064]", hint))
+        verb, there, meets = ("begin", first, start) if early else ("end", last, end)
         fault = (
-            f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s, the"
-            f" run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s [E2063]"
+            f"the points of {item['name']} {verb} at t = {there:.9g} s, the run {verb}s at t = {meets:.9g} s [E2063]"
         )
         beyond = 'outside = "hold" or "periodic"'
         if early:  # on the command line every run begins at t = 0
@@ -219,14 +218,11 @@ def read_signals(
         elif array.shape == (steps + 1,):
             read[name] = array.copy()  # the caller may write to his own before all of the run is evaluated
         else:
-            fault = (
-                f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step"
-                f" grid [E2067]"
-            )
+            fault = f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid"
             hint = "a number, a function of t, or a table of that length"
             if array.ndim == 2 and 2 in array.shape:
                 hint = "lambda t: np.interp(t, times, values), of the times and the values that it holds"
-            raise UsageError(Problem(f"input {name}", fault, hint))
+            raise UsageError(Problem(f"input {name}", f"{fault} [E2067]", hint))
     return read
 
 

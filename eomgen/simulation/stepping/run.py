@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.errors import Message
+from eomgen.errors import Message, Problem, UsageError
+from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.controllers import CallerControllers
-from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, jumps_known, read_signals
+from eomgen.simulation.stepping.inputs import HeldRows, InputRows, InputSignals, Signal, jumps_known, read_signals
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.toolchain.library import Library
 
@@ -53,12 +54,33 @@ class Run:
     bounded_for: str = ""
 
     @property
+    def summary(self) -> dict[str, Any]:
+        """Scene, method, settings, parameters, time grid and start, as JSON data."""
+        return {
+            "scene": self.model.name,
+            "method": self.name,
+            "method_parameters": dict(self.method.keywords),
+            "settings": dict(self.settings),
+            "parameters": dict(zip(self.model.parameters, self.parameters.tolist(), strict=True)),
+            "record_every": self.every,
+            "t_start": self.grid.start,
+            "t_end": self.grid.end,
+            "start": self.begun,
+        }
+
+    def check_settings(self, status: int, text: str) -> None:
+        """Raise UsageError if a stepper refuses its settings, by its status with a text."""
+        if status == BAD_ARGUMENT.number:
+            settings = ", ".join(f"{name} = {value:.6g}" for name, value in self.settings.items())
+            raise UsageError(Problem("settings", f"{self.name} refuses {settings}: {text} [E2028]", "the defaults"))
+
+    @property
     def takes_rows(self) -> bool:
         """Whether the stepper needs rows of inputs: the compiled formulas do not give all inputs."""
         return bool(self.signals.given or (self.signals.names and self.signals.formulas is None))
 
     @property
-    def driven(self) -> Callable[[Array], Array] | None:
+    def driven(self) -> InputRows | None:
         """Rows of inputs for times; None if the compiled formulas give all inputs."""
         if not self.takes_rows:
             return None
@@ -66,7 +88,7 @@ class Run:
         return self.signals.table if row is None else HeldRows(row)
 
 
-def scene_inputs(model: CompiledModel, p: Array) -> Callable[[Array], Array] | None:
+def scene_inputs(model: CompiledModel, p: Array) -> InputRows | None:
     """Return the function of the scene's own inputs (n, nu) of times (n,), with checked parameters (np,); None
     if the scene gives none."""
     if "inputs" not in model.functions:

@@ -27,9 +27,7 @@ from eomgen.system.terms import TERMS
 from eomgen.toolchain.library import Library
 
 #: Why there is no value, and a remedy.
-REASON = (
-    f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers differ by 2e-06 rad and more"
-)
+REASON = f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad: beyond, numbers differ by 2e-06 rad and more"
 HINT = "an origin of time near the run, with the phase there in the formula"
 
 
@@ -121,15 +119,13 @@ def chosen_method(name: str, values: Mapping[str, float | None], scene: Mapping[
         if value is not None:
             number_of(key, value, "number")
     if values["rho_inf"] is not None and not 0.0 <= values["rho_inf"] <= 1.0:
-        raise UsageError(
-            Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {values['rho_inf']:.9g} [E2073]", "0.8")
-        )
+        fault = f"rho_inf must lie between 0 and 1, not {values['rho_inf']:.9g} [E2073]"
+        raise UsageError(Problem("rho_inf", fault, "0.8"))
     method = method_named(name, **method_parameters(name, values, scene))
     for need in method.needs:
         if need.parameter and need.fact == "constraints" and constrained is not need.value:
-            raise UsageError(
-                Problem(need.parameter, f"{name} cannot run on constraints: {need.reason} [E2074]", need.alternative)
-            )
+            fault = f"{name} cannot run on constraints: {need.reason} [E2074]"
+            raise UsageError(Problem(need.parameter, fault, need.alternative))
     return method
 
 
@@ -164,9 +160,8 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
     withheld = [term for term in missing if not TERMS[term].on_request]
     if withheld and not facts["constraints"]:
         fault = f"{name} needs the terms {', '.join(withheld)}, which this model was built without [E2075]"
-        raise UsageError(
-            Problem("simulate", fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])")
-        )
+        hint = f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])"
+        raise UsageError(Problem("simulate", fault, hint))
     library = model.library if is_built and not missing else model.stepper(name)
     if not library.layout["method"]:
         refusal = library.layout["stepper_refused"].removeprefix(f"{method.family} ")
@@ -319,10 +314,7 @@ def check_memory(rows: int, width: int) -> None:
     """Raise UsageError if `rows` rows of `width` doubles, with copies, would take most of this machine's memory."""
     needed, available = 8.0 * rows * width * 3.0, _memory()
     if needed > 0.8 * available:
-        fault = (
-            f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has"
-            f" {available / 1e9:.3g} [E2076]"
-        )
-        raise UsageError(
-            Problem("record_every", fault, f"record_every = {math.ceil(needed / (0.2 * available))} or more")
-        )
+        memory = f"about {needed / 1e9:.3g} GB, this machine has {available / 1e9:.3g}"
+        fault = f"{rows} rows of {width} numbers would take {memory} [E2076]"
+        hint = f"record_every = {math.ceil(needed / (0.2 * available))} or more"
+        raise UsageError(Problem("record_every", fault, hint))

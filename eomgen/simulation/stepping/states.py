@@ -22,12 +22,10 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.model import consistent as consistent_state
 from eomgen.errors import Message, Problem, UsageError
 from eomgen.lie.product import turned
+from eomgen.results.dense_output import BATCH
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.run import Run
 from eomgen.system.description import CORRECTED, LOST, OVERRIDDEN, STRAINED
-
-#: Rows in one call.
-_BATCH = 65536
 
 
 class States(NamedTuple):
@@ -90,13 +88,10 @@ def row_values(name: str, model: CompiledModel, states: States, inputs: Prescrib
     result: list[Mapping[str, Array]] = []
     t, q, v, a, multipliers, z = states
     blocks = {"t": t, "q": q, "v": v, "a": a, "lam": multipliers, "z": z, "u": inputs.u, "base": inputs.base, "p": p}
-    for start in range(0, len(t), _BATCH):
-        part = slice(start, start + _BATCH)
-        there = {
-            name: block if name == "p" and p.ndim == 1 else block[part]
-            for name, block in blocks.items()
-            if block is not None
-        }
+    for start in range(0, len(t), BATCH):
+        part = slice(start, start + BATCH)
+        whole = {"p": p} if p.ndim == 1 else {}
+        there = {name: block[part] for name, block in blocks.items() if block is not None} | whole
         result.append(motion_values(model, name, there))
     if len(result) == 1:
         return dict(result[0])

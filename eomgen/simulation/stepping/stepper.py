@@ -5,7 +5,7 @@ stepper of several trajectories side by side.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
 from eomgen.simulation.stepping.controllers import CallerControllers
-from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.inputs import HeldRows, InputRows
 from eomgen.simulation.stepping.time_grid import TimeGrid
 from eomgen.toolchain.library import LaneLibrary, Library
 
@@ -112,7 +112,7 @@ class Stepper:
         """Give the workspace back; state and statistics stay readable, and no further step can be taken."""
         self.workspace, self._memory = np.empty(0), []
 
-    def first_inputs(self, inputs: Callable[[Array], Array] | None, grid: TimeGrid) -> Array | None:
+    def first_inputs(self, inputs: InputRows | None, grid: TimeGrid) -> Array | None:
         """Return the table of inputs for the first step of a time grid, (rows of a step, nu), from the function
         ``Run.driven``. None without the function, if the compiled code evaluates all inputs."""
         if inputs is None:
@@ -319,24 +319,12 @@ class LaneStepper:
         flat, statuses = np.empty((count, self._size)), np.zeros(count, dtype=np.intc)
         arrays = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
         beside = None if tables is None else self._beside(tables)
-        self._lib.eomgen_lanes_groups(
-            self._doubles(np.append(arrays[0].ravel(), 0.0)),
-            self._doubles(self._settings),
-            self._doubles(None if inputs is None else np.ascontiguousarray(inputs, dtype=float)),
-            self._doubles(beside),
-            self._doubles(arrays[1]),
-            self._doubles(self._state),
-            self._doubles(self._workspace),
-            count // self.lanes,
-            steps,
-            rows,
-            rest,
-            shorter,
-            self._doubles(record),
-            self._doubles(modes if self._modes else None),
-            self._doubles(flat),
-            self._whole(statuses),
-        )
+        held = None if inputs is None else np.ascontiguousarray(inputs, dtype=float)
+        read = np.append(arrays[0].ravel(), 0.0), self._settings, held, beside, arrays[1], self._state, self._workspace
+        written = record, modes if self._modes else None, flat
+        sizes = count // self.lanes, steps, rows, rest, shorter
+        pointers = [*map(self._doubles, read), *sizes, *map(self._doubles, written)]
+        self._lib.eomgen_lanes_groups(*pointers, self._ffi.from_buffer("int[]", statuses))
         return record, modes, flat, statuses
 
     def _beside(self, tables: Array) -> Array:
@@ -351,6 +339,3 @@ class LaneStepper:
 
     def _doubles(self, array: Array | None) -> Any:
         return self._ffi.NULL if array is None else self._ffi.from_buffer("double[]", array)
-
-    def _whole(self, array: NDArray[np.intc]) -> Any:
-        return self._ffi.from_buffer("int[]", array)

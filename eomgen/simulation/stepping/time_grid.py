@@ -59,10 +59,8 @@ def check_resolution(step: float, t: float, real: str) -> float:
     Raises UsageError if a step > 0 is shorter than 16 times that distance."""
     distance = float(np.spacing(np.float32(abs(t)))) if real == "float" else math.ulp(t)
     if 0.0 < step < FINEST * distance:
-        fault = (
-            f"at t = {t:.9g} s neighbouring numbers differ by {distance:.3g} s, too much for a step of {step:.3g}"
-            f" s [E2052]"
-        )
+        apart = f"at t = {t:.9g} s neighbouring numbers differ by {distance:.3g} s"
+        fault = f"{apart}, too much for a step of {step:.3g} s [E2052]"
         shifted = "times nearer to 0, with formulas of time shifted by as much"
         raise UsageError(Problem("step", fault, f"a step of {FINEST * distance:.2g} s or more, or {shifted}"))
     return distance
@@ -82,9 +80,8 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
         An end before the start; too many steps; steps too short for time to move on evenly.
     """
     if end < start:
-        raise UsageError(
-            Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s [E0274]", "a later t_end")
-        )
+        fault = f"the end {end:.9g} s lies before the start {start:.9g} s [E0274]"
+        raise UsageError(Problem("t_end", fault, "a later t_end"))
     count = (end - start) / step
     if count > 1e15:
         fault = f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps [E2078]"
@@ -110,19 +107,22 @@ def check_jumps(method: Mapping[str, Any], step: float) -> None:
     method : layout of the method
     step : s
     """
-    waves = [(float(time), float(period)) for time, period in method.get("jumps", {}).get("periodic", ())]
-    waves += [(float(offset), float(period)) for period, offset in method.get("samples", {}).get("clocks", ())]
+    waves = _waves(method)
     count = step * jumps_per_second(waves)
     if count > MOST_JUMPS:
-        fault = (
-            f"forces jump {count:.3g} times within a step of {step:.3g} s, in waves of"
-            f" {min(p for _, p in waves):.3g} s [E2079]"
-        )
-        hint = (
-            f"a step of {step * MOST_JUMPS / count:.2g} s or less with a larger record_every, or a longer period of the"
-            " wave"
-        )
+        shortest, rarer = min(period for _, period in waves), "a larger record_every, or a longer period of the wave"
+        fault = f"forces jump {count:.3g} times within a step of {step:.3g} s, in waves of {shortest:.3g} s [E2079]"
+        hint = f"a step of {step * MOST_JUMPS / count:.2g} s or less with {rarer}"
         raise UsageError(Problem("step", fault, hint))
+
+
+def _waves(method: Mapping[str, Any]) -> list[tuple[float, float]]:
+    """Return first time and period, s, of the jumps of forces and of samples that repeat."""
+    jumps, clocks = method.get("jumps", {}).get("periodic", ()), method.get("samples", {}).get("clocks", ())
+    return [
+        *((float(time), float(period)) for time, period in jumps),
+        *((float(offset), float(period)) for period, offset in clocks),
+    ]
 
 
 #: Parts that sums are made of at most; of longer runs the beginning stands for all.
@@ -196,11 +196,9 @@ def step_parts(method: Mapping[str, Any], start: float, end: float, order: float
     order : of the method
     changes : (n,) s, times of events that change the motion
     """
-    jumps, clocks = method.get("jumps", {}), method.get("samples", {}).get("clocks", ())
-    waves = [(float(time), float(period)) for time, period in jumps.get("periodic", ())]
-    waves += [(float(offset), float(period)) for period, offset in clocks]
+    waves = _waves(method)
     last = min(end, start + _MOST * min((period for _, period in waves), default=math.inf))
-    times = [np.array(jumps.get("once", ()), dtype=float), changes]
+    times = [np.array(method.get("jumps", {}).get("once", ()), dtype=float), changes]
     if not waves and not any(map(len, times)):
         return StepParts(np.zeros(0), start, last, order)
     for time, period in waves:

@@ -11,7 +11,7 @@ LOG, POW, ASIN, ACOS and ATAN2 have denominators that vanish at their singular p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from eomgen.base.data import replace
 from eomgen.symbolic.branches import choose, guarded_product, plus, times
@@ -42,7 +42,10 @@ def jets(
         One per output; c_0 is the output unless inputs were substituted.
     """
     algebra = JetAlgebra(tape)
-    seeds = {abs(node): jet for node, jet in _seed_jets(tape, input_jets, order)}
+    seeds: dict[int, list[Ref]] = {}
+    for key, input_jet in input_jets.items():
+        ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
+        seeds[abs(ref)] = [tape.mul(ONE if ref > 0 else -ONE, coefficient(input_jet, k)) for k in range(order + 1)]
     node_jets: dict[int, list[Ref]] = {}
     of_maps: dict[int, list[list[Ref]]] = {}
 
@@ -120,15 +123,13 @@ class JetAlgebra:
                 return self._power(x, operands[1], value)
             case Op.ABS:
                 return [value, *self.scale(tape.call(Op.SIGN, x[0]), x[1:])]
-            case Op.MIN | Op.MAX:
-                first = (x[0], operands[1][0]) if op is Op.MIN else (operands[1][0], x[0])
-                condition = tape.call(Op.LE, *first)
-                return [value, *(choose(tape, condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
-            case Op.SELECT:
-                return [
-                    value,
-                    *(choose(tape, x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
-                ]
+            case Op.MIN | Op.MAX | Op.SELECT:
+                condition, (then, otherwise) = x[0], operands[-2:]
+                if op is not Op.SELECT:
+                    first, last = (then, otherwise) if op is Op.MIN else (otherwise, then)
+                    condition = tape.call(Op.LE, first[0], last[0])
+                pairs = zip(then[1:], otherwise[1:], strict=True)
+                return [value, *(choose(tape, condition, p, q) for p, q in pairs)]
             case _:  # SIGN, LT and LE are flat
                 return [value] + [ZERO] * (len(x) - 1)
 
@@ -309,10 +310,3 @@ class JetAlgebra:
 
 def _varies(x: Jet) -> bool:
     return any(ref != ZERO for ref in x[1:])
-
-
-def _seed_jets(tape: Tape, input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> Iterable[tuple[Ref, list[Ref]]]:
-    for key, jet in input_jets.items():
-        ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
-        sign = ONE if ref > 0 else -ONE
-        yield ref, [tape.mul(sign, coefficient(jet, k)) for k in range(order + 1)]

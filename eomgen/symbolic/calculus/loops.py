@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
-from typing import cast
+from typing import Any, cast
 
 from eomgen.base.data import dataclass, replace
 from eomgen.symbolic.external import Call, call_partials
@@ -147,18 +147,10 @@ def map_adjoints(
     of_shared, of_carry, of_gather = _split(
         weighted_gradient(kernel, outputs, weights, inputs), len(loop.shared), len(last)
     )
-    backward = Map(
-        kernel,
-        loop.count,
-        tuple(tuple(reversed(column)) for column in loop.elements),
-        tuple(shared),
-        tuple(gather),
-        tuple(adjoints.get(len(sums) + k, ZERO) for k in range(len(last))),
-        tuple(of_shared),
-        tuple(of_carry),
-        tuple(of_gather),
-        loop.label,
-    )
+    elements = tuple(tuple(reversed(column)) for column in loop.elements)
+    initial = tuple(adjoints.get(len(sums) + k, ZERO) for k in range(len(last)))
+    columns = elements, tuple(shared), tuple(gather), initial
+    backward = Map(kernel, loop.count, *columns, tuple(of_shared), tuple(of_carry), tuple(of_gather), loop.label)
     results = add_map(tape, compact(backward, range(len(last))))
     pairs = [*zip(loop.shared, results.sums, strict=True), *zip(loop.initial, results.last, strict=True)]
     for row, i in zip(results.rows, reversed(range(loop.count)), strict=True):
@@ -185,18 +177,10 @@ def compact(loop: Map, wanted: Iterable[int]) -> Map:
     }
     refs = splice(kernel, loop.kernel, [*loop.sums, *(loop.last[k] for k in carries), *loop.stacked], bindings)
     sums, last, stacked = _split(refs, len(loop.sums), len(carries))
-    return Map(
-        kernel,
-        loop.count,
-        tuple(loop.elements[k] for k in kept["element"]),
-        tuple(loop.shared[k] for k in kept["shared"]),
-        tuple(loop.gather[k] for k in kept["gather"]),
-        tuple(loop.initial[k] for k in carries),
-        tuple(sums),
-        tuple(last),
-        tuple(stacked),
-        loop.label,
-    )
+    blocks = zip(KERNEL_BLOCKS, (loop.elements, loop.shared, loop.gather, loop.initial), strict=True)
+    elements, shared, gather, initial = (cast(Any, tuple(column[k] for k in kept[block])) for block, column in blocks)
+    carried = tuple(sums), tuple(last), tuple(stacked)
+    return Map(kernel, loop.count, elements, shared, gather, initial, *carried, loop.label)
 
 
 class _Growth:
@@ -242,10 +226,8 @@ class _Growth:
         """Record the loop that computes the companions, and return for each element the companions of all results, by
         label. ``companions`` are kernel references by label, one mapping for each result."""
         loop, stacked = self.loop, _flat(companions)
-        grown = Map(
-            self.kernel, loop.count, loop.elements, tuple(self._shared), tuple(self._gather),
-            stacked=stacked, label=loop.label,
-        )  # fmt: skip  # in the order of the fields
+        columns = loop.elements, tuple(self._shared), tuple(self._gather)
+        grown = Map(self.kernel, loop.count, *columns, stacked=stacked, label=loop.label)
         return [_label(companions, row) for row in add_map(tape, compact(grown, ())).rows]
 
     def finish(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[Tangent]:
@@ -256,18 +238,9 @@ class _Growth:
         sums, last, stacked = loop.split_kernel(companions)
         old = len(loop.last)
         old_last = self.refs[len(sums) : len(sums) + old]
-        grown = Map(
-            self.kernel,
-            loop.count,
-            loop.elements,
-            tuple(self._shared),
-            tuple(self._gather),
-            tuple(self._initial),
-            _flat(sums),
-            (*old_last, *(last[k].get(label, ZERO) for k, label in self._carried)),
-            _flat(stacked),
-            loop.label,
-        )
+        columns = loop.elements, tuple(self._shared), tuple(self._gather), tuple(self._initial)
+        all_last = (*old_last, *(last[k].get(label, ZERO) for k, label in self._carried))
+        grown = Map(self.kernel, loop.count, *columns, _flat(sums), all_last, _flat(stacked), loop.label)
         results = add_map(tape, compact(grown, range(old, len(self._initial))))
         finals: list[Tangent] = [{} for _ in loop.last]
         # old carries that are still needed follow

@@ -41,27 +41,10 @@ FAILURES = [
     Failure("A beam without a number of modes", 3, more=_changed(("modes = 2, ", ""))),
     Failure("A beam that deforms in no way", 3, more=_changed(("bending_y = { modes = 2, stiffness = 1.4e4 }\n", ""))),
     Failure(
-        "A stiffness whose unit is not one",
-        3,
-        "description error: scene.toml:36 (beams.blade.bending_y.stiffness): '14 kN/m' is a stiffness, a "
-        'quantity in N m^2 is expected; try: "14000 N m^2" [E0303]',
-        more=_changed(("stiffness = 1.4e4", 'stiffness = "14 kN/m"')),
-    ),
-    Failure(
-        "A section without second moments",
-        3,
-        "description error: scene.toml:36 (beams.blade.bending_y): the key stiffness is missing; try: "
-        "stiffness = ..., or second_moments in the section [E1317]",
-        more=_changed(
-            ("mass_per_length = 1.2", 'section = { elastic_modulus = "70 GPa", density = 2700, area = "4 cm^2" }'),
-            ("modes = 2, stiffness = 1.4e4", "modes = 2"),
-        ),
-    ),
-    Failure(
         "A mass beside a section",
         3,
         "description error: scene.toml:35 (beams.blade.mass_per_length): mass_per_length is given, and "
-        "follows from the section too; try: one of them; mass_profile for a mass that varies [E1318]",
+        "follows from the section too; try: one of them [E1318]",
         more=_changed(
             (
                 "mass_per_length = 1.2",
@@ -81,21 +64,6 @@ FAILURES = [
         "A taper that vanishes at the tip",
         3,
         more=_changed(("mass_per_length = 1.2", "mass_per_length = 1.2\nmass_profile = [1, -1]")),
-    ),
-    Failure(
-        "A taper that turns negative within",
-        3,
-        "description error: scene.toml:36 (beams.blade.bending_y.profile): the profile of the stiffness is "
-        "-0.25 of its value at s = 0.5; try: coefficients of a polynomial above 0 for s from 0 to 1 [E1320]",
-        more=_changed(("stiffness = 1.4e4", "stiffness = 1.4e4, profile = [1, -5, 5]")),
-    ),
-    Failure(
-        "Free shapes of a beam whose end is held",
-        3,
-        "description error: scene.toml:36 (beams.blade.bending_y.shapes): with free_free shapes the beam can "
-        "move along y and turn about z at the frame's origin, where the fixed joint hub holds it; try: shapes"
-        ' = "clamped_free" [E1982]',
-        more=_changed(("modes = 2,", 'shapes = "free_free", modes = 2,')),
     ),
     Failure(
         "More modes than the mesh has",
@@ -137,21 +105,13 @@ FAILURES = [
         "A place on a beam that can be tuned",
         3,
         "description error: scene.toml:45 (forces.wind.point[0]): x on the beam blade depends on the tunable "
-        "parameter load, and shape functions are evaluated once; try: load without tunable, or a number [E1979]",
+        "parameter load, and shapes are fixed; try: load without tunable, or a number [E1979]",
         more=_changed(
             (
                 'child = "blade"',
                 'child = "blade"\n\n[forces.wind]\nbody = "blade"\npoint = ["2 * load", 0, 0]\nforce = [0, 1, 0]',
             ),
         ),
-    ),
-    Failure(
-        "A beam that floats without polar inertia",
-        3,
-        "description error: scene.toml:38 (joints.hub): the joint hub cannot be moved by a force: the bodies "
-        "that it carries lack mass, or inertia about some axis, so the inertia matrix "
-        "would be singular; try: polar_inertia for the beam, or another joint [E1642]",
-        more=_changed(('type = "fixed"\nparent = "upper"', 'type = "free"\nparent = "base"')),
     ),
     Failure(
         "A beam in absolute coordinates",
@@ -164,25 +124,10 @@ FAILURES = [
         "An order that is not kept", 3, more=_changed(("mass_per_length = 1.2", "mass_per_length = 1.2\norder = 3"))
     ),
     Failure(
-        "A beam whose stiffness a parameter makes negative",
-        2,
-        "usage error: scene.toml:36 (beams.blade.bending_y.stiffness): the stiffness of bending_y is -1000 at load ="
-        " -1; try: a number above 0 [E1752]",
-        command="linearize scene.toml --set load=-1",
-        more=_changed(("stiffness = 1.4e4", 'stiffness = "1000 * sign(load)"')),
-    ),
-    Failure(
         "A mesh with too many nodal coordinates",
         3,
-        more=_changed(("modes = 2,", 'shapes = "finite_elements", coordinates = "nodal", elements = 31,')),
+        more=_changed(("modes = 2,", 'shapes = "finite_elements", coordinates = "nodal", elements = 51,')),
     ),
     Failure("A distributed load on a rigid body", 3, more=BLADE + LOADED.replace('"blade"', '"upper"')),
     Failure("A distributed load without a profile", 3, more=BLADE + LOADED + "profile = [0, 0]\n"),
-    Failure(
-        "A distributed load in newtons",
-        3,
-        "description error: scene.toml:45 (distributed_loads.wind.force[2]): '3 N' is a force, a stiffness in N/m is "
-        'expected; try: "3 N/m" [E0303]',
-        more=BLADE + LOADED.replace("[0, 0, -3]", '[0, 0, "3 N"]'),
-    ),
 ]

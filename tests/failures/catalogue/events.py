@@ -29,11 +29,4 @@ FAILURES = [
         command="info scene.toml",
         more='[events.stop]\nwhen = "v.shoulder - 1"\naction = "impact"\nrestitution = 0.5\n',
     ),
-    Failure(
-        "A unit of another kind for an interval",
-        3,
-        "description error: scene.toml:35 (events.stop.least_interval): '1 mm' is a length, a time in s "
-        'is expected; try: "0.001 s" [E0303]',
-        more='[events.stop]\nwhen = "q.shoulder"\nleast_interval = "1 mm"\n',
-    ),
 ]

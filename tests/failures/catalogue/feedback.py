@@ -82,13 +82,6 @@ FAILURES = [
         more=_CALIBRATION + 'method = "lqr"\nposition_weights = { shoulder = 10 }\neffort_weights = [0.1, 0.2]',
     ),
     Failure(
-        "A weight that the method does not know",
-        3,
-        "description error: scene.toml:39 (controllers.hold.calibration.effort_weights): effort_weights has no "
-        "meaning for pole_placement; try: method = lqr or imsc [E1417]",
-        more=_PLACED + "effort_weights = 1\ndamping_ratios = 0.5",
-    ),
-    Failure(
         "A mode that nothing stabilises",
         4,
         "note: the controller hold changes nothing: no formula mentions what it gives [W0103]\n"

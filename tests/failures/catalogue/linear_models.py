@@ -26,9 +26,8 @@ FAILURES = [
     Failure(
         "Balance at an instant only",
         6,
-        "numerical error: steady motion: forces balance at this instant only, for they change along the "
-        "motion or with time: later v.shoulder accelerates with 23.1 rad/s^2; try: centres of mass on the axis of "
-        "shoulder "
+        "numerical error: steady motion: forces balance at this instant only: "
+        "later v.shoulder accelerates with 23.1 rad/s^2; try: centres of mass on the axis of shoulder "
         "(the centre of upper is 0.25 m off, 0.5 kg m), with gravity and springs that are the same all round it; "
         "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors) [E0094]",
         command="linearize scene.toml --at steady --velocity shoulder=2 --input motor=0",
@@ -49,13 +48,6 @@ FAILURES = [
         2,
         command="linearize scene.toml --out out --root-locus length=0.4:0.6:5",
     ),
-    Failure(
-        "Roots at a mass that no body has",
-        2,
-        "usage error: at load = -2: scene.toml:12 (bodies.upper.mass): the mass -1 is negative at load = -2; try: a"
-        " positive number of kg [E1709]",
-        command="linearize scene.toml --at equilibrium --out out --root-locus load=1:-2:4",
-    ),
     Failure("A ride without a road", 2, command="linearize scene.toml --ride tip[0]"),
     Failure(
         "A ride on the road of a machine without damping",
@@ -72,7 +64,6 @@ FAILURES = [
     Failure(
         "A Campbell diagram from the largest speed down",
         2,
-        "usage error: --campbell load=3:1:3: values: they do not increase; try: the smallest first [E0047]",
         command="linearize scene.toml --campbell load=3:1:3",
     ),
     Failure("A whirl of one deflection", 2, command="linearize scene.toml --campbell load=1:2:3 --whirl tip[0]"),

@@ -99,17 +99,6 @@ FAILURES = [
             "length = 0.5"
         ),
     ),
-    Failure(
-        "Several mistakes at once",
-        3,
-        "description error: 3 problems\n"
-        "  1. scene.toml:12 (bodies.upper.mass): unknown name 'lod' (column 5); try: load or log [E1553]\n"
-        "  2. scene.toml:34 (points.hand.body): there is no body 'lower'; try: one of base, world, upper [E0100]\n"
-        "  3. scene.toml:37 (outputs.hand.position): there is no point 'hnd'; try: hand [E0100]",
-        old='mass = "1 + load"',
-        new='mass = "1 + lod"',
-        more='[points.hand]\nbody = "lower"\n\n[outputs.hand]\nposition = "hnd"',
-    ),
     Failure("A scene without a moving joint", 3, old='type = "revolute"', new='type = "fixed"'),
     Failure(
         "A method that there is not", 3, command="simulate scene.toml --out out", more='[simulation]\nmethod = "newmrk"'

@@ -76,7 +76,7 @@ FAILURES = [
         "A kind of joint that there is not",
         3,
         "description error: r.urdf:4 (joints.lift): the joint type 'hinge' is not known; try: one of revolute, "
-        "continuous, prismatic, fixed, floating, planar [E1712]",
+        "prismatic, fixed, planar, continuous, floating [E1712]",
         command="info r.urdf",
         files={"r.urdf": robot(('<joint name="lift" type="revolute">', '<joint name="lift" type="hinge">'))},
     ),

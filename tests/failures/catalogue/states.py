@@ -17,13 +17,6 @@ int servo(double t, const double *signals, double *values, double *memory)
 FAILURES = [
     Failure("A state without its rate", 3, more="[states]\nlag = { initial = 1.0 }"),
     Failure(
-        "A controller without a signal",
-        3,
-        "description error: scene.toml:33 (controllers.servo): the type pi needs the key signal; try: signal ="
-        ' "1-q.hinge" [E1418]',
-        more='[controllers.servo]\ntype = "pi"\nproportional = 2',
-    ),
-    Failure(
         "A limit below the other",
         3,
         more=(
@@ -61,13 +54,6 @@ FAILURES = [
         2,
         command="simulate scene.toml --method rk4 --out run",
         more=f"{_SERVO}\n",
-    ),
-    Failure(
-        "A sampled controller without its clock",
-        3,
-        "description error: scene.toml:33 (controllers.servo): the type sampled needs the key sample; try: sample ="
-        " 0.01 [E1418]",
-        more='[controllers.servo]\ntype = "sampled"\nsignals = { angle = "q.shoulder" }',
     ),
     Failure(
         "A C file without the function",

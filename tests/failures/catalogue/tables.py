@@ -6,13 +6,6 @@ from tests.failures.failure import Failure
 
 FAILURES = [
     Failure(
-        "A table that is not there",
-        3,
-        "description error: 'road.csv' (inputs.road.table): cannot be read: No such file or directory; try: another"
-        " path [E0115]",
-        more='[inputs.road]\ntable = { file = "road.csv" }',
-    ),
-    Failure(
         "A cell that is not a number",
         3,
         more='[inputs.road]\ntable = { file = "road.csv" }',
@@ -48,13 +41,6 @@ FAILURES = [
         3,
         more='[inputs.road]\ntable = { file = "road.csv" }\noutside = "periodic"',
         files={"road.csv": "0,0\n1,0.1\n2,0.3\n"},
-    ),
-    Failure(
-        "Points out of order",
-        3,
-        "description error: scene.toml:34 (curves.pulse.points[2]): the points are not in order: 1 comes after 2; try: "
-        "rows sorted by the first of the two columns [E0912]",
-        more="[curves.pulse]\npoints = [[0, 0], [2, 1], [1, 0]]",
     ),
     Failure(
         "A curve of two kinds", 3, more="[curves.pulse]\npoints = [[0, 0], [1, 1]]\nbump = { height = 1, length = 1 }"

@@ -206,8 +206,6 @@ LANES = 4
 _COMMON = frozenset({0.0, 0.5, 1.0, 2.0})
 #: Expressions of the counters of a loop, and operators that may be around one.
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
-#: Entries of a table in one line.
-_ROW = 16
 
 
 def counts(statement: Statement) -> bool:
@@ -264,8 +262,8 @@ def _is_power_of_two(expression: Expression) -> bool:
 
 
 def _table(declared: str, values: Sequence[str]) -> list[str]:
-    """Return the lines of C that declare an array (``declared`` without a size) with values, ``_ROW`` in a line."""
-    rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
+    """Return the lines of C that declare an array (``declared`` without a size) with values, 16 in a line."""
+    rows = [", ".join(values[k : k + 16]) for k in range(0, len(values), 16)]
     return [f"{declared}[{len(values)}] = {{", *(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)]
 
 

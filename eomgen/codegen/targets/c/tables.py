@@ -54,10 +54,6 @@ def chosen(ranges: Sequence[tuple[int, str]], counter: str = "k") -> str:
 WIDTH = 120
 #: Tables of fewer entries stay tables.
 _LONG = 72
-#: Least number of equal items at equally spaced places for a loop.
-_MANY = 8
-#: Upper bound of the periods of entries with separate steps.
-_LONGEST_PERIOD = 17
 #: Ranges of one table at most.
 _RANGES = 6
 
@@ -97,7 +93,7 @@ class Lookup:
             self.ranges = [(stretch.stop, self._periodic(stretch)) for stretch in repeated]
             return
         size = len(self.values)
-        for period in range(2, _LONGEST_PERIOD):
+        for period in range(2, 17):
             steps = [after - before for before, after in zip(self.values, self.values[period:], strict=False)]
             if steps == (steps[:period] * (size // period + 1))[: len(steps)]:
                 first, by = f"{self.name}_first", f"{self.name}_step"
@@ -249,7 +245,7 @@ def collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: S
 
 
 def _collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
-    """Return items, in order, with runs of ``_MANY`` or more of equal kinds and evenly spaced places as one."""
+    """Return items, in order, with runs of eight or more of equal kinds and evenly spaced places as one."""
     result: list[dict[str, Any]] = []
     start = 0
     while start < len(items):
@@ -261,7 +257,7 @@ def _collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: 
             and all(items[end][key] - items[end - 1][key] == steps[key] for key in places)
         ):
             end += 1
-        if end - start >= _MANY:
+        if end - start >= 8:
             result.append({**first, "count": end - start, **{k: place(first[k], steps[k], "k") for k in places}})
         else:
             end = start + 1
@@ -274,16 +270,11 @@ def _collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: 
 LARGE = 4096
 #: Bytes in one text of a line.
 _LINE = 28
-#: C text of each byte: four characters, or one character and zeros; only zeros for the filler at a line's end.
-_NOTHING = 256
+#: C text of each byte: four characters, or one character and zeros; only zeros for the filler at a line's end, 256.
 _WRITTEN = np.zeros((257, 4), dtype=np.uint8)
 for _code in range(256):
     _plain = 32 <= _code < 127 and chr(_code) not in '"\\?'
     _WRITTEN[_code] = [_code, 0, 0, 0] if _plain else list(f"\\{_code:03o}".encode())
-
-
-#: Bytes of tables that are escaped at once.
-_TOGETHER = 2**20
 
 
 @dataclass(frozen=True)
@@ -320,7 +311,7 @@ class CurveTable:
     def text(self) -> str:
         """Lines of the initializer, row by row."""
         data = np.array(self.rows, dtype="<f8").view(np.uint8)
-        together = max(1, _TOGETHER // data.shape[1])
+        together = max(1, 2**20 // data.shape[1])  # rows of a megabyte are escaped at once
         parts = [_escape(data[first : first + together]) for first in range(0, len(data), together)]
         return b"\n".join(parts).decode("ascii")
 
@@ -330,7 +321,7 @@ def _escape(data: npt.NDArray[np.uint8]) -> bytes:
     each row. All characters are laid out at places of equal width, and then zeros, which no text has, are deleted."""
     rows, size = data.shape
     lines, width = -(-size // _LINE), 4 * _LINE
-    padded = np.full((rows, lines * _LINE), _NOTHING, dtype=np.int16)
+    padded = np.full((rows, lines * _LINE), 256, dtype=np.int16)
     padded[:, :size] = data
     text = np.empty((rows, lines, 5 + width + 3), dtype=np.uint8)
     text[:, :, :5], text[:, :, 5 + width :] = list(b'    "'), list(b'"\0\n')

@@ -28,8 +28,6 @@ OPERATIONS = (
     "SINCOS", "TARGET", "OUT", "ZERO",
 )  # fmt: skip  # a table
 _CODES = {name: code for code, name in enumerate(OPERATIONS)}
-#: Operations of all functions from which on these may become loops: chains of some 20 hinges do, and arms have 10 000.
-_MOST_OPERATIONS = 15_000
 #: Length from which on a copy stays a loop of C.
 _LONG_COPY = 32
 
@@ -78,10 +76,11 @@ def on_tape(program: Program) -> tuple[Program, TapeCode]:
 
 def before_scheduling(program: Program) -> Program | None:
     """Return the Program of the tape engine, if known before scheduling: all functions are instructions alone.
-    ``program`` has no statements. None for a Program of more than ``_MOST_OPERATIONS`` operations, whose functions may
+    ``program`` has no statements. None for a Program of more than 15 000 operations, whose functions may
     get loops, or with the function ``base``, which stays C."""
     operations = sum(function.counts["statements"] for function in program.functions)
-    if operations > _MOST_OPERATIONS or any(function.name == "base" for function in program.functions):
+    # more may become loops, as functions of chains of some 20 hinges do, and arms have 10 000
+    if operations > 15_000 or any(function.name == "base" for function in program.functions):
         return None
     numbered = enumerate(program.functions)
     functions = (function if function.same_as else _as_data(function, number) for number, function in numbered)

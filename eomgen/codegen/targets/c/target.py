@@ -35,9 +35,6 @@ from eomgen.system.system import INPUT_BLOCKS
 
 #: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.
 FILE_LIMIT = 2 * PART_LIMIT
-#: Number of files from which on these become longer instead of more, up to twice the limit: compilers take 45 ms for
-#: each file before its first function, and no more run at once.
-_MANY_FILES = 8
 #: Operations in a statement of a loop, roughly.
 _PER_STATEMENT = 2
 
@@ -69,7 +66,8 @@ def plan_files(program: Program, limit: int = FILE_LIMIT, later: Collection[str]
     total = sum(function.operations for function in program.functions)
     total += sum(_PER_STATEMENT * len(loop.statements) for loop in program.loops)
     total += sum(text.operations for text in program.shared)
-    limit = max(limit, min(2 * limit, total // _MANY_FILES))
+    # from eight files on longer ones: compilers take 45 ms for each before its first function, and no more run at once
+    limit = max(limit, min(2 * limit, total // 8))
     loops, shared = set(range(len(program.loops))), set(range(len(program.shared)))
     if not later:
         return _plan_files(program, [], program.functions, sorted(loops), sorted(shared), total, limit)

@@ -4,10 +4,8 @@ templates in the cache."""
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -26,60 +24,35 @@ from eomgen.integrators.families.register import family_named
 from eomgen.symbolic.operations import NAMES
 from eomgen.system.description import LARGEST_ANGLE
 
-_DIGEST = hashlib.sha256().digest_size
 
-
-class TemplateBytecode(jinja2.BytecodeCache):
-    """Bytecode in the first of some folders that can be written, which is made at first use; no bytecode is kept if
-    there is none.
-
-    A file is used if its digest is right, and if template, Python, Jinja and eomgen (whose filters may have been
-    applied to constants) are the same.
-    """
-
-    def __init__(self, *folders: Path) -> None:
-        self.folders = folders
-
-    def get_cache_key(self, name: str, filename: str | None = None) -> str:
-        """Return the name of a template's file."""
-        text = "\0".join((name, filename or "", jinja2.__version__, __version__, f"{sys.implementation.cache_tag}"))
-        return hashlib.sha256(text.encode()).hexdigest()
+class TemplateBytecode(jinja2.FileSystemBytecodeCache):
+    """Bytecode of templates in a folder: none of damaged files, and none kept on a full disk."""
 
     def load_bytecode(self, bucket: Bucket) -> None:
-        """Load the bytecode of a template (``bucket.key``) from the first folder that has a valid file, if any. Files
-        and folders of other users are not read."""
-        for folder in self.folders:
-            with contextlib.suppress(OSError):
-                file = folder / bucket.key
-                kept = b"" if belongs_to_others(folder) or belongs_to_others(file) else file.read_bytes()
-                if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
-                    bucket.bytecode_from_string(kept[_DIGEST:])
-            if bucket.code is not None:
-                return
+        """Load the bytecode of a template, if there is any."""
+        try:
+            super().load_bytecode(bucket)
+        except Exception:  # of any kind: Jinja does not check the content
+            bucket.reset()
 
     def dump_bytecode(self, bucket: Bucket) -> None:
-        """Write the bytecode of a template with a digest to the first folder that can be written, if any. The file is
-        renamed to the final name when complete."""
-        code = bucket.bytecode_to_string()
-        for folder in self.folders:
-            with contextlib.suppress(OSError):
-                make_private_folder(folder)
-                handle, private = tempfile.mkstemp(prefix="tmp-", dir=folder)
-                try:
-                    with os.fdopen(handle, "wb") as file:
-                        file.write(hashlib.sha256(code).digest() + code)
-                    Path(private).replace(folder / bucket.key)
-                    return
-                except OSError:
-                    Path(private).unlink()
-                    raise
+        """Write the bytecode of a template, if possible."""
+        with contextlib.suppress(OSError):
+            super().dump_bytecode(bucket)
 
 
-def kept_bytecode(*further: Path) -> TemplateBytecode:
+def kept_bytecode(*further: Path) -> TemplateBytecode | None:
     """Return the bytecode in the folder of the templates, as Python keeps the bytecode of modules, if Python may keep
-    any; in further folders if that folder cannot be written."""
-    folder = () if sys.dont_write_bytecode else (template_folder() / "__pycache__",)
-    return TemplateBytecode(*folder, *further)
+    any; in the first of further folders that can be written if that folder cannot; None if none can. A folder of
+    another user is not used. Names of files have the versions of Jinja and of eomgen, whose filters may have been
+    applied to constants."""
+    bytecode_folders = () if sys.dont_write_bytecode else (template_folder() / "__pycache__",)
+    for folder in (*bytecode_folders, *further):
+        with contextlib.suppress(OSError):
+            make_private_folder(folder)
+            if os.access(folder, os.W_OK) and not belongs_to_others(folder):
+                return TemplateBytecode(str(folder), f"{__version__}-{jinja2.__version__}-%s")
+    return None
 
 
 #: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.

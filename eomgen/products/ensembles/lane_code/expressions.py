@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -73,13 +72,18 @@ class AssignmentTarget:
     lanes: str = ""
 
 
-class LaneExpressions(ABC):
-    """Translation of the expressions of one C function to C for lanes; ``RoutineText`` resolves names and active lanes.
+class LaneExpressions:
+    """Translation of the expressions of one C function to C for lanes.
 
     Parameters
     ----------
     routine : the function, on which facts are noted for callers and further translations
     outputs : sizes of the output arrays of model functions, by name
+
+    Attributes
+    ----------
+    top, region : the statements with all lanes of a call, and the position of the statement
+    variables : local variables and arguments by name, of the blocks around
     """
 
     def __init__(self, source: LaneSource, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
@@ -94,26 +98,21 @@ class LaneExpressions(ABC):
         #: not ask for it, too.
         self._may_be_null = _compared_with_null(routine.node.body)
         self._unasked = False
+        self.top = self.region = Region("live")
+        self.variables: list[dict[str, LaneVariable]] = [{}]
 
-    #: Position of the statement.
-    region: Region
-
-    @abstractmethod
     def find(self, name: str) -> LaneVariable | None:
         """Return the local variable or argument of a name, None if there is none."""
+        return next((scope[name] for scope in reversed(self.variables) if name in scope), None)
 
-    @abstractmethod
     def mask(self) -> str:
-        """Return the text of the lanes that are here."""
+        """Return the variable that says which lanes are here."""
+        return self.region.mask
 
     def fresh(self, stem: str) -> str:
         """Return a name that no other variable has."""
         self._numbers += 1
         return f"{stem}_{self._numbers}"
-
-    def vary(self, name: str) -> None:
-        """Note that the variable has a whole number per lane; the function is then translated anew."""
-        self.routine.varying.add(name)
 
     # -- conversions -------------------------------------------------------------------------------------------------
 
@@ -149,17 +148,12 @@ class LaneExpressions(ABC):
 
     def _common(self, left: TypedText, right: TypedText, node: Any) -> tuple[str, str, Type]:
         """Return the C texts of two values converted to the smallest type that holds both, and this type."""
-        kinds = (left.type, right.type)
-        if any(isinstance(kind, Real) for kind in kinds):
-            kind: Type = Real()
-        elif any(isinstance(kind, SharedNumber) for kind in kinds):
-            kind = SharedNumber()
-        elif any(isinstance(each, LaneIntegers | LaneMask) for each in kinds):
-            kind = LaneIntegers()
-        elif all(isinstance(each, UniformInteger) for each in kinds):
-            kind = UniformInteger()
-        else:
-            kind = left.type if isinstance(left.type, LaneStructure | Pointer) else right.type
+        kinds = {type(left.type), type(right.type)}
+        kind = left.type if isinstance(left.type, LaneStructure | Pointer) else right.type
+        for wider, of in ((Real(), Real), (SharedNumber(), SharedNumber), (LaneIntegers(), LaneIntegers | LaneMask)):
+            if any(issubclass(each, of) for each in kinds):
+                kind = wider
+                break
         return self.to(left, kind, node), self.to(right, kind, node), kind
 
     # -- values --------------------------------------------------------------------------------------------------------
@@ -226,7 +220,7 @@ class LaneExpressions(ABC):
         if node.op == "&":
             target = self.place(node.expr)
             if isinstance(target.type, UniformInteger) and isinstance(node.expr, c_ast.ID):
-                self.vary(node.expr.name)
+                self.routine.varying.add(node.expr.name)
                 return TypedText(f"&{target.text}", Pointer(LaneIntegers()))
             return TypedText(f"&{target.text}", Pointer(target.type))
         if node.op in {"p++", "p--"}:
@@ -486,14 +480,10 @@ class LaneExpressions(ABC):
         if isinstance(arguments[1], c_ast.TernaryOp):
             condition = self.value(arguments[1].cond)
             if not isinstance(condition.type, UniformInteger | SharedNumber | Pointer):
-                holds, if_true, if_false = (
-                    self.truths(condition),
-                    self.value(arguments[1].iftrue),
-                    self.value(arguments[1].iffalse),
-                )
+                holds = self.truths(condition)
                 parts = [
-                    f"eg_merge({self.mask()} & {mask}, {target.text}, {origin.text}, {size})"
-                    for mask, origin in ((holds, if_true), (f"~{holds}", if_false))
+                    f"eg_merge({self.mask()} & {mask}, {target.text}, {self.value(origin).text}, {size})"
+                    for mask, origin in ((holds, arguments[1].iftrue), (f"~{holds}", arguments[1].iffalse))
                 ]
                 return TypedText(", ".join(parts), NoValue())
         origin = self.value(arguments[1])

@@ -57,12 +57,10 @@ class RoutineText(LaneExpressions):
         are noted on the routine."""
         super().__init__(source, routine, outputs)
         self._whole, self.stores, self.parts = whole, 0, False
-        self.top = Region("live")
-        self.region = self.top
+        self._ended = False
         self.loops: list[Loop] = []
         self.lines: list[str] = []
         self.depth = 1
-        self.variables: list[dict[str, LaneVariable]] = [{}]
         for name, kind in routine.parameters:
             null = isinstance(kind, Pointer) and name not in routine.given
             self.variables[0][name] = LaneVariable(self._parameter(name, kind), self.top, null)
@@ -74,8 +72,6 @@ class RoutineText(LaneExpressions):
         head = [] if isinstance(result, NoValue) else [f"    {type_text(result)} result = {{0}};"]
         tail = [] if isinstance(result, NoValue) or self._ended else ["    return result;"]
         self.text = "\n".join([self.signature, "{", *head, *self.lines, *tail, "}"])
-
-    _ended = False
 
     def _parameter(self, name: str, kind: Type) -> Type:
         match kind:
@@ -91,19 +87,6 @@ class RoutineText(LaneExpressions):
 
     def _line(self, text: str) -> None:
         self.lines.append("    " * self.depth + text)
-
-    # -- names -----------------------------------------------------------------------------------------------------
-
-    def find(self, name: str) -> LaneVariable | None:
-        """Return a variable by name."""
-        for scope in reversed(self.variables):
-            if name in scope:
-                return scope[name]
-        return None
-
-    def mask(self) -> str:
-        """Return the variable that says which lanes are here."""
-        return self.region.mask
 
     # -- statements ------------------------------------------------------------------------------------------------
 
@@ -148,8 +131,8 @@ class RoutineText(LaneExpressions):
                     self._increment(item)
             case c_ast.UnaryOp() if node.op in {"++", "--", "p++", "p--"}:
                 self._increment(node)
-            case c_ast.ExprList():
-                for item in node.exprs:
+            case c_ast.ExprList() | c_ast.DeclList():
+                for item in node:
                     self._statement(item)
             case c_ast.Cast() if isinstance(type_of(node.to_type.type, self.source), NoValue):
                 if isinstance(node.expr, c_ast.FuncCall):
@@ -197,7 +180,7 @@ class RoutineText(LaneExpressions):
         elif node.init is not None:
             value = self.value(node.init)
             if whole and isinstance(kind, UniformInteger) and not isinstance(value.type, UniformInteger):
-                self.vary(node.name)
+                self.routine.varying.add(node.name)
                 kind = LaneIntegers()
             text = self.to(value, kind, node)
         self._declare(node.name, kind, text)
@@ -260,14 +243,11 @@ class RoutineText(LaneExpressions):
             self._line(f"{destination.text} = {value.text};")
             return
         if isinstance(destination.type, UniformInteger):
-            name = target.name
-            if name in self.routine.counters and isinstance(value.type, UniformInteger):
+            here = self.region is destination.region or target.name in self.routine.counters
+            if here and isinstance(value.type, UniformInteger):
                 self._line(f"{destination.text} = {value.text};")
-                return
-            if not isinstance(value.type, UniformInteger) or self.region is not destination.region:
-                self.vary(name)
-                return
-            self._line(f"{destination.text} = {value.text};")
+            else:
+                self.routine.varying.add(target.name)
             return
         self._line(self.store(destination, value, node) + ";")
 
@@ -311,29 +291,25 @@ class RoutineText(LaneExpressions):
             self._line(f"return {value};" if value else "return;")
             self._ended = self._ended or self.depth == 1
             return
-        here = self.mask()
         if value:
-            self._line(f"result = {self._pick(here, value, 'result')};")
-        regions: Region | None = self.region
-        masks = {"live"}
-        for loop in self.loops:
-            if loop.parted:
-                masks |= {loop.run, loop.region.mask}
-        self._leave(here, masks)
-        while regions is not None:
-            regions.left = True
-            regions = regions.outer
+            self._line(f"result = {self._pick(self.mask(), value, 'result')};")
+        self._leave({"live"}.union(*({loop.run, loop.region.mask} for loop in self.loops if loop.parted)))
 
     def _pick(self, mask: str, value: str, if_false: str) -> str:
         if not isinstance(self.returns, Real | LaneIntegers):
             raise no_lanes("a structure, returned where lanes part company", self.routine.node)
         return pick(mask, value, if_false, self.returns)
 
-    def _leave(self, here: str, masks: set[str]) -> None:
+    def _leave(self, masks: set[str], until: Region | None = None) -> None:
+        """Write the removal of the active lanes from masks; regions around, before ``until``, have lanes that left."""
         gone = self.fresh("gone")
-        self._line(f"const eg_wholes {gone} = {here};")
-        for mask in sorted(masks | {here}):
+        self._line(f"const eg_wholes {gone} = {self.mask()};")
+        for mask in sorted(masks | {self.mask()}):
             self._line(f"{mask} = {mask} & ~{gone};")
+        region: Region | None = self.region
+        while region is not None and region is not until:
+            region.left = True
+            region = region.outer
 
     def _jump(self, node: Any) -> None:
         word = "break" if isinstance(node, c_ast.Break) else "continue"
@@ -343,12 +319,7 @@ class RoutineText(LaneExpressions):
             return
         if not loop.parted:
             raise _DivergentLanes(loop)
-        masks = {loop.region.mask} | ({loop.run} if word == "break" else set())
-        self._leave(self.mask(), masks)
-        region: Region | None = self.region
-        while region is not None and region is not loop.region:
-            region.left = True
-            region = region.outer
+        self._leave({loop.region.mask} | ({loop.run} if word == "break" else set()), loop.region)
         loop.region.left = True
 
     # -- blocks under masks ------------------------------------------------------------------------------------------
@@ -463,10 +434,8 @@ class RoutineText(LaneExpressions):
         loop = Loop(self.region)
         self.loops.append(loop)
         test = "" if condition is None else self.value(condition).text
-        if again:
-            self._line(f"for (; !{again} || {test}; {again} = 1) {{")
-        else:
-            self._line(f"for (; {test}; {self._step(step)}) {{")
+        head = f"!{again} || {test}; {again} = 1" if again else f"{test}; {self._step(step)}"
+        self._line(f"for (; {head}) {{")
         self._inner_block(body)
         self._line("}")
         self.loops.pop()

@@ -8,7 +8,7 @@ have the same bits as the scalar text, because each lane has the same operations
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from operator import itemgetter
 from typing import Any
 
@@ -96,12 +96,18 @@ def _knowledge(source: LaneSource) -> list[tuple[str, frozenset[str], frozenset[
 def _file(source: LaneSource, made: Mapping[str, RoutineText], outputs: Mapping[str, list[int]]) -> str:
     functions = sorted({name for routine in made.values() for name in routine.functions})
     order = [name for name in source.routines if name in made]
-    parts = [*source.texts]
-    for name in functions:
-        parts.append(f"void {name}({', '.join(declaration('', kind) for kind in source.functions[name])});")
-        parts.append(_masked_function(name, source, outputs[name]))
-    for name in sorted({name for routine in made.values() for name in routine.foreign}):
-        parts.append(_each(name, source.foreign[name]))
+    parts, templates = [*source.texts], environment()
+    masked, each = (templates.get_template(f"ensembles/{name}.c.jinja") for name in ("masked", "each"))
+    for name in functions:  # of the model, which write outputs of active lanes only
+        kinds = source.functions[name]
+        parts.append(f"void {name}({', '.join(declaration('', kind) for kind in kinds)});")
+        sizes = enumerate(outputs[name], len(kinds) - len(outputs[name]))
+        written = {i: size for i, size in sizes if isinstance(kinds[i], Pointer)}
+        taken = [declaration(f"x{k}", kind) for k, kind in enumerate(kinds)]
+        parts.append(masked.render(name=name, outputs=written, taken=taken).rstrip())
+    for name in sorted({name for routine in made.values() for name in routine.foreign}):  # called for each lane
+        arrays = [k for k, kind in enumerate(source.foreign[name]) if isinstance(kind, Pointer)]
+        parts.append(each.render(name=name, count=len(source.foreign[name]), arrays=arrays).rstrip())
     parts += [made[name].signature + ";" for name in order]
     parts += [_both(source, made[name], outputs) for name in order]
     return "\n\n".join(parts) + "\n"
@@ -119,34 +125,6 @@ def _both(source: LaneSource, text: RoutineText, outputs: Mapping[str, list[int]
     start = text.text.index("{\n") + 2
     choice = f"    if (eg_all(live)) {{\n        {name}_whole({names});\n        return;\n    }}\n"
     return f"{plain}\n\n{text.text[:start]}{choice}{text.text[start:]}"
-
-
-def _each(name: str, kinds: Sequence[Type]) -> str:
-    """Return the C of a wrapper ``eg_each_NAME`` that calls a function for a single trajectory for each lane of a mask.
-    `kinds` are the types of the parameters; arrays are copied to and from the lane, and results are returned by
-    lane."""
-    arrays = [k for k, kind in enumerate(kinds) if isinstance(kind, Pointer)]
-    texts = {
-        "plain": [f"double *x{k}" if k in arrays else f"double x{k}" for k in range(len(kinds))],
-        "taken": [f"real *x{k}, int n{k}" if k in arrays else f"real x{k}" for k in range(len(kinds))],
-        "given": [f"y{k}" if k in arrays else f"x{k}[lane]" for k in range(len(kinds))],
-    }
-    joined = {part: ", ".join(each) for part, each in texts.items()}
-    return environment().get_template("ensembles/each.c.jinja").render(name=name, arrays=arrays, **joined).rstrip()
-
-
-def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
-    """Return the C of a wrapper ``eg_masked_NAME`` that calls a function of the model and writes outputs of active
-    lanes only. `sizes` are the sizes of its output arrays, the last parameters."""
-    kinds = source.functions[name]
-    outputs = {i: size for i, size in enumerate(sizes, len(kinds) - len(sizes)) if isinstance(kinds[i], Pointer)}
-    texts = {
-        "taken": [declaration(f"x{k}", kind) for k, kind in enumerate(kinds)],
-        "whole": [f"x{k}" for k in range(len(kinds))],
-        "masked": [f"y{k}" if k in outputs else f"x{k}" for k in range(len(kinds))],
-    }
-    joined = {part: ", ".join(each) for part, each in texts.items()}
-    return environment().get_template("ensembles/masked.c.jinja").render(name=name, outputs=outputs, **joined).rstrip()
 
 
 _NUMBERS = """\

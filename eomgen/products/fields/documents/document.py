@@ -296,7 +296,5 @@ def check_step_count(name: str, end: float, step: float) -> None:
     """Raise UsageError about the setting ``name`` if steps of size ``step`` to ``end`` are more than 1e15."""
     if abs(end) > _MOST_STEPS * abs(step):
         count = abs(end / step) if step else math.inf
-        fault = (
-            f"{count:.3g} steps of {step:g} would lead to {end:g}, and {_MOST_STEPS:.0e} are counted at most [E0788]"
-        )
+        fault = f"{count:.3g} steps of {step:g} would lead to {end:g}; {_MOST_STEPS:.0e} are counted at most [E0788]"
         raise UsageError(Problem(name, fault, f"a step of {end / _MOST_STEPS:.3g} or more, or an earlier end"))

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 
 from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown, unused_note
-from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.words import RESERVED
@@ -29,19 +29,10 @@ from eomgen.scene.sources.source import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 
 
-def toml_file(path: str | os.PathLike[str], fault: str) -> tuple[dict[str, Any], dict[str, int], str]:
-    """Return the data of a TOML file, the line of each key, and the file's name for messages.
-
-    Raises
-    ------
-    UsageError
-        With the message ``fault``, for another ending than .toml.
-    FileError, DescriptionError
-        For a file that cannot be read, or is not TOML.
-    """
+def toml_file(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, int], str]:
+    """Return the data of a TOML file, the line of each key, and the file's name for messages. Raises FileError or
+    DescriptionError for a file that cannot be read, or is not TOML."""
     path = Path(path).expanduser()
-    if path.suffix.lower() != ".toml":
-        raise UsageError(Problem(str(path), fault, f"{path.stem}.toml"))
     file = shown_file(path)
     return *toml_data(read_text(path), file), file
 
@@ -90,14 +81,12 @@ class FieldEntries(Generic[Kind]):
         """Return key and name of all entries of sections."""
         return [(f"{section}.{name}", name) for section in sections for name in self.names_in(section)]
 
-    def check_names(
-        self, keyed_names: Iterable[tuple[str, str]], taken: Mapping[str, tuple[str, str]]
-    ) -> dict[str, str]:
+    def check_names(self, entries: Iterable[tuple[str, str]], taken: Mapping[str, tuple[str, str]]) -> dict[str, str]:
         """Return the section in which each name stands first; report names that are not legal, are words of formulas,
-        stand in ``taken`` (with fault and hint), or belong to two entries. ``keyed_names`` has pairs of key
+        stand in ``taken`` (with fault and hint), or belong to two entries. ``entries`` has pairs of key
         (SECTION.NAME) and name."""
         seen: dict[str, str] = {}
-        for key, name in keyed_names:
+        for key, name in entries:
             if not is_legal(name):
                 self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
             elif name in taken:

@@ -28,13 +28,7 @@ from eomgen.products.fields.documents.document import (
     Operator,
 )
 from eomgen.products.fields.documents.entries import FieldEntries, toml_file
-from eomgen.products.fields.documents.schema import (
-    DATA_FILES,
-    KIND,
-    FieldFile,
-    OperatorTable,
-    value_text,
-)
+from eomgen.products.fields.documents.schema import KIND, FieldFile, OperatorTable, value_text
 from eomgen.products.fields.documents.tables import Chains, PowerTable
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.reading.report import Report
@@ -65,7 +59,7 @@ def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
     FileError, DescriptionError, UsageError
         DescriptionError contains all faults of the content.
     """
-    data, lines, file = toml_file(path, "a system of fields is read from a .toml file [E0723]")
+    data, lines, file = toml_file(path)
     return fields_from_data(data, file=file, lines=lines, folder=Path(path).expanduser().parent)
 
 
@@ -123,8 +117,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         cells, lengths = file.mesh.cells, self.lengths()
         self.axes = OF_PLACES[: len(cells)]
         self.check_every_name()
-        operator_names = self.names_in("operators")
-        more = (*self.axes, *_with_variances(operator_names), *self.names_in("data"))
+        more = (*self.axes, *_with_variances(self.names_in("operators")), *self.names_in("data"))
         self.definitions(self.names(self.waves, more), _ANYWHERE)
         kinds = self.kinds_of_data()
         operators = self.operators([name for name, kind in kinds.items() if kind not in DRAWN])
@@ -157,18 +150,11 @@ class _FieldReader(FieldEntries[FieldFile]):
             file.mesh.unit,
             file.description,
             self.folder,
-            {key: report.where(key) for key in self.places(operators, numbers)},
+            {key: report.where(key) for key in report.lines},
             self.content_without("sampling", "description"),
             {name: item.text for name, item in self.defined.items()},
             tuple(map(Message, self.note_on_unused())),
         )
-
-    def places(self, operators: Iterable[Operator], data: Iterable[Data]) -> list[str]:
-        """Return the keys that later messages name."""
-        keys = ["mesh", "mesh.cells", "cell", "cell.energy", "mass", "operators", "data"]
-        keys += [f"sampling.{name}" for name in self.file.sampling.model_fields_set]
-        keys += [f"operators.{item.name}" for item in operators]
-        return keys + [f"data.{item.name}" for item in data]
 
     # -- mesh --------------------------------------------------------------------------------------------------------
 
@@ -187,8 +173,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         entries have, or that belong to the variance of an operator."""
         hint = f"another name than {', '.join(_OWN_NAMES)}"
         taken = {name: (f"formulas have {name} of their own [E0728]", hint) for name in _OWN_NAMES}
-        names = self.keys_in("parameters", "definitions", "operators", "data")
-        seen = self.check_names(names, taken)
+        seen = self.check_names(self.keys_in("parameters", "definitions", "operators", "data"), taken)
         for name in self.names_in("operators"):
             if f"{name}{VARIANCE}" in seen:
                 key = f"{seen[f'{name}{VARIANCE}']}.{name}{VARIANCE}"
@@ -208,19 +193,17 @@ class _FieldReader(FieldEntries[FieldFile]):
             self.report.add("operators", "there is no operator [E0732]", hint)
         every = list(self.data.get("operators", {}))  # refused ones too, which exist
         for name, entry in self.file.operators.items():
-            result = self.operator(f"operators.{name}", name, entry, data, every[: every.index(name)])
+            result = self.operator(name, entry, data, every[: every.index(name)])
             if result is not None:
                 made.append(result)
         return made
 
-    def operator(
-        self, key: str, name: str, entry: OperatorTable, data: Sequence[str], above: Sequence[str]
-    ) -> Operator | None:
+    def operator(self, name: str, entry: OperatorTable, data: Sequence[str], above: Sequence[str]) -> Operator | None:
         """Return the operator of an entry; None for an entry without exactly one kind, or with an unknown axis. Faults
         are reported. ``data`` are names that a mask may use, ``above`` the names of the operators before this one in
         the file."""
+        key, of = f"operators.{name}", entry.of
         kind = self.kind_of(key, entry, OPERATOR_KINDS)
-        of = entry.of
         if of and of not in above:
             hint = nearest(of, above) or "an operator above it"
             self.report.add(f"{key}.of", f"there is no operator {shown(of)} above this one [E0733]", hint)
@@ -301,10 +284,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             inner = f"{key}.{kind}" if isinstance(self.data["data"][name], Mapping) else key
             read: Formula | None = ZERO
             spread: Formula | None = None
-            if kind == "file" and not str(entry.file).lower().endswith(DATA_FILES):
-                fault = f"{shown(entry.file)} is not a file of data [E0742]"
-                self.report.add(inner, fault, "a path that ends with .npy or .csv")
-            elif kind == "formula":
+            if kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
                 read = self.formula(inner, getattr(entry, kind), self.names(self.axes, above), _PLACES)
             elif kind in DRAWN and not faulty:

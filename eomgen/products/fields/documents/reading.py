@@ -11,13 +11,7 @@ from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.errors import Message
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Operation
-from eomgen.products.fields.documents.document import (
-    Dependence,
-    Hamiltonian,
-    HamiltonianTerm,
-    NamedNumber,
-    StateOutput,
-)
+from eomgen.products.fields.documents.document import Dependence, Hamiltonian, HamiltonianTerm, NamedNumber, StateOutput
 from eomgen.products.fields.documents.entries import FieldEntries, toml_file
 from eomgen.products.fields.documents.schema import HamiltonianFile
 from eomgen.scene.formula.scope import SceneNames, Scope
@@ -40,7 +34,7 @@ def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
     FileError, DescriptionError
         DescriptionError contains all faults of the content.
     """
-    data, lines, file = toml_file(path, "a Hamiltonian system is read from a .toml file [E0758]")
+    data, lines, file = toml_file(path)
     return hamiltonian_from_data(data, file=file, lines=lines)
 
 
@@ -62,9 +56,7 @@ def hamiltonian_from_data(
         report.add("mesh", fault, OF_FIELDS)
         report.raise_problems()
     if "repeat" in data:
-        of_copies: dict[str, str] = {}
-        data = expand_repeats(data, report, of_copies, SECTIONS)
-        report.lines = {**report.lines, **of_copies}
+        data = expand_repeats(data, report, SECTIONS)
     result = _HamiltonianReader(data, report, HamiltonianFile, SECTIONS).read()
     report.raise_problems()
     assert result is not None  # without problems there is a system
@@ -194,9 +186,7 @@ def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
     """Return whether a term is ``kinetic`` (of momenta alone), ``coupled`` (of both), or ``potential`` (others, also
     constants)."""
     states = _states(formula)
-    if states & momenta:
-        return "coupled" if states - momenta else "kinetic"
-    return "potential"
+    return ("coupled" if states - momenta else "kinetic") if states & momenta else "potential"
 
 
 def summands(formula: Formula, momenta: set[str]) -> list[Formula]:

@@ -6,14 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
-from pydantic import (
-    Discriminator,
-    Field,
-    PlainValidator,
-    Tag,
-    WithJsonSchema,
-    model_validator,
-)
+from pydantic import Discriminator, Field, PlainValidator, Tag, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from eomgen.base.messages import NAME_LENGTH
@@ -58,8 +51,9 @@ def value_text(value: object) -> str:
     return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list | tuple) else describe(value)
 
 
-def _either(entry: dict[str, Any]) -> dict[str, Any]:
-    """Return the JSON Schema of one entry, or of one to three."""
+def _either(kind: str, least: int) -> dict[str, Any]:
+    """Return the JSON Schema of one number, or of one to three."""
+    entry = {"type": kind, "minimum": least}
     return {"anyOf": [entry, {"type": "array", "minItems": 1, "maxItems": 3, "items": entry}]}
 
 
@@ -69,10 +63,8 @@ def _shape(value: object) -> str:
 
 Yes = Literal[True]
 Legal = Annotated[str, WithJsonSchema({"type": "string", "pattern": f"^[A-Za-z_][A-Za-z0-9_]{{0,{NAME_LENGTH - 1}}}$"})]
-Counts = Annotated[tuple[int, ...], PlainValidator(_cells), WithJsonSchema(_either({"type": "integer", "minimum": 2}))]
-Sides = Annotated[
-    float | tuple[float, ...], PlainValidator(_sides), WithJsonSchema(_either({"type": "number", "minimum": 0}))
-]
+Counts = Annotated[tuple[int, ...], PlainValidator(_cells), WithJsonSchema(_either("integer", 2))]
+Sides = Annotated[float | tuple[float, ...], PlainValidator(_sides), WithJsonSchema(_either("number", 0))]
 Formulas = dict[str, Value]
 #: Names of entries: legal, or of copies, with indices in braces.
 Name = TypeVar("Name", bound=str)
@@ -121,16 +113,16 @@ _Terms = Annotated[Annotated[Value, Tag("#formula")] | Annotated[Formulas, Tag("
 
 class _Named(Table, Generic[Name]):
     parameters: dict[Name, ParameterTable] = key(
-        "numbers that runs may change", {}, example="[parameters] and a line for each: NAME = 1.0"
+        "numbers that runs may change", {}, example="[parameters] and NAME = 1.0"
     )
     definitions: dict[Name, Value] = key(
-        "names of formulas, each of other definitions in any order", {}, example='[definitions] and NAME = "sin(x)**2"'
+        "names of formulas, in any order", {}, example='[definitions] and NAME = "sin(x)"'
     )
 
 
 class _Sections(_Named[Name], Generic[Name]):
     coordinates: dict[Name, CoordinateTable] = key(
-        "coordinates with their momenta", {}, example=f"[coordinates] and NAME = {_START}"
+        "coordinates and momenta", {}, example=f"[coordinates] and NAME = {_START}"
     )
     hamiltonian: _Terms = key("H, or terms whose sum it is", "", example='a text: "p_x**2/2"')
     outputs: dict[Name, OutputTable] = key("quantities of the state along a run", {}, example='[outputs] and r = "x"')
@@ -177,9 +169,7 @@ class OperatorTable(Table):
     """An operator from the white field, or from the result of another operator."""
 
     white: Yes | None = optional("the white field itself: true", example="white = true")
-    power: _Power | None = optional(
-        "a formula of wave numbers, or a table: the power spectrum of the field", example='power = "exp(-k)"'
-    )
+    power: _Power | None = optional("the power spectrum: a formula of k, or a table", example='power = "exp(-k)"')
     lognormal_power: _Power | None = optional("the power spectrum of exp(field)", example='lognormal_power = "exp(-k)"')
     filter: Value | None = optional("a formula of wave numbers", example='filter = "exp(-(k/0.2)**2)"')
     smoothing: Value | None = optional("the radius of a Gaussian filter", example="smoothing = 5.0")
@@ -217,8 +207,7 @@ class PriorTable(Table):
     white: Yes = key(
         "independent standard normal numbers",
         True,
-        example="white = true, independent standard normal numbers, and an operator that gives the field its"
-        " covariance",
+        example="white = true, and an operator that gives the field its covariance",
     )
 
 
@@ -249,7 +238,7 @@ class FieldFile(File):
 
     mesh: MeshTable = key("mesh of the fields", example="[mesh] and cells = [64, 64, 64], length = 500.0")
     operators: dict[Legal, OperatorTable] = key(
-        "operators from the white field to fields of the cells", example=f"[operators] and density = {_POWER}"
+        "operators from the white field", example=f"[operators] and density = {_POWER}"
     )
     prior: PriorTable = key("prior of the state", PriorTable.model_construct(), example="[prior]")
     truth: TruthTable | None = optional("field from which random data are made", example="[truth] and seed = 1")

@@ -35,7 +35,7 @@ class Chains(Table):
     method: str = key("composition of a trajectory's steps", "minimum_norm2", example='method = "minimum_norm2"')
     step: Finite = key("length of steps; 0: found by the warm-up", 0.0, example="step = 0.0")
     duration: Finite = key("time of a trajectory", 1.5, example="duration = 1.5")
-    first: Literal["random", "drift", "kick"] = key("first part of trajectories", "random")
+    first: Literal["random", "drift", "kick"] = key("first part of trajectories: random, drift or kick", "random")
     jitter: Finite = key("spread of steps, as a part of the step", 0.2, example="jitter = 0.2")
     guard: Annotated[float, Field(gt=0.0), NOT_NEGATIVE] = key(
         "largest step, as a part of the stability limit; inf: none", 0.9, example="guard = 0.9"
@@ -48,8 +48,8 @@ class Chains(Table):
     field: str = key("the field whose samples are recorded; the first by default", "", example='field = "..."')
     watched: Counter = key("number of cells whose values are kept", 500, example="watched = 500")
     bins: Counter = key("number of bins of wave numbers", 8, example="bins = 8")
-    transforms: Literal["scipy", "fftw"] = key("library of Fourier transforms", "scipy")
-    precision: Literal["double", "single"] = key("precision of gradients", "double")
+    transforms: Literal["scipy", "fftw"] = key("library of Fourier transforms: scipy, or fftw of pyfftw", "scipy")
+    precision: Literal["double", "single"] = key("precision of gradients: double or single", "double")
 
 
 class PowerTable(Table):

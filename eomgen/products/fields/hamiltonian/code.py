@@ -80,10 +80,8 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
         Function("hessian_product", _PRODUCT, (*STATE, "a", "j"), along_state),
     ]
     if document.outputs:
-        keys = [f"{document.name} (outputs.{item.name})" for item in document.outputs]
-        y = tuple(
-            record_at(key, algebra, item.formula, known).ref for key, item in zip(keys, document.outputs, strict=True)
-        )
+        outputs = [(f"{document.name} (outputs.{item.name})", item.formula) for item in document.outputs]
+        y = tuple(record_at(key, algebra, formula, known).ref for key, formula in outputs)
         functions.append(Function("observed", "outputs", STATE, (Block("y", (len(y),), y, "outputs"),)))
     if document.separable:
         rates = (

@@ -23,9 +23,6 @@ from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.products.fields.documents.document import Hamiltonian
 
-#: Orders up to which collocation is offered.
-HIGHEST_ORDER = 12
-
 
 @functools.cache
 def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -47,7 +44,7 @@ def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]
 Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 MIDPOINT = "implicit_midpoint"
-_STAGES = {MIDPOINT: 1, **{f"gauss{order}": order // 2 for order in range(4, HIGHEST_ORDER + 1, 2)}}
+_STAGES = {MIDPOINT: 1, **{f"gauss{2 * stages}": stages for stages in range(2, 7)}}
 _SOURCE = "Hairer, Lubich and Wanner 2006, section II.1"
 #: Default methods: for separable systems, and for other systems.
 STANDARD, STANDARD_IMPLICIT = "omf4", "gauss6"
@@ -134,7 +131,7 @@ ELSEWHERE = {
 def krylov(n: int) -> int:
     """Return the largest number of Krylov vectors in an implicit step with n coordinates: the unknowns, at most 160,
     and as many as have two million entries together (at least 30)."""
-    return min(HIGHEST_ORDER * n, 160, max(30, 2_000_000 // (2 * n)))
+    return min(2 * n * max(_STAGES.values()), 160, max(30, 2_000_000 // (2 * n)))
 
 
 def method_for(document: Hamiltonian, name: str | None = None, first: str = "drift") -> Method:
@@ -155,11 +152,9 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     if name is None:
         with method_of_file(document):
             return method_for(document, document.simulation.method or standard, first)
-    if not isinstance(name, str):
-        raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", '"omf4"'))
-    if not name:
+    if not isinstance(name, str) or not name:
         hint = f'"{standard}", or no method at all'
-        raise UsageError(Problem("method", "the name of the method is empty [E0777]", hint))
+        raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", hint))
     key = name.lower().replace("-", "_")
     if stages := _STAGES.get(key):
         return _collocation(key, 2 * stages, (1.0,), _SOURCE, stages)

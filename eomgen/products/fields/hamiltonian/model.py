@@ -25,16 +25,12 @@ from eomgen.products.fields.documents.document import (
     check_step_count,
 )
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
-from eomgen.products.fields.hamiltonian.solution import (
-    FINER,
-    HamiltonianSolution,
-    StepErrors,
-    by_tolerance,
-    estimate_errors,
-)
+from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution, StepErrors, by_tolerance, estimate_errors
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 
+#: Values in place of the file's, by name.
+_Parameters = Mapping[str, float] | None
 #: Size and number of steps, and the number of these between rows.
 _Grid = tuple[float, int, int]
 #: Seconds between looks at the keyboard.
@@ -106,7 +102,7 @@ class HamiltonianModel(NamedAttributes):
         """Number of coordinates."""
         return len(self.q_names)
 
-    def energy(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None) -> Any:
+    def energy(self, q: ArrayLike, p: ArrayLike, parameters: _Parameters = None) -> Any:
         """Return H at a state, or at each of several.
 
         Parameters
@@ -115,19 +111,16 @@ class HamiltonianModel(NamedAttributes):
         parameters : mapping, optional
             By name; the file's by default.
         """
-        parts = self._call("hamiltonian", [q, p], parameters)[0]
-        total = parts.sum(axis=-1)
+        total = self._call("hamiltonian", [q, p], parameters)[0].sum(axis=-1)
         return float(total) if total.ndim == 0 else total
 
-    def gradient(
-        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None
-    ) -> tuple[Array, Array]:
+    def gradient(self, q: ArrayLike, p: ArrayLike, parameters: _Parameters = None) -> tuple[Array, Array]:
         """Return dH/dq and dH/dp, of the shapes of q and p; parameters as in ``energy``."""
         dq, dp = self._call("gradient", [q, p], parameters)
         return dq, dp
 
     def hessian_product(
-        self, q: ArrayLike, p: ArrayLike, dq: ArrayLike, dp: ArrayLike, parameters: Mapping[str, float] | None = None
+        self, q: ArrayLike, p: ArrayLike, dq: ArrayLike, dp: ArrayLike, parameters: _Parameters = None
     ) -> tuple[Array, Array]:
         """Return the product of the Hessian of H with a direction: the changes of dH/dq and dH/dp along dq, dp.
 
@@ -138,9 +131,7 @@ class HamiltonianModel(NamedAttributes):
         along_q, along_p = self._call("hessian_product", [q, p, dq, dp], parameters)
         return along_q, along_p
 
-    def largest_frequency(
-        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None = None
-    ) -> float:
+    def largest_frequency(self, q: ArrayLike, p: ArrayLike, parameters: _Parameters | Array = None) -> float:
         """Return the largest modulus of the eigenvalues of the motion linearised about a state, per unit of time."""
         n = self.n
         rows = np.eye(2 * n)
@@ -230,7 +221,7 @@ class HamiltonianModel(NamedAttributes):
             names = [*self.q_names, *self.p_names]
             try:
                 if chosen.chooses_steps:
-                    finer = run_for_comparison(1.0, every, FINER)
+                    finer = run_for_comparison(1.0, every, 0.1)
                     errors = by_tolerance(rows, finer, taken * step, allowed, names)
                 else:
                     errors = estimate_errors(rows, step, every, steps, chosen.order, names, run_for_comparison)
@@ -313,8 +304,7 @@ class HamiltonianModel(NamedAttributes):
             (*method.A, *method.b, *method.error, 0.0),
         )
         numbers = [ffi.from_buffer("double[]", np.array(array)) for array in arguments]
-        work = np.empty(method.work(n) + 1)
-        memories = [ffi.from_buffer("double[]", array) for array in (work, motion)]
+        memories = [ffi.from_buffer("double[]", array) for array in (np.empty(method.work(n) + 1), motion)]
         tally = ffi.new("long[5]")
 
         def run(row: int, rows: int, length: int, *, more: bool) -> int:
@@ -365,7 +355,7 @@ class HamiltonianModel(NamedAttributes):
             f" {method.stability_limit:.4g}; try: a step below {0.9 * method.stability_limit / result:.3g}"
         )
 
-    def _values(self, parameters: Mapping[str, float] | Array | None) -> Array:
+    def _values(self, parameters: _Parameters | Array) -> Array:
         """Return the values of all parameters of a run in the file's order: changed by name, the rest by the file and
         formulas there. An array is returned unchanged. Raises UsageError for an unknown name."""
         if isinstance(parameters, np.ndarray):
@@ -378,29 +368,27 @@ class HamiltonianModel(NamedAttributes):
         and momenta by name, or arrays ``q`` and ``p``. Raises UsageError for unknown names, wrong shapes, and a start
         at which H is not finite."""
         names = [*self.q_names, *self.p_names]
-        given: Any = initial
+        start_values: Any = initial
         for key, of_array in (("q", self.q_names), ("p", self.p_names)) if isinstance(initial, Mapping) else ():
-            if key in given and key not in names:
-                array = _array(f"initial.{key}", given[key])
+            if key in start_values and key not in names:
+                array = _array(f"initial.{key}", start_values[key])
                 if array.shape != (self.n,) or not np.isfinite(array).all():
                     fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed [E0782]"
                     raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
-                rest = {name: value for name, value in given.items() if name != key}
+                rest = {name: value for name, value in start_values.items() if name != key}
                 if twice := [name for name in of_array if name in rest]:
                     fault = f"the name {listed(twice)} is given twice, in the array {key} too [E0730]"
                     raise UsageError(Problem("initial", fault, "one of both"))
-                given = {**dict(zip(of_array, array.tolist(), strict=True)), **rest}
+                start_values = {**dict(zip(of_array, array.tolist(), strict=True)), **rest}
         example = f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays'
-        known = _by_name("initial", "coordinate or momentum", given, names, example)
+        known = _by_name("initial", "coordinate or momentum", start_values, names, example)
         state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), known)
         energy = float(self._call("hamiltonian", [state[: self.n], state[self.n :]], values)[0].sum())
         if not math.isfinite(energy):
             raise UsageError(Problem("initial", f"H is {energy} at the start [E0784]", NO_START))
         return state[None, :]
 
-    def _call(
-        self, function: str, blocks: list[ArrayLike], parameters: Mapping[str, float] | Array | None
-    ) -> list[Array]:
+    def _call(self, function: str, blocks: list[ArrayLike], parameters: _Parameters | Array) -> list[Array]:
         """Return the outputs of a compiled function at one state (blocks (n,)) or at several (blocks (states, n)). Each
         output has the shape (size,) or (states, size). Raises UsageError for wrong shapes."""
         layout = next(item for item in self.library.layout["functions"] if item["name"] == function)

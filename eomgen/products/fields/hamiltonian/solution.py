@@ -23,9 +23,6 @@ from eomgen.errors import Problem, UsageError
 #: Part of the motion above which a motion is no longer followed.
 LOST = 0.1
 
-#: Ratio of the tolerances of the run and of the comparison run for the error estimate.
-FINER = 0.1
-
 #: Rows of the motion in a multiple of the step, after each ``every`` steps of the run and at the end; None after a
 #: failure.
 Rows = Callable[[float, int], "Array | None"]
@@ -127,10 +124,9 @@ def estimate_errors(
 def by_tolerance(rows: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
     """Return the estimated errors of a run with adaptive steps, by the rows ``finer`` of a run at a tenth of the
     tolerance (None after a failure). Both have rows (rows, 2 n) at the times ``t``; ``names`` are the columns."""
+    made, scale = f"a run at tolerance {tolerance / 10.0:.3g}", _scale(rows)
     if finer is None:
-        return StepErrors(reason=f"a run at tolerance {tolerance * FINER:.3g} failed")
-    scale = _scale(rows)
-    made = f"a run at tolerance {tolerance * FINER:.3g}"
+        return StepErrors(reason=f"{made} failed")
     return _step_errors(np.abs(rows - finer) / scale, scale, t.tolist(), names, math.nan, math.nan, made)
 
 

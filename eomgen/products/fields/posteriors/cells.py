@@ -26,7 +26,7 @@ from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
 from eomgen.products.fields.documents.entries import cell_formula
 from eomgen.products.fields.documents.recording import record_at
-from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum
+from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum, Symbol
 from eomgen.scene.formula.definitions import named_expressions
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -34,9 +34,7 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.toolchain.builder import Builder
 
 #: Names of the loops over cells in the template.
-_TAKEN = frozenset(
-    {"n", "i", "f", "d", "j", "h", "r", "lane", "sum", "lost", "sums", "losses", "total", "both", "added"}
-)
+_TAKEN = {"n", "i", "f", "d", "j", "h", "r", "lane", "sum", "lost", "sums", "losses", "total", "both", "added"}
 
 
 #: Size of arrays from which on threads share the work.
@@ -227,9 +225,7 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
         if not is_legal(name):
             raise DescriptionError(Problem("cell energy", f"the name {shown(name)} is not legal [E0715]", NAME_RULE))
         if name in names[:column]:
-            raise DescriptionError(
-                Problem("cell energy", f"two things are called {name} [E0796]", "another name for one")
-            )
+            raise DescriptionError(Problem("cell energy", f"two things are called {name} [E0796]", "another name"))
     known |= dict(zip(data, inputs, strict=False))
     known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
     defined, of_where = named_expressions(energy.definitions), dict[str, Scalar]()
@@ -299,7 +295,7 @@ class CellRoutines:
         single = array.dtype in (np.float32, np.complex64)
         return self.ffi.cast("float *" if single else "double *", array.ctypes.data)
 
-    def filter(self, symbol: Array | Complex | None, x: Complex, y: Spectrum) -> None:
+    def filter(self, symbol: Symbol, x: Complex, y: Spectrum) -> None:
         """Write y = a x elementwise, in place of y, in double or single precision; ``symbol`` is a (None for 1)."""
         made = self.lib.eomgen_field_filter_single if y.dtype == np.complex64 else self.lib.eomgen_field_filter
 
@@ -319,9 +315,7 @@ class CellRoutines:
 
         self._share(part, *fields, *data)
 
-    def add(
-        self, size: float, symbol: Array | Complex | None, x: Spectrum, y: Complex, beside: Complex | None = None
-    ) -> None:
+    def add(self, size: float, symbol: Symbol, x: Spectrum, y: Complex, beside: Complex | None = None) -> None:
         """Add size (beside + conj(a) x) to y in place; ``symbol`` is a (None for 1), ``beside`` None for 0, x in double
         or single precision."""
         made = self.lib.eomgen_field_add_single if x.dtype == np.complex64 else self.lib.eomgen_field_add
@@ -352,7 +346,7 @@ class CellRoutines:
         number of cells along the last axis is even, ``weight`` 1 if None."""
         return float(self.lib.eomgen_field_norm(x.size, x.shape[-1], even, self.address(weight), self.address(x)))
 
-    def _symbol(self, symbol: Array | Complex | None) -> tuple[int, Any]:
+    def _symbol(self, symbol: Symbol) -> tuple[int, Any]:
         return int(symbol is not None and np.iscomplexobj(symbol)), self.address(symbol)
 
 

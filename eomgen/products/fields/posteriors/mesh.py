@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.messages import counted, listed, nearest
+from eomgen.base.messages import counted, nearest
 from eomgen.base.products import optional_package
 from eomgen.base.rounding import SUMMED
 from eomgen.base.threads import thread_count
@@ -35,6 +35,8 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.fields.documents.document import LENGTHS
 
 Complex = NDArray[np.complex128]
+#: A filter by wave number; None for 1.
+Symbol = Array | Complex | None
 #: Spectra and fields of cells in double or single precision.
 Spectrum = NDArray[np.complex128] | NDArray[np.complex64]
 Reals = NDArray[np.float64] | NDArray[np.float32]
@@ -393,12 +395,10 @@ def check_transforms(library: str, precision: str) -> None:
     UsageError
         An unknown library or precision, or ``fftw`` without the package pyfftw.
     """
-    if library not in LIBRARIES:
-        fault = f"there is no library {library!r} for transforms [E0800]"
-        raise UsageError(Problem("transforms", fault, nearest(library, LIBRARIES) or listed(LIBRARIES)))
-    if precision not in PRECISIONS:
-        fault = f"there is no precision {precision!r} [E0801]"
-        raise UsageError(Problem("precision", fault, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
+    wanted = ("transforms", "library", library, LIBRARIES), ("precision", "precision", precision, PRECISIONS)
+    for key, noun, choice, known in wanted:
+        if choice not in known:
+            raise UsageError(Problem(key, f"there is no {noun} {choice!r} [E0800]", nearest(choice, known)))
     if library == "fftw":
         fault = "FFTW comes with the package pyfftw, which is not installed [E0802]"
         optional_package("pyfftw", Problem("transforms", fault, "pip install 'eomgen[fast_fourier]', or scipy"))

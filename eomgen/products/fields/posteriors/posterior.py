@@ -25,11 +25,7 @@ from eomgen.products.fields.posteriors.mesh import transforms as make_transforms
 from eomgen.products.fields.posteriors.operators import LinearOperator
 
 #: Remedy for an energy without a lower bound.
-BOUNDED = (
-    "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of a density"
-)
-#: Halvings of a step of a descent.
-_HALVINGS = 40
+BOUNDED = "an energy that grows on both sides: cell.energy is the negative logarithm of a density"
 
 
 @dataclass(frozen=True)
@@ -562,7 +558,7 @@ class FieldPosterior:
             direction = self._newton_direction(x, gradient, inverse, min(0.1, math.sqrt(slope)))
             descent, size = self.mesh.product(gradient, direction), 1.0
             rounding = 1e-13 * abs(value)
-            for _ in range(_HALVINGS):
+            for _ in range(40):
                 energy = self.energy(x + size * direction)
                 if energy <= value + 1e-4 * size * descent + rounding:
                     break
@@ -610,7 +606,7 @@ class FieldPosterior:
             return None
         along = root * along
         size = math.sqrt(self.mesh.size / product(along, along))
-        for _ in range(_HALVINGS):
+        for _ in range(40):
             for sign in (size, -size):
                 result = self.energy(x + sign * along)
                 if result < value - 1e-13 * abs(value):

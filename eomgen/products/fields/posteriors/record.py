@@ -85,8 +85,7 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     """
     values = _chain_values(chains)
     count = values.shape[1]
-    centred = values - values.mean(axis=1, keepdims=True)
-    spectra = np.fft.rfft(centred, 2 * count, axis=1)
+    spectra = np.fft.rfft(values - values.mean(axis=1, keepdims=True), 2 * count, axis=1)
     covariance = np.fft.irfft(np.abs(spectra) ** 2, 2 * count, axis=1)[:, :count].mean(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         times = 2.0 * np.cumsum(covariance / covariance[0], axis=0) - 1.0
@@ -286,9 +285,8 @@ class Record:
         arrays["energy_errors"][at], arrays["potential"][at] = outcome.error, potential
         arrays["accepted"][at], arrays["gradients"][at] = outcome.accepted, outcome.gradients
         arrays["cells"][at] = values.ravel()[self.watched]
-        self._wave_numbers, arrays["power"][at] = self.mesh.power(
-            self.mesh.spectrum(values) if amplitudes is None else amplitudes, self.bins
-        )
+        amplitudes = self.mesh.spectrum(values) if amplitudes is None else amplitudes
+        self._wave_numbers, arrays["power"][at] = self.mesh.power(amplitudes, self.bins)
         self.counts[chain] += 1
         change = values - self._mean
         self._mean += change / float(self.counts.sum())

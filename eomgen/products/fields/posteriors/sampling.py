@@ -38,6 +38,8 @@ from eomgen.products.fields.posteriors.record import Outcome, Record, Samples
 BEST_ACCEPTANCE = {2: 0.651, 4: 0.797, 6: 0.86, 8: 0.89}
 
 First = Literal["random", "drift", "kick"]
+#: Drifts and kicks in order: name, and fraction of a step.
+Parts = Iterable[tuple[str, float]]
 #: Asked between gradients whether to stop.
 Stop = Callable[[], bool]
 #: Called for each trajectory with the chain, the end of the trajectory, and U at the chain's place.
@@ -85,7 +87,7 @@ def follow(
 
 def _follow(
     posterior: FieldPosterior,
-    parts: Iterable[tuple[str, float]],
+    parts: Parts,
     step: float,
     spectrum: Complex,
     momenta: Complex,
@@ -446,9 +448,7 @@ class Sampler:
                 chain.slope, self._slope = self._slope, chain.slope
         return Outcome(error, accepted, posterior.gradients - before)
 
-    def _from_slope(
-        self, chain: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
-    ) -> float | None:
+    def _from_slope(self, chain: _Chain, parts: Parts, step: float, stop: Stop | None) -> float | None:
         """Follow drifts and kicks that begin and end with a kick from ``_moved`` and ``_momenta``, in place, and return
         U at the end; None if stopped. The first kick takes the gradient of the chain's last trajectory of this kind,
         and the last kick the cells of the evaluation of U."""

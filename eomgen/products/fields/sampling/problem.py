@@ -21,15 +21,7 @@ from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
-from eomgen.products.fields.documents.document import (
-    DRAWN,
-    OF_PLACES,
-    OF_WAVES,
-    VARIANCE,
-    Data,
-    FieldSystem,
-    Operator,
-)
+from eomgen.products.fields.documents.document import DRAWN, OF_PLACES, OF_WAVES, VARIANCE, Data, FieldSystem, Operator
 from eomgen.products.fields.documents.tables import PowerTable
 from eomgen.products.fields.posteriors import (
     CellEnergy,
@@ -248,8 +240,7 @@ def _at(system: FieldSystem, key: str) -> Iterator[None]:
             where = problem.where if problem.where.startswith("data.") else key
             where = problem.where if problem.where in said else system.place(where)
             problems.append(Problem(where, problem.what, problem.hint))
-        kind = DescriptionError if isinstance(error, DescriptionError) else ModelError
-        raise kind(problems) from None
+        raise (DescriptionError if isinstance(error, DescriptionError) else ModelError)(problems) from None
 
 
 class _FileObjects:
@@ -341,9 +332,7 @@ class _FileObjects:
         numbers = self.mesh.wave_numbers
         low, high = float(numbers[numbers > 0.0].min()), float(numbers.max())
         if low < k[0] * (1.0 - COMPUTED) or high > k[-1] * (1.0 + COMPUTED):
-            fault = (
-                f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, and the mesh from {low:.6g} to {high:.6g} [E0840]"
-            )
+            fault = f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, the mesh from {low:.6g} to {high:.6g} [E0840]"
             raise FileError(Problem(str(path), fault, "a table of all of these"))
         with np.errstate(divide="ignore"):
             values = np.exp(np.interp(np.log(numbers), np.log(k), np.log(power)))
@@ -413,9 +402,7 @@ class _FileObjects:
             for name, values, low in [("mean", mean, least), *((DRAWN[item.kind], values, 0.0) for values in spread)]:
                 above = name == "beta"  # 0 is not a valid shape of a distribution
                 if not np.all(np.isfinite(values)) or float(values.min()) < low or (above and not values.all()):
-                    fault = (
-                        f"the {name} of the drawn fields is {float(values.min()):.6g} somewhere, or not finite [E0844]"
-                    )
+                    fault = f"the {name} of drawn fields is {float(values.min()):.6g} somewhere, or not finite [E0844]"
                     bound = " above 0" if above else "" if low else " from 0 on"
                     raise ModelError(Problem(key, fault, f"a formula of finite values{bound}"))
             stream = np.random.Generator(np.random.Philox(key=[seed, number + 1]))
@@ -431,9 +418,7 @@ def _draw(item: Data, stream: np.random.Generator, mean: Array, spread: list[Arr
             return stream.poisson(stream.gamma(spread[0], mean / spread[0])).astype(float)
         return stream.poisson(mean).astype(float)
     except ValueError:  # of NumPy, whose whole numbers end there
-        fault = (
-            f"the mean of the drawn fields is {float(mean.max()):.6g} somewhere, too large for whole numbers [E0845]"
-        )
+        fault = f"the mean of drawn fields is {float(mean.max()):.6g} somewhere, too large for whole numbers [E0845]"
         raise ModelError(Problem(f"data.{item.name}", fault, "a smaller mean")) from None
 
 

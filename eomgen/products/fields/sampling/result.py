@@ -22,8 +22,6 @@ from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem
 
 #: Samples of a chain from which on chains are held against one another.
 ENOUGH = 4
-#: Samples of a chain from which on a split R-hat above so much is said.
-DOUBTED, DOUBTFUL = 50, 1.3
 
 
 @dataclass(frozen=True)
@@ -145,10 +143,10 @@ class FieldSamples:
         """A sentence on chains that do not agree, with a split R-hat above 1.3 in a watched cell or a bin; empty for
         chains that agree, or have fewer than 50 samples each, which are too few for a test. Begins with a
         semicolon and a blank."""
-        if self.count < DOUBTED:
+        if self.count < 50:
             return ""
         worst = {"a cell": largest(self.r_hats()), "a bin of scales": self.r_hat_of_scales}
-        result = [f"{value:.3g} in {where}" for where, value in worst.items() if value > DOUBTFUL]
+        result = [f"{value:.3g} in {where}" for where, value in worst.items() if value > 1.3]
         if not result:
             return ""
         hint = "more samples, a longer duration, or another mass"

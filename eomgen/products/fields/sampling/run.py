@@ -27,8 +27,6 @@ from eomgen.products.fields.sampling.result import FieldSamples
 
 #: The file of a folder from which a run goes on.
 CHECKPOINT = "checkpoint.npz"
-#: Seconds between checkpoints.
-CHECKPOINT_EVERY = 60.0
 #: Settings that may differ if a run goes on.
 _OPEN = ("samples", "field")
 #: Settings that are arguments of a sampler.
@@ -42,7 +40,7 @@ def sample(
     resume: bool = False,
     mass: str | None = None,
     progress: Progress | bool | None = None,
-    checkpoint_every: float = CHECKPOINT_EVERY,
+    checkpoint_every: float = 60.0,
     **settings: Any,
 ) -> FieldSamples:
     """Sample the fields of a file by Hamiltonian Monte Carlo.
@@ -152,9 +150,8 @@ class _Run:
             options["start"] = start_fields(Path(settings.start), self.problem, settings.chains)
         size = self.problem.mesh.size
         count = min(settings.watched, size)
-        stride = next(
-            step for step in range(round(size * (math.sqrt(5.0) - 1.0) / 2.0), 2 * size) if math.gcd(step, size) == 1
-        )
+        golden = round(size * (math.sqrt(5.0) - 1.0) / 2.0)
+        stride = next(step for step in range(golden, 2 * size) if math.gcd(step, size) == 1)
         spread = np.sort(np.arange(count) * stride % size)
         return Sampler(self.problem.posterior, mass=self.mass, watched=spread, **options)
 

@@ -61,43 +61,26 @@ def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequ
     `components` are the nv names of the components of v without ``v.``, `measured` the names of the candidates of
     independent coordinates: the same components, or coordinates of joints between absolute bodies. States, inputs,
     disturbances and outputs (one name for each component of an output) are read from the model."""
-    description = model.description
-    outputs = [
-        name
-        for item in model.library.layout["outputs"]
-        for name in component_names("", str(item["name"]), int(item["size"]))
-    ]
-    return LinearNames(
-        tuple(components),
-        tuple(measured),
-        model.states,
-        description.driven,
-        description.disturbances,
-        tuple(outputs),
-        _units_by_kind(model, measured == components),
-    )
-
-
-def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple[str, ...]]:
-    """Return the units of the linear model's signals as tuples under ``measured`` (coordinates), ``velocities``,
-    ``states`` (internal states), ``inputs``, ``disturbances`` and ``outputs``; a unit is empty if unknown.
-    `by_components` is true if the measured coordinates are the components of v, and false if they belong to joints
-    between absolute bodies."""
-    description = model.description
-    velocities = model.v_units
-    if not by_components:
+    description, velocities = model.description, model.v_units
+    if measured != components:
         velocities = coordinate_units(description.joints, description.coordinates)[1]
     of_inputs = {item.name: item.unit for item in description.inputs}
     of_base = {name: "rad/s^2" if "angular" in name else "m/s^2" for name in description.base}
-    layout = model.library.layout["outputs"]
-    return {
+    outputs = {
+        name: str(item["unit"])
+        for item in model.library.layout["outputs"]
+        for name in component_names("", str(item["name"]), int(item["size"]))
+    }
+    units = {
         "measured": tuple(unit.removesuffix("/s") for unit in velocities),
         "velocities": tuple(velocities),
         "states": tuple(model.z_units),
         "inputs": tuple(of_inputs[name] for name in description.driven),
         "disturbances": tuple((of_inputs | of_base)[name] for name in description.disturbances),
-        "outputs": tuple(str(item["unit"]) for item in layout for _ in range(int(item["size"]))),
+        "outputs": tuple(outputs.values()),
     }
+    signals = (model.states, description.driven, description.disturbances, tuple(outputs))
+    return LinearNames(tuple(components), tuple(measured), *signals, units)
 
 
 def reference_values(
@@ -146,34 +129,19 @@ def with_held(names: LinearNames, sampled: SampledPart) -> LinearNames:
     states."""
     held, kept = list(sampled.places), sampled.others
     units, values = names.units_by_kind, names.references
-    return replace(
-        names,
-        states=tuple(names.states[k] for k in kept),
-        inputs=(*names.inputs, *sampled.names),
-        units_by_kind={
-            **units,
-            "states": tuple(units["states"][k] for k in kept),
-            "inputs": (*units["inputs"], *(units["states"][k] for k in held)),
-        },
-        references={
-            **values,
-            "states": values["states"][kept],
-            "inputs": np.append(values["inputs"], values["states"][held]),
-        },
-    )
+    states, inputs = units["states"], (*units["inputs"], *(units["states"][k] for k in held))
+    units = {**units, "states": tuple(states[k] for k in kept), "inputs": inputs}
+    moved = np.append(values["inputs"], values["states"][held])
+    values = {**values, "states": values["states"][kept], "inputs": moved}
+    states, inputs = tuple(names.states[k] for k in kept), (*names.inputs, *sampled.names)
+    return replace(names, states=states, inputs=inputs, units_by_kind=units, references=values)
 
 
-def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]:
-    """Return a mapping from the names of joints on groups (more q than v) to tuples with the joint's part of q
-    (nq,)."""
-    return {factor.name: tuple(q[factor.q].tolist()) for factor in model.factors if factor.q_size != factor.v_size}
-
-
-#: Part of a turn after which a linear model about a motion is computed again, and limit of the difference.
-_LATER, SAME = 0.11, WRITTEN
+#: Limit of the difference of linear models that are computed again along a motion.
+SAME = WRITTEN
 #: Words of the warning of a linear model that is frozen at an instant.
 AT_ONE_INSTANT = "the linear model changes with the turn"
-#: Parts of a turn after which models in multiblade coordinates are compared: no rotor of few blades is alike there.
+#: Parts of a turn after which models are compared: no rotor of few blades is alike there.
 AZIMUTHS = (0.11, 0.37, 0.71)
 #: Names in ``Partials`` of blocks of the terms, if different.
 _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
@@ -337,9 +305,10 @@ def _finite_blocks(
     # unless another force acts
     of_forces = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
-    blocks: dict[str, Array] = {}
     nonzeros = takes_nonzeros(model.functions.names, disturbed=_is_disturbed(model))
-    for term in (*(() if nonzeros else (of_forces,)), *(term for term in terms if term in model.functions)):
+    terms += [] if nonzeros else [of_forces]
+    blocks: dict[str, Array] = {}
+    for term in (term for term in terms if term in model.functions):
         blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **state.point.keywords)
     if nonzeros:
         matrices = vars(sparse_partials(model, state.q, state.v, a, state.z, lam, state.point.keywords))
@@ -397,7 +366,8 @@ def about(model: CompiledModel, state: OperatingState, independent: Sequence[str
     u = model.evaluator.inputs(point.u, {"t": np.asarray(point.t), "p": point.parameters})
     reference = Reference(point.t, state.q, state.v, a, state.z, u, lam, state.kind)
     values = reference_values(model, reference, point, measures)
-    turned = {} if model.description.joints else orientations(model, state.q)
+    turning = () if model.description.joints else (item for item in model.factors if item.q_size != item.v_size)
+    turned = {factor.name: tuple(state.q[factor.q].tolist()) for factor in turning}
     names = replace(names, references=values, orientations=turned)
     if sampled is not None:
         partials, names = held_as_inputs(partials, sampled), with_held(names, sampled)
@@ -412,17 +382,12 @@ def _warn_of_change(model: CompiledModel, state: OperatingState, linear: Lineari
     turning = [abs(v) for v, unit in zip(state.v, model.v_units, strict=True) if unit == "rad/s"]
     if not any(turning):
         return
-    moved = _later(model, state, linear, _LATER * 2.0 * np.pi / max(turning))
+    moved = _later(model, state, linear, AZIMUTHS[0] * 2.0 * np.pi / max(turning))
     before, after = linear.state_space().A, moved.state_space().A
-    if not before.size or before.shape != after.shape:
-        return
-    if np.max(np.abs(after - before)) > SAME * np.max(np.abs(before)):
-        sentence = (
-            f"linear about the {state.kind}: {AT_ONE_INSTANT} of {drives(model, state.v)}, so it holds at this"
-            " instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
-            " symmetric about the axis of the turn, or model.floquet(period), in Python [W0004]"
-        )
-        warnings.warn(sentence, RuntimeWarning, stacklevel=4)
+    if before.size and before.shape == after.shape and np.abs(after - before).max() > SAME * np.abs(before).max():
+        turn = f"{AT_ONE_INSTANT} of {drives(model, state.v)}, so it holds at this instant only"
+        hint = "multiblade for three or more equal blades, a scene that is symmetric about the axis, or model.floquet"
+        warnings.warn(f"linear about the {state.kind}: {turn}; try: {hint} [W0004]", RuntimeWarning, stacklevel=4)
 
 
 def _later(model: CompiledModel, state: OperatingState, linear: Linearization, seconds: float) -> Linearization:
@@ -468,10 +433,19 @@ def _in_multiblade_coordinates(
         return result
     times = [share * 2.0 * np.pi / min(speeds) for share in AZIMUTHS]
     models = [(seconds, _later(model, state, first, seconds)) for seconds in times]
-    variation, row = _variation(result, models, rotors)
+    others = _at_azimuths(models, rotors)
+    variation, row = _variation(result, others, rotors)
     if not variation <= SAME:
-        raise _changing(first, models, rotors, (variation, result.state_space().states[row]))
-    _warn_of_one_azimuth(result, _at_azimuths(models, rotors), rotors)
+        reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
+        if _variation(_to_multiblade(first, reverse), _at_azimuths(models, reverse), reverse)[0] <= SAME:
+            fault = "the blades are named against the order of their azimuths [E0066]"
+            raise UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
+        of = f"{result.state_space().states[row]}' by {variation:.2g} of its coefficients"
+        fault = f"the linear model changes with the azimuth in multiblade coordinates, too: {of} [E0065]"
+        period = 2.0 * np.pi / min(speeds)
+        hint = f"all coordinates of all blades, if these are equal; or model.floquet({period:.6g}), in Python"
+        raise ModelError(Problem("multiblade", fault, hint))
+    _warn_of_one_azimuth(result, others, rotors)
     return replace(result, multiblade=replace(result.multiblade, variation=variation))
 
 
@@ -500,43 +474,10 @@ def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization],
         )
 
 
-def _changing(
-    first: Linearization,
-    models: Sequence[tuple[float, Linearization]],
-    rotors: Sequence[Rotor],
-    largest: tuple[float, str],
-) -> UsageError | ModelError:
-    """Return the error for a linear model that changes with the azimuth in multiblade coordinates, too.
-
-    A UsageError if the reversed order of the blades makes the model constant, else a ModelError.
-
-    `first` is the model in coordinates of single blades, `models` the same after so many seconds, `largest` the largest
-    relative change and the name of the state concerned.
-    """
-    moving = [rotor for rotor in rotors if rotor.speed]
-    turns = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in moving)
-    reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
-    if _variation(_to_multiblade(first, reverse), models, reverse)[0] <= SAME:
-        fault = f"the blades are named against the order of their azimuths about the axis of {turns} [E0066]"
-        return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
-    variation, state = largest
-    fault = (
-        f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {state}' by"
-        f" {variation:.2g} of its coefficients [E0065]"
-    )
-    period = 2.0 * np.pi / min(abs(rotor.speed) for rotor in moving)
-    hint = f"all coordinates of all blades, if these are equal; or model.floquet({period:.6g}), in Python"
-    return ModelError(Problem("multiblade", fault, hint))
-
-
-def _variation(
-    result: Linearization, models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]
-) -> tuple[float, int]:
-    """Return the largest relative change of matrix A over later models in multiblade coordinates, and the row of A.
-    `models` are pairs of seconds and the linear model after this time, in coordinates of single blades."""
-    matrices = [model.state_space().A for model in _at_azimuths(models, rotors)]
-    A = result.state_space().A
-    return largest_change(A, matrices, sizes_of_states(result), max(rotor.speed**2 for rotor in rotors))
+def _variation(result: Linearization, others: Sequence[Linearization], rotors: Sequence[Rotor]) -> tuple[float, int]:
+    """Return the largest relative change of matrix A over later models in multiblade coordinates, and the row of A."""
+    matrices, sizes = [model.state_space().A for model in others], sizes_of_states(result)
+    return largest_change(result.state_space().A, matrices, sizes, max(rotor.speed**2 for rotor in rotors))
 
 
 def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]) -> list[Linearization]:
@@ -574,9 +515,8 @@ def _rotors(
     for name in groups:
         if name not in angles:
             fault = f"{shown(name)} is not the angle of a joint by which a rotor turns [E0067]"
-            raise UsageError(
-                Problem("multiblade", fault, nearest(name, angles) or "a revolute joint in joint coordinates")
-            )
+            hint = nearest(name, angles) or "a revolute joint in joint coordinates"
+            raise UsageError(Problem("multiblade", fault, hint))
     return [
         Rotor(name, float(state.v[components.index(name)]), float(state.q[angles[name]]), members)
         for name, members in groups.items()
@@ -599,15 +539,10 @@ def _to_multiblade(linear: Linearization, rotors: Sequence[Rotor]) -> Linearizat
     partials, free = in_multiblade(linear.partials, linear.free, of, of["measured"])
     bases = {**of, "velocities": of["measured"]}
     values = {kind: bases[kind].values(references) for kind, references in names.references.items()}
-    renamed: dict[str, Any] = {kind: of[kind].names for kind in ("components", *kinds)}
+    renamed: dict[str, Any] = {kind: basis.names for kind, basis in of.items()}
     multiblade = Multiblade(tuple(rotors), of["components"].matrix, tuple(of["measured"].pairs))
-    return replace(
-        linear,
-        partials=partials,
-        free=free,
-        names=replace(names, **renamed, references=values),
-        multiblade=multiblade,
-    )
+    names = replace(names, **renamed, references=values)
+    return replace(linear, partials=partials, free=free, names=names, multiblade=multiblade)
 
 
 def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:

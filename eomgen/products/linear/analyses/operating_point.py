@@ -24,7 +24,7 @@ from eomgen.compiled.rest.loaded_statics import loaded_statics
 from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.products.statics.steady_motion import SteadyMotion, motion_along
+from eomgen.products.statics.steady_motion import LATER, STEADY, SteadyMotion, motion_along
 from eomgen.products.statics.symmetries import KnownSymmetries
 from eomgen.solvers.bordered_newton import LoadedState
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
@@ -35,22 +35,10 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Fractions of a turn of the base for the check of constant forces, and the largest displacement of the rest by changed
-#: forces, in rad or scene lengths.
-_LATER, _STEADY = (0.11, 0.37, 1.0, 2.6), 1e-7
 #: Largest load steps: all loads at once if few and small corrections suffice.
 _STEPS = StepLimits(factor=1.0)
-#: Slices of a base's state: angular velocity and angular acceleration.
-_TURNING, _CHANGING = slice(7, 10), slice(13, 16)
-
-
-def turns_evenly(model: CompiledModel, p: Array, t: float) -> bool:
-    """Return whether the base turns at t with a constant rate."""
-    if "base" not in model.functions:
-        return False
-    base = model.base(t, parameters=p)
-    rate = float(np.linalg.norm(base[_TURNING]))
-    return rate > 0.0 and float(np.linalg.norm(base[_CHANGING])) <= COMPUTED * rate**2
+#: Slice of a base's state: angular velocity.
+_TURNING = slice(7, 10)
 
 
 def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u: Inputs) -> SteadyMotion:
@@ -81,9 +69,8 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
         rest, path, _ = by_load_steps(statics, start, _STEPS)
     except PathEndError as end:
         fault = f"no rest was found on the base, which turns: load steps end, for {end.why} [E0072]"
-        raise NumericalError(
-            Problem("steady motion", fault, "an initial state nearer to it, or more elements")
-        ) from None
+        hint = "an initial state nearer to it, or more elements"
+        raise NumericalError(Problem("steady motion", fault, hint)) from None
     tangents = statics.tangents(rest)
     flexible = compliance(tangents.K, tangents.B)
     if flexible is None:
@@ -91,27 +78,19 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
         raise NumericalError(Problem("steady motion", fault, "steady_motion with velocities"))
     rate = float(np.linalg.norm(base[_TURNING]))
     now = statics.balance(rest).residual
-    later = t + np.array(_LATER) * 2.0 * np.pi / rate
-    moved = np.abs(flexible((_residuals_later(model, rest, u, p, later) - now).T).T) / statics.sizes
-    for time, ways in zip(later.tolist(), moved, strict=True):
-        k = int(np.argmax(ways))
-        if ways[k] > _STEADY:
-            fault = (
-                f"forces change as the base turns: at t = {time:.6g} s they would move"
-                f" {model.v_names[k].removeprefix('v.')} by {ways[k]:.3g} of a rad or of the scene's length [E0073]"
-            )
-            hint = "gravity along the axis of the base, or none, and loads that turn with the base; or simulate"
-            raise NumericalError(Problem("steady motion", fault, hint))
+    later = t + np.array(LATER) * 2.0 * np.pi / rate
+    where: dict[str, Any] = {"t": later, "parameters": p, "base": model.base(later, parameters=p), "u": u, "z": rest.z}
+    q = np.tile(rest.q, (len(later), 1))
+    (residuals,) = model.evaluate("residual", q, still, still, multipliers=rest.multipliers, **where).values()
+    moved = np.abs(flexible((residuals - now).T).T) / statics.sizes
+    row, k = np.unravel_index(int(np.argmax(moved)), moved.shape)
+    if moved[row, k] > STEADY:
+        name, by = model.v_names[k].removeprefix("v."), f"{moved[row, k]:.3g} of a rad or of the scene's length"
+        fault = f"forces change as the base turns: at t = {later[row]:.6g} s they would move {name} by {by} [E0073]"
+        hint = "gravity along the axis of the base, or none, and loads that turn with the base; or simulate"
+        raise NumericalError(Problem("steady motion", fault, hint))
     message = f"at rest on the base, which turns at {rate:.6g} rad/s, after {len(path) - 1} load steps"
     return SteadyMotion(rest.q, still, rest.z, rest.multipliers, t, 0.0, len(path) - 1, (), (), message, None, still)
-
-
-def _residuals_later(model: CompiledModel, rest: LoadedState, u: Inputs, p: Array, later: Array) -> Array:
-    """Return the residuals of the equilibrium equations at a rest, (n, nv), at other times (n,)."""
-    still, q = np.zeros(model.nv), np.tile(rest.q, (len(later), 1))
-    where: dict[str, Any] = {"t": later, "parameters": p, "base": model.base(later, parameters=p), "u": u}
-    (residual,) = model.evaluate("residual", q, still, still, z=rest.z, multipliers=rest.multipliers, **where).values()
-    return np.asarray(residual)
 
 
 #: The result of ``model.equilibrium`` or ``model.steady_motion``.
@@ -136,7 +115,7 @@ class OperatingPoint:
 
 @dataclass(frozen=True)
 class OperatingState:
-    """A state to linearise about: q (nq,), v (nv,), z (nz,), with its kind in words and the operating point.
+    """A state to linearise about: q (nq,), v (nv,), z (nz,), with the kind in words and the operating point.
     Accelerations (nv,) and multipliers (rows,) are None if the dynamics determine them."""
 
     kind: str
@@ -275,8 +254,10 @@ def _steady_state(
     and no steady motion is found."""
     p, t, u = point.parameters, point.t, point.u
     absolute = driven and bool(model.description.joints)
-    turning = at is None and (absolute or (point.base is None and _base_moves(model, point)))
-    evenly = turning and not driven and turns_evenly(model, p, t)
+    base = _base_of_scene(model, point)
+    turning = at is None and (absolute or bool(np.any(base[7:])))
+    rate = float(np.linalg.norm(base[_TURNING]))
+    evenly = turning and not driven and float(np.linalg.norm(base[13:16])) <= COMPUTED * rate**2 and rate > 0.0
     unsteady = ""
     if evenly and model.description.exact_beams:
         try:
@@ -326,14 +307,16 @@ def as_found(kind: str, rest: EquilibriumState, point: OperatingPoint, *, stackl
     return OperatingState(kind, there, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
 
 
-def _base_moves(model: CompiledModel, point: OperatingPoint) -> bool:
-    return "base" in model.functions and bool(np.any(model.base(point.t, parameters=point.parameters)[7:]))
-
-
 def _scene_measures(model: CompiledModel, point: OperatingPoint) -> SceneMeasures:
     """Return the scene at a time and parameters, with the base held."""
     p, t = point.parameters, point.t
     return SceneMeasures(model, p, t, held_base(model, p, t))
+
+
+def _base_of_scene(model: CompiledModel, point: OperatingPoint) -> Array:
+    """Return the state (19,) of a base that moves as the scene says; zeros for other bases."""
+    moves = point.base is None and "base" in model.functions
+    return model.base(point.t, parameters=point.parameters) if moves else np.zeros(19)
 
 
 def _zero_velocities(model: CompiledModel, q: Array, point: OperatingPoint) -> dict[str, float]:

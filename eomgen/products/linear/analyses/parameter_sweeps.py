@@ -175,14 +175,15 @@ def campbell(
         As of ``linearize`` and ``steady_motion``, with the value in the message. Values without a linear model are left
         out with a warning as long as two are kept.
     """
-    array = _increasing(values)
+    array = _finite_values(values, 2)
+    if (array[1:] <= array[:-1]).any():
+        raise UsageError(Problem("values", "they do not increase [E0047]", "the smallest first"))
     of_motion = [name.removeprefix("v.") for name in model.v_names]
     is_parameter = speed in model.parameters
     unit = _unit_of_speed(model, speed, of_motion, steady=bool(velocities or coordinates))
     if orders is None:
         orders = ORDERS if unit == _SPEED else ()
-    _check_orders(orders, speed, unit)
-    _check_pairs(whirl)
+    _check_orders(orders, whirl, speed, unit)
     if not is_parameter:
         _check_whirl(model, speed, whirl, initial, parameters)
     found_once = KnownSymmetries()
@@ -216,10 +217,7 @@ def campbell(
             try:
                 linear = linearize_at(value, before)
             except RuntimeWarning:
-                fault = (
-                    f"the linear model changes with the turn of {speed}, so modes at one instant are not of the"
-                    f" motion [E2203]"
-                )
+                fault = f"{AT_ONE_INSTANT} of {speed}, so modes at one instant are not of the motion [E2203]"
                 hint = "bending by joints in front of the spin, multiblade for equal blades, or model.floquet"
                 raise NumericalError(Problem("campbell", fault, hint)) from None
         return standing.transform(linear, at_value(value), value)
@@ -231,8 +229,8 @@ def campbell(
         numbered = float(at_speed), standing.transform(reference, at_value(float(at_speed)), float(at_speed))
     with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
         result = diagram(speed, unit, array.tolist(), linearize_oscillations, orders, whirl, report, numbered)
-    if text := standing.warning():
-        warnings.warn(text, RuntimeWarning, stacklevel=3)
+    if standing.warning:
+        warnings.warn(standing.warning, RuntimeWarning, stacklevel=3)
     return result
 
 
@@ -264,14 +262,6 @@ def _finite_values(values: ArrayLike, least: int) -> Array:
         fault = f"the shape is {array.shape}, (n,) with n from {least} on is needed [E0043]"
         raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
     check_finite("values", array)
-    return array
-
-
-def _increasing(values: ArrayLike) -> Array:
-    """Return the values as an array (n,); raise UsageError unless there are two or more, finite and increasing."""
-    array = _finite_values(values, 2)
-    if (array[1:] <= array[:-1]).any():
-        raise UsageError(Problem("values", "they do not increase [E0047]", "the smallest first"))
     return array
 
 
@@ -308,19 +298,15 @@ def _check_whirl(
             warnings.warn(f"campbell: {text}; try: {second}:{first} [W0001]", RuntimeWarning, stacklevel=4)
 
 
-def _check_orders(orders: Sequence[float], speed: str, unit: str) -> None:
-    """Raise UsageError for an order that is not positive, or orders of a parameter that has no unit of speeds."""
-    bad = [order for order in orders if not order > 0.0]
-    if bad:
+def _check_orders(orders: Sequence[float], whirl: Sequence[tuple[str, str]], speed: str, unit: str) -> None:
+    """Raise UsageError for an order that is not positive, orders of a parameter without a unit of speeds, or an entry
+    of `whirl` other than a pair."""
+    if bad := [order for order in orders if not order > 0.0]:
         raise UsageError(Problem("orders", f"an order is {bad[0]:.6g} [E0049]", "positive numbers such as (1, 2)"))
     if orders and unit not in ("", _SPEED):
         fault = f"orders are multiples of a speed in rad/s, and {speed} is in {unit} [E2217]"
         raise UsageError(Problem("orders", fault, "no orders, a speed of rotation, or root_locus over a parameter"))
 
-
-def _check_pairs(whirl: Sequence[tuple[str, str]]) -> None:
-    """Raise UsageError for an entry that is not a pair of deflections."""
-    wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
-    if wrong:
+    if wrong := [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]:
         fault = f"{shown(wrong[0])} is not a pair of deflections [E0050]"
         raise UsageError(Problem("whirl", fault, '[("x", "y")], the second a quarter turn from the first'))

@@ -31,14 +31,12 @@ from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.inputs import Signal
 
-#: Bound of tolerances: multipliers with larger errors have no digit, and differences do not show the error.
-_WIDEST = 0.1
 #: Numbers of intervals of the collocation, doubled until the monodromy matrix is known.
 _FIRST, _LAST = 8, 512
 #: Tolerated change over a period, as a part of the size of the motion.
 _PERIODIC = 1e-8
-#: Limit of the corrections of a start, and corrections after which the change over the period has to be halved.
-_CORRECTIONS, _TRIED = 12, 3
+#: Limit of the corrections of a start.
+_CORRECTIONS = 8
 
 
 @checked_call(**KNOWN_ELSEWHERE, **dict.fromkeys(("T", "t_end", "tend", "duration"), "period"))
@@ -98,7 +96,7 @@ def floquet(
     """
     check_positive("period", period, "floquet(period=2.0), s")
     tolerance = number_of("tolerance", tolerance, "number")
-    if not 0.0 < tolerance < _WIDEST:
+    if not 0.0 < tolerance < 0.1:  # multipliers with larger errors have no digit
         fault = f"the tolerance must lie in 0..0.1, not {tolerance:g} [E0353]"
         raise UsageError(Problem("floquet", fault, "tolerance=1e-6"))
     check_initial(initial)
@@ -111,9 +109,8 @@ def floquet(
         start, corrections = _periodic_start(orbit, initial)
         known = _converge(orbit, start, tolerance, _FIRST)
     begin = row_of(orbit.run(start, _FIRST), 0)
-    return Floquet(
-        orbit.period, known.matrix, known.states, *known.multipliers, begin.q, begin.v, begin.z, corrections, model.name
-    )
+    started: tuple[Any, ...] = (begin.q, begin.v, begin.z, corrections, model.name)
+    return Floquet(orbit.period, known.matrix, known.states, *known.multipliers, *started)
 
 
 class _Monodromy(NamedTuple):
@@ -145,27 +142,19 @@ def _converge(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Monod
             return _Monodromy(fine, count, states, known)
         count *= 2
     fault = f"the monodromy matrix is known to {error:.2g} only, with {PLACES * _LAST} linear models [E2009]"
-    wider = f"tolerance={2.0 * error:.1g}; or " if 2.0 * error < _WIDEST else ""
-    hint = f"{wider}forces without kinks, and a model without fast modes"
+    hint = "a larger tolerance; or forces without kinks, and a model without fast modes"
     raise NumericalError(Problem("floquet", fault, hint))
 
 
 class _Return(NamedTuple):
     """Differences between end and start of a period: changes (2 nv + nz,) of q (left-trivialised, without whole turns),
-    v, z. ``turns`` (nv,) are the angles of whole turns in rad, ``sizes`` (2 nv + nz,) the sizes of the motion by which
-    changes are judged, ``names`` the names of the changes."""
+    v, z. ``turns`` (nv,) are the angles of whole turns in rad; ``part`` is the largest change as a part of the size of
+    the motion, ``words`` names it."""
 
     changes: Array
     turns: Array
-    sizes: Array
-    names: list[str]
-
-    @property
-    def largest(self) -> tuple[float, str]:
-        """The largest change as a part of the size of the motion, and in words."""
-        parts = np.abs(self.changes) / self.sizes
-        k = int(np.argmax(parts))
-        return float(parts[k]), f"{self.names[k]} changes by {self.changes[k]:.3g}"
+    part: float
+    words: str
 
 
 class _Orbit:
@@ -200,8 +189,7 @@ class _Orbit:
 
     def linear(self, run: Solution, state: StateArrays) -> Linearization:
         """Return the linear model about a state of a run. Raises ModelError for sampled states."""
-        if run.model is None:
-            raise RuntimeError("a run of simulate holds its model")
+        assert run.model is not None  # for mypy
         line = about_row(run.model, state)
         if line.sampled is not None:
             fault = "the scene has sampled states, which change at instants [E2012]"
@@ -260,11 +248,13 @@ class _Orbit:
             turns[factor.v] = 2.0 * np.pi * whole
             ends[factor.q] -= turns[factor.v]
             sizes_of_q[factor.v] = np.ptp(run.q[:, factor.q], axis=0) + 1.0
-        changes = [difference(model.factors, run.q[0], ends), run.v[-1] - run.v[0], run.z[-1] - run.z[0]]
+        of_q = difference(model.factors, run.q[0], ends)
+        changes = np.concatenate([of_q, run.v[-1] - run.v[0], run.z[-1] - run.z[0]])
         sizes = [sizes_of_q, *(1.0 + np.abs(part).max(axis=0) for part in (run.v, run.z))]
-        names = [*(f"q.{name.removeprefix('v.')}" for name in model.v_names), *model.v_names]
-        names += [f"z.{name}" for name in model.states]
-        return _Return(np.concatenate(changes), turns, np.concatenate(sizes), names)
+        names = [*(f"q.{name.removeprefix('v.')}" for name in model.v_names), *model.v_names, *model.z_names]
+        parts = np.abs(changes) / np.concatenate(sizes)
+        k = int(np.argmax(parts))
+        return _Return(changes, turns, float(parts[k]), f"{names[k]} changes by {changes[k]:.3g}")
 
 
 def row_of(run: Solution, k: int) -> StateArrays:
@@ -283,22 +273,18 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
         No motion of this period is found, or the equations have another period.
     """
     start, count = initial, _FIRST
-    parts: list[float] = []
     for correction in range(_CORRECTIONS + 1):
         run = orbit.run(start, _FIRST)
         after = orbit.change_over_period(run)
-        part, words = after.largest
-        if part <= _PERIODIC:
+        if after.part <= _PERIODIC:
             _check_equations(orbit, run, after.turns)
             return start, correction
-        parts.append(part)
-        hopeless = len(parts) > _TRIED and part > 0.5 * parts[-1 - _TRIED]
-        if hopeless or correction == _CORRECTIONS or not np.all(np.isfinite(after.changes)):
+        if correction == _CORRECTIONS or not np.all(np.isfinite(after.changes)):
             break
         known = _converge(orbit, start, 1e-4, count)
         count = known.intervals
         start = orbit.correct(run, after.changes, known.matrix)
-    fault = f"the motion is not periodic: in {orbit.period:.9g} s {words} [E2014]"
+    fault = f"the motion is not periodic: in {orbit.period:.9g} s {after.words} [E2014]"
     hint = "the period of the motion and of the equations, and an initial state near the periodic motion"
     spins = [factor.name for factor in orbit.model.factors if np.any(after.turns[factor.v])]
     if spins:
@@ -318,42 +304,34 @@ def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
     rows = [row_of(run, k) for k in (0, round(0.375 * (len(run.t) - 1)))]
     for now in rows:
         q = update(orbit.model.factors, now.q, turns)
-        changed = _change(orbit, run, now, StateArrays(now.t + orbit.period, q, now.v, now.a, now.z))
-        if changed is not None:
-            name, off = changed
-            fault = (
-                f"the equations do not have the period {orbit.period:.9g} s: the {name} at t = {now.t:.6g} s"
-                f" differ by {off:.2g} one period later [E2015]"
-            )
+        if changed := _change(orbit, run, now, now._replace(t=now.t + orbit.period, q=q)):
+            at = f"the {changed} one period after t = {now.t:.6g} s"
+            fault = f"the equations do not have the period {orbit.period:.9g} s: {at} [E2015]"
             raise NumericalError(Problem("floquet", fault, "a common period of the motion and of all laws of time"))
     now, inner = rows
-    if _change(orbit, run, now, StateArrays(inner.t, now.q, now.v, now.a, now.z)) is not None:
+    if _change(orbit, run, now, now._replace(t=inner.t)):
         return
     for later in (0.0137, 0.137, 1.37, 13.7, 137.0):  # s, whole periods of few laws
-        changed = _change(orbit, run, now, StateArrays(now.t + later, now.q, now.v, now.a, now.z))
-        if changed is not None:
-            fault = (
-                f"the equations do not change within {orbit.period:.9g} s, and later they do: the {changed[0]} differ"
-                f" by {changed[1]:.2g} after {later:.6g} s [E2016]"
-            )
-            raise NumericalError(Problem("floquet", fault, "a longer period, in s, of all laws of time"))
+        if changed := _change(orbit, run, now, now._replace(t=now.t + later)):
+            fault = f"the equations do not change within {orbit.period:.9g} s, and the {changed} {later:.6g} s later"
+            raise NumericalError(Problem("floquet", f"{fault} [E2016]", "a longer period, in s, of all laws of time"))
 
 
-def _change(orbit: _Orbit, run: Solution, now: StateArrays, then: StateArrays) -> tuple[str, float] | None:
-    """Return the name of the first quantity that differs between two states, and the relative difference. Compared are
-    accelerations and the matrices A of the linear models about the states `now` and `then` of a run. None without a
+def _change(orbit: _Orbit, run: Solution, now: StateArrays, then: StateArrays) -> str:
+    """Return the first quantity that differs between two states, with the relative difference, in words. Compared are
+    accelerations and the matrices A of the linear models about the states `now` and `then` of a run. Empty without a
     difference, and if a state has no linear model (a table of time ends)."""
     try:
         before, after = orbit.linear(run, now), orbit.linear(run, then)
     except ModelError:
         raise
     except EomgenError:  # a table that ends with the run
-        return None
+        return ""
     for name, first, second in (
         ("accelerations", before.reference.a, after.reference.a),
         ("coefficients", before.state_space().A, after.state_space().A),
     ):
         off = float(np.linalg.norm(second - first) / (1.0 + np.linalg.norm(first)))
         if off > 1e2 * _PERIODIC:
-            return name, off
-    return None
+            return f"{name} differ by {off:.2g}"
+    return ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -47,55 +47,82 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     >>> model.road_excitation().speed
     20.0
     """
-    under = {item.name: item.road for item in model.description.inputs if item.road is not None}
-    if not under and (measured := _measured_profile_inputs(model)):
-        return _over_profile(measured, road, speed)
-    if not under:
-        fault = (
-            "no input of the scene is a random road, nor a measured one: a curve at a speed times t less an"
-            " offset [E0083]"
-        )
-        hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
-        raise UsageError(Problem("road_excitation", fault, hint))
-    classes = {item.road_class for item in under.values()}
-    if road is None and len(classes) > 1:
-        fault = f"the roads of the scene are of the classes {listed(sorted(classes))} [E0084]"
-        raise UsageError(Problem("road_excitation", fault, 'one of them: road=eomgen.spectra.Road("C")'))
-    speed = _one_speed([item.speed for item in under.values()]) if speed is None else speed
-    tracks = {seed: float(k) for k, seed in enumerate(dict.fromkeys(item.seed for item in under.values()))}
+    wheels, rates, classes = _wheels(model)
+    speeds = sorted({wheel.speed for wheel in wheels.values()})
+    if speed is None and len(speeds) > 1:
+        fault = f"the wheels of the scene have the speeds {', '.join(f'{value:.6g}' for value in speeds)} m/s [E0085]"
+        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
+    if road is None:
+        road = _random_road(classes) if classes else _measured_road(wheels.values())
+    tracks = {track: float(k) for k, track in enumerate(dict.fromkeys(wheel.track for wheel in wheels.values()))}
     return RoadExcitation(
-        Road(classes.pop()) if road is None else road,
-        speed,
-        {name: item.offset for name, item in under.items()},
-        {name: tracks[item.seed] for name, item in under.items()},
+        road,
+        speeds[0] if speed is None else speed,
+        {name: wheel.offset for name, wheel in wheels.items()},
+        {name: tracks[wheel.track] for name, wheel in wheels.items()},
         "independent",
+        rates,
     )
 
 
-class _MeasuredProfileInput(NamedTuple):
-    """An input that is a measured profile under a wheel, or the rate of the profile, at the default parameters."""
+def _wheels(model: CompiledModel) -> tuple[dict[str, _Wheel], dict[str, str], set[str]]:
+    """Return the wheels of the scene and the inputs of their rates by input, and the classes of random roads. Raises
+    UsageError without wheels."""
+    under = {item.name: item.road for item in model.description.inputs if item.road is not None}
+    wheels = {name: _Wheel(item.seed, item.speed, item.offset) for name, item in under.items()}
+    measured = {} if under else _measured_profile_inputs(model)
+    rates: dict[str, str] = {}
+    if measured:
+        wheels = {name: wheel for name, (wheel, is_rate) in measured.items() if not is_rate}
+        for rate in (name for name, (_, is_rate) in measured.items() if is_rate):
+            of, _ = measured[rate]
+            rates |= {name: rate for name, item in wheels.items() if item.is_under(of)}
+        if not wheels:
+            fault = f"{listed(measured)} is the rate of a measured road, and no input is its elevation [E0087]"
+            raise UsageError(Problem("road_excitation", fault, "an input of the elevation, too"))
+    if not wheels:
+        fault = "no input of the scene is a road: a random one, or a curve at a speed times t less an offset [E0083]"
+        hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
+        raise UsageError(Problem("road_excitation", fault, hint))
+    return wheels, rates, {item.road_class for item in under.values()}
 
-    curve: Curve
+
+class _Wheel(NamedTuple):
+    """A wheel's way over a road: the track, which is equal for wheels that follow one another, the speed (m/s), the
+    offset (m) after the first wheel, and the profile of a measured road."""
+
+    track: Hashable
     speed: float
     offset: float
-    is_rate: bool
+    curve: Curve | None = None
+
+    def is_under(self, wheel: _Wheel) -> bool:
+        """Return whether another wheel is at the same place of the road."""
+        return self.track == wheel.track and bool(np.isclose(self.offset, wheel.offset))
 
 
-def _measured_profile_inputs(model: CompiledModel) -> dict[str, _MeasuredProfileInput]:
-    """Return by name the inputs whose formula is a measured profile (a curve of points) travelled at a constant
-    speed."""
+def _random_road(classes: set[str]) -> Road:
+    """Return the road of the scene's only class. Raises UsageError for several classes."""
+    if len(classes) > 1:
+        fault = f"the roads of the scene are of the classes {listed(sorted(classes))} [E0084]"
+        raise UsageError(Problem("road_excitation", fault, 'one of them: road=eomgen.spectra.Road("C")'))
+    return Road(classes.pop())
+
+
+def _measured_profile_inputs(model: CompiledModel) -> dict[str, tuple[_Wheel, bool]]:
+    """Return by name the inputs whose formula is a measured profile (a curve of points) travelled at a constant speed,
+    or the rate of one, and whether each is a rate. Offsets count from the first wheel."""
     values = model.description.values({})
-    result = {
-        item.name: _measured_profile_input(item.formula, values)
-        for item in model.description.inputs
-        if item.formula is not None
-    }
-    return {name: passed for name, passed in result.items() if passed is not None}
+    formulas = {item.name: item.formula for item in model.description.inputs if item.formula is not None}
+    every = {name: _measured_profile_input(formula, values) for name, formula in formulas.items()}
+    passed = {name: item for name, item in every.items() if item is not None}
+    ahead = min((wheel.offset for wheel, is_rate in passed.values() if not is_rate), default=0.0)
+    return {name: (wheel._replace(offset=wheel.offset - ahead), is_rate) for name, (wheel, is_rate) in passed.items()}
 
 
-def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> _MeasuredProfileInput | None:
-    """Return curve, speed (m/s) and offset (m) of an input that is a measured profile travelled at constant speed. Also
-    for the rate of such a profile. None for another formula; `values` are the parameters by name."""
+def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> tuple[_Wheel, bool] | None:
+    """Return the wheel of an input that is a measured profile travelled at constant speed, and whether the input is the
+    rate of such a profile. None for another formula; `values` are the parameters by name."""
     at = applications(formula)
     if len(at) != 1 or not isinstance(at[0].curve, Curve):
         return None
@@ -112,60 +139,18 @@ def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> _M
     for order in (0, 1):
         expected = speed**order * curve(speed * t + start, order)
         if np.allclose(distance, expected, rtol=1e-9, atol=1e-12 * float(np.abs(expected).max())):
-            return _MeasuredProfileInput(curve, speed, -start, bool(order))
+            track = np.concatenate([curve.x, curve.y]).tobytes()
+            return _Wheel(track, speed, -start, curve), bool(order)
     return None
 
 
-def _measured_road(curves: Sequence[Curve]) -> MeasuredRoad:
+def _measured_road(wheels: Iterable[_Wheel]) -> MeasuredRoad:
     """Return the measured road of the wheels' common profile; raise UsageError if the wheels run over different
     profiles."""
-    first = curves[0]
-    if not all(_alike(curve, first) for curve in curves):
+    first, *others = wheels
+    if first.curve is None or any(wheel.track != first.track for wheel in others):
         fault = "the wheels of the scene run over different profiles [E0086]"
         hint = "the spectrum of one of them: road=eomgen.spectra.MeasuredRoad.of_profile(distance, elevation)"
         raise UsageError(Problem("road_excitation", fault, hint))
-    x = np.linspace(first.start, first.end, len(first.x))
-    gap = float(np.diff(first.breaks).max())
-    return MeasuredRoad.of_profile(x, first(x), widest=gap, source="measured")
-
-
-def _over_profile(
-    measured: Mapping[str, _MeasuredProfileInput], road: Road | None, speed: float | None
-) -> RoadExcitation:
-    """Return the excitation by a measured road under the wheels among the inputs `measured`. Inputs with the rate of a
-    profile become rates of their wheels. `road` and `speed` (m/s) replace the scene's unless None. Raises UsageError
-    without an input of an elevation, or for different speeds or profiles."""
-    wheels = {name: passed for name, passed in measured.items() if not passed.is_rate}
-    rates = {
-        wheel: name
-        for wheel, under in wheels.items()
-        for name, passed in measured.items()
-        if passed.is_rate and _alike(passed.curve, under.curve) and np.isclose(passed.offset, under.offset)
-    }
-    if not wheels:
-        fault = f"{listed(measured)} is the rate of a measured road, and no input is its elevation [E0087]"
-        raise UsageError(Problem("road_excitation", fault, "an input of the elevation, too"))
-    speed = _one_speed([passed.speed for passed in wheels.values()]) if speed is None else speed
-    road = _measured_road([passed.curve for passed in wheels.values()]) if road is None else road
-    tracks: dict[str, float] = {}
-    known: list[Curve] = []
-    for name, passed in wheels.items():
-        number = next((k for k, curve in enumerate(known) if _alike(curve, passed.curve)), len(known))
-        known += [passed.curve] if number == len(known) else []
-        tracks[name] = float(number)
-    ahead = min(passed.offset for passed in wheels.values())
-    offsets = {name: passed.offset - ahead for name, passed in wheels.items()}
-    return RoadExcitation(road, speed, offsets, tracks, "independent", rates)
-
-
-def _one_speed(of_wheels: Sequence[float]) -> float:
-    """Return the speed of all wheels. Raises UsageError for different ones."""
-    if len(set(of_wheels)) > 1:
-        speeds = ", ".join(f"{value:.6g}" for value in sorted(set(of_wheels)))
-        fault = f"the wheels of the scene have the speeds {speeds} m/s [E0085]"
-        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
-    return of_wheels[0]
-
-
-def _alike(first: Curve, second: Curve) -> bool:
-    return np.array_equal(first.x, second.x) and np.array_equal(first.y, second.y)
+    x = np.linspace(first.curve.start, first.curve.end, len(first.curve.x))
+    return MeasuredRoad.of_profile(x, first.curve(x), source="measured")

@@ -100,10 +100,8 @@ def psd(solution: RecordedSolution, name: str, *, segments: int = 8, start: floa
     spacing = float(np.mean(spacings))
     if np.any(np.abs(spacings - spacing) > WRITTEN * spacing):
         k = int(np.argmax(np.abs(spacings - spacing)))
-        fault = (
-            f"the rows are not evenly spaced: {spacings[k]:.6g} s at t = {t[k]:.6g} s, {spacing:.6g} s on the"
-            f" mean [E1307]"
-        )
+        uneven = f"{spacings[k]:.6g} s at t = {t[k]:.6g} s, {spacing:.6g} s on the mean"
+        fault = f"the rows are not evenly spaced: {uneven} [E1307]"
         raise UsageError(Problem("psd", fault, "a run with a fixed step, without events that record rows of their own"))
     segments = count_of("segments", segments)
     if segments > len(t) // _FEWEST:

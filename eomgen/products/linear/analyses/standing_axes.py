@@ -53,50 +53,54 @@ class StandingAxes:
 
     def __init__(self, model: CompiledModel, speeds: Collection[str], t: float) -> None:
         self.model, self.speeds, self.t = model, frozenset(speeds), t
-        #: Joint and bodies of the first rotor that is not the same all round; empty without one.
-        self.uneven: tuple[str, list[str]] | None = None
+        #: Warning of deflections that turn with the first rotor that is not the same all round; empty without one.
+        self.warning = ""
 
     def transform(self, linear: Linearization, parameters: Mapping[str, float], value: float) -> Linearization:
         """Return the linear model in axes that stand still; the same model if no shaft turns, or if the rotor is not
-        the same all round: then ``uneven`` is set. `parameters` belong to the model, `value` is the value of the
+        the same all round: then ``warning`` is set. `parameters` belong to the model, `value` is the value of the
         varied quantity."""
         model, names = self.model, linear.names
-        if linear.multiblade is not None or linear.sampled is not None or names.components != names.measured:
-            return linear
-        if {"poses", "twists"} - set(model.functions.names) or model.library.layout["facts"]["moving_base"]:
+        if self._has_other_axes(linear):
             return linear
         held = {name for k, name in enumerate(names.measured) if k not in linear.free.coordinates}
-        for hinge in self._spins(held):
+        spins = self.speeds or held  # of a parameter all joints whose coordinates are held
+        turning = (item for item in model.description.drawing.hinges if item.turns and not item.slides)
+        for hinge in (item for item in turning if item.name in spins):
             turn = self._turn(hinge, linear, parameters)
             if turn is None or (value and not turn.speed):
                 continue
-            standing = None if turn.G is None or self.uneven else _in_standing_axes(linear, turn.G, turn.speed, value)
+            standing = None if turn.G is None or self.warning else _in_standing_axes(linear, turn.G, turn.speed, value)
             if standing is not None:
                 linear = standing
-            elif turn.speed:
-                self.uneven = self.uneven or (hinge.name, turn.bodies)
+            elif turn.speed and not self.warning:
+                axes = f"{listed(turn.bodies)}: deflections are in axes that turn with {hinge.name}"
+                orders = "orders are of loads that stand still, such as weight, and unbalance has order 0"
+                hint = f"equal stiffness and inertia across {hinge.name}, or, for unbalance, the border of stability"
+                reason = "the rotor is not the same all round, so frequencies belong to these axes"
+                self.warning = f"campbell: {axes}, and {reason}: {orders}; try: {hint} [W0308]"
         return linear
 
-    def _spins(self, held: Collection[str]) -> list[Hinge]:
-        """Return the joints whose speeds are given, or, for a parameter, all joints whose coordinates are held."""
-        hinges = [hinge for hinge in self.model.description.drawing.hinges if hinge.turns and not hinge.slides]
-        return [hinge for hinge in hinges if hinge.name in (self.speeds or held)]
+    def _has_other_axes(self, linear: Linearization) -> bool:
+        """Return whether a linear model has coordinates, states or functions for which axes cannot be made to stand."""
+        names, functions = linear.names, self.model.functions.names
+        unsuitable = linear.multiblade is not None or linear.sampled is not None or names.components != names.measured
+        moving = self.model.library.layout["facts"]["moving_base"]
+        return bool(unsuitable or {"poses", "twists"} - set(functions) or moving)
 
     def _turn(self, hinge: Hinge, linear: Linearization, parameters: Mapping[str, float]) -> _Turn | None:
         """Return the turn of the coordinates, carried by a spin joint, that move bodies on its axis in two
         directions across it; None without such coordinates, as for blades."""
         model, q, v = self.model, linear.reference.q, linear.reference.v
         measures = SceneMeasures(model, model.evaluator.one_set(parameters), self.t, None)
-        given: dict[str, Any] = {"t": self.t, "parameters": measures.p}
-        poses = {name: (turn[0], place[0]) for name, (turn, place) in measures.poses(q[np.newaxis]).items()}
-        moving = model.evaluate("twists", q, np.eye(model.nv), **given)["twist"]
-        still = model.evaluate("twists", q, np.zeros(model.nv), **given)["twist"]
+        arguments: dict[str, Any] = {"t": self.t, "parameters": measures.p}
+        poses = {name: (turn[0], position[0]) for name, (turn, position) in measures.poses(q[np.newaxis]).items()}
+        moving = model.evaluate("twists", q, np.eye(model.nv), **arguments)["twist"]
+        still = model.evaluate("twists", q, np.zeros(model.nv), **arguments)["twist"]
         by_v = {name: (moving - still)[:, k] for k, name in enumerate(model.bodies)}
-        now = model.evaluate("twists", q, v, **given)["twist"]
+        now = model.evaluate("twists", q, v, **arguments)["twist"]
         omega = {name: rotated(poses[name][0], now[k, :3]) for k, name in enumerate(model.bodies)}
-        carried = _carried_bodies(model, hinge)
-        inner = {item.name for item in model.description.drawing.hinges if item.parent in carried} | carried
-        columns = [k for factor in model.factors if factor.name in inner for k in range(factor.v.start, factor.v.stop)]
+        carried, columns = _carried_bodies(model, hinge)
         axis = rotated(poses[hinge.parent][0], np.array(hinge.axis))
         speed = float(axis @ (omega[hinge.child] - omega.get(hinge.parent, np.zeros(3))))
         center, length = poses[hinge.child][1], measures.length(q)
@@ -105,7 +109,7 @@ class StandingAxes:
         for solid in model.description.drawing.solids:
             turn, origin = poses[solid.name]
             middle = origin + rotated(turn, measures.vector(solid.center_of_mass))
-            off = max(float(np.linalg.norm(np.cross(axis, place - center))) for place in (origin, middle))
+            off = max(float(np.linalg.norm(np.cross(axis, point - center))) for point in (origin, middle))
             if solid.name in carried and measures.number(solid.mass) > 0.0 and off <= SAME * length:
                 bodies.append(solid.name)
                 stations += _stations(model, solid.name, turn, by_v[solid.name])
@@ -122,27 +126,6 @@ class StandingAxes:
         G[np.ix_(columns, columns)] = quarter
         return _Turn(bodies, G, speed)
 
-    def warning(self) -> str:
-        """Return the warning of coordinates that turn with a rotor that is not the same all round; else empty."""
-        if self.uneven is None:
-            return ""
-        spin, bodies = self.uneven
-        return (
-            f"campbell: {listed(bodies)}: deflections are in axes that turn with {spin}, and the rotor is not the same"
-            f" all round, so frequencies belong to these axes: orders are of loads that stand still, such as weight,"
-            f" and unbalance has order 0; try: equal stiffness and inertia along both axes across {spin}, or, for"
-            f" unbalance, speeds at which stability ends [W0308]"
-        )
-
-
-def _carried_bodies(model: CompiledModel, spin: Hinge) -> set[str]:
-    """Return the bodies that a joint carries."""
-    result = {spin.child}
-    for hinge in model.description.drawing.hinges:  # parents before their children
-        if hinge.parent in result:
-            result.add(hinge.child)
-    return result
-
 
 def _quarter_turn(vectors: Array, axis: Array) -> Array | None:
     """Return the matrix G (n, n) by which all vectors D q, (k, 3, n) for n coordinates, turn: a x D = D G. None
@@ -153,6 +136,15 @@ def _quarter_turn(vectors: Array, axis: Array) -> Array | None:
     G = np.asarray(by_size / sizes[:, np.newaxis])
     exact = rank == len(G) and np.abs(D @ G - turned).max() <= SAME * np.abs(D).max()
     return G if exact else None
+
+
+def _carried_bodies(model: CompiledModel, hinge: Hinge) -> tuple[set[str], list[int]]:
+    """Return the bodies that a joint carries, and the components of v of their joints and bends."""
+    carried = {hinge.child}
+    for item in model.description.drawing.hinges:  # parents before their children
+        carried |= {item.child} if item.parent in carried else set()
+    inner = {item.name for item in model.description.drawing.hinges if item.parent in carried} | carried
+    return carried, [k for of in model.factors if of.name in inner for k in range(of.v.start, of.v.stop)]
 
 
 def _stations(model: CompiledModel, body: str, turn: Array, twists: Array) -> list[Array]:

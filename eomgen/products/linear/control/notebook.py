@@ -54,8 +54,8 @@ def eigenvalues_html(title: str, space: StateSpace) -> str:
     return page(f"{title}, {space.stability}", table((f"eigenvalue, {unit}",), rows))
 
 
-#: Ends of a figure, and the least distance of two frequencies that are written along a loop.
-_REACH, _APART = 2.6, 0.8
+#: Ends of a figure.
+_REACH = 2.6
 
 
 def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[Any]:
@@ -95,7 +95,7 @@ def _annotate_direction(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> 
     is within the frame."""
     places: list[complex] = []
     for frequency, point in zip(item.frequencies[inside], item.loop[inside].tolist(), strict=True):
-        if len(places) < 4 and all(abs(point - earlier) > _APART for earlier in places):
+        if len(places) < 4 and all(abs(point - earlier) > 0.3 * _REACH for earlier in places):
             places.append(point)
             axis.plot([point.real], [point.imag], "o", color="#0B62C4", markersize=3.5)
             look = {"fontsize": 7, "color": "#0B62C4", "textcoords": "offset points"}

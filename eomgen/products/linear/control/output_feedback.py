@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.arrays import Array, Complex
+from eomgen.base.arrays import Complex
 from eomgen.base.calls import checked_calls, with_article
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page, paragraph
@@ -91,12 +91,8 @@ class OutputFeedback:
         else:
             kept = np.eye(len(closed)) - L @ C
             A, B, through, direct = closed @ kept, closed @ L, -K @ kept, -K @ L
-        of = {
-            "states": labels(space, "states"),
-            "inputs": self._measured_labels,
-            "disturbances": (),
-            "outputs": labels(space, "inputs"),
-        }
+        of = {"states": labels(space, "states"), "inputs": self._measured_labels, "disturbances": ()}
+        of |= {"outputs": labels(space, "inputs")}
         estimates = tuple(f"estimate.{name}" for name in space.states)
         matrices = (A, B, np.zeros((len(A), 0)), through, direct, np.zeros((len(K), 0)))
         names = (estimates, self.observer.measured, (), space.inputs)
@@ -108,7 +104,8 @@ class OutputFeedback:
         among the outputs; the noise of measurements, ``noise.NAME``, is among the disturbances."""
         space, C, D = self.space, self.observer.C, self.observer.D
         n, m, ny, nw = len(space.states), len(space.inputs), len(self.observer.measured), len(space.disturbances)
-        noise = np.hstack([self._white_noise, np.eye(ny)])
+        known, every = (*space.outputs, *space.states), np.vstack([space.F, np.zeros_like(space.E)])
+        noise = np.hstack([every[[known.index(name) for name in self.observer.measured]], np.eye(ny)])
         # from [state, estimate, inputs, disturbances and noise]: to inputs, to measurements; no D if `direct` is
         matrix = np.hstack([self.controller.D @ C, self.controller.C, np.eye(m), self.controller.D @ noise])
         measured = np.hstack([C, np.zeros((ny, n + m)), noise]) + D @ matrix
@@ -126,14 +123,12 @@ class OutputFeedback:
             "disturbances": [(unit, 0.0) for unit, _ in self._measured_labels],
             "outputs": labels(space, "inputs", fed_back),
         }
+        columns = (of_state, of_inputs, of_noise)
+        matrices: dict[str, Any] = {name: rates[:, part] for name, part in zip("ABE", columns, strict=True)}
+        matrices |= {name: outputs[:, part] for name, part in zip("CDF", columns, strict=True)}
         return replace(
             space,
-            A=rates[:, of_state],
-            B=rates[:, of_inputs],
-            E=rates[:, of_noise],
-            C=outputs[:, of_state],
-            D=outputs[:, of_inputs],
-            F=outputs[:, of_noise],
+            **matrices,
             states=(*space.states, *self.controller.states),
             disturbances=(*space.disturbances, *(f"noise.{name}" for name in self.observer.measured)),
             outputs=(*space.outputs, *fed_back),
@@ -145,13 +140,6 @@ class OutputFeedback:
         """Unit and reference of each measured signal."""
         of = [("outputs" if name in self.space.outputs else "states", name) for name in self.observer.measured]
         return [label for kind, name in of for label in labels(self.space, kind, [name])]
-
-    @property
-    def _white_noise(self) -> Array:
-        """(number of measured, nw) disturbance matrix of the measurements."""
-        space = self.space
-        known, every = (*space.outputs, *space.states), np.vstack([space.F, np.zeros_like(space.E)])
-        return np.asarray(every[[known.index(name) for name in self.observer.measured]])
 
     @cached_property
     def margins(self) -> dict[str, Margins]:

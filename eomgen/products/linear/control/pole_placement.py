@@ -48,7 +48,7 @@ def check_poles(wanted: Complex, size: int, inputs: int) -> None:
 def pole_gains(A: Array, B: Array, poles: Array | Complex) -> Array:
     """Return G (m, n) with the eigenvalues ``poles`` (n,) of A - B G, in scaled units, by SciPy. Raises NumericalError
     if SciPy cannot place the poles."""
-    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
+    from scipy.signal import place_poles  # noqa: PLC0415  # slow to import
 
     try:
         with warnings.catch_warnings():

@@ -237,8 +237,12 @@ def lqr(
     controlled, weights = quadratic_cost(space, Q, R, N, names_of("inputs", "inputs", inputs, "force"))
     if sample is None:
         only_with_sample(delay)
-        regulate = _continuous if space.sample is None else _sampled_regulator
-        return regulate(controlled, weights)
+        if space.sample is not None:
+            return _sampled_regulator(controlled, weights)
+        whitening(weights.effort)  # which has to be positive
+        dynamics = Dynamics(controlled.A, controlled.states)
+        check_stabilisable(dynamics, controlled.B)
+        return Regulator(controlled, *optimal_gains(weights, controlled.B, dynamics, check_weighted))
     joined = np.block([[weights.state, weights.cross], [weights.cross.T, weights.effort]])
     held, spent = sampled_with_cost(controlled, sample, delay, joined)
     ns = len(held.states)
@@ -374,13 +378,6 @@ def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) 
     P = solution(a, b, cost)
     gains = half @ (b.T @ P + cross.T) / T
     return gains, P / np.outer(T, T) / rate
-
-
-def _continuous(space: StateSpace, weights: Weights) -> Regulator:
-    dynamics = Dynamics(space.A, space.states)
-    whitening(weights.effort)
-    check_stabilisable(dynamics, space.B)
-    return Regulator(space, *optimal_gains(weights, space.B, dynamics, check_weighted))
 
 
 @solvable()

@@ -23,10 +23,6 @@ from eomgen.base.rounding import SUMMED
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.linear.eigenvalues import balance
 
-#: Relative residual above which a solution is refused.
-TOLERANCE = 1e-10
-_NEWTON_STEPS = 8
-
 
 @contextmanager
 def solvable() -> Iterator[None]:
@@ -156,7 +152,7 @@ def _refine(
         A residual above 1e-10, or a closed loop that does not decay.
     """
     gain, residual = gain_of(P)
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(8):
         closed = A - B @ gain
         if growth(np.linalg.eigvals(closed).astype(complex)) >= 0.0:
             break
@@ -166,11 +162,8 @@ def _refine(
         if not reached < 0.5 * residual:
             break
         P, gain, residual = better, newer, reached
-    if not residual <= TOLERANCE or growth(np.linalg.eigvals(A - B @ gain).astype(complex)) >= 0.0:
-        fault = (
-            f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is"
-            f" needed [E0411]"
-        )
+    if not residual <= 1e-10 or growth(np.linalg.eigvals(A - B @ gain).astype(complex)) >= 0.0:
+        fault = f"the Riccati equation is solved to a relative residual of {residual:.1e} only [E0411]"
         raise NumericalError(fault, "weights that differ less in size, or another sample")
     return P, gain
 

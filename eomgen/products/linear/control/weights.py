@@ -179,9 +179,8 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
         return space.C[k], space.D[k]
     if name in space.states:
         return np.eye(len(space.states))[space.states.index(name)], np.zeros(len(space.inputs))
-    raise UsageError(
-        Problem("weights", f"there is no output or state {shown(name)} [E0433]", nearest(str(name), known))
-    )
+    fault = f"there is no output or state {shown(name)} [E0433]"
+    raise UsageError(Problem("weights", fault, nearest(str(name), known)))
 
 
 def number(matrix: str, name: str, value: object) -> float:

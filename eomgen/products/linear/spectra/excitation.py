@@ -78,9 +78,7 @@ def check_excitation(where: str, given: object) -> None:
     """
     if not hasattr(given, "cross_spectra"):
         letter = isinstance(given, str) and len(given) == 1
-        fault = (
-            f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__} [E0461]"
-        )
+        fault = f"an excitation is needed, not {shown(given) if letter else type(given).__name__} [E0461]"
         road = f'RoadExcitation(Road("{given if letter else "C"}"), speed=20.0, wheels={{"road": 0.0}})'
         raise UsageError(Problem(where, fault, f"{road} of eomgen.spectra, with the names of your inputs"))
 
@@ -220,9 +218,7 @@ class RoadExcitation:
         """
         check_positive("RoadExcitation: speed", self.speed, "speed=20.0, m/s")
         if not self.wheels:
-            raise UsageError(
-                Problem("RoadExcitation", "there are no wheels [E0471]", 'wheels={"front": 0.0, "rear": 2.7}')
-            )
+            raise UsageError(Problem("RoadExcitation", "there are no wheels [E0471]", 'wheels={"front": 0.0}'))
         for signs, name in ((self.wheels, "wheels"), (self.tracks, "tracks")):
             for wheel, value in signs.items():
                 number_of(f"RoadExcitation: {name}: {wheel}", value, "distance in m")
@@ -235,8 +231,8 @@ class RoadExcitation:
         if not known:
             fault = f"{ascii(self.coherence)[:32]} is not a coherence between tracks [E0466]"
             raise UsageError(Problem("RoadExcitation", fault, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
-        one = not math.isnan(self.road.exponent) and self.road.long_exponent is None
-        if self.coherence == "isotropic" and not one and len(set(self._places)) > 1:
+        has_one_exponent = not math.isnan(self.road.exponent) and self.road.long_exponent is None
+        if self.coherence == "isotropic" and not has_one_exponent and len(set(self._places)) > 1:
             fault = "an isotropic road between tracks has one exponent, and a measured one none [E0467]"
             raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
 

@@ -138,7 +138,10 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     >>> round(float(np.max(shaken[2000:])), 2)         # people feel 5 Hz in full
     1.04
     """
-    poles, residues = _partial_fractions(_weighting(name))
+    above, below = _polynomials(_weighting(name))
+    corners: Complex = np.roots(below).astype(complex)
+    poles = 2.0 * np.pi * corners
+    residues = 2.0 * np.pi * np.polyval(above, corners) / np.polyval(np.polyder(below), corners)
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  # slow to import
 
     steps = np.diff(t)
@@ -171,13 +174,6 @@ def _polynomials(item: WeightingFilter) -> tuple[Array, Array]:
         above = np.polymul(above, (f5 / f6) ** 2 * second_order(f5, Q5))
         below = np.polymul(below, second_order(f6, Q6))
     return np.asarray(above), np.asarray(below)
-
-
-def _partial_fractions(item: WeightingFilter) -> tuple[Complex, Complex]:
-    """Return poles (n,) and residues (n,) in 1/s of a weighting filter's response, a sum of residue / (s - pole)."""
-    above, below = _polynomials(item)
-    poles: Complex = np.roots(below).astype(complex)
-    return 2.0 * np.pi * poles, 2.0 * np.pi * np.polyval(above, poles) / np.polyval(np.polyder(below), poles)
 
 
 @checked_calls()
@@ -297,9 +293,7 @@ class PowerSpectrum:
         """
         low, high = numbers("low, high", [low, high])
         if not low <= high:
-            raise UsageError(
-                Problem("rms", f"the band from {low:.6g} to {high:.6g} Hz is reversed [E2243]", "low <= high")
-            )
+            raise UsageError(Problem("rms", f"{low:.6g} to {high:.6g} Hz is reversed [E2243]", "low <= high"))
         ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
         inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])
         f = np.concatenate([ends[:1], self.frequencies[inside], ends[1:]])

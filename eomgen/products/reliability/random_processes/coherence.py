@@ -16,10 +16,10 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.random_inputs import FREQUENCY_RANGE
 from eomgen.base.rounding import SUMMED
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import Band, Covariance, DensityTable, RoadProfile
+from eomgen.products.reliability.random_processes.covariance import Covariance
+from eomgen.products.reliability.random_processes.karhunen_loeve import PANEL
 from eomgen.solvers.quadrature import gauss_legendre
 
 
@@ -45,10 +45,8 @@ def nearest_correlation(matrix: Array) -> Array:
     return np.asarray((here + share * np.eye(len(here))) / (1.0 + share))
 
 
-#: Nodes of a panel of frequencies; largest number of nodes.
-_NODES, _MOST_NODES = 16, 40_000
-#: Number of points of the spline over lags for the shortest wave, and beyond both ends.
-_POINTS = 12
+#: Frequencies of a quadrature at most.
+_MOST_NODES = 40_000
 
 
 class Coherence(Protocol):
@@ -119,8 +117,9 @@ class CrossCovariance:
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  # slow to import; most processes have none
 
         frequencies, shares = self._rule
-        apart = 1.0 / (_POINTS * frequencies[-1])
-        lags = apart * np.arange(-_POINTS, math.ceil(self.window / apart) + _POINTS + 1)
+        points = 12  # for the shortest wave, and beyond both ends
+        apart = 1.0 / (points * frequencies[-1])
+        lags = apart * np.arange(-points, math.ceil(self.window / apart) + points + 1)
         values = np.empty(lags.size)
         for begin in range(0, lags.size, 1024):
             waves = np.multiply.outer(2.0 * math.pi * lags[begin : begin + 1024], frequencies)
@@ -136,7 +135,7 @@ class CrossCovariance:
         """Frequencies (n,) of the quadrature in cycles, and its weights times c G, (n,). Panels are halved until the
         integral converges; raises UsageError if more than 40000 frequencies are needed."""
         variance = float(self.covariance.at(np.zeros(1))[0])
-        edges = sorted({edge for edge in (*_edges(self.covariance), *self.coherence.edges) if edge > 0.0})
+        edges = sorted({edge for edge in (*getattr(self.covariance, "edges", ()), *self.coherence.edges) if edge > 0.0})
         borders = np.array([0.0, *(edges or [self._last(variance)])])
         lags, waves = np.linspace(0.0, self.window, 33), 4.0
         before = np.full(len(lags), np.inf)
@@ -160,29 +159,17 @@ class CrossCovariance:
         return last
 
 
-def _edges(covariance: Covariance) -> Sequence[float]:
-    """Return rising frequencies that bound the smooth pieces of a spectrum that is 0 outside: of a band, a road or a
-    table; empty for other spectra."""
-    if isinstance(covariance, Band):
-        return covariance.low, covariance.high
-    if isinstance(covariance, RoadProfile):
-        return FREQUENCY_RANGE
-    if isinstance(covariance, DensityTable):
-        return [float(f) for f in covariance.frequencies]
-    return ()
-
-
 def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
     """Return nodes and weights (n,) of Gauss's rule in panels between rising borders, no panel wider than ``widest``.
     Raises UsageError if more than the allowed nodes are needed."""
     counts = [max(1, math.ceil((end - start) / widest)) for start, end in pairwise(borders)]
-    if sum(counts) * _NODES > _MOST_NODES:
+    if sum(counts) * PANEL > _MOST_NODES:
         fault = f"the cross spectrum up to {borders[-1]:.3g} cycles needs more than {_MOST_NODES} frequencies [E0964]"
         raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
     parts = [
         np.linspace(start, end, count + 1) for start, end, count in zip(borders[:-1], borders[1:], counts, strict=True)
     ]
-    nodes, weights = gauss_legendre(np.concatenate([*(part[:-1] for part in parts), borders[-1:]]), _NODES)
+    nodes, weights = gauss_legendre(np.concatenate([*(part[:-1] for part in parts), borders[-1:]]), PANEL)
     return nodes.ravel(), weights.ravel()
 
 

@@ -12,7 +12,6 @@ correlation r is sum over k from 1 on of c_k^2 k! r^k: smaller in size than r sa
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Protocol
 
@@ -79,110 +78,47 @@ class SquaredExponential:
 
 
 @dataclass(frozen=True)
-class Exponential:
-    """R = s^2 exp(-abs(tau) / l), s ``standard_deviation``, l ``scale``: white noise through a filter of first order,
-    the Ornstein-Uhlenbeck process."""
-
-    standard_deviation: float
-    scale: float
-    smooth = False
-
-    def at(self, lag: Array) -> Array:
-        return np.asarray(self.standard_deviation**2 * np.exp(-np.abs(lag) / self.scale))
-
-    def density(self, frequency: Array) -> Array:
-        size = 4.0 * self.scale * self.standard_deviation**2
-        return np.asarray(size / (1.0 + (2.0 * math.pi * self.scale * frequency) ** 2))
-
-
-@dataclass(frozen=True)
 class DampedCosine:
-    """R = s^2 exp(-d abs(tau)) cos(w tau), d ``decay`` per unit of the lag, w ``frequency`` in rad per unit of the
-    lag."""
+    """R = s^2 exp(-d abs(tau)) (cos w tau + c sin w abs(tau)), d ``decay``, w ``frequency`` in rad, both per
+    unit of the lag, c ``sine``: with c above 0 white noise through a filter of second order."""
 
     standard_deviation: float
     decay: float
     frequency: float
+    sine: float = 0.0
     smooth = False
-
-    def at(self, lag: Array) -> Array:
-        damped = self.standard_deviation**2 * np.exp(-self.decay * np.abs(lag))
-        return np.asarray(damped * np.cos(self.frequency * lag))
-
-    def density(self, frequency: Array) -> Array:
-        w, d = 2.0 * math.pi * frequency, self.decay
-        peaks = sum(d / (d**2 + (w + sign * self.frequency) ** 2) for sign in (-1.0, 1.0))
-        return np.asarray(2.0 * self.standard_deviation**2 * peaks)
-
-
-@dataclass(frozen=True)
-class _Filter(ABC):
-    """White noise through a filter of second order of natural frequency w0 (rad per unit of the lag), damping ratio z:
-    R = s^2 exp(-z w0 abs(tau)) (cos w tau + c sin w abs(tau)), w = w0 sqrt(1 - z^2)."""
-
-    standard_deviation: float
-    frequency: float
-    damping: float
-    smooth = False
-
-    @property
-    @abstractmethod
-    def sine_coefficient(self) -> float:
-        """Coefficient c of the sine in R."""
 
     def at(self, lag: Array) -> Array:
         lag = np.abs(lag)
-        phase = self.frequency * math.sqrt(1.0 - self.damping**2) * lag
-        damped = self.standard_deviation**2 * np.exp(-self.damping * self.frequency * lag)
-        return np.asarray(damped * (np.cos(phase) + self.sine_coefficient * np.sin(phase)))
-
-
-@dataclass(frozen=True)
-class Oscillator(_Filter):
-    """The deflection of an oscillator under white noise: c = z / sqrt(1 - z^2), and samples have a rate."""
-
-    @property
-    def sine_coefficient(self) -> float:
-        return self.damping / math.sqrt(1.0 - self.damping**2)
+        phase, damped = self.frequency * lag, self.standard_deviation**2 * np.exp(-self.decay * lag)
+        return np.asarray(damped * (np.cos(phase) + self.sine * np.sin(phase)))
 
     def density(self, frequency: Array) -> Array:
-        ratio = (2.0 * math.pi * frequency / self.frequency) ** 2
-        size = 8.0 * self.damping / self.frequency * self.standard_deviation**2
-        return np.asarray(size / ((1.0 - ratio) ** 2 + 4.0 * self.damping**2 * ratio))
+        square, d = (2.0 * math.pi * frequency) ** 2, self.decay
+        natural, turned = d**2 + self.frequency**2, self.sine * self.frequency
+        size = 4.0 * self.standard_deviation**2 * ((d + turned) * natural + (d - turned) * square)
+        return np.asarray(size / ((natural - square) ** 2 + 4.0 * d**2 * square))
 
 
-@dataclass(frozen=True)
-class KanaiTajimi(_Filter):
-    """The acceleration of soil over shaken rock (Kanai 1957, Tajimi 1960): G ~ (1 + 4 z^2 r^2) / ((1 - r^2)^2 + 4 z^2
-    r^2) with r = w / w0; c = z (1 - 4 z^2) / ((1 + 4 z^2) sqrt(1 - z^2))."""
-
-    @property
-    def sine_coefficient(self) -> float:
-        square = 4.0 * self.damping**2
-        return self.damping * (1.0 - square) / ((1.0 + square) * math.sqrt(1.0 - self.damping**2))
-
-    def density(self, frequency: Array) -> Array:
-        ratio, square = (2.0 * math.pi * frequency / self.frequency) ** 2, 4.0 * self.damping**2
-        size = 8.0 * self.damping / (self.frequency * (1.0 + square)) * self.standard_deviation**2
-        return np.asarray(size * (1.0 + square * ratio) / ((1.0 - ratio) ** 2 + square * ratio))
+def exponential(standard_deviation: float, scale: float) -> DampedCosine:
+    """Return R = s^2 exp(-abs(tau) / l), s the standard deviation, l the scale: white noise through a filter of first
+    order, the Ornstein-Uhlenbeck process."""
+    return DampedCosine(standard_deviation, 1.0 / scale, 0.0)
 
 
-@dataclass(frozen=True)
-class Band:
-    """White noise between two frequencies, cycles per unit of the lag."""
+def oscillator(standard_deviation: float, frequency: float, damping: float) -> DampedCosine:
+    """Return the covariance of the deflection of an oscillator under white noise, whose samples have a rate: natural
+    frequency in rad per unit of the lag, damping ratio."""
+    root = math.sqrt(1.0 - damping**2)
+    return DampedCosine(standard_deviation, damping * frequency, frequency * root, damping / root)
 
-    standard_deviation: float
-    low: float
-    high: float
-    smooth = True
 
-    def at(self, lag: Array) -> Array:
-        middle, width = 0.5 * (self.low + self.high), self.high - self.low
-        return np.asarray(self.standard_deviation**2 * np.cos(2.0 * math.pi * middle * lag) * np.sinc(width * lag))
-
-    def density(self, frequency: Array) -> Array:
-        inside = (frequency >= self.low) & (frequency <= self.high)
-        return np.where(inside, self.standard_deviation**2 / (self.high - self.low), 0.0)
+def kanai_tajimi(standard_deviation: float, frequency: float, damping: float) -> DampedCosine:
+    """Return the covariance of the acceleration of soil over shaken rock (Kanai 1957, Tajimi 1960), with frequency w0
+    and damping ratio z: G ~ (1 + 4 z^2 r^2) / ((1 - r^2)^2 + 4 z^2 r^2) with r = w / w0."""
+    root, square = math.sqrt(1.0 - damping**2), 4.0 * damping**2
+    sine = damping * (1.0 - square) / ((1.0 + square) * root)
+    return DampedCosine(standard_deviation, damping * frequency, frequency * root, sine)
 
 
 @dataclass(frozen=True)
@@ -191,7 +127,7 @@ class RoadProfile:
     (n / n0)^-2."""
 
     road_class: str
-    smooth = True
+    smooth, edges = True, FREQUENCY_RANGE
 
     def at(self, lag: Array) -> Array:
         from scipy.special import sici  # noqa: PLC0415 - most processes need none
@@ -240,6 +176,11 @@ class DensityTable:
     densities: Array
     smooth = True
 
+    @property
+    def edges(self) -> list[float]:
+        """Rising frequencies that bound the smooth pieces of the spectrum, which is 0 outside."""
+        return [float(f) for f in self.frequencies]
+
     def at(self, lag: Array) -> Array:
         """Return the exact integral of each linear piece."""
         f, G = self.frequencies, self.densities
@@ -258,14 +199,17 @@ class DensityTable:
         return np.interp(frequency, self.frequencies, self.densities, left=0.0, right=0.0)
 
 
-#: Range of a map by quantiles, in standard deviations, and number of points.
-BEYOND, MAP_POINTS = 12.0, 401
-#: Number of Hermite polynomials, and nodes of the quadrature for the projection.
-_DEGREES, _NODES = 40, 160
+def band(standard_deviation: float, low: float, high: float) -> DensityTable:
+    """Return the covariance of white noise between two frequencies, in cycles per unit of the lag."""
+    return DensityTable(np.array([low, high]), np.full(2, standard_deviation**2 / (high - low)))
 
 
-def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
-    """Return arguments (n,) and values (n,) of the monotone map of a standard normal variable to a variable with given
+#: Points of a map from a standard normal variable, which is straight beyond.
+MAPPED: Array = np.linspace(-12.0, 12.0, 401)
+
+
+def quantile_map(shares: Array, values: Array) -> Array:
+    """Return the values at ``MAPPED`` of the monotone map of a standard normal variable to a variable with given
     quantiles: piecewise cubic between the points, straight beyond the first and the last.
 
     The quantiles are rising `values` (m,) of the rising probabilities `shares` (m,).
@@ -279,12 +223,11 @@ def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
     from scipy.interpolate import PchipInterpolator  # noqa: PLC0415
 
     normal = np.array([NormalDist().inv_cdf(float(share)) for share in shares])
-    x = np.linspace(-BEYOND, BEYOND, MAP_POINTS)
     spline = PchipInterpolator(normal, values)
     slopes = spline(normal[[0, -1]], 1)
-    y = spline(np.clip(x, normal[0], normal[-1]))
-    y += slopes[0] * np.minimum(x - normal[0], 0.0) + slopes[1] * np.maximum(x - normal[-1], 0.0)
-    return x, y
+    y = spline(np.clip(MAPPED, normal[0], normal[-1]))
+    y += slopes[0] * np.minimum(MAPPED - normal[0], 0.0) + slopes[1] * np.maximum(MAPPED - normal[-1], 0.0)
+    return y
 
 
 def translated_correlation(map_of: Callable[[Array], Array], correlation: Array) -> Array:
@@ -296,11 +239,11 @@ def translated_correlation(map_of: Callable[[Array], Array], correlation: Array)
     ----------
     Grigoriu: Applied Non-Gaussian Processes (1995), 3.1.
     """
-    nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(160)
     values = map_of(nodes) * weights / math.sqrt(2.0 * math.pi)
-    # orthonormal Hermite polynomials by recurrence: He_k / sqrt(k!) He_k / sqrt(k!)
-    before, here, shares = np.zeros(_NODES), np.ones(_NODES), []
-    for k in range(1, _DEGREES + 1):
+    # forty orthonormal Hermite polynomials by recurrence: He_k / sqrt(k!)
+    before, here, shares = np.zeros_like(nodes), np.ones_like(nodes), []
+    for k in range(1, 41):
         before, here = here, (nodes * here - math.sqrt(k - 1.0) * before) / math.sqrt(k)
         shares.append(float(values @ here) ** 2)
     total = sum(shares)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -22,22 +23,14 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.rounding import WRITTEN
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import Constant, Covariance, Exponential
+from eomgen.products.reliability.random_processes.covariance import Constant, Covariance, DampedCosine
 from eomgen.solvers.quadrature import gauss_legendre
 
 #: Most modes: each is a table, and a variable. Loading time grows with the cube of the number of modes (9 s of
 #: processor time for 659); a step grows in proportion.
 MOST_MODES = 1024
-#: Nodes of a panel.
-_NODES = 16
-#: Most nodes of the window.
-_MOST_NODES = 4096
-#: Change of an eigenvalue by doubled panels, relative to the largest, at which the eigenvalue counts as converged.
-_CONVERGED = 1e-10
-#: The same of several processes together, whose tables of modes are not closer.
-_CONVERGED_JOINTLY = 1e-7
-#: The same after which a window at the largest number of nodes is refused.
-_DOUBTFUL = 1e-5
+#: Nodes of a panel of Gauss's rule, and of a window at most.
+PANEL, _MOST_NODES = 16, 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +94,7 @@ def expand(
     if isinstance(covariance, Constant):
         variance = np.array([covariance.standard_deviation**2 * duration])
         return Expansion(duration, variance, float(variance[0]), lambda times: np.full((1, len(times)), duration**-0.5))
-    if isinstance(covariance, Exponential):
+    if isinstance(covariance, DampedCosine) and not covariance.frequency:
         return _chosen(_closed_form(covariance, duration), share, modes)
     return expand_jointly([[covariance]], duration, share=share, modes=modes, repair=repair)[0]
 
@@ -117,8 +110,9 @@ def expand_jointly(
     """Return one expansion for each process, given their matrix of covariances and cross covariances.
 
     All processes have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all
-    processes together, so eigenvalues, total and share belong to the whole group. Panels are doubled until the
-    eigenvalues have converged.
+    processes together, so eigenvalues, total and share belong to the whole group. Panels are doubled until no
+    eigenvalue changes by more than 1e-10 of the largest, or by 1e-7 for several processes, whose tables of modes are
+    not closer.
 
     Parameters
     ----------
@@ -141,13 +135,12 @@ def expand_jointly(
         if count == 1:
             return [replace(expansion, function=lambda t: function(t)[:, 0])]
         edges = np.linspace(0.0, duration, panels + 1)
-        nodes, weights = gauss_legendre(edges, _NODES + 1)  # none of these is one of the modes' nodes
+        nodes, weights = gauss_legendre(edges, PANEL + 1)  # none of these is one of the modes' nodes
         shares = function(nodes.ravel()) ** 2 @ weights.ravel()
-
-        def component(column: int) -> Expansion:
-            return replace(expansion, function=lambda t: function(t)[:, column], shares=shares[:, column])
-
-        return [component(column) for column in range(count)]
+        return [
+            replace(expansion, function=partial(_rows_of, function, column), shares=shares[:, column])
+            for column in range(count)
+        ]
 
     while True:
         known, refused = np.zeros(0), None
@@ -162,23 +155,20 @@ def expand_jointly(
         change = math.inf
         if 0 < len(known) <= len(before):
             change = float(np.max(np.abs(known - before[: len(known)]))) / known[0]
-        if refused is None and change <= (_CONVERGED if count == 1 else _CONVERGED_JOINTLY):
+        if refused is None and change <= (1e-10 if count == 1 else 1e-7):
             return split_processes(expansion)
-        if 2 * panels * _NODES * count > _MOST_NODES:
-            if refused is not None and (change <= _DOUBTFUL or not len(known)):
+        if 2 * panels * PANEL * count > _MOST_NODES:
+            if change > 1e-5 and len(known):
+                fault = f"the window is too long for {_MOST_NODES} nodes: its modes are not found [E0968]"
+                raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
+            if refused is not None:
                 raise refused
-            if change <= _DOUBTFUL:
-                return split_processes(expansion)
-            fault = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes [E0968]"
-            raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
+            return split_processes(expansion)
         panels, before = 2 * panels, resolved
 
 
-def _too_many(share: float, modes: int, has: float) -> Problem:
-    fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g} [E0969]"
-    least = math.floor(has * 1e4) / 1e4
-    hint = f"share = {least:g}, or a shorter window" if least >= 0.05 else "a shorter window, a longer correlation"
-    return Problem("", fault, hint)
+def _rows_of(function: Callable[[Array], Array], column: int, times: Array) -> Array:
+    return function(times)[:, column]
 
 
 def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Expansion:
@@ -194,7 +184,11 @@ def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Exp
         count = int(reached[0]) + 1 if len(reached) else math.inf
         if count > MOST_MODES:
             most = min(MOST_MODES, len(expansion.eigenvalues))
-            raise UsageError(_too_many(share, most, float(expansion.variance_shares[most - 1])))
+            has = float(expansion.variance_shares[most - 1])
+            fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {most} have {has:.4g}"
+            least = math.floor(has * 1e4) / 1e4
+            hint = f"share = {least:g}, or" if least >= 0.05 else "a longer correlation, or"
+            raise UsageError(Problem("", f"{fault} [E0969]", f"{hint} a shorter window"))
         modes = int(count)
     if modes > MOST_MODES:
         raise UsageError(
@@ -213,10 +207,10 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
     of the expansion has a row for each process, (n, processes, m). Notable negative eigenvalues raise UsageError unless
     ``repair`` is true; then the positive ones alone are kept, and ``repaired`` is set."""
     width, count = duration / panels, len(covariances)
-    nodes, own_weights = (rule[0] for rule in gauss_legendre(np.array([0.0, width]), _NODES))
+    nodes, own_weights = (rule[0] for rule in gauss_legendre(np.array([0.0, width]), PANEL))
     starts = width * np.arange(panels)
     root = np.sqrt(np.tile(own_weights, panels))
-    half = panels * _NODES // 2
+    half = panels * PANEL // 2
     near, far = (np.empty((count, half, count, half)) for _ in range(2))
     for i, row in enumerate(covariances):
         for j, covariance in enumerate(row[: i + 1]):
@@ -254,7 +248,7 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
         result = np.empty((kept, count, len(at)))
         for index in np.unique(panel):
             here = panel == index
-            places = slice(index * _NODES, (index + 1) * _NODES)
+            places = slice(index * PANEL, (index + 1) * PANEL)
             result[:, :, here] = (_lagrange(nodes, at[here] - starts[index]) @ shape[:, places]).transpose(2, 0, 1)
         return result
 
@@ -283,7 +277,7 @@ def _across_the_kink(covariance: Covariance, width: float, nodes: Array) -> Arra
     rows = []
     for time in nodes:
         row = np.zeros(len(nodes))
-        for s, weight in zip(*gauss_legendre(np.array([0.0, time, width]), 2 * _NODES), strict=True):
+        for s, weight in zip(*gauss_legendre(np.array([0.0, time, width]), 2 * PANEL), strict=True):
             row += (weight * covariance.at(time - s)) @ _lagrange(nodes, s)
         rows.append(row)
     return np.array(rows)
@@ -305,10 +299,10 @@ def _lagrange(nodes: Array, at: Array) -> Array:
     return np.asarray(result)
 
 
-def _closed_form(covariance: Exponential, duration: float) -> Expansion:
+def _closed_form(covariance: DampedCosine, duration: float) -> Expansion:
     """Return the first ``MOST_MODES`` modes of the exponential covariance: cosines and sines about the middle of the
     window, all with a positive value at its start."""
-    half, rate = 0.5 * duration, 1.0 / covariance.scale
+    half, rate = 0.5 * duration, covariance.decay
     k = np.arange(MOST_MODES)
     # x = w half: the even ones solve x tan x = rate half in (k pi, k pi + pi/2), the odd ones -x cot x = rate half in
     # (k pi + pi/2, k pi + pi): both are x = k pi/2 + atan(rate half / x) with the next quarter for each mode

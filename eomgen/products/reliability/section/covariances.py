@@ -25,19 +25,18 @@ from eomgen.products.reliability.random_processes.coherence import (
     least_eigenvalue,
 )
 from eomgen.products.reliability.random_processes.covariance import (
-    BEYOND,
-    MAP_POINTS,
-    Band,
+    MAPPED,
     Constant,
     Covariance,
     CovarianceTable,
     DampedCosine,
     DensityTable,
-    Exponential,
-    KanaiTajimi,
-    Oscillator,
     RoadProfile,
     SquaredExponential,
+    band,
+    exponential,
+    kanai_tajimi,
+    oscillator,
     quantile_map,
     underlying,
 )
@@ -74,11 +73,11 @@ _TABLE = ("points",)
 TYPES: dict[str, _Type] = {
     "constant": _Type((), (), Constant),
     "squared_exponential": _Type(("correlation_time",), ("correlation_length",), SquaredExponential),
-    "exponential": _Type(("correlation_time",), ("correlation_length",), Exponential),
+    "exponential": _Type(("correlation_time",), ("correlation_length",), exponential),
     "damped_cosine": _Type(("decay", "frequency"), None, DampedCosine),
-    "oscillator": _Type(("frequency", "damping"), None, Oscillator),
-    "kanai_tajimi": _Type(("frequency", "damping"), None, KanaiTajimi),
-    "band": _Type(("band",), None, lambda s, ends: Band(s, *ends)),
+    "oscillator": _Type(("frequency", "damping"), None, oscillator),
+    "kanai_tajimi": _Type(("frequency", "damping"), None, kanai_tajimi),
+    "band": _Type(("band",), None, lambda s, ends: band(s, *ends)),
     "road": _Type(None, ("road_class",), RoadProfile, deviation=False),
     "covariance": _Type(_TABLE, _TABLE, CovarianceTable, deviation=False),
     "spectrum": _Type(_TABLE, _TABLE, lambda curve: DensityTable(curve.x, curve.y), deviation=False),
@@ -97,15 +96,7 @@ def _deviation(key: str, entry: written.RandomProcess, values: Values) -> float:
     return values.constant(f"{key}.standard_deviation", deviation)
 
 
-class _CovarianceReader:
-    """A reader, which reports faults by key."""
-
-    def __init__(self, values: Values) -> None:
-        self.values = values
-        self.report = values.report
-
-
-class Covariances(_CovarianceReader):
+class Covariances:
     """Reader of covariances of random processes, which reports faults and does not raise them.
 
     Parameters
@@ -117,8 +108,7 @@ class Covariances(_CovarianceReader):
     """
 
     def __init__(self, values: Values, curves: Curves) -> None:
-        super().__init__(values)
-        self.curves = curves
+        self.values, self.report, self.curves = values, values.report, curves
 
     def read(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
         """Read the covariance of a process; None for a fault, which is reported.
@@ -232,62 +222,60 @@ class Covariances(_CovarianceReader):
         return curve
 
 
-class Coherences(_CovarianceReader):
-    """Reader of coherences of groups of processes."""
+def read_coherences(
+    values: Values, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
+) -> list[list[Coherence | None]] | None:
+    """Return the coherences of the processes ``names`` of a group as a symmetric matrix in this order: lists of lists,
+    None for a pair without coherence and on the diagonal. Instead None if there is a fault, which is reported:
+    contradicting or improper entries."""
+    report = values.report
+    before = len(report.noted)
+    result: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
+    said: dict[tuple[int, int], object] = {}
+    for i, name in enumerate(names):
+        for neighbour, coherence in (entries[name].coherence or {}).items():
+            key, j = f"{key_of('random', name)}.coherence", names.index(neighbour) if neighbour in names else i
+            pair = min(i, j), max(i, j)
+            if i == j or said.setdefault(pair, coherence) != coherence:
+                fault = f"its coherence with {neighbour} is one thing here and another there [E0998]"
+                report.add(key, fault, "one of them")
+                continue
+            result[i][j] = result[j][i] = _coherence(values, key, neighbour, coherence)
+    if len(report.noted) > before:
+        return None
+    least, frequency = least_eigenvalue(result)
+    if least < -COMPUTED:
+        fault = (
+            f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
+            f" frequency {frequency:.3g} is {least:.3g}, negative [E0997]"
+        )
+        hint = "coherences of all pairs: a pair that is not named has 0"
+        report.add(f"{key_of('random', names[-1])}.coherence", fault, hint)
+        return None
+    return result
 
-    def read(
-        self, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
-    ) -> list[list[Coherence | None]] | None:
-        """Return the coherences of the processes ``names`` of a group as a symmetric matrix in this order: lists of
-        lists, None for a pair without coherence and on the diagonal. Instead None if there is a fault, which is
-        reported: contradicting or improper entries."""
-        before = len(self.report.noted)
-        result: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
-        said: dict[tuple[int, int], object] = {}
-        for i, name in enumerate(names):
-            for neighbour, coherence in (entries[name].coherence or {}).items():
-                key, j = f"{key_of('random', name)}.coherence", names.index(neighbour) if neighbour in names else i
-                pair = min(i, j), max(i, j)
-                if i == j or said.setdefault(pair, coherence) != coherence:
-                    fault = f"its coherence with {neighbour} is one thing here and another there [E0998]"
-                    self.report.add(key, fault, "one of them")
-                    continue
-                result[i][j] = result[j][i] = self._one(key, neighbour, coherence)
-        if len(self.report.noted) > before:
-            return None
-        least, frequency = least_eigenvalue(result)
-        if least < -COMPUTED:
-            fault = (
-                f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
-                f" frequency {frequency:.3g} is {least:.3g}, negative [E0997]"
-            )
-            hint = "coherences of all pairs: a pair that is not named has 0"
-            self.report.add(f"{key_of('random', names[-1])}.coherence", fault, hint)
-            return None
-        return result
 
-    def _one(self, key: str, neighbour: str, value: float | Sequence[Sequence[float | str]]) -> Coherence | None:
-        """Return the coherence with process ``neighbour``: exponential for a number, its decay; a table for pairs of
-        frequency and coherence. None for a fault, which is reported under ``key``."""
-        if isinstance(value, int | float):
-            if not value > 0.0:
-                fault = f"the decay {value:.6g} of the coherence with {neighbour} is not positive [E1000]"
-                self.report.add(key, fault, "a decay such as 0.5, or a correlation of the same at all frequencies")
-                return None
-            return ExponentialCoherence(float(value))
-        before = len(self.report.noted)
-        pairs = [self.values.constants(f"{key}.{neighbour}[{k}]", pair) for k, pair in enumerate(value)]
-        if len(self.report.noted) > before:
+def _coherence(
+    values: Values, key: str, neighbour: str, written_as: float | Sequence[Sequence[float | str]]
+) -> Coherence | None:
+    """Return the coherence with process ``neighbour``: exponential for a number, its decay; a table for pairs of
+    frequency and coherence. None for a fault, which is reported under ``key``."""
+    if isinstance(written_as, int | float):
+        if not written_as > 0.0:
+            fault = f"the decay {written_as:.6g} of the coherence with {neighbour} is not positive [E1000]"
+            values.report.add(key, fault, "a decay such as 0.5, or a correlation of the same at all frequencies")
             return None
-        f, c = np.array(pairs, dtype=float).reshape(-1, 2).T
-        if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0):
-            fault = (
-                f"the coherence with {neighbour} is two points or more, of rising frequencies from 0 on, between -1"
-                f" and 1 [E0999]"
-            )
-            self.report.add(key, fault, "[[0, 1], [2.0, 0.4], [10.0, 0]]")
-            return None
-        return CoherenceTable(f, c)
+        return ExponentialCoherence(float(written_as))
+    before = len(values.report.noted)
+    pairs = [values.constants(f"{key}.{neighbour}[{k}]", pair) for k, pair in enumerate(written_as)]
+    if len(values.report.noted) > before:
+        return None
+    f, c = np.array(pairs, dtype=float).reshape(-1, 2).T
+    if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0):
+        fault = "two points or more, of rising frequencies from 0 on, between -1 and 1 [E0999]"
+        values.report.add(key, f"the coherence with {neighbour} is {fault}", "[[0, 1], [2.0, 0.4], [10.0, 0]]")
+        return None
+    return CoherenceTable(f, c)
 
 
 def cross_covariances(
@@ -306,8 +294,12 @@ def cross_covariances(
     ]
 
 
-class Translations(_CovarianceReader):
-    """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles."""
+class Translations:
+    """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles, which reports
+    faults."""
+
+    def __init__(self, values: Values) -> None:
+        self.values, self.report = values, values.report
 
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:
         """Return the translation of an entry as a formula of g, from a formula, quantiles or a distribution; None if
@@ -317,16 +309,19 @@ class Translations(_CovarianceReader):
         if len(words) > 1:
             self.report.add(f"{key}.{words[1]}", f"both {words[0]} and {words[1]} define the process [E2204]", "one")
             return None
-        if entry.distribution is not None:
-            return self._distribution(f"{key}.distribution", name, entry)
-        if entry.quantiles is not None:
-            return self._quantiles(f"{key}.quantiles", name, entry)
-        if entry.translation is None:
+        if entry.translation is not None:
+            return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
+        if not words:
             return None
-        return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
+        curve_of = self._distribution if entry.quantiles is None else self._quantiles
+        if (curve := curve_of(f"{key}.{words[0]}", name, entry)) is None:
+            return None
+        mean, deviation = self.values.constant(f"{key}.mean", entry.mean), _deviation(key, entry, self.values)
+        g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
+        return Application(curve, g if deviation == 1.0 else g / deviation)
 
-    def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the monotone map from g to a variable with the entry's quantiles, as a formula; None for a fault,
+    def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
+        """Return the monotone map from a standard normal variable to one with the entry's quantiles; None for a fault,
         which is reported. The map is straight before the first and after the last quantile."""
         points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
@@ -337,11 +332,11 @@ class Translations(_CovarianceReader):
             )
             self.report.add(key, fault, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
             return None
-        return self._standard_curve(name, entry, Curve(f"{name} quantiles", *quantile_map(share, value)))
+        return Curve(f"{name} quantiles", MAPPED, quantile_map(share, value))
 
-    def _distribution(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the map from g to a variable of the entry's distribution, as a formula: a spline through its quantile
-        function. None for a fault, which is reported, as a distribution with single values."""
+    def _distribution(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
+        """Return the map from a standard normal variable to one of the entry's distribution, a spline through its
+        quantile function. None for a fault, which is reported, as a distribution with single values."""
         # few processes have one
         from eomgen.products.ensembles import from_normal, read_distribution  # noqa: PLC0415
 
@@ -355,24 +350,10 @@ class Translations(_CovarianceReader):
             fault = f"{entry.distribution} has single values, and a process takes all between them [E2205]"
             self.report.add(key, fault, 'distribution = "uniform(0, 1)"')
             return None
-        x = np.linspace(-BEYOND, BEYOND, MAP_POINTS)
-        curve = Curve(f"{name} distribution", x, from_normal(distribution, x), smooth_ends=True)
-        return self._standard_curve(name, entry, curve)
-
-    def _standard_curve(self, name: str, entry: written.RandomProcess, curve: Curve) -> Formula:
-        """Return a curve of the standard normal variable of g."""
-        key = key_of("random", name)
-        mean, deviation = self.values.constant(f"{key}.mean", entry.mean), _deviation(key, entry, self.values)
-        g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
-        return Application(curve, g if deviation == 1.0 else g / deviation)
+        return Curve(f"{name} distribution", MAPPED, from_normal(distribution, MAPPED), smooth_ends=True)
 
     def underlying(
-        self,
-        key: str,
-        entry: written.RandomProcess,
-        covariance: Covariance,
-        translation: Formula | None,
-        window: float,
+        self, key: str, entry: written.RandomProcess, covariance: Covariance, translation: Formula | None, window: float
     ) -> Covariance:
         """Return the covariance of g for which the translated process has the requested covariance.
 
@@ -402,7 +383,7 @@ class Translations(_CovarianceReader):
 
         def map_of(g: Array) -> Array:
             if isinstance(formula, Application) and isinstance(formula.curve, Curve):
-                return np.asarray(formula.curve(np.clip(g, -BEYOND, BEYOND)))
+                return np.asarray(formula.curve(np.clip(g, MAPPED[0], MAPPED[-1])))
             return self._values_at(formula, g)
 
         return underlying(covariance, map_of, window)

@@ -23,7 +23,12 @@ from eomgen.formula.substitution import map_symbols
 from eomgen.products.reliability.random_processes.coherence import Coherence, nearest_correlation
 from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.products.reliability.section import schema as written
-from eomgen.products.reliability.section.covariances import Coherences, Covariances, Translations, cross_covariances
+from eomgen.products.reliability.section.covariances import (
+    Covariances,
+    Translations,
+    cross_covariances,
+    read_coherences,
+)
 from eomgen.scene.formula.scope import Laws
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values
@@ -31,15 +36,12 @@ from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault
 from eomgen.scene.signals.curves import Curves
 from eomgen.system.signals import Input, NormalSeries, Parameter, variables_of
 
-#: Least number of points of a table, and the largest number.
-_FEWEST, _MOST_POINTS = 32, 4096
-
 
 def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
     """Return the modes of an expansion as splines over x from ``start`` on, the largest eigenvalue first. x is a time
     in s or a distance in m; `name` is the process's, for the names of the curves. Each curve has as many points as its
     error requires, 4096 at most: modes of short waves have small values, and need less relative accuracy."""
-    count, points = len(expansion.eigenvalues), _FEWEST
+    count, points = len(expansion.eigenvalues), 32
     result: dict[int, Curve] = {}
     allowed = max(WRITTEN, 1e-4 * math.sqrt(max(1.0 - float(expansion.variance_shares[-1]), 0.0)))
     highest = 0.0
@@ -48,7 +50,7 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
         between = 0.5 * (x[1:] + x[:-1])
         y, exact = expansion.modes(x), expansion.modes(between)
         highest = max(highest, float(np.max(np.abs(y))))
-        last = 2 * points > _MOST_POINTS
+        last = 2 * points > 4096
         for k in range(count):
             # mode k has about k / 2 waves: fewer points may be on the mode by chance
             if k in result or (points < 8 * (k + 1) // 2 and not last):
@@ -169,8 +171,10 @@ class Processes:
     def _first(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> str | None:
-        """Return the name of the process that defines the covariance of process `name`: a process correlated or
-        coherent with it, else itself. None for a process that follows another, and for a fault, which is reported."""
+        """Return the name of the process that defines the covariance of process `name`: the one with a type that a
+        correlated or coherent process refers to, else itself. None for a process that follows another, and for a fault,
+        which is reported: correlation and coherence, a reference to itself, to an unknown process or to one that
+        follows another, not exactly one process with a type, or a key that the process with the type sets for both."""
         key = key_of("random", name)
         if entry.follows is not None:
             return None
@@ -180,15 +184,6 @@ class Processes:
             fault = "both correlation and coherence say how it goes with others [E1008]"
             self.report.add(f"{key}.coherence", fault, "one of them")
             return None
-        return self._leader_of_group(name, entry, entries)
-
-    def _leader_of_group(
-        self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
-    ) -> str | None:
-        """Return the name of the process with its own type that a correlated or coherent process refers to; None for a
-        fault. A fault is reported: a reference to itself, to an unknown process or to one that follows another, not
-        exactly one process with a type, or a key that the process with the type sets for both."""
-        key = key_of("random", name)
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
         for named in others:
@@ -203,7 +198,7 @@ class Processes:
             return process.correlation is None and process.coherence is None and process.follows is None
 
         leaders = [named for named in others if leads(entries[named])]
-        if len(leaders) != 1 or name in others or any(entries[named].follows is not None for named in others):
+        if len(leaders) != 1 or any(entries[named].follows is not None for named in others):
             fault = (
                 f"it does not name one process with a type of its own, with which all others are {with_others} [E1009]"
             )
@@ -229,7 +224,7 @@ class Processes:
                 fault = f"it is correlated with {first}, with which others are coherent [E1012]"
                 self.report.add(f"{key_of('random', mixed[0])}.correlation", fault, "coherence for all of them")
                 return []
-            coherences = Coherences(self.values).read(names, entries)
+            coherences = read_coherences(self.values, names, entries)
             if coherences is None:
                 return []
         made = self._leader(first, entries[first], *lag, coherences)
@@ -391,7 +386,6 @@ class Processes:
         speed, duration = self._along(key, entry)
         covariance = self._covariances.read(key, name, entry, entry.type)
         mean = self.values.constant(f"{key}.mean", entry.mean)
-        self._check_extent(key, entry)
         translation = self._translations.read(name, entry)
         if len(self.report.noted) > before or covariance is None:
             return []
@@ -446,7 +440,8 @@ class Processes:
 
     def _along(self, key: str, entry: written.RandomProcess) -> tuple[float, float]:
         """Return the speed, m/s, and the duration of the window, s, of an entry; the speed is 0 for a process over
-        time. Values out of range are reported, and returned all the same."""
+        time. Values out of range are reported, and returned all the same; a wrong share, or a share and a number of
+        modes, are reported as well."""
         speed, duration = 0.0, self.duration
         if entry.speed is not None:
             speed = self.values.constant(f"{key}.speed", entry.speed)
@@ -457,14 +452,12 @@ class Processes:
             duration = self.values.constant(f"{key}.duration", entry.duration)
             if not duration > 0.0:
                 self.report.add(f"{key}.duration", f"the duration {duration:.6g} s is not positive [E1025]", "15")
-        return speed, duration
-
-    def _check_extent(self, key: str, entry: written.RandomProcess) -> None:
         if entry.share is not None and entry.modes is not None:
             self.report.add(f"{key}.modes", "both share and modes say how many modes there are [E1026]", "one of them")
         if entry.share is not None and not 0.0 < entry.share < 1.0:
             fault = f"the share {entry.share:.6g} is not between 0 and 1 [E1027]"
             self.report.add(f"{key}.share", fault, "share = 0.99")
+        return speed, duration
 
 
 class _Random(Section):

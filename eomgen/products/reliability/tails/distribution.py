@@ -31,10 +31,6 @@ Complex = NDArray[np.complex128]
 #: One quadratic form, or one for each threshold.
 Forms = QuadraticForm | Sequence[QuadraticForm]
 
-#: Distance of nodes along the path, in standard deviations of the Gaussian integrand, and number of nodes: the next
-#: node has exp(-8.6^2 / 2) = 9e-17 of the first value.
-_APART, _NODES = 1.0 / 16.0, 138
-
 
 class Tails(NamedTuple):
     """P(Y <= y) and P(Y > y), each with relative accuracy; shapes of the thresholds."""
@@ -131,39 +127,34 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     Daniels: Saddlepoint approximations in statistics, Ann. Math. Stat. 25 (1954); Rice: Distribution of quadratic forms
     in normal random variables, SIAM J. Sci. Stat. Comput. 1 (1980).
     """
-    y, shape = _flat(thresholds)
-    generating, saddles, below, above = _saddle_points(forms, y)
-    rows = np.flatnonzero(np.isfinite(saddles))
-    if not rows.size:
-        return Tails(below.reshape(shape), above.reshape(shape))
-    s0 = saddles[rows]
-    depth = np.real(generating(s0, rows))
-    w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * depth, 0.0))
-    curvature = np.real(generating.second(s0, rows))
-    integral, thirds = np.zeros(rows.size), np.zeros(rows.size)
-    u, t = np.zeros(rows.size, dtype=complex), 0.0
-    direction = 1j / np.sqrt(curvature)
-    for node in range(_NODES):
-        ahead = (node + 0.5) * _APART
-        u, slope = _on_path(generating, s0, rows, u + direction * (ahead - t), ahead)
-        t, direction = ahead, -ahead / slope
-        # the path is symmetric about the real axis: the real parts of both halves of the integral cancel
-        part = np.imag(direction / (s0 + u) - 1.0 / (ahead - 1j * w)) * np.exp(-0.5 * ahead**2)
-        integral += part * _APART
-        if node % 3 == 1:
-            thirds += 3.0 * part * _APART
-    rest, rough = (np.exp(-0.5 * w**2) * each / np.pi for each in (integral, thirds))
-    smaller = np.maximum(special.ndtr(-np.abs(w)), np.finfo(float).tiny)
-    off = np.abs(rest - rough) / smaller
-    if np.any(off > WRITTEN):
-        worst = int(np.argmax(off))
-        fault = (
-            f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives a part of"
-            f" {off[worst]:.1e} more or less [E1028]"
-        )
-        raise NumericalError(fault, "samples=... (--monte-carlo)")
-    below[rows], above[rows] = special.ndtr(w) - rest, special.ndtr(-w) + rest
-    return Tails(below.reshape(shape), above.reshape(shape))
+    apart = 1.0 / 16.0  # of nodes along the path, in standard deviations of the Gaussian integrand
+
+    def off_normal(generating: _CumulantFunction, s0: Array, rows: NDArray[np.intp], w: Array) -> Array:
+        integral, thirds = np.zeros(rows.size), np.zeros(rows.size)
+        u, t = np.zeros(rows.size, dtype=complex), 0.0
+        direction = 1j / np.sqrt(np.real(generating.second(s0, rows)))
+        for node in range(138):  # the next node has exp(-8.6^2 / 2) = 9e-17 of the first value
+            ahead = (node + 0.5) * apart
+            u, slope = _on_path(generating, s0, rows, u + direction * (ahead - t), ahead)
+            t, direction = ahead, -ahead / slope
+            # the path is symmetric about the real axis: the real parts of both halves of the integral cancel
+            part = np.imag(direction / (s0 + u) - 1.0 / (ahead - 1j * w)) * np.exp(-0.5 * ahead**2)
+            integral += part * apart
+            if node % 3 == 1:
+                thirds += 3.0 * part * apart
+        rest, rough = (np.exp(-0.5 * w**2) * each / np.pi for each in (integral, thirds))
+        smaller = np.maximum(special.ndtr(-np.abs(w)), np.finfo(float).tiny)
+        off = np.abs(rest - rough) / smaller
+        if np.any(off > WRITTEN):
+            worst = int(np.argmax(off))
+            fault = (
+                f"the distribution at {np.ravel(thresholds)[rows[worst]]:.6g} is not resolved: a third of its nodes"
+                f" gives a part of {off[worst]:.1e} more or less [E1028]"
+            )
+            raise NumericalError(fault, "samples=... (--monte-carlo)")
+        return np.asarray(-rest)
+
+    return _tails(forms, thresholds, off_normal)
 
 
 def _on_path(
@@ -191,38 +182,38 @@ def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
     Lugannani, Rice: Saddle point approximation for the distribution of the sum of independent random variables, Adv.
     Appl. Prob. 12 (1980), eq. 2.
     """
-    y, shape = _flat(thresholds)
-    generating, saddles, below, above = _saddle_points(forms, y)
-    rows = np.flatnonzero(np.isfinite(saddles))
-    s0 = saddles[rows]
-    w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * np.real(generating(s0, rows)), 0.0))
-    second = np.real(generating.second(s0, rows))
-    u = s0 * np.sqrt(second)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        between = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi) * (1.0 / w - 1.0 / u)
-    limit = generating.third(s0, rows) / (6.0 * np.sqrt(2.0 * np.pi) * second**1.5)
-    between = np.where(np.abs(w) < 1e-4, limit, between)
-    below[rows], above[rows] = special.ndtr(w) + between, special.ndtr(-w) - between
-    return Tails(below.reshape(shape), above.reshape(shape))
+
+    def off_normal(generating: _CumulantFunction, s0: Array, rows: NDArray[np.intp], w: Array) -> Array:
+        second = np.real(generating.second(s0, rows))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            between = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi) * (1.0 / w - 1.0 / (s0 * np.sqrt(second)))
+        limit = generating.third(s0, rows) / (6.0 * np.sqrt(2.0 * np.pi) * second**1.5)
+        return np.asarray(np.where(np.abs(w) < 1e-4, limit, between))
+
+    return _tails(forms, thresholds, off_normal)
 
 
-def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
-    y = np.asarray(thresholds, dtype=float)
-    return y.ravel(), y.shape
-
-
-def _saddle_points(several_forms: Forms, y: Array) -> tuple[_CumulantFunction, Array, Array, Array]:
-    """Return the cumulant function, its saddles (m,), and probabilities P(Y <= y), P(Y > y), 0 or 1, for thresholds y
-    (m,). The probabilities hold if the saddle is infinite: the form has no spread, or never takes the value y. For
-    other thresholds they are to be replaced."""
+def _tails(
+    several_forms: Forms,
+    thresholds: ArrayLike,
+    off_normal: Callable[[_CumulantFunction, Array, NDArray[np.intp], Array], Array],
+) -> Tails:
+    """Return the probabilities of a normal variable at w, plus and minus ``off_normal`` of the cumulant function, the
+    finite saddles, their rows and w; 0 or 1 if the form has no spread, or never takes the value y."""
+    y = np.ravel(np.asarray(thresholds, dtype=float))
     forms = [several_forms] if isinstance(several_forms, QuadraticForm) else list(several_forms)
     generating = _CumulantFunction(forms, y)
     spread = np.broadcast_to([form.standard_deviation > 0.0 for form in forms], y.shape)
     fixed = np.broadcast_to([form.value for form in forms], y.shape)
     saddles = np.where(spread, generating.saddles(), np.inf)
-    below = np.where(saddles > 0.0, 1.0, 0.0)
-    below = np.where(spread, below, np.where(y >= fixed, 1.0, 0.0))
-    return generating, saddles, below, 1.0 - below
+    below = np.where(np.where(spread, saddles > 0.0, y >= fixed), 1.0, 0.0)
+    above = 1.0 - below
+    if (rows := np.flatnonzero(np.isfinite(saddles))).size:
+        s0 = saddles[rows]
+        w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * np.real(generating(s0, rows)), 0.0))
+        rest = off_normal(generating, s0, rows, w)
+        below[rows], above[rows] = special.ndtr(w) + rest, special.ndtr(-w) - rest
+    return Tails(below.reshape(np.shape(thresholds)), above.reshape(np.shape(thresholds)))
 
 
 #: Least number of samples for the correction of a probability.
@@ -293,8 +284,8 @@ class Draws:
     centre : (n,) or (c, n)
         Means of the points.
     seed : int
-    scales : (c,), optional
-        Standard deviations of the points about the means; 1 by default.
+    scales : (c,) or 1
+        Standard deviations of the points about the means.
 
     References
     ----------
@@ -305,8 +296,12 @@ class Draws:
     run: Callable[[Array], tuple[Array, ...]]
     centre: Array
     seed: int
-    scales: Array | None = None
+    scales: Array | float = 1.0
     _parts: list[tuple[Array, ...]] = field(default_factory=list, init=False)
+
+    def __post_init__(self) -> None:
+        self.centre = np.atleast_2d(self.centre)
+        self._scales: Array = np.broadcast_to(self.scales, len(self.centre))
 
     def first(self, count: int) -> tuple[Array, ...]:
         """Return all points (m, n) drawn so far, m at least `count`, and the results of the runs, (m,) each. Only
@@ -314,10 +309,9 @@ class Draws:
         have = sum(len(part[0]) for part in self._parts)
         if have < count:
             random = np.random.default_rng([self.seed, have])
-            centres = np.atleast_2d(self.centre)
-            turns = np.arange(have, count) % len(centres)
-            points = random.standard_normal((count - have, centres.shape[1]))
-            points = centres[turns] + (points if self.scales is None else self.scales[turns, np.newaxis] * points)
+            turns = np.arange(have, count) % len(self.centre)
+            points = random.standard_normal((count - have, self.centre.shape[1]))
+            points = self.centre[turns] + self._scales[turns, np.newaxis] * points
             self._parts.append((points, *self.run(points)))
         return tuple(np.concatenate(same) for same in zip(*self._parts, strict=True))
 
@@ -333,8 +327,7 @@ class Draws:
     def _exponents(self, points: Array) -> Array:
         """Return logarithms of each centre's part in the density of samples, relative to the standard normal density,
         (m, c) at points (m, n); their exponentials add up to the relative density of all samples."""
-        centres = np.atleast_2d(self.centre)
-        scales = np.ones(len(centres)) if self.scales is None else self.scales
+        centres, scales = self.centre, self._scales
         # |z - c|^2 without the cancellation of large squares for the scale 1
         squares = points @ centres.T - 0.5 * np.sum(centres**2, axis=1)
         size = 0.5 * np.sum(points**2, axis=1)[:, np.newaxis]

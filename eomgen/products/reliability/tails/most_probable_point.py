@@ -20,15 +20,12 @@ from eomgen.errors import EomgenError, NumericalError
 from eomgen.products.reliability.tails.distribution import FEWEST, UNSEEN, Draws
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response, ResponseExpansion
 
-#: The first step along the curve of most probable points, and the longest step, in standard deviations; steps grow if
-#: Newton's method needs at most ``_EASY`` iterations.
-_STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
-#: Largest number of Newton iterations at a threshold; distance of z at which the iteration ends.
-_ITERATIONS, _CLOSE = 25, 1e-10
-#: Tolerance of a point, tangential to the limit state, in standard deviations.
-_ASIDE = 3e-8
-#: Tolerances of points next to a jump of the gradient, which stalls the iteration, tangential and normal.
-_ROUGHLY_ASIDE, _ROUGHLY_OFF = 2e-2, 1e-3
+#: The first step along the curve of most probable points, in standard deviations.
+_STRIDE = 0.25
+#: Largest number of iterations of a search.
+_ITERATIONS = 25
+#: Tolerance of points next to a jump of the gradient, which stalls the iteration, normal to the limit state.
+_ROUGHLY_OFF = 1e-3
 #: Reason for the end of a curve.
 JUMPING = "where the gradient of the response jumps, as it does if slopes of forces or of the output jump"
 #: Searches for further points at most.
@@ -228,8 +225,8 @@ def _follow_curve(
         before, last = last, reached
         if reached.aside:
             stride = _STRIDE
-        elif reached.iterations <= _EASY:
-            stride = min(2.0 * stride, _LONGEST)
+        elif reached.iterations <= 3:
+            stride = min(2.0 * stride, 1.0)
 
 
 def _rates(at: MostProbablePoint) -> Array:
@@ -290,15 +287,17 @@ def _newton(
         for iteration in range(1, _ITERATIONS + 1):
             moved = z - at
             length = float(np.linalg.norm(moved))
-            if not length <= 2.0 * _LONGEST:
+            if not length <= 2.0:
                 return None
             value, gradient = response.gradient(z)
-            close = iteration > 1 and length <= _CLOSE * (1.0 + np.linalg.norm(z))
-            if close or _is_solved(z, multiplier, value, threshold, gradient):
+            close = iteration > 1 and length <= 1e-10 * (1.0 + np.linalg.norm(z))
+            aside, steep = (float(np.linalg.norm(part)) for part in (z + multiplier * gradient, gradient))
+            off = abs(value - threshold)
+            # the distance is off by the square of the lateral part; rounding of large values counts, too
+            if close or (aside <= 3e-8 and off <= COMPUTED * steep + 1e-14 * abs(threshold)):
                 return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration)
-            aside = float(np.linalg.norm(z + multiplier * gradient))
-            hit = abs(value - threshold) <= _ROUGHLY_OFF * float(np.linalg.norm(gradient))
-            if rough and hit and aside <= _ROUGHLY_ASIDE:
+            hit = off <= _ROUGHLY_OFF * steep
+            if rough and hit and aside <= 0.02:
                 return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration, aside)
             if iteration % 6 == 0:
                 hessian = response.expansion(z).hessian.copy()
@@ -314,16 +313,6 @@ def _newton(
     except np.linalg.LinAlgError:
         return None
     return None
-
-
-def _is_solved(z: Array, multiplier: float, value: float, threshold: float, gradient: Array) -> bool:
-    """Whether both conditions hold, in standard deviations: the distance is off by the square of the lateral part.
-
-    Rounding of values counts, too, if values are large compared with their spread.
-    """
-    slope = float(np.linalg.norm(gradient))
-    aside = float(np.linalg.norm(z + multiplier * gradient))
-    return aside <= _ASIDE and abs(value - threshold) <= COMPUTED * slope + 1e-14 * abs(threshold)  # rounding of a run
 
 
 def further_design_points(response: Response, design_point: MostProbablePoint, seed: int) -> list[MostProbablePoint]:
@@ -367,7 +356,7 @@ def _search(
         point = descend(response, begin, threshold, points)
         if point is None or np.linalg.norm(point.point) > farthest:
             continue
-        if all(np.linalg.norm(point.point - other.point) > distance for other in points):
+        if all(np.linalg.norm(point.point - neighbour.point) > distance for neighbour in points):
             points.append(point)
     return sorted(points[len(known) :], key=lambda point: float(np.linalg.norm(point.point)))
 

@@ -91,9 +91,9 @@ class QuadraticForm:
         bent = np.einsum("mi,ij,mj->m", points, self.hessian, points, optimize=True)
         return np.asarray(self.value + points @ self.gradient + 0.5 * bent)
 
-    def covariance(self, other: QuadraticForm) -> float:
+    def covariance(self, form: QuadraticForm) -> float:
         """Return the covariance with another quadratic form of the same variables."""
-        return float(self.gradient @ other.gradient + 0.5 * np.sum(self.hessian * other.hessian))
+        return float(self.gradient @ form.gradient + 0.5 * np.sum(self.hessian * form.hessian))
 
     def about(self, point: Array, value: float) -> QuadraticForm:
         """Return the form of z with the gradient and Hessian of this form at a point (n,) and the given value."""

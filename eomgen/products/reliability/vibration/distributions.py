@@ -33,7 +33,7 @@ from eomgen.products.reliability.tails.most_probable_point import (
 )
 from eomgen.products.reliability.tails.quadratic_form import Response
 from eomgen.products.reliability.vibration.result import Distribution
-from eomgen.products.reliability.vibration.run_response import RunResponse
+from eomgen.products.reliability.vibration.run_response import RunResponse, chance_of
 
 #: Accuracy of probabilities that samples correct, relative; samples about a most probable point at most, and half of
 #: the samples about the mean. A form that is good needs 200.
@@ -51,7 +51,6 @@ _SURE = Limit(3.0, "1", "difference of a form and samples in standard errors", "
 _LIKE = Limit(
     2.0 * ACCURACY, "1", "difference of a form and samples in parts of the probability", "twice the accuracy of samples"
 )
-_NONE: Array = np.zeros(0)
 
 
 def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
@@ -59,9 +58,9 @@ def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
     forms, thresholds = [point.form for point in reached], [point.threshold for point in reached]
     upper = {"form": first_order, "breitung": breitung, "hohenbichler_rackwitz": hohenbichler_rackwitz}
     tails = {name: np.array([of(point) for point in reached]) for name, of in upper.items()}
-    result = {name: Distribution(1.0 - above, above, _NONE, _NONE) for name, above in tails.items()}
+    result = {name: Distribution.without_samples(1.0 - above, above) for name, above in tails.items()}
     for name, inversion in (("lugannani_rice", lugannani_rice), ("quadratic", steepest_descent)):
-        result[name] = Distribution(*inversion(forms, thresholds), _NONE, _NONE)
+        result[name] = Distribution.without_samples(*inversion(forms, thresholds))
     return result
 
 
@@ -156,7 +155,7 @@ def correct_by_samples(
     about_mean : common samples about the mean
     seed : of the samples about points of the first threshold
     """
-    below, above, low, high = (np.full(len(thresholds), np.nan) for _ in range(4))
+    uppers, tails = np.zeros(len(thresholds), dtype=bool), np.zeros((len(thresholds), 3))
     several, unknown = [], []
     indices = {k: abs(point.index) for k, point in reached.items()}
     for k in sorted(range(len(thresholds)), key=lambda k: indices.get(k, np.inf)):  # near points first
@@ -182,9 +181,8 @@ def correct_by_samples(
             tail = _count_tail(about_mean, threshold, above=upper)
         if np.isnan(tail[0]):
             unknown.append(k)
-        above[k], below[k] = (tail[0], 1.0 - tail[0]) if upper else (1.0 - tail[0], tail[0])
-        low[k], high[k] = (1.0 - tail[2], 1.0 - tail[1]) if upper else tail[1:]
-    return Distribution(below, above, low, high), _notes_on_regions(thresholds, sorted(several), sorted(unknown))
+        uppers[k], tails[k] = upper, tail
+    return Distribution.from_tails(uppers, *tails.T), _notes_on_regions(thresholds, sorted(several), sorted(unknown))
 
 
 def _is_upper(about_mean: Draws, threshold: float) -> bool:
@@ -233,9 +231,7 @@ def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws
         upper = above[k] <= 0.5
         seen = int(np.count_nonzero(y > threshold) if upper else np.count_nonzero(y <= threshold))
         least, most = (1.0 - high[k], 1.0 - low[k]) if upper else (low[k], high[k])
-        more = special.bdtrc(seen - 1, count, most) if seen else 1.0
-        fewer = special.bdtr(seen, count, least)
-        if min(more, fewer) > _CHANCE:
+        if chance_of(seen, count, least, most) > _CHANCE:
             continue
         sign, told = (">", above[k]) if upper else ("<=", below[k])
         share = seen / count
@@ -330,17 +326,13 @@ def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], sample
     samples, seed : int
         Number of samples for each threshold, and seed of the first.
     """
-    below, above, low, high = (np.empty(len(reached)) for _ in range(4))
-    for k, point in enumerate(reached):
-        upper = point.index >= 0.0
-        estimate = importance_sampling(
-            response, point.point, point.threshold, above=upper, samples=samples, seed=seed + k
-        )
-        tail, spread = estimate.probability, 1.96 * estimate.standard_error
-        above[k] = tail if upper else 1.0 - tail
-        below[k] = 1.0 - tail if upper else tail
-        low[k], high[k] = below[k] - spread, below[k] + spread
-    return Distribution(below, above, low, high)
+    upper = np.array([point.index >= 0.0 for point in reached])
+    estimates = [
+        importance_sampling(response, point.point, point.threshold, above=above, samples=samples, seed=seed + k)
+        for k, (point, above) in enumerate(zip(reached, upper.tolist(), strict=True))
+    ]
+    tail, spread, _ = np.array(estimates).T * np.array([[1.0], [1.96], [1.0]])
+    return Distribution.from_tails(upper, tail, tail - spread, tail + spread)
 
 
 def empirical_distribution(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, float, float, float]]:

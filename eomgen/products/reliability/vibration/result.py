@@ -36,6 +36,39 @@ class Distribution:
     low: Array
     high: Array
 
+    @classmethod
+    def without_samples(cls, below: Array, above: Array) -> Distribution:
+        """Return the distribution by a method without samples.
+
+        Parameters
+        ----------
+        below, above : (thresholds,) array
+            P(y <= threshold) and P(y > threshold).
+
+        Returns
+        -------
+        Distribution
+        """
+        return cls(below, above, np.zeros(0), np.zeros(0))
+
+    @classmethod
+    def from_tails(cls, upper: Array, tail: Array, low: Array, high: Array) -> Distribution:
+        """Return the distribution with given tails and their bounds.
+
+        Parameters
+        ----------
+        upper : (thresholds,) array of bool
+            Whether a tail is P(y > threshold); else P(y <= threshold).
+        tail, low, high : (thresholds,) array
+            Tails and bounds of their intervals.
+
+        Returns
+        -------
+        Distribution
+        """
+        below, above = np.where(upper, 1.0 - tail, tail), np.where(upper, tail, 1.0 - tail)
+        return cls(below, above, np.where(upper, 1.0 - high, low), np.where(upper, 1.0 - low, high))
+
 
 @dataclass(frozen=True)
 class Cost:
@@ -232,8 +265,6 @@ _STYLES = {
     "importance_sampling": ("importance sampling", "#111111", "", "s"),
     "monte_carlo": ("Monte Carlo, 95 % confidence", "#111111", "", "."),
 }
-#: Probabilities that the scale names.
-_NAMED = (1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99)
 
 
 def _normal_quantiles(distribution: Distribution) -> Any:
@@ -261,8 +292,9 @@ def _distribution(result: RandomVibration) -> Any:
                 low, high = special.ndtri(distribution.low)[order], special.ndtri(distribution.high)[order]
             known = np.isfinite(low) & np.isfinite(high)
             axes.vlines(y[known], low[known], high[known], color=colour, linewidth=1.2)
-    marks = np.array([*_NAMED, *(1.0 - np.array(_NAMED[:4]))])
-    places = np.append(special.ndtri(np.array(_NAMED)), -special.ndtri(np.array(_NAMED[:4])))
+    named = np.array([1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99])
+    marks = np.append(named, 1.0 - named[:4])
+    places = np.append(special.ndtri(named), -special.ndtri(named[:4]))
     bottom, top = axes.get_ylim()
     shown = (places >= bottom) & (places <= top)
     axes.set_yticks(places[shown], [_percent(share) for share in marks[shown]])

@@ -17,19 +17,14 @@ from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings
 from eomgen.products.reliability.tails.quadratic_form import ResponseExpansion
+from eomgen.results.error_estimate import SampleErrors
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
     from eomgen.products.derivatives.run_sensitivities import Sensitivities
     from eomgen.products.derivatives.stationary_run import StationaryRun
-    from eomgen.products.ensembles import Ensemble
-    from eomgen.results.error_estimate import SampleErrors
-
 
 Derived = TypeVar("Derived")
-
-#: Steps of z for differences of gradients: the third derivative of a response of order 1 gives an error of 2e-9.
-_APART = 1e-4
 
 
 @dataclass
@@ -44,8 +39,8 @@ class RunResponse:
     output : name of an output, or of a component, ``tip[0]``
     span : t_end and step, s
     options : of ``simulate``
-    runs, adjoints, tangents : numbers of solutions of the equations of motion, and of the linearised equations
-        backwards and forwards in time
+    costs : numbers of solutions of the equations of motion, and of the linearised equations backwards and forwards in
+        time
     failed : number of samples whose runs failed
     reason : reason for Hessians by differences of gradients; empty if Hessians are exact
     """
@@ -55,23 +50,17 @@ class RunResponse:
     output: str
     span: tuple[float, float]
     options: Mapping[str, Any]
-    runs: int = field(default=0, init=False)
-    adjoints: int = field(default=0, init=False)
-    tangents: int = field(default=0, init=False)
+    costs: tuple[int, int, int] = field(default=(0, 0, 0), init=False)
     failed: int = field(default=0, init=False)
     reason: str = field(default="", init=False)
     _last: tuple[Array, Sensitivities] | None = field(default=None, init=False)
     _slope: tuple[Array, float, Array] | None = field(default=None, init=False)
     _longer: RunResponse | None = field(default=None, init=False)
 
-    @property
-    def costs(self) -> tuple[int, int, int]:
-        """Runs, adjoint runs and tangents until now."""
-        return self.runs, self.adjoints, self.tangents
-
     def spend(self, runs: int, adjoints: int = 0, tangents: int = 0) -> None:
         """Count solutions, also of another response."""
-        self.runs, self.adjoints, self.tangents = self.runs + runs, self.adjoints + adjoints, self.tangents + tangents
+        before = self.costs
+        self.costs = before[0] + runs, before[1] + adjoints, before[2] + tangents
 
     @property
     def size(self) -> int:
@@ -83,14 +72,12 @@ class RunResponse:
 
     def samples(self, points: Array) -> tuple[Array, Array]:
         """Return the output at the end of runs (m,), and the largest value within each run, at points (m, n)."""
-        return self._run_many(points, error_estimate=False)[0]
+        return self.samples_with_errors(points, error_estimate=False)[0]
 
-    def samples_with_errors(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
+    def samples_with_errors(
+        self, points: Array, *, error_estimate: bool = True
+    ) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
         """Return ``samples``, with estimated errors of a few samples and notes on steps."""
-        values, ensemble = self._run_many(points, error_estimate=True)
-        return values, ensemble.error, ensemble.judgement.of_steps
-
-    def _run_many(self, points: Array, *, error_estimate: bool) -> tuple[tuple[Array, Array], Ensemble]:
         self.spend(len(points))
         result = self.model.simulate_many(
             *self.span,
@@ -102,7 +89,9 @@ class RunResponse:
         )
         self.failed += len(result.failed)
         final, highest = (result.results[f"output.{self.output}.{which}"] for which in ("final", "max"))
-        return (final, highest), result
+        if not error_estimate:
+            return (final, highest), SampleErrors(), ()
+        return (final, highest), result.error, result.judgement.of_steps
 
     def kinks(self) -> list[str]:
         """Return operations of the equations at which slopes jump with the motion, in words; found once."""
@@ -194,9 +183,9 @@ class RunResponse:
 
     def _difference_gradients(self, point: Array, directions: Array) -> Array:
         """Return the Hessian times directions (n, r), (n, r): differences of exact gradients."""
-        result = np.empty_like(directions)
-        for k, ahead in enumerate(_APART * directions.T):
-            result[:, k] = (self.gradient(point + ahead)[1] - self.gradient(point - ahead)[1]) / (2.0 * _APART)
+        result, apart = np.empty_like(directions), 1e-4  # a third derivative of order 1 gives an error of 2e-9
+        for k, ahead in enumerate(apart * directions.T):
+            result[:, k] = (self.gradient(point + ahead)[1] - self.gradient(point - ahead)[1]) / (2.0 * apart)
         return result
 
     def gradient(self, point: Array) -> tuple[float, Array]:
@@ -275,6 +264,13 @@ class RunResponse:
 _CHANCE = 1e-3
 
 
+def chance_of(count: int, samples: int, least: float, most: float) -> float:
+    """Return the smaller of the chances that an event comes at least, or at most, ``count`` times among samples; the
+    probability of the event is from ``least`` to ``most``."""
+    more = float(special.bdtrc(count - 1, samples, most)) if count else 1.0
+    return min(more, float(special.bdtr(count, samples, least)))
+
+
 def rows_at(t: Array, times: Sequence[float]) -> list[int]:
     rows = [int(np.argmin(np.abs(t - time))) for time in times]
     for row, time in zip(rows, times, strict=True):
@@ -335,11 +331,10 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int, *, n
         come in clumps, as a slightly damped oscillator has them (Vanmarcke 1975)
     """
     share = passed / samples
-    more = float(special.bdtrc(passed - 1, samples, of_rate)) if passed else 1.0
-    fewer = float(special.bdtr(passed, samples, of_rate))
+    chance = chance_of(passed, samples, of_rate, of_rate)
     # the part of a probability, or of its complement, by which both may differ
     alike = 0.2 * min(max(share, of_rate), 1.0 - min(share, of_rate))
-    if min(more, fewer) > COMPUTED and (min(more, fewer) > _CHANCE or abs(share - of_rate) <= alike):
+    if chance > COMPUTED and (chance > _CHANCE or abs(share - of_rate) <= alike):
         return of_rate, ""
     by = f"{of_rate:.3g} by the rate of crossings of a normal process and {share:.3g} by {samples} samples"
     why = "" if normal else ": the response is not normal"
@@ -352,8 +347,7 @@ def not_normal(y: Array, mean: float, deviation: float) -> str:
     """Return a note if too many or too few samples y (m,) lie more than two standard deviations from the mean of a
     normal distribution; else an empty text."""
     beyond, chance = int(np.count_nonzero(np.abs(y - mean) > 2.0 * deviation)), 2.0 * float(special.ndtr(-2.0))
-    more = float(special.bdtrc(beyond - 1, len(y), chance)) if beyond else 1.0
-    if min(more, float(special.bdtr(beyond, len(y), chance))) > _CHANCE:
+    if chance_of(beyond, len(y), chance, chance) > _CHANCE:
         return ""
     return (
         f"it takes the response as normal, and {100.0 * beyond / len(y):.2g} % of {len(y)} samples lie more than two"

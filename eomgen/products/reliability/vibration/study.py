@@ -77,8 +77,8 @@ from eomgen.simulation.option_types import SensitivityOptions
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
-#: Samples that check the quadratic form at the mean, correct the moments of a rejected form, and check first passages.
-_TRIED, _CORRECTING, _OF_LEVELS = 32, 400, 1000
+#: Samples that check the quadratic form at the mean.
+_TRIED = 32
 #: Distributions that are samples' own.
 _SAMPLED = ("corrected", "importance_sampling", "monte_carlo")
 
@@ -174,25 +174,26 @@ def random_vibration(
     checked = checked_options(options, variables, [process.name for process in processes])
     span = span_of(model, at, step, number_of("t_start", checked.get("t_start", 0.0)))
     check_output(model, output)
-    study = _VibrationStudy(RunResponse(model, variables, output, span, checked), seed)
+    study = _VibrationStudy(RunResponse(model, variables, output, span, checked), seed, samples)
     try:
         forms = study.expansions(projected, whole, pairs)
     except CrossedJump as error:
-        study.left_to_samples(error, samples, "samples alone are left [W0072]")
+        study.left_to_samples(error, "samples alone are left [W0072]")
         forms, points = {}, False
     form = forms.get("second_order", forms.get("projected"))
     best = forms.get("hermite", form)
-    mean, deviation = study.sampled_spread(samples) if best is None else (best.mean, best.standard_deviation)
+    mean, deviation = study.sampled_spread() if best is None else (best.mean, best.standard_deviation)
     varies = deviation > 0.0 or study.varies()
     wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
-    none = np.zeros(0)
-    study.distributions = {name: Distribution(*steepest_descent(of, wanted), none, none) for name, of in forms.items()}
+    study.distributions = {
+        name: Distribution.without_samples(*steepest_descent(of, wanted)) for name, of in forms.items()
+    }
     others = bool(samples or len(times) or levels)
-    indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
+    indices = study.about_points(wanted, tail_samples, others) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
     if samples:
-        study.by_samples(samples, wanted, passage)
+        study.by_samples(wanted, passage)
     covariance = study.along(times, passage, forms) if forms and (len(times) or levels) else {}
     if form is not None:
         study.check_form(form)
@@ -284,6 +285,7 @@ class _VibrationStudy:
     ----------
     response : the output, whose solutions of the equations of motion are counted
     seed : of samples
+    samples : number of Monte Carlo samples; if 0, an error of derivatives is raised
     directions : (n, r) directions with a Hessian; None if all directions have one
     moments : mean, standard deviation, skewness and excess kurtosis by method
     distributions, costs : by method
@@ -295,6 +297,7 @@ class _VibrationStudy:
 
     response: RunResponse
     seed: int
+    samples: int = 0
     directions: Array | None = field(default=None, init=False)
     moments: dict[str, tuple[float, float, float, float]] = field(default_factory=dict, init=False)
     distributions: dict[str, Distribution] = field(default_factory=dict, init=False)
@@ -304,16 +307,12 @@ class _VibrationStudy:
     error: SampleErrors = field(default_factory=SampleErrors, init=False)
     lost_variance: float = field(default=float("nan"), init=False)
     _of_steps: list[str] = field(default_factory=list, init=False)
-    _samples: tuple[Array, Array] | None = field(default=None, init=False)
 
     @contextmanager
     def _count_costs(self, name: str) -> Iterator[None]:
-        before = self.response.costs
+        before = np.array(self.response.costs) - list(vars(self.costs.get(name, Cost(0, 0, 0))).values())
         yield
-        spent = [now - then for now, then in zip(self.response.costs, before, strict=True)]
-        if name in self.costs:
-            spent = [now + then for now, then in zip(spent, vars(self.costs[name]).values(), strict=True)]
-        self.costs[name] = Cost(*spent)
+        self.costs[name] = Cost(*(self.response.costs - before).tolist())
 
     @cached_property
     def about_mean(self) -> Draws:
@@ -381,7 +380,7 @@ class _VibrationStudy:
         if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= ACCURACY:
             return
         with self._count_costs("check"):
-            z, y, _ = self.about_mean.first(_CORRECTING)
+            z, y, _ = self.about_mean.first(400)
         known = np.isfinite(y)
         y, ours = y[known], form.values(z[known])
         missed = float(np.sqrt(np.mean((y - ours) ** 2) / np.var(y)))
@@ -430,15 +429,13 @@ class _VibrationStudy:
         if not passage:
             return
         with self._count_costs("check"):
-            y, highest = self._samples or (np.zeros(0), np.zeros(0))
-            if len(y) < _OF_LEVELS:
-                y, highest = self.about_mean.first(_OF_LEVELS)[1:]
+            y, highest = self._monte_carlo if self.samples >= 1000 else self.about_mean.first(1000)[1:]
         known = np.isfinite(y) & np.isfinite(highest)
         y, highest = y[known], highest[known]
         bent = "" if normal is None else not_normal(y, normal.mean, normal.standard_deviation)
         for level, values in passage.items():
             passed = int(np.count_nonzero(highest > level))
-            if self._samples is None:
+            if not self.samples:
                 values["samples"] = passed / len(highest)
             if "crossing_rate" not in values:
                 values["preferred"] = values["monte_carlo"]
@@ -449,7 +446,7 @@ class _VibrationStudy:
                 note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent} [W0070]"
             self.notes += [note] if note else []
 
-    def about_points(self, wanted: Array, tail_samples: int, samples: int, others: bool) -> Array:
+    def about_points(self, wanted: Array, tail_samples: int, others: bool) -> Array:
         """Compute most probable points and the distributions about these points; return reliability indices,
         (thresholds,).
 
@@ -461,7 +458,6 @@ class _VibrationStudy:
         ----------
         wanted : (thresholds,), values of the output
         tail_samples : number of samples of importance sampling about each point, 0 for none
-        samples : number of Monte Carlo samples; if 0, an error of the search is raised
         others : whether further results remain if the search fails
         """
         none = np.full(len(wanted), np.nan)
@@ -469,7 +465,7 @@ class _VibrationStudy:
             with self._count_costs("most_probable_points"):
                 points, missed = self._points(wanted)
         except (CrossedJump, NumericalError) as error:
-            self.left_to_samples(error, samples, "most probable points are left out [W0073]")
+            self.left_to_samples(error, "most probable points are left out [W0073]")
             return none
         places, reached = sorted(points), [points[k] for k in sorted(points)]
         self.notes += self._doubts_of_rough(reached)
@@ -538,12 +534,11 @@ class _VibrationStudy:
             f" there{f' by {by}' if by else ''}; quadratic forms lack the jump, and samples correct them"
         ]
 
-    def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
+    def left_to_samples(self, error: CrossedJump | NumericalError, left: str) -> None:
         """Note that derivatives fail, and that only samples give results; `left` begins the note, such as "samples
-        alone are left". If ``samples``, their number, is 0 the error is raised instead, for a CrossedJump with advice
-        to take samples."""
+        alone are left". Without samples the error is raised instead, for a CrossedJump with advice to take samples."""
         fault = error.problems[0].what
-        if samples:
+        if self.samples:
             self.notes.append(f"{left}: {fault}")
         elif isinstance(error, NumericalError):
             raise error
@@ -551,17 +546,16 @@ class _VibrationStudy:
             hint = "samples=4000 (--monte-carlo 4000), which take no derivatives"
             raise CrossedJump(Problem("random_vibration", fault, hint))
 
-    def sampled_spread(self, count: int) -> tuple[float, float]:
+    def sampled_spread(self) -> tuple[float, float]:
         """Return the mean and the standard deviation of samples."""
-        y = self._draw_samples(count)[0]
+        y = self._monte_carlo[0]
         return float(np.nanmean(y)), float(np.nanstd(y))
 
-    def _draw_samples(self, count: int) -> tuple[Array, Array]:
-        """Return the output at the end of `count` Monte Carlo runs and the largest output within each run, (count,)
-        each. Failed runs have NaN. The runs are made once: later calls return the first result, even for another
-        number. Raises NumericalError if too few runs succeed."""
-        if self._samples is not None:
-            return self._samples
+    @cached_property
+    def _monte_carlo(self) -> tuple[Array, Array]:
+        """The output at the end of Monte Carlo runs, and the largest output within each run, (samples,) each. Failed
+        runs have NaN. Raises NumericalError if too few runs succeed."""
+        count = self.samples
         with self._count_costs("monte_carlo"):
             normal = np.random.default_rng(self.seed).standard_normal((count, self.response.size))
             y, highest = self.response.samples(normal)
@@ -569,22 +563,21 @@ class _VibrationStudy:
         if count - failed < FEWEST:
             fault = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail [E1051]"
             raise NumericalError(fault, "smaller steps, or a scene that runs")
-        self._samples = y, highest
-        return self._samples
+        return y, highest
 
-    def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
-        """Add the Monte Carlo distribution at thresholds `wanted` (n,) and the moments of `count` samples to the
-        results. In ``passage`` each level gets "monte_carlo", the share of runs whose largest output exceeds the level.
-        Failed samples are left out and noted. Probabilities of quadratic forms at most probable points that the samples
+    def by_samples(self, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
+        """Add the Monte Carlo distribution at thresholds `wanted` (n,) and the moments of the samples to the results.
+        In ``passage`` each level gets "monte_carlo", the share of runs whose largest output exceeds the level. Failed
+        samples are left out and noted. Probabilities of quadratic forms at most probable points that the samples
         contradict become NaN, with a note."""
-        y, highest = self._draw_samples(count)
+        y, highest = self._monte_carlo
         failed = int(np.count_nonzero(~np.isfinite(y)))
         statistics = empirical_distribution(y[np.isfinite(y)], wanted)
         self.distributions["monte_carlo"], self.moments["monte_carlo"] = statistics
         for level, values in passage.items():
             values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
         if failed:
-            self.notes.append(f"{failed} of {count} samples failed, and are in no statistics [W0074]")
+            self.notes.append(f"{failed} of {len(y)} samples failed, and are in no statistics [W0074]")
         if "quadratic" in self.distributions:
             form, counted = self.distributions["quadratic"], self.distributions["monte_carlo"]
             ending = "Monte Carlo: the form is left out, trust samples"

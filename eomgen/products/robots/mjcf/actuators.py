@@ -20,8 +20,7 @@ from eomgen.products.robots.scene_draft import number
 def convert_actuators(draft: MjcfDraft) -> None:
     """Add the actuators of a file to the scene: inputs, states, definitions and forces, then one effort for each joint
     that actuators drive. Actuators that the file switches off are noted."""
-    model = draft.model
-    efforts: dict[int, list[str]] = {}
+    model, efforts = draft.model, draft.efforts
     first: dict[int, ElementPlace] = {}  # actuator of each joint
     off = int(model.opt.disableactuator)
     count = len(model.actuator_trntype)
@@ -29,7 +28,7 @@ def convert_actuators(draft: MjcfDraft) -> None:
         location = draft.place("actuator", index, count)
         name = draft.name("signal", draft.element_name("actuator", index), f"actuator_{index + 1}")
         group = int(model.actuator_group[index])
-        actuator = _Actuator(draft, name, index, location, efforts)
+        actuator = _Actuator(draft, name, index, location)
         if draft.is_disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
             draft.leave_out(location, f"not modelled: the actuator {name}, which the file switches off [W0148]")
             actuator.add_inertia_and_damping()  # an actuator without force has these in MuJoCo
@@ -83,7 +82,7 @@ class _Actuator(ControlledDrive):
             note = f"not modelled: the actuator {self.name}, which acts on contacts alone [W0149]"
             self.draft.leave_out(self.place, note)
             return
-        if hasattr(model, "actuator_delay") and float(model.actuator_delay[index]) > 0.0:
+        if float(model.actuator_delay[index]) > 0.0:
             self.refuse("a delay of the control is not supported [E1911]", "delay 0")
             return
         if self.is_of("gain", "SO3"):
@@ -143,13 +142,11 @@ class _Actuator(ControlledDrive):
         """Add the inputs of the actuator, and return the terms of its controls within their ranges; ``controls`` has
         these terms by their words in ``SIGNALS``, by w, x, y, z for several without words, or by an empty word."""
         model = self.model
-        count = int(model.actuator_ctrlnum[self.index]) if hasattr(model, "actuator_ctrlnum") else 1
-        signals = int(model.actuator_ctrlspec[self.index]) if hasattr(model, "actuator_ctrlspec") else 0
+        count, signals = int(model.actuator_ctrlnum[self.index]), int(model.actuator_ctrlspec[self.index])
         words = [word for word, bit in SIGNALS.items() if signals & bit]
         if len(words) != count:
             words = [""] if count == 1 else ["w", "x", "y", "z"][-count:] if count else []
-        # before 4.0 every actuator has one control
-        first = int(model.actuator_ctrladr[self.index]) if hasattr(model, "actuator_ctrladr") else self.index
+        first = int(model.actuator_ctrladr[self.index])
         self.controls = {word: self.input(first + k, word if count > 1 else "") for k, word in enumerate(words)}
         return list(self.controls.values())
 
@@ -174,8 +171,7 @@ class _Actuator(ControlledDrive):
         kind = int(model.actuator_dyntype[self.index])
         if not self.is_of("dyn", "NONE", "MUSCLE", "INTEGRATOR", "FILTER", "FILTEREXACT"):
             word = kinds(kind).name.removeprefix("mjDYN_").lower()
-            self.refuse(f"an actuator with dynamics of type {word} is not supported [E1915]")
-            return ""
+            return self.refuse(f"an actuator with dynamics of type {word} is not supported [E1915]")
         control = self.add_controls()[0]
         if kind == kinds.mjDYN_NONE:
             return self.nearest(control)
@@ -183,8 +179,7 @@ class _Actuator(ControlledDrive):
         rate, times_of_change = control, [float(value) for value in model.actuator_dynprm[self.index][:2]]
         if kind != kinds.mjDYN_INTEGRATOR and min(times_of_change[: 2 if kind == kinds.mjDYN_MUSCLE else 1]) <= 0.0:
             fault = "a time constant of 0 makes the rate of the activation infinite [E2210]"
-            self.refuse(fault, "a time constant above 0")
-            return ""
+            return self.refuse(fault, "a time constant above 0")
         if kind == kinds.mjDYN_MUSCLE:
             rate = activation_rate(f"({control})", name, model.actuator_dynprm[self.index])
         elif kind != kinds.mjDYN_INTEGRATOR:
@@ -217,8 +212,7 @@ class _Actuator(ControlledDrive):
         if not known or not self.is_of("bias", "NONE", "AFFINE"):
             gain_kind, bias_kind = int(model.actuator_gaintype[self.index]), int(model.actuator_biastype[self.index])
             word = (gains(gain_kind) if not known else biases(bias_kind)).name.rpartition("_")[2].lower()
-            self.refuse(f"an actuator of type {word} is not supported [E1916]")
-            return ""
+            return self.refuse(f"an actuator of type {word} is not supported [E1916]")
         driving = self.driving()
         if not driving:
             return ""
@@ -236,37 +230,26 @@ class _Actuator(ControlledDrive):
     def controlled_force(self) -> str:
         """Return the formula of the force of a PID controller or a DC motor; empty for a fault, which is reported.
         Inputs and states are added."""
-        if not hasattr(self.model, "actuator_ctrlspec"):
-            fault = "a pid or dcmotor of MuJoCo before 3.12 is not supported [E1917]"
-            self.refuse(fault, "pip install -U 'eomgen[mujoco]'")
-            return ""
         self.add_controls()
         if self.is_of("gain", "PID"):
             return self.limit(pid_force(self))
         if self.parameters("dyn")[5] > 0.0 and min(self.parameters("bias")[3:5]) <= 0.0:
             fault = "lugre: bristles without friction have an infinite rate [E2211]"
-            self.refuse(fault, "kinetic and static friction above 0")
-            return ""
+            return self.refuse(fault, "kinetic and static friction above 0")
         return motor_force(self, self.limit)
 
     def limit(self, force: str) -> str:
         """Return the formula of a force, limited to the range of forces of its tendon and then to its own range."""
-        model = self.model
-        if self.is_of("trn", "TENDON"):
-            force = self.limit_by_tendon(force, int(model.actuator_trnid[self.index][0]))
-        if not model.actuator_forcelimited[self.index]:
-            return force
-        return clip(force, *map(float, model.actuator_forcerange[self.index]))
-
-    def limit_by_tendon(self, force: str, tendon: int) -> str:
-        model = self.model
-        if not model.tendon_actfrclimited[tendon]:
-            return force
-        on_tendons = np.array(model.actuator_trntype) == int(self.draft.mujoco.mjtTrn.mjTRN_TENDON)
-        if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
-            fault = "actuatorfrcrange of a tendon with several actuators is not supported [E1918]"
-            self.refuse(fault, "forcerange of each")
-        return clip(force, *map(float, model.tendon_actfrcrange[tendon]))
+        model, tendon = self.model, self.targets()[0]
+        if self.is_of("trn", "TENDON") and model.tendon_actfrclimited[tendon]:
+            on_tendons = np.array(model.actuator_trntype) == int(self.draft.mujoco.mjtTrn.mjTRN_TENDON)
+            if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
+                fault = "actuatorfrcrange of a tendon with several actuators is not supported [E1918]"
+                self.refuse(fault, "forcerange of each")
+            force = clip(force, *map(float, model.tendon_actfrcrange[tendon]))
+        if model.actuator_forcelimited[self.index]:
+            force = clip(force, *map(float, model.actuator_forcerange[self.index]))
+        return force
 
     def muscle_force(self) -> str:
         """Return the formula of the force of a muscle within its ranges; empty for a fault, which is reported. The
@@ -279,8 +262,7 @@ class _Actuator(ControlledDrive):
         acceleration = float(model.actuator_acc0[self.output])
         if acceleration <= 0.0 and min(self.parameters(kind)[2] for kind in ("gain", "bias")) < 0.0:
             fault = "a muscle that accelerates no coordinate at the start has no force by its scale [E2212]"
-            self.refuse(fault, "force of the muscle")
-            return ""
+            return self.refuse(fault, "force of the muscle")
         gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))
         length = self.define("length", gain.length(f"({self.path.length})"))
         pace = self.define("rate", gain.rate(f"({self.path.rate})"))

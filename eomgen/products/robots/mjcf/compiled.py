@@ -144,8 +144,8 @@ def mujoco_module() -> Any:
     """Return the package ``mujoco``. Raises UsageError if it is missing."""
     fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed [E1923]"
     mujoco = optional_package("mujoco", Problem("load", fault, "pip install 'eomgen[mujoco]'"))
-    if not hasattr(mujoco.MjModel, "dof_dampingpoly"):
-        fault = f"mujoco {mujoco.__version__} is older than 3.7, whose models are read [E1922]"
+    if not hasattr(mujoco.MjModel, "actuator_outadr"):
+        fault = f"mujoco {mujoco.__version__} is older than 4.0, whose models are read [E1922]"
         raise UsageError(Problem("load", fault, "pip install -U 'eomgen[mujoco]'"))
     return mujoco
 

@@ -34,8 +34,7 @@ class ControlledDrive(ActuatorParts):
         if draft.key >= 0:
             value = float(model.key_act[draft.key][int(model.actuator_actadr[self.index]) + self.states])
             entry |= {"initial": value} if value else {}
-        early = model.actuator_actearly[self.index] and not self.is_of("dyn", "DCMOTOR")
-        if early and not self.states:
+        if model.actuator_actearly[self.index] and not (self.is_of("dyn", "DCMOTOR") or self.states):
             note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier [W0150]"
             draft.leave_out(self.place, note)
         self.states += 1

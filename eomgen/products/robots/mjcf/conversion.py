@@ -4,7 +4,6 @@ are resolved there and are not computed again."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +36,8 @@ _NAMED = {
     "constraint": {"equality": "eq_type"},
     "output": {"sensor": "sensor_type"},
 }
-_WORD = re.compile(r"[A-Za-z_]\w*")
+#: A word in the text of a section, but not the end of a key.
+_WORD = re.compile(r"[A-Za-z_]\w*\b(?!': )")
 
 
 def mjcf_data(
@@ -159,7 +159,7 @@ def _drop_unused_definitions(data: dict[str, Any]) -> None:
     """Remove from ``data``, in place, the definitions that no formula outside of the definitions uses, directly or by
     others."""
     definitions = data.get("definitions", {})
-    waiting = [text for key, section in data.items() if key != "definitions" for text in _texts(section)]
+    waiting = [repr(section) for key, section in data.items() if key != "definitions"]
     used: set[str] = set()
     while waiting:
         for word in _WORD.findall(waiting.pop()):
@@ -170,18 +170,6 @@ def _drop_unused_definitions(data: dict[str, Any]) -> None:
         del definitions[name]
     if not definitions:
         data.pop("definitions", None)
-
-
-def _texts(value: Any) -> Iterator[str]:
-    """Yield all texts within a section."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict):
-        for part in value.values():
-            yield from _texts(part)
-    elif isinstance(value, list):
-        for part in value:
-            yield from _texts(part)
 
 
 def _note_the_rest(draft: MjcfDraft) -> None:

@@ -35,8 +35,7 @@ def dot(first: Sequence[str], second: Sequence[str]) -> str:
 
 def cross(first: Sequence[str], second: Sequence[str]) -> list[str]:
     """Return formulas of the components of the vector product of two vectors, whose components (3 each) are terms."""
-    pairs = ((1, 2), (2, 0), (0, 1))
-    return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in pairs]
+    return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in ((1, 2), (2, 0), (0, 1))]
 
 
 def clip(term: str, low: float, high: float) -> str:
@@ -78,6 +77,7 @@ class MjcfDraft(SceneDraft):
     points : names of the points at sites
     frame_origins : names of the points at frames, by the wanted names
     actuator_forces, actuator_motions : formulas of the forces of actuators, and of their lengths and rates
+    efforts : terms of the efforts of actuators on hinges and slides, by joint
     branches : of spatial tendons: names in the scene, and the divisors of their lengths
     pulls : of spatial tendons: formulas of tensions from springs, dampers and actuators
     """
@@ -98,6 +98,7 @@ class MjcfDraft(SceneDraft):
     frame_origins: dict[str, str] = field(default_factory=dict)
     actuator_forces: dict[int, str] = field(default_factory=dict)
     actuator_motions: dict[int, tuple[str, str]] = field(default_factory=dict)
+    efforts: dict[int, list[str]] = field(default_factory=dict)
     branches: dict[int, list[tuple[str, float]]] = field(default_factory=dict)
     pulls: dict[int, list[str]] = field(default_factory=dict)
 

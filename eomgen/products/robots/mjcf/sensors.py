@@ -50,8 +50,8 @@ def convert_sensors(draft: MjcfDraft) -> None:
 def _is_plain(draft: MjcfDraft, index: int) -> bool:
     """Return whether a sensor measures against the world, at once and at all times."""
     model = draft.model
-    late = [getattr(model, name) for name in ("sensor_delay", "sensor_interval") if hasattr(model, name)]
-    return int(model.sensor_refid[index]) < 0 and not any(np.any(values[index]) for values in late)
+    late = np.any(model.sensor_delay[index]) or np.any(model.sensor_interval[index])
+    return bool(model.sensor_refid[index] < 0 and not late)
 
 
 #: The components of a sensor; None for one that no scene has.
@@ -86,7 +86,7 @@ class _Frame(NamedTuple):
 
     center: str
     ends: Sequence[str]
-    place: LinkPlace
+    pose: LinkPlace
 
 
 def _frame(draft: MjcfDraft, index: int) -> _Frame | None:
@@ -134,7 +134,7 @@ def _motion(word: str) -> Callable[[MjcfDraft, _Frame], list[str]]:
 
 
 def _angular_velocity(draft: MjcfDraft, frame: _Frame) -> list[str]:
-    body = frame.place.body
+    body = frame.pose.body
     return ["0.0"] * 3 if body == BASE else [f"angular_velocity.{body}[{i}]" for i in range(3)]
 
 

@@ -70,8 +70,7 @@ def _solid(draft: MjcfDraft, geom: int, placement: LinkPlace) -> tuple[LinkPlace
         # a size of 0 is a plane without end; a large one would make the machine small in the picture
         widest = float(model.stat.extent)
         sides = [2.0 * (min(half, widest) or widest) for half in (x, y)]
-        under = placement.of(np.array([0.0, 0.0, -0.001]))
-        return under, {"type": "box", "size": [*sides, 0.002]}
+        return placement.of(np.array([0.0, 0.0, -0.001])), {"type": "box", "size": [*sides, 0.002]}
     entries: dict[int, dict[str, Any]] = {
         int(kinds.mjGEOM_SPHERE): {"type": "sphere", "radius": x},
         int(kinds.mjGEOM_CAPSULE): {"type": "capsule", "radius": x, "length": 2.0 * y},

@@ -8,15 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.products.robots.mjcf.draft import (
-    MjcfDraft,
-    clip,
-    odd_power,
-    plain_power,
-    polynomial,
-    times,
-    total,
-)
+from eomgen.products.robots.mjcf.draft import MjcfDraft, clip, odd_power, plain_power, polynomial, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
 from eomgen.products.robots.scene_draft import number
 

@@ -47,7 +47,6 @@ class ActuatorParts:
     ----------
     name, index : of the actuator, in the scene and in the compiled model
     place : for messages
-    efforts : terms of the efforts of hinges and slides, which are added by the caller
 
     Attributes
     ----------
@@ -57,28 +56,25 @@ class ActuatorParts:
     states : number of its internal states so far
     """
 
-    def __init__(
-        self, draft: MjcfDraft, name: str, index: int, location: ElementPlace, efforts: dict[int, list[str]]
-    ) -> None:
-        self.draft, self.model, self.efforts = draft, draft.model, efforts
+    def __init__(self, draft: MjcfDraft, name: str, index: int, location: ElementPlace) -> None:
+        self.draft, self.model, self.efforts = draft, draft.model, draft.efforts
         self.name, self.index, self.place = name, index, location
-        # before 4.0 every actuator has one output
-        self.output = int(self.model.actuator_outadr[index]) if hasattr(self.model, "actuator_outadr") else index
+        self.output = int(self.model.actuator_outadr[index])
         self.gear = [float(value) for value in self.model.actuator_gear[self.output]]
         self.path = MjcfTransmission("0.0", "0.0", lambda force: None)
         self.controls: dict[str, str] = {}
         self.states = 0
 
-    def refuse(self, fault: str, hint: str = "a motor, and a controller in a scene that includes the file") -> None:
+    def refuse(self, fault: str, hint: str = "a motor, and a controller in a scene that includes the file") -> str:
+        """Report a fault of the actuator; return the empty formula."""
         self.draft.refuse(self.place, f"actuator {self.name}", fault, hint)
+        return ""
 
     def is_of(self, kind: str, *names: str) -> bool:
-        """Return whether a property of the actuator, as ``gain``, has one of some values, if MuJoCo has these."""
+        """Return whether a property of the actuator, as ``gain``, has one of some values."""
         values = getattr(self.draft.mujoco, f"mjt{kind.capitalize()}")
-        known = [getattr(values, f"mj{kind.upper()}_{name}", None) for name in names]
-        return int(getattr(self.model, f"actuator_{kind}type")[self.index]) in [
-            int(kind_number) for kind_number in known if kind_number is not None
-        ]
+        wanted = [getattr(values, f"mj{kind.upper()}_{name}") for name in names]
+        return int(getattr(self.model, f"actuator_{kind}type")[self.index]) in wanted
 
     def define(self, word: str, formula: str) -> str:
         """Return the name of a definition, which is added."""
@@ -178,11 +174,9 @@ def _on_ball(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmiss
     if in_parent:
         axis = drive.define_each("axis", quaternions.turned_back(quaternion, gear))
     # the rotation vector has the same components in the axes of both bodies
-    length = drive.define("length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a]))
-    rates = [f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]
     return MjcfTransmission(
-        length,
-        total(rates),
+        drive.define("length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a])),
+        total([f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]),
         lambda force: _add_efforts(drive, name, force, axis),
         2.0 * pi * float(np.linalg.norm(gear)),
     )

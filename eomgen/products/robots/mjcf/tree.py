@@ -19,7 +19,7 @@ from eomgen.products.robots.draft import Draft as Bodies
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers
 from eomgen.products.robots.mjcf.draft import MjcfDraft, cross, dot, odd_power, plain_power, polynomial
 from eomgen.products.robots.scene_draft import LinkPlace, number
-from eomgen.scene.inertia import Inertia, combine_inertias
+from eomgen.scene.inertia import NOTHING, Inertia
 from eomgen.system.description import BASE
 
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -103,9 +103,7 @@ class BodyReader:
             carries = index == len(joints) and not anchor.any()
             link = name if carries else scene.name("body", "", joint.name if target else f"{name}_{joint.name}")
             at = replace(pose, position=pose.position + pose.orientation @ (anchor - before))
-            pose = WrittenPose(
-                location, relative_to=self.attach(link, at, inertia if carries else combine_inertias(()), joint)
-            )
+            pose = WrittenPose(location, relative_to=self.attach(link, at, inertia if carries else NOTHING, joint))
             before = anchor
         key = f"body {name}"
         if key not in self.world.links:
@@ -167,10 +165,8 @@ class BodyReader:
             scene.section("inputs")[motion] = {"motion": True, "initial": float(value)}
             axis = Axis(location, tuple(float(letter == direction) for direction in "xyz"))
             kind = "prismatic" if len(result) < 3 else "revolute"
-            joint_name = scene.name("joint", "", f"{name}_{word}")
-            joint = DraftJoint(
-                joint_name, location, WrittenPose(location), kind, kind, "", "", (axis,), entry={"drive": motion}
-            )
+            joint_name, pose = scene.name("joint", "", f"{name}_{word}"), WrittenPose(location)
+            joint = DraftJoint(joint_name, location, pose, kind, kind, "", "", (axis,), entry={"drive": motion})
             result.append((joint, np.zeros(3)))
         return result
 
@@ -314,9 +310,7 @@ def compensation_on(draft: MjcfDraft, joint: int) -> str:
         arm = draft.along(start, draft.point(f"weight_{at.body}_{len(draft.frame_origins)}", at))
         for parts, part in zip(moments, cross(arm, [number(float(part)) for part in force]), strict=True):
             parts.append(part)
-    return dot(
-        axis, [draft.define(f"{name}_support_{x}", draft.sum_of(name, m)) for x, m in zip("xyz", moments, strict=True)]
-    )
+    return dot(axis, draft.define_each(f"{name}_support", [draft.sum_of(name, parts) for parts in moments]))
 
 
 def bodies_above(model: Any, body: int) -> list[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,7 @@ _MIMIC = {"multiplier": 1.0, "offset": 0.0, "reference": 0.0}
 _DYNAMICS = dict.fromkeys(("damping", "friction", "spring_stiffness", "spring_reference"), 0.0)
 #: Gravity of a world that gives none, m/s^2.
 WORLD_GRAVITY = (0.0, 0.0, -9.8)
+_Item = DraftLink | DraftJoint | DraftFrame | DraftModel
 
 
 class SdfReader:
@@ -84,10 +85,8 @@ class SdfReader:
         is the name in messages, `folder` the folder of the file. Raises DescriptionError for all faults together."""
         reading = _FileReader(self, file, folder, ())
         self.liberties += root.liberties
-        minor = reading.version(root)
-        if minor is None:
+        if not reading.read_version(root):
             self.report.raise_problems()
-        reading.minor = minor or 0
         worlds = list(root.children_with_tag("world"))
         result = DraftModel(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
         gravity, name = None, ""
@@ -123,19 +122,20 @@ class _FileReader(SdfValues):
         super().__init__(file, reader.report, reader.leftovers)
         self.reader, self.folder, self.chain = reader, folder, chain
 
-    def version(self, root: Element) -> int | None:
-        """Return k of the file's version 1.k; None, after a report, for another root element or a version that is not
-        read."""
+    def read_version(self, root: Element) -> bool:
+        """Keep k of the file's version 1.k; return whether it is read. Another root element or version is
+        reported."""
         if root.tag != "sdf":
             self.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf' [E1949]", "an SDF file")
-            return None
+            return False
         written = root.get("version")
         match = _VERSION.fullmatch(written)
         if match is None or not Minor.FIRST <= int(match[1]) <= Minor.NEWEST:
             fault = f"version {shown(written)} of SDF is not read [E1950]"
             self.refuse(root, fault, f'version="1.{Minor.FIRST}" to version="1.{Minor.NEWEST}"')
-            return None
-        return int(match[1])
+            return False
+        self.minor = int(match[1])
+        return True
 
     def gravity(self, world: Element) -> tuple[float, ...]:
         """Return the gravity (3 numbers) of a world, m/s^2; files before version 1.6 have gravity in ``<physics>``,
@@ -152,9 +152,7 @@ class _FileReader(SdfValues):
             self.leftovers.count("physics")
         return result
 
-    def add(
-        self, model: DraftModel, kind: str, item: DraftLink | DraftJoint | DraftFrame | DraftModel, element: Element
-    ) -> None:
+    def add(self, model: DraftModel, kind: str, item: _Item, element: Element) -> None:
         """Add a link, joint, frame or model to ``model`` by name; ``kind`` is the attribute of the model with such
         items. A name that is empty, reserved or already there is reported, and the item not added."""
         name = item.name
@@ -171,14 +169,13 @@ class _FileReader(SdfValues):
     def contents(self, element: Element, key: str, result: DraftModel) -> None:
         """Read frames, links, joints, models and includes of a model or a world into ``result``; ``key`` is ``model``
         or ``world``."""
-        for child in element.children_with_tag("link") if key == "model" else ():
-            self.add(result, "links", self.link(child), child)
-        for child in element.children_with_tag("frame"):
-            self.add(result, "frames", self.frame(child), child)
-        for child in element.children_with_tag("joint"):
-            self.add(result, "joints", self.joint(child), child)
-        for child in element.children_with_tag("model"):
-            self.add(result, "models", self.model(child), child)
+        readers: Mapping[str, Callable[[Element], _Item]] = {
+            **({"link": self.link} if key == "model" else {}),
+            **{"frame": self.frame, "joint": self.joint, "model": self.model},
+        }
+        for tag, read in readers.items():
+            for child in element.children_with_tag(tag):
+                self.add(result, f"{tag}s", read(child), child)
         for child in element.children_with_tag("include"):
             self.include(child, result)
         self.keep(element, key, result.name)
@@ -461,10 +458,8 @@ class _FileReader(SdfValues):
             return None
         reading = _FileReader(self.reader, file, path.parent, [*self.chain, path.resolve()])
         self.reader.liberties += root.liberties
-        minor = reading.version(root)
-        if minor is None:
+        if not reading.read_version(root):
             return None
-        reading.minor = minor
         models = list(root.children_with_tag("model"))
         self.leftovers.keep(root, "sdf", file, "")
         if len(models) != 1:

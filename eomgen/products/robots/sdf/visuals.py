@@ -35,7 +35,7 @@ def visuals_of_link(element: Element, values: SdfValues, path: Callable[[str], s
         entry = solid_of(visual, reader.vector, lambda mesh: _mesh(mesh, reader, path), SDF_SIZES)
         return Visual(pose, entry | _color(visual, reader))
 
-    return visuals_of(element.children_with_tag("visual"), values.file, read)
+    return visuals_of(element.children_with_tag("visual"), read)
 
 
 def _mesh(element: Element, values: SdfValues, path: Callable[[str], str]) -> tuple[str, tuple[float, ...]]:
@@ -56,5 +56,4 @@ def _color(element: Element, values: SdfValues) -> dict[str, Any]:
         return {}
     words = diffuse.text().split()
     parts = values.numbers(material, "diffuse", " ".join(words), (0.5,) * (4 if len(words) != 3 else 3))
-    transparency = values.number(element, "transparency", 0.0)
-    return color_of(parts, 1.0 - min(max(transparency, 0.0), 1.0))
+    return color_of(parts, 1.0 - min(max(values.number(element, "transparency", 0.0), 0.0), 1.0))

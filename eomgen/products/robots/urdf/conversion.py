@@ -7,17 +7,17 @@ A joint at rest (fixed, or locked by the user) may be followed too; its follower
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 
 from eomgen.base.data import replace
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import first_of, listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion, joints_to_hold
 from eomgen.products.robots.draft import Draft, DraftJoint, DraftMimic, DraftModel, WrittenPose
-from eomgen.products.robots.leftovers import ElementPlace
+from eomgen.products.robots.leftovers import NAMED, ElementPlace
 from eomgen.products.robots.scene_draft import SceneDraft
-from eomgen.products.robots.urdf.notes import note_version, notes_of
-from eomgen.products.robots.urdf.reading import JOINT_TYPES, Robot, link_key, read_robot
+from eomgen.products.robots.urdf.reading import JOINT_TYPES, NEWEST, Robot, link_key, read_robot
 from eomgen.products.robots.urdf.transmissions import convert_transmissions, read_transmissions
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -25,15 +25,15 @@ from eomgen.scene.reading.xml import read_xml
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 
 _ROOT_JOINT = "root_joint"
+#: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
+_TURN = 2.0 * math.pi + 1e-3
 
 
 def _mimic_of(joint: DraftJoint) -> DraftMimic | None:
     return next((axis.mimic for axis in (joint.around, *joint.axes) if axis is not None and axis.mimic), None)
 
 
-def held_and_following(
-    robot: Robot, locked: Collection[str], report: Report
-) -> tuple[dict[str, float], dict[str, str]]:
+def held_and_following(robot: Robot, locked: set[str], report: Report) -> tuple[dict[str, float], dict[str, str]]:
     """Return the coordinates, rad or m, of joints that do not move, by name, and the leader of each joint that follows
     another.
 
@@ -124,8 +124,36 @@ def urdf_data(
         *([f"joints locked at zero: {listed(sorted(locked))} [W0171]"] if locked else []),
         *notes_of(robot, locked, held, leaders),
     ]
-    note_version(conversion.scene, robot)
+    if robot.minor > NEWEST:
+        note = f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]"
+        conversion.scene.leave_out(ElementPlace(file, 1), note)
     return conversion.result(strict=strict)
+
+
+def notes_of(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
+    """Return notes on changed names, on angles and ranges of more than a turn, on joints that are held because their
+    leaders are held, and on joints that follow others. ``locked`` are joints that the user holds, ``held`` coordinates
+    of all held joints, ``leaders`` the leader by follower."""
+    notes = []
+    names = [*robot.link_names.items(), *robot.joint_names.items(), *robot.loop_names.items()]
+    if pairs := [f"{shown(written)} is {name}" for written, name in dict.fromkeys(names) if written != name]:
+        notes.append(f"names made legal: {first_of(pairs, NAMED)} [W0184]")
+    wide = [
+        joint.name
+        for joint in robot.joints.values()
+        for axis in joint.axes
+        if joint.unit == "rad" and any(_TURN < abs(end) < math.inf for end in (axis.lower, axis.upper))
+    ]
+    for word, owners in (("rpy", robot.several_turns), ("limits", wide)):
+        if owners:
+            note = f"{word} of more than a turn at {listed(dict.fromkeys(owners))}"
+            notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
+    if resting := [name for name in held if name not in locked and robot.joints[name].components]:
+        notes.append(f"joints held because their leaders are held: {listed(resting)} [W0189]")
+    if leaders:
+        pairs = [f"{follower} follows {leader}" for follower, leader in leaders.items()]
+        notes.append(f"joints that mimic others are not independent coordinates: {first_of(pairs, NAMED)} [W0190]")
+    return notes
 
 
 def _joint_key(name: str) -> str:
@@ -140,8 +168,7 @@ def _draft_of(robot: Robot, held_joints: Collection[str], leaders: Mapping[str, 
     world = DraftModel("", location, WrittenPose(location))
     carrier = {joint.child: _joint_key(joint.name) for joint in robot.joints.values()}
     for key, link in robot.links.items():
-        pose = WrittenPose(link.place, relative_to=carrier.get(key, ""))
-        world.links[key] = replace(link, pose=pose)
+        world.links[key] = replace(link, pose=WrittenPose(link.place, relative_to=carrier.get(key, "")))
     for name, joint in robot.joints.items():
         axes, around = joint.axes, joint.around
         if joint.components != 1 and name not in held_joints:
@@ -150,8 +177,7 @@ def _draft_of(robot: Robot, held_joints: Collection[str], leaders: Mapping[str, 
             axes = tuple(replace(axis, damping=0.0) for axis in axes)
             around = around and replace(around, damping=0.0)
         elif axes and axes[0].mimic is not None and name in leaders:
-            mimic = replace(axes[0].mimic, joint=_joint_key(leaders[name]))
-            axes = (replace(axes[0], mimic=mimic),)
+            axes = (replace(axes[0], mimic=replace(axes[0].mimic, joint=_joint_key(leaders[name]))),)
         world.joints[_joint_key(name)] = replace(joint, axes=axes, around=around)
     loops = list(robot.loops.values())
     return Draft(robot.name, world, robot.leftovers, undrawn=robot.undrawn, loops=loops, legal=True)
@@ -182,21 +208,17 @@ def _root_of(robot: Robot, report: Report) -> str:
             report.add_at(joint.place.line, f"joints.{joint.name}", fault, hint)
         carrier.setdefault(joint.child, joint)
         children[joint.parent].append(joint)
-    roots = [key for key in robot.links if key not in carrier]
-    if len(roots) != 1:
-        fault = (
-            f"there are {len(roots)} root links: {listed([robot.links[key].name for key in roots])} [E1692]"
-            if roots
-            else "no link is the root: the joints run in a circle [E1693]"
-        )
-        report.add_at(1, "", fault, "one link that is not a joint's child")
     report.raise_problems()
-    reached = [roots[0]]
+    roots = [key for key in robot.links if key not in carrier]
+    reached = [*roots]
     for key in reached:
         reached += [joint.child for joint in children[key]]
     lost = [joint.name for joint in robot.joints.values() if joint.child not in reached]
     if lost:
-        fault = f"the joints {listed(lost)} run in a circle, away from the root {robot.links[roots[0]].name} [E1695]"
-        report.add_at(robot.joints[lost[0]].place.line, "", fault, "")
+        fault = f"the joints {listed(lost)} run in a circle [E1695]"
+        report.add_at(robot.joints[lost[0]].place.line, "", fault, "one link that is not a joint's child")
+    elif len(roots) > 1:
+        fault = f"there are {len(roots)} root links: {listed([robot.links[key].name for key in roots])} [E1692]"
+        report.add_at(1, "", fault, "one link that is not a joint's child")
     report.raise_problems()
     return roots[0]

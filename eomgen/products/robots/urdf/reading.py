@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import is_legal, legal_name, nearest, shown
-from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, WrittenPose
+from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, Visual, WrittenPose
 from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
-from eomgen.products.robots.urdf.visuals import UrdfVisualReader
-from eomgen.products.robots.visuals import Numbers, read_numbers, turn_of
+from eomgen.products.robots.visuals import LEFT_OUT, Numbers, Row, color_of, read_numbers, solid_of, turn_of, visuals_of
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -28,18 +28,10 @@ from eomgen.scene.reading.xml import Element
 from eomgen.scene.rotations import frame_about, roll_pitch_yaw, snapped_rotation, unit_axis
 
 #: Types of joints by name in the format.
-JOINT_TYPES = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "fixed": "fixed",
-    "floating": "free",
-    "planar": "planar",
-}
+_HOLDING = {name: name for name in ("revolute", "prismatic", "fixed", "planar")} | {"continuous": "revolute"}
+JOINT_TYPES = {**_HOLDING, "floating": "free"}
 #: Types of constraints by the types of loop joints.
-LOOP_TYPES = dict.fromkeys(("spherical", "ball"), "spherical") | {
-    written: kind for written, kind in JOINT_TYPES.items() if kind != "free"
-}
+LOOP_TYPES = {"spherical": "spherical", "ball": "spherical", **_HOLDING}
 #: The same by the types of constraints.
 _CONSTRAINT_TYPES = {**LOOP_TYPES, "universal": "universal"}
 #: Drake's own joints, and their types; a universal joint turns about x, then y.
@@ -51,8 +43,6 @@ STATUSES = read_table(Path(__file__).with_name("coverage.txt"))
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read.
 NEWEST = 2
-#: Defaults of ``lower``, ``upper`` and ``effort`` before the minor version with open ranges, and since.
-_WITH_OPEN_RANGES, _CLOSED, _OPEN = 2, (0.0, 0.0, 0.0), (-math.inf, math.inf, math.inf)
 #: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 #: Elements to be seen and touched, which have no part in the equations of motion.
@@ -111,6 +101,7 @@ class _UrdfReader:
         self.report = report
         self.out = Robot("")
         self.link_names = self.out.link_names
+        self.materials: dict[str, Element] = {}
         self.kept: set[str] = set()
         self.used: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "loop_joint", "constraint")}
 
@@ -118,7 +109,7 @@ class _UrdfReader:
         """Read all links, joints, loops and constraints of a robot, and return the robot; faults are reported."""
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
-        visuals = UrdfVisualReader(root, _values)
+        self.materials = {item.get("name"): item for item in root.children_with_tag("material")}
         links, joints, loops = (tuple(root.children_with_tag(tag)) for tag in ("link", "joint", "loop_joint"))
         joints += tuple(root.children_with_tag(_OF_DRAKE))
         constraints = tuple(root.children_with_tag("constraint"))
@@ -127,8 +118,7 @@ class _UrdfReader:
         self.tell_left_over(root, "")
         for name, element in self.named_elements(links, "link", self.link_names):
             link = self.link(name, element)
-            self.out.links[link_key(name)] = replace(link, visuals=visuals.link(name, element))
-        self.out.undrawn = visuals.undrawn
+            self.out.links[link_key(name)] = replace(link, visuals=self.visuals(name, element))
         self.add_world(joints)
         for name, element in self.named_elements(joints, "joint", self.out.joint_names):
             self.out.joints[name] = self.joint(name, element)
@@ -200,9 +190,7 @@ class _UrdfReader:
             if element.tag == "transmission" or child.tag not in _WITH_OWNERS:
                 self.tell_left_over(child, owner or child.get("name"))
 
-    def numbers(
-        self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]
-    ) -> tuple[float, ...]:
+    def numbers(self, element: Element | None, attribute: str, default: Row, key: str = "") -> Row:
         """Return the numbers of an attribute, as many as the default has; the default without the element or attribute,
         or for a fault, which is reported under ``key``."""
         if element is None or not element.has(attribute):
@@ -224,9 +212,9 @@ class _UrdfReader:
     def origin(self, origin: Element | None, key: str) -> tuple[Array, Array, Sequence[float]]:
         """Return orientation (3, 3), position (3,), m, and roll, pitch and yaw, rad, of an element ``<origin>``;
         neutral without one. The orientation is by ``quat_xyzw`` if given."""
-        angles = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
+        angles = self.numbers(origin, "rpy", (0.0, 0.0, 0.0), key)
         quaternion = self.quaternion(origin, key)
-        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
+        position = np.array(self.numbers(origin, "xyz", (0.0, 0.0, 0.0), key))
         return roll_pitch_yaw(*angles) if quaternion is None else quaternion, position, angles
 
     def quaternion(self, origin: Element | None, key: str) -> Array | None:
@@ -237,7 +225,7 @@ class _UrdfReader:
         if origin.has("rpy"):
             fault = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned [E1707]"
             self.report.add_at(origin.line, key, fault, "one of them")
-        values = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
+        values = self.numbers(origin, "quat_xyzw", (0.0, 0.0, 0.0, 1.0), key)
         return turn_of("quat_xyzw", values, partial(self.report.add_at, origin.line, key))
 
     def bare_link(self, name: str, line: int, inertia: Inertia = NOTHING) -> DraftLink:
@@ -268,7 +256,7 @@ class _UrdfReader:
             return [0.0] * len(attributes)
         for missing in [attribute for attribute in attributes if not element.has(attribute)]:
             self.report.add_at(element.line, key, f"<{tag}> has no {missing} [E1711]", f'<{tag} {missing}="...">')
-        return [self.numbers(element, attribute, key, (0.0,))[0] for attribute in attributes]
+        return [self.numbers(element, attribute, (0.0,), key)[0] for attribute in attributes]
 
     def joint(self, name: str, element: Element) -> DraftJoint:
         """Return the joint of an element, with axes, dynamics and limits; faults are reported. Elements without effect
@@ -309,28 +297,28 @@ class _UrdfReader:
 
     def axis(self, element: Element, key: str) -> Axis:
         """Return the axis of a joint with the dynamics and limits of the joint."""
-        vector = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
+        vector = self.numbers(element.first("axis"), "xyz", (1.0, 0.0, 0.0), key)
         dynamics, mimic, limit = (element.first(tag) for tag in ("dynamics", "mimic", "limit"))
-        damping, friction = (self.numbers(dynamics, tag, key, (0.0,))[0] for tag in ("damping", "friction"))
+        damping, friction = (self.numbers(dynamics, tag, (0.0,), key)[0] for tag in ("damping", "friction"))
         result = Axis(ElementPlace(self.report.file, element.line), vector, damping=damping, friction=friction)
         if mimic is not None:
-            (multiplier,) = self.numbers(mimic, "multiplier", key, (1.0,))
-            (offset,) = self.numbers(mimic, "offset", key, (0.0,))
+            (multiplier,) = self.numbers(mimic, "multiplier", (1.0,), key)
+            (offset,) = self.numbers(mimic, "offset", (0.0,), key)
             location = ElementPlace(self.report.file, mimic.line)
             result = replace(result, mimic=DraftMimic(location, mimic.get("joint"), multiplier, offset))
         if limit is None:
             return result
         for tag in _OTHER_LIMITS:
             limit.get(tag)
-        defaults = _OPEN if self.out.minor >= _WITH_OPEN_RANGES else _CLOSED
-        ends = zip(("lower", "upper", "effort"), defaults, strict=True)
-        lower, upper, effort = (self.numbers(limit, tag, key, (default,))[0] for tag, default in ends)
+        most = math.inf if self.out.minor >= 2 else 0.0  # ranges are open by default since version 1.2
+        defaults = {"lower": -most, "upper": most, "effort": most}
+        lower, upper, effort = (self.numbers(limit, tag, (default,), key)[0] for tag, default in defaults.items())
         effort = effort if effort >= 0.0 else math.inf
         return replace(result, lower=lower, upper=upper, effort=effort, limited=("position", "velocity", "effort"))
 
     def pitch(self, element: Element, key: str) -> float:
         """Return the travel of a screw of Drake, m/rad; files have m per turn."""
-        (travel,) = self.numbers(element.first("drake:screw_thread_pitch"), "value", key, (0.0,))
+        (travel,) = self.numbers(element.first("drake:screw_thread_pitch"), "value", (0.0,), key)
         if not travel:
             hint = '<drake:screw_thread_pitch value="..."/>'
             self.report.add_at(element.line, key, "the thread pitch of a screw joint is not 0 [E1962]", hint)
@@ -344,19 +332,17 @@ class _UrdfReader:
         if element.tag == "loop_joint":
             key, title, types, ends = f"loop_joints.{name}", "loop joint", LOOP_TYPES, ("link1", "link2")
             origins, axes = ends, ("axis", "axis")
-            unknown = f"the type {shown(written)} of a loop joint is not known [E1713]"
         else:
             key, title, types, ends = f"constraints.{name}", "constraint", _CONSTRAINT_TYPES, ("parent", "child")
             origins, axes = ("parent_origin", "child_origin"), ("parent_axis", "child_axis")
-            unknown = f"the type {shown(written)} of a constraint is not known [E1715]"
         if written not in types:
-            self.report.add_at(element.line, key, unknown, nearest(written, types))
+            fault = f"the type {shown(written)} of a {title} is not known [E1713]"
+            self.report.add_at(element.line, key, fault, nearest(written, types))
         vectors = {}
         for tag in dict.fromkeys(axes):
-            vectors[tag] = self.numbers(element.first(tag), "xyz", key, (1.0, 0.0, 0.0))
+            vectors[tag] = self.numbers(element.first(tag), "xyz", (1.0, 0.0, 0.0), key)
             if not any(vectors[tag]):
-                fault = f"the {tag} of the constraint has no direction [E1716]"
-                fault = "the axis of the loop joint has no direction [E1714]" if tag == "axis" else fault
+                fault = f"the {tag} of the {title} has no direction [E1714]"
                 self.report.add_at(element.line, key, fault, f'<{tag} xyz="0 0 1"/>')
         links = tuple(link_key(self.end(element, tag, key, title)) for tag in ends)
         kind, poses = types.get(written, ""), []
@@ -374,25 +360,58 @@ class _UrdfReader:
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
-            fault = f"the {title} has no <{tag} link=...> [E1717]"
-            fault = f"the joint has no <{tag} link=...> [E1976]" if title == "joint" else fault
-            self.report.add_at(element.line, key, fault, "")
+            self.report.add_at(element.line, key, f"the {title} has no <{tag} link=...> [E1717]", "")
         elif written not in self.link_names:
             line = end.line if end else element.line
             hint = nearest(written, self.link_names)
             self.report.add_at(line, key, f"there is no link {shown(written)} [E1718]", hint)
         return self.link_names.get(written, "")
 
+    # -- visuals -----------------------------------------------------------------------------------------------------
+
+    def visuals(self, name: str, element: Element) -> Sequence[Visual]:
+        """Return the visuals of a link, or its collision geometry if no visual can be drawn; a faulty visual does not
+        refuse a robot."""
+
+        def read(visual: Element, report: Report) -> Visual:
+            reader = _UrdfReader(report)
+            entry = solid_of(
+                visual,
+                reader.numbers,
+                lambda mesh: (mesh.get("filename"), reader.numbers(mesh, "scale", (1.0, 1.0, 1.0))),
+            )
+            entry |= self.color(name, visual, reader.numbers)
+            orientation, position, _ = reader.placement(visual, "", "")
+            return Visual(WrittenPose(ElementPlace("", visual.line), orientation, position), entry)
+
+        drawn, reasons = visuals_of(element.children_with_tag("visual"), read)
+        collisions = element.children_with_tag("collision") if reasons and not drawn else ()
+        instead, _ = visuals_of(collisions, read)
+        note = "pictures show collision geometry in place of visuals [W0200]" if instead else LEFT_OUT
+        for reason in reasons:
+            self.out.undrawn.setdefault((note, reason), []).append(name)
+        return drawn or instead
+
+    def color(self, name: str, element: Element, numbers: Numbers) -> dict[str, Any]:
+        """Return ``color`` and ``opacity`` of a visual of the link ``name``: by the colour in the visual, or of the
+        named material; empty without a colour. Parts beyond 0 to 1 are noted. A colour in a visual also defines the
+        material."""
+        material = element.first("material")
+        if material is not None and material.first("color") is not None:
+            self.materials[material.get("name")] = material
+        named = self.materials.get(material.get("name")) if material is not None else None
+        color = named.first("color") if named is not None else None
+        if color is None:
+            return {}
+        parts = numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0))
+        if any(not 0.0 <= part <= 1.0 for part in parts):
+            written = " ".join(f"{part:g}" for part in parts)
+            limited = "colours that pictures limit to parts from 0 to 1 [W0201]"
+            reason = f'rgba="{written}"; try: parts of 255 divided by 255'
+            self.out.undrawn.setdefault((limited, reason), []).append(name)
+        return color_of(parts)
+
 
 def link_key(name: str) -> str:
     """Return the key of a link in a draft, in which joints may not have the names of links."""
     return f"link {name}"
-
-
-def _values(report: Report) -> tuple[Numbers, Callable[[Element], tuple[Array, Array]]]:
-    """Return functions for the numbers of attributes of a visual and for its placement; faults go to the report."""
-    reader = _UrdfReader(report)
-    return (
-        lambda element, attribute, default: reader.numbers(element, attribute, "", default),
-        lambda element: reader.placement(element, "", "")[:2],
-    )

@@ -108,9 +108,7 @@ def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
 
     roles = [role(element) for element in elements]
     known = [f"{tag}{k + 1}" for k in range(len(elements))]
-    if sorted(roles) == known:
-        return [elements[roles.index(wanted)] for wanted in known]
-    return list(elements)
+    return [elements[roles.index(wanted)] for wanted in known] if sorted(roles) == known else list(elements)
 
 
 def _reduction(element: Element, key: str, report: Report) -> float:
@@ -162,9 +160,7 @@ def convert_transmissions(
         note = f"not modelled: transmissions of the type {shown(kind)} ({len(names)}: {listed(names)}) [W0197]"
         scene.leave_out(ElementPlace(scene.report.file, 1), note)
     if not transmissions and not unknown:
-        scene.notes.append(
-            "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
-        )
+        scene.notes.append("the file has no <transmission>; actuated=True gives an input for each joint [W0176]")
 
 
 def _shares(

@@ -72,14 +72,13 @@ class DependentColumns:
         return tuple(k for k, row in zip(self.kept, self.coefficients, strict=True) if np.any(row))
 
 
-def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
+def structure(J: Array) -> DependentColumns:
     """Return the independent columns of J (rows, n), and the coefficients of the other columns. Columns are taken from
-    the left, or in the order `order`; a column counts as dependent if less than 1e-8 of its norm remains."""
-    places = range(J.shape[1]) if order is None else order
+    the left; a column counts as dependent if less than 1e-8 of its norm remains."""
     norms = np.linalg.norm(J, axis=0)
     basis: list[Array] = []
     kept, others = list[int](), list[int]()
-    for column in places:
+    for column in range(J.shape[1]):
         rest = J[:, column] / norms[column] if norms[column] > 0.0 else np.zeros(len(J))
         for _ in range(2):
             for vector in basis:
@@ -232,6 +231,7 @@ class LeastSquares:
     bounds : lower and upper bounds, (n,) each
     deviations : (columns,) standard deviations of the columns; None: deviations are estimated from the residuals
     limit : predictions at most in one search
+    linear : whether predictions are linear: one step of Gauss's finds the least sum of squares
     """
 
     predict: Predictions
@@ -239,16 +239,22 @@ class LeastSquares:
     columns: Array
     bounds: tuple[Array, Array]
     deviations: Array | None
-    limit: int
+    limit: int = 200
+    linear: bool = False
 
     def fit(self, x: Array) -> Fit:
         """Return the fit from start values x (n,); unknowns whose columns depend on others keep their start values.
 
         Raises
         ------
+        UsageError
+            There are fewer data than unknowns.
         NumericalError
             The run fails at the start.
         """
+        if len(self.data) < len(x):
+            fault = f"there are {len(self.data)} samples for {len(x)} unknowns [E1083]"
+            raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
         first = self.predict(x)
         if first is None:
             fault = f"the run fails at the initial guess: {self.predict.failures[0]} [E1053]"
@@ -272,7 +278,8 @@ class LeastSquares:
         count, known_deviations = len(sigma), self.deviations is not None
         sizes = np.array([np.count_nonzero(self.columns == k) for k in range(count)])
         share = max(1.0 - len(kept) / len(self.data), 1.0 / len(self.data))
-        for number in range(1 if known_deviations or count == 1 else 12):
+        rounds, enough = (30, WRITTEN) if self.linear else (12, 3e-3)
+        for number in range(1 if known_deviations or count == 1 else rounds):
             x, converged, text = self._search(x, sigma[self.columns], kept)
             if known_deviations:
                 break
@@ -281,7 +288,7 @@ class LeastSquares:
             estimated = np.maximum(np.sqrt(squares / (sizes * share)), COMPUTED * ranges_of(self.data, self.columns))
             change = float(np.max(np.abs(estimated / sigma - 1.0)))
             sigma = estimated
-            if number and change < 3e-3:
+            if number and change < enough:
                 break
         values, J = self._values_and_jacobian(x)
         return Fit(x, values, J, sigma, converged, text)
@@ -310,6 +317,9 @@ class LeastSquares:
         def jacobian(part: Array) -> Array:
             return self._values_and_jacobian(whole(part))[1][:, chosen] / sigma[:, np.newaxis]
 
+        if self.linear:
+            steps = np.linalg.lstsq(jacobian(x[chosen]), -residuals(x[chosen]), rcond=None)[0]
+            return whole(x[chosen] + steps), True, ""
         low, high = self.bounds
         result = least_squares(
             residuals,

@@ -20,6 +20,7 @@ from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings
 from eomgen.products.studies.identification.estimation import ranges_of
 from eomgen.products.studies.identification.measurements import Measurements
+from eomgen.products.studies.identification.result import Record
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
@@ -35,13 +36,11 @@ class CubicInterpolation:
     steps : number of steps of the run
     places : (n, 4) rows of the run
     weights : (n, 4)
-    ends : (n,) rows of the run if all times are ends of steps, else None
     """
 
     steps: int
     places: Array
     weights: Array
-    ends: Array | None
 
     @classmethod
     def of(cls, t: Array, start: float, step: float) -> CubicInterpolation:
@@ -58,13 +57,10 @@ class CubicInterpolation:
         for k in range(4):
             others = nodes[nodes != k]
             weights[:, k] = np.prod((s[:, np.newaxis] - others) / (k - others), axis=1)
-        ends = position.astype(int) if np.all(position == near) else None
-        return cls(steps, first[:, np.newaxis] + np.arange(4), weights, ends)
+        return cls(steps, first[:, np.newaxis] + np.arange(4), weights)
 
     def at(self, table: Array) -> Array:
         """Return values (n, ...) from a table of all rows (rows, ...)."""
-        if self.ends is not None:
-            return np.asarray(table[self.ends])
         return np.asarray(np.einsum("nk,nk...->n...", self.weights, table[self.places]))
 
 
@@ -296,6 +292,25 @@ class ExperimentUnknowns:
             ]
         )
 
+    @property
+    def column_units(self) -> dict[str, str]:
+        """Units of the measured columns."""
+        units = {item.name: item.unit for item in self.model.description.outputs}
+        return {label: units.get(label.partition("[")[0], "") for label in self.labels}
+
+    def records(self, x: Array, values: Array) -> tuple[Record, ...]:
+        """Return the data of each run with the model's values (rows,) at the unknowns x (n,)."""
+        records, first = [], 0
+        for number, experiment in enumerate(self.experiments):
+            model, data = np.full(experiment.present.shape, np.nan), experiment.data
+            count = int(np.count_nonzero(experiment.present))
+            model[experiment.present] = values[first : first + count]
+            first += count
+            start = experiment.initial_state(self.values_of(x), self.states_of(x, number))
+            by_name = dict(zip(data.outputs, model, strict=True))
+            records.append(Record(data.name, data.t, dict(data.outputs), by_name, start))
+        return tuple(records)
+
     def states_of(self, x: Array, number: int) -> Array:
         count = len(self.states)
         first = len(self.parameters) + number * count
@@ -338,13 +353,9 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
             raise UsageError(
                 Problem(f"bounds of {name}", f"{limits!r} are not two numbers [E1061]", "(0.1, 10.0)")
             ) from None
-        if np.isnan([first, last]).any():
-            fault = f"({first:.6g}, {last:.6g}) has a bound that is not a number [E1058]"
-            raise UsageError(Problem(f"bounds of {name}", fault, "-inf or inf for none"))
         if not first < last:
             fault = f"{first:.6g} is not below {last:.6g} [E1059]"
-            held = "without it among the unknowns, for a value that is held"
-            hint = f"({last:.6g}, {first:.6g})" if last < first else held
+            hint = f"({last:.6g}, {first:.6g}), or without it among the unknowns, for a value that is held"
             raise UsageError(Problem(f"bounds of {name}", fault, hint))
         for k in places:
             if not first <= x[k] <= last:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -11,6 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.rounding import WRITTEN
 from eomgen.errors import EomgenError, Message
+from eomgen.products.studies.defaults import NAMED
 from eomgen.products.studies.identification.estimation import (
     Combination,
     DependentColumns,
@@ -24,7 +26,6 @@ from eomgen.products.studies.identification.estimation import (
     words,
 )
 from eomgen.products.studies.identification.experiment import ExperimentUnknowns
-from eomgen.products.studies.identification.measurements import NAMED
 from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
 
 #: Standard deviations by which steps may move an estimate.
@@ -37,15 +38,15 @@ class Judgement:
 
     Attributes
     ----------
-    unknowns, finer : of the fit, and the same at half the step
+    unknowns, finer : of the fit, and the same at half the step; none of efforts, which are linear in the unknowns
     fit, predict : the fit and its predictions
     limits : lower and upper bounds, (n,) each
     given : whether the deviations of the columns are given
     confidence : level of the intervals
     """
 
-    unknowns: ExperimentUnknowns
-    finer: ExperimentUnknowns
+    unknowns: Any
+    finer: ExperimentUnknowns | None
     fit: Fit
     predict: Predictions
     limits: tuple[Array, Array]
@@ -58,7 +59,9 @@ class Judgement:
         names, count = unknowns.names, len(unknowns.names)
         sigma = fit.deviations[unknowns.columns]
         weighted = fit.J / sigma[:, np.newaxis]
-        on_bound = self._on_bound()
+        x, (low, high) = fit.x, self.limits
+        near = WRITTEN * np.maximum(np.abs(x), np.finfo(float).tiny)
+        on_bound = ((x - low <= near) | (high - x <= near)).tolist()
         free = [k for k in range(count) if not on_bound[k]]
         parts = structure(weighted[:, free])
         parts = DependentColumns(
@@ -71,20 +74,32 @@ class Judgement:
         spread = np.full(count, np.inf)
         spread[kept] = np.sqrt(np.diag(cov))
         bias = np.zeros(count)
-        bias[kept] = self._bias(weighted[:, kept], sigma)
+        if self.finer is not None:
+            bias[kept] = self._bias(self.finer, weighted[:, kept], sigma)
         times = interval(self.confidence, freedom, known_deviations=self.given)
-        described = names, unknowns.units, fit.x, unknowns.start, spread, times
-        estimates = estimates_of(parts, *described, bias, [k for k in range(count) if on_bound[k]])
+        estimates = []
+        for k, (name, unit) in enumerate(zip(names, unknowns.units, strict=True)):
+            state = "determined" if k in parts.certain else "on its bound" if on_bound[k] else "undetermined"
+            value, deviation = float(fit.x[k]), {"determined": float(spread[k]), "on its bound": 0.0}.get(state, np.inf)
+            ends = value - times * deviation, value + times * deviation
+            begin = float(unknowns.start[k])
+            estimates.append(Estimate(name, unit, value, deviation, *ends, float(bias[k]), begin, state))
 
         def change(at: Array) -> float:
             moved = self.predict(at)
             return np.inf if moved is None else float(np.linalg.norm((moved[0] - fit.values) / sigma))
 
-        combinations = combinations_of(
-            parts, names, fit.x, spread, times, lambda k: form_of(parts, k, fit.x, weighted, change)
-        )
-        records = self._records()
+        def form(k: int) -> str:
+            return "sum" if self.finer is None else form_of(parts, k, fit.x, weighted, change)
+
+        combinations = combinations_of(parts, names, fit.x, spread, times, form)
+        records = unknowns.records(fit.x, fit.values)
         columns = self._columns(records)
+        if self.finer is None:
+            notes, runs = unknowns.notes(weighted[:, kept], parts, combinations), (0, 0)
+        else:
+            notes = self._notes(estimates, combinations, columns, float(left @ left), freedom)
+            runs = self.predict.runs, len(self.predict.failures)
         return Identification(
             unknowns.model.name,
             tuple(estimates),
@@ -95,49 +110,29 @@ class Judgement:
             self.confidence,
             "given" if self.given else "estimated",
             freedom,
-            self.predict.runs,
-            len(self.predict.failures),
-            tuple(map(Message, self._notes(estimates, combinations, columns, float(left @ left), freedom))),
+            *runs,
+            tuple(map(Message, notes)),
         )
 
-    def _bias(self, weighted: Array, sigma: Array) -> Array:
+    def _bias(self, finer: ExperimentUnknowns, weighted: Array, sigma: Array) -> Array:
         """Return the changes (kept,) of the kept unknowns by errors of steps, estimated from a run at half the step.
         `weighted` (rows, kept) are derivatives by standard deviations `sigma` (rows,). Not a number if that run
         fails."""
         try:
-            values, _ = self.finer.predict(self.fit.x)
+            values, _ = finer.predict(self.fit.x)
         except EomgenError:
             return np.full(weighted.shape[1], np.nan)
         errors = (self.fit.values - values) * 4.0 / 3.0 / sigma
         return np.asarray(-np.linalg.lstsq(weighted, errors, rcond=None)[0])
 
-    def _on_bound(self) -> list[bool]:
-        x, (low, high) = self.fit.x, self.limits
-        near = WRITTEN * np.maximum(np.abs(x), np.finfo(float).tiny)
-        return [bool(bound) for bound in (x - low <= near) | (high - x <= near)]
-
-    def _records(self) -> tuple[Record, ...]:
-        unknowns, x = self.unknowns, self.fit.x
-        records, first = [], 0
-        for number, experiment in enumerate(unknowns.experiments):
-            model = np.full(experiment.present.shape, np.nan)
-            count = int(np.count_nonzero(experiment.present))
-            model[experiment.present] = self.fit.values[first : first + count]
-            first += count
-            modelled = dict(zip(experiment.data.outputs, model, strict=True))
-            start = experiment.initial_state(unknowns.values_of(x), unknowns.states_of(x, number))
-            records.append(
-                Record(experiment.data.name, experiment.data.t, dict(experiment.data.outputs), modelled, start)
-            )
-        return tuple(records)
-
     def _columns(self, records: Sequence[Record]) -> tuple[Column, ...]:
-        units = {item.name: item.unit for item in self.unknowns.model.description.outputs}
         columns = []
-        for k, label in enumerate(self.unknowns.labels):
+        for k, (label, unit) in enumerate(self.unknowns.column_units.items()):
             parts = [record.residuals[label] for record in records if label in record.data]
             parts = [part[np.isfinite(part)] for part in parts]
-            columns.append(column_of(label, units.get(label.partition("[")[0], ""), self.fit.deviations[k], parts))
+            every = np.concatenate(parts)
+            rms, deviation = float(np.sqrt(np.mean(every**2))), float(self.fit.deviations[k])
+            columns.append(Column(label, unit, len(every), deviation, rms, autocorrelation(parts)))
         return tuple(columns)
 
     def _notes(
@@ -217,33 +212,12 @@ class Judgement:
         return f"; least determined, in shares of their values: {text.strip()}"
 
 
-def estimates_of(
-    parts: DependentColumns,
-    names: Sequence[str],
-    units: Sequence[str],
-    x: Array,
-    start: Array,
-    spread: Array,
-    times: float,
-    bias: Array,
-    on_bound: Collection[int] = (),
-) -> list[Estimate]:
-    """Return the estimates of unknowns with values x and standard deviations ``spread`` (n,), by their independent
-    columns; ``times`` is the half width of intervals in deviations, ``bias`` (n,) the change by errors of steps."""
-    estimates = []
-    for k, name in enumerate(names):
-        state = "determined" if k in parts.certain else "on its bound" if k in on_bound else "undetermined"
-        value, deviation = float(x[k]), {"determined": float(spread[k]), "on its bound": 0.0}.get(state, np.inf)
-        ends = value - times * deviation, value + times * deviation
-        estimates.append(Estimate(name, units[k], value, deviation, *ends, float(bias[k]), float(start[k]), state))
-    return estimates
-
-
 def combinations_of(
     parts: DependentColumns, names: Sequence[str], x: Array, spread: Array, times: float, form: Callable[[int], str]
 ) -> tuple[Combination, ...]:
     """Return the combinations that the data determine although single unknowns are not determined; ``form`` gives the
-    form in which a dependent column is determined, other arguments as for ``estimates_of``."""
+    form in which a dependent column is determined, ``times`` is the half width of intervals in standard
+    deviations ``spread`` (n,) of the unknowns x (n,)."""
     forms = {dependent: form(dependent) for dependent in parts.others} if parts.mixed_columns else {}
     combinations = []
     for k in parts.mixed_columns:
@@ -257,13 +231,6 @@ def combinations_of(
         low, high = value - times * deviation, value + times * deviation
         combinations.append(Combination(text, members, kind, value, deviation, low, high))
     return tuple(combinations)
-
-
-def column_of(label: str, unit: str, deviation: float, residuals: Sequence[Array]) -> Column:
-    """Return the statistics of a measured column, by its residuals in each run."""
-    every = np.concatenate(residuals)
-    rms = float(np.sqrt(np.mean(every**2)))
-    return Column(label, unit, len(every), float(deviation), rms, autocorrelation(residuals))
 
 
 def notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]:

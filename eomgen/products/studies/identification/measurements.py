@@ -13,8 +13,9 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import names_of
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.messages import close_names, first_of, listed, nearest, shown
+from eomgen.base.messages import first_of, listed, nearest, shown
 from eomgen.errors import Problem, UsageError
+from eomgen.products.studies.defaults import NAMED
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 #: A file, or columns by name, including t.
 Data = str | os.PathLike[str] | Mapping[str, Any]
 MISSING = ("refuse", "drop")
-#: Largest number of names in a message.
-NAMED = 4
 
 
 @dataclass(frozen=True)
@@ -37,16 +36,12 @@ class Measurements:
     t : (n,) s, increasing
     outputs : by component of an output, (n,); nan if a value is missing
     inputs : by name of an input of the scene, (n,)
-    dropped : number of missing values, which are left out
-    ignored : columns that are neither, states of the model
     """
 
     name: str
     t: Array
     outputs: Mapping[str, Array]
     inputs: Mapping[str, Array]
-    dropped: int
-    ignored: tuple[str, ...]
 
 
 def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
@@ -59,26 +54,18 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
         return path.stem, dict(zip(names, table.T, strict=True))
     if not isinstance(data, Mapping):
         fault = f"a file or columns by name are needed, not {type(data).__name__} [E1065]"
-        hint = '"run.csv", or {"t": times, "angle": values}'
-        if hasattr(data, "t") and hasattr(data, "outputs"):
-            hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of a solution of simulate'
-        raise UsageError(Problem("data", fault, hint))
+        raise UsageError(Problem("data", fault, '"run.csv", or {"t": run.t, "angle": run.outputs["angle"]}'))
     columns = {}
     for name, values in data.items():
         try:
-            if np.iscomplexobj(values):
-                raise TypeError
             columns[str(name)] = np.array(values, dtype=float)
+            fits = columns[str(name)].ndim == 1 and not np.iscomplexobj(values)
         except (TypeError, ValueError):
+            fits = False
+        if not fits:
             kind = "complex" if np.iscomplexobj(values) else type(values).__name__
-            fault = f"the column {name} is {kind}, no array of numbers [E1068]"
-            raise UsageError(Problem("data", fault, "one number for each time")) from None
-        if columns[str(name)].ndim != 1:
-            fault = (
-                f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is"
-                f" needed [E1067]"
-            )
-            raise UsageError(Problem("data", fault, f"{name}[0], {name}[1] as columns of their own"))
+            fault = f"the column {name} is {kind}, not one number for each time [E1068]"
+            raise UsageError(Problem("data", fault, f"an array (n,); components as columns {name}[0], {name}[1]"))
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
         fault = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())} [E1066]"
@@ -106,7 +93,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     layout = model.library.layout["outputs"]
     known = [label for item in layout for label in component_names("", str(item["name"]), int(item["size"]))]
     wanted = None if chosen is None else _choose_components(chosen, known)
-    outputs, inputs, ignored = dict[str, Array](), dict[str, Array](), list[str]()
+    outputs, inputs = dict[str, Array](), dict[str, Array]()
     for column, values in columns.items():
         short = column.removeprefix("output.")
         driven = column.removeprefix("input.")
@@ -116,10 +103,8 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
             outputs[short] = values
         elif driven in model.inputs:
             inputs[driven] = values
-        elif wanted is not None or short in known or _belongs_to_solution(model, column):
-            ignored.append(column)
-        else:
-            hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
+        elif wanted is None and short not in known and not _belongs_to_solution(model, column):
+            hint = nearest(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
             where = f"{name}, column {shown(column)}"
             raise UsageError(Problem(where, "it is neither an output nor an input of the scene [E1069]", hint))
     if not outputs:
@@ -131,7 +116,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     absent = [item for item in wanted or () if item not in outputs]
     if absent:
         raise UsageError(Problem(name, f"there is no column {absent[0]} [E0669]", f"outputs among {listed(columns)}"))
-    return _without_gaps(name, t, outputs, inputs, tuple(ignored), missing)
+    return _without_gaps(name, t, outputs, inputs, missing)
 
 
 def times_of(name: str, columns: Mapping[str, Array]) -> Array:
@@ -155,15 +140,6 @@ def times_of(name: str, columns: Mapping[str, Array]) -> Array:
     return t
 
 
-def _near(name: str, known: Sequence[str]) -> str:
-    """Return the components of an output of this name, else the nearest known names."""
-    parts = [label for label in known if label.partition("[")[0] == name.partition("[")[0]]
-    if parts:
-        return first_of(parts, NAMED)
-    close = close_names(name[:64], known)
-    return " or ".join(close) or (f"one of {first_of(known, NAMED)}" if known else "")
-
-
 def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     """Return the components of outputs that are chosen, by names of outputs or of components. Raises UsageError for an
     unknown name, or anything but a list of names."""
@@ -171,7 +147,7 @@ def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]
     for name in names_of("outputs", "outputs", chosen, "angle"):
         labels = [label for label in known if label == name or label.partition("[")[0] == name]
         if not labels:
-            raise UsageError(Problem("outputs", f"there is no output {shown(name)} [E0204]", _near(str(name), known)))
+            raise UsageError(Problem("outputs", f"there is no output {shown(name)} [E0204]", nearest(str(name), known)))
         result += labels
     return result
 
@@ -189,7 +165,7 @@ def check_choice(argument: str, value: str, choices: Sequence[str]) -> None:
 
 
 def _without_gaps(
-    name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
+    name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], missing: str
 ) -> Measurements:
     """Return the measured data with inputs interpolated at missing values, and nan for missing outputs. Raises
     UsageError if values are missing and `missing` is ``refuse``, for an input without values, and for values above
@@ -201,8 +177,7 @@ def _without_gaps(
             hint = "values in the unit of the column, and empty cells for missing ones"
             raise UsageError(Problem(f"{name}, column {column}", fault, hint))
     gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
-    count = sum(gaps.values())
-    if count and missing == "refuse":
+    if any(gaps.values()) and missing == "refuse":
         rows = ~np.all(np.isfinite(np.stack([*outputs.values(), *inputs.values()])), axis=0)
         named = ", ".join(f"{column} {gap}" for column, gap in gaps.items() if gap)
         every = np.concatenate([*outputs.values(), *inputs.values()])
@@ -218,4 +193,4 @@ def _without_gaps(
             )
         filled[column] = np.interp(t, t[there], values[there])
     outputs = {column: np.where(np.isfinite(values), values, np.nan) for column, values in outputs.items()}
-    return Measurements(name, t, outputs, filled, count, ignored)
+    return Measurements(name, t, outputs, filled)

@@ -131,12 +131,8 @@ class Identification:
     @property
     def parameters(self) -> dict[str, float]:
         """Estimated parameters, in the form of ``simulate(parameters=...)``."""
-        count = len(self.estimates) - self._states
-        return {estimate.name: estimate.value for estimate in self.estimates[:count]}
-
-    @property
-    def _states(self) -> int:
-        return sum(estimate.name.startswith(("q.", "v.", "z.")) for estimate in self.estimates)
+        states = ("q.", "v.", "z.")
+        return {estimate.name: estimate.value for estimate in self.estimates if not estimate.name.startswith(states)}
 
     @property
     def message(self) -> str:
@@ -155,20 +151,15 @@ class Identification:
             The other attributes as JSON types, numbers may be nan or infinite; ``message``; and ``initial``, the states
             with which runs begin, by name of the record.
         """
+        plain = ("scene", "confidence", "noise", "degrees_of_freedom", "runs", "failed", "notes", "message")
+        of_parts = {name: getattr(self, name) for name in ("estimates", "combinations", "columns")}
         return {
-            "scene": self.scene,
-            "estimates": [dict(vars(estimate)) for estimate in self.estimates],
+            **{name: getattr(self, name) for name in plain},
+            **{name: [dict(vars(part)) for part in parts] for name, parts in of_parts.items()},
             "correlation": self.correlation.tolist(),
-            "combinations": [
-                vars(combination) | {"members": list(combination.members)} for combination in self.combinations
-            ],
-            "columns": [dict(vars(column)) for column in self.columns],
             "initial": {
                 record.name: {key: value.tolist() for key, value in record.initial.items()} for record in self.records
             },
-            **{name: getattr(self, name) for name in ("confidence", "noise", "degrees_of_freedom", "runs", "failed")},
-            "notes": list(self.notes),
-            "message": self.message,
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:

@@ -23,7 +23,7 @@ from eomgen.products.studies.identification.experiment import (
     deviations_of,
 )
 from eomgen.products.studies.identification.judgement import Judgement
-from eomgen.products.studies.identification.measurements import MISSING, Data, Measurements, check_choice, measurements
+from eomgen.products.studies.identification.measurements import MISSING, Data, check_choice, measurements
 from eomgen.products.studies.identification.result import Identification
 from eomgen.products.studies.identification.torques import identified_by_torque
 from eomgen.scene.scene import Scene
@@ -141,18 +141,17 @@ def identify(
     _check_lists(parameters=parameters, states=states)
     check_choice("missing", missing, MISSING)
     check_choice("by", by, _WAYS)
+    held, share, entries = _parameter_values(model, values), _share(confidence), _several(data)
     if by == "torque":
         of_runs = {"states": states or None, "bounds": bounds, "initial": initial, "outputs": outputs}
         _check_unused({**of_runs, "step": step, "t_start": t_start, **options})
-        of_values = _parameter_values(model, values)
-        return identified_by_torque(
-            model, _several(data), parameters, of_values, deviations, missing, _share(confidence)
-        )
+        return identified_by_torque(model, entries, parameters, held, deviations, missing, share)
     for name in parameters:
         check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
-    held = {name: float(value) for name, value in _parameter_values(model, values).items()}
-    share = _share(confidence)
-    runs = _named_apart([measurements(model, entry, k, outputs, missing) for k, entry in enumerate(_several(data))])
+    runs = [measurements(model, entry, k, outputs, missing) for k, entry in enumerate(entries)]
+    names = [run.name for run in runs]
+    if (twice := next((name for name in names if names.count(name) > 1), None)) is not None:
+        raise UsageError(Problem("data", f"two runs are named {twice} [E1089]", "files of different names"))
     size = model.description.simulation.step if step is None else number_of("step", step)
     begins = None if t_start is None else number_of("t_start", t_start)
     if not size > 0.0:
@@ -177,14 +176,11 @@ def identify(
             f"parameters={some!r} (--parameters {','.join(some)})" if some else 'states=["q.hinge"] (--states q.hinge)'
         )
         raise UsageError(Problem("parameters", "no parameter or state is named as unknown [E1082]", hint))
-    names, x = unknowns.names, unknowns.start
-    if len(unknowns.data) < len(names):
-        fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns [E1083]"
-        raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
+    x = unknowns.start
     limits, sigma = bounds_of(unknowns, bounds), deviations_of(unknowns.labels, deviations)
     predict = Predictions(unknowns.predict)
     check_effect(unknowns, predict, x, sigma)
-    result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma, 200).fit(x)
+    result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma).fit(x)
     return Judgement(unknowns, at(0.5 * size), result, predict, limits, sigma is not None, share).result()
 
 
@@ -245,25 +241,19 @@ def _share(confidence: float) -> float:
     return float(confidence)
 
 
-def _named_apart(runs: list[Measurements]) -> list[Measurements]:
-    names = [run.name for run in runs]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise UsageError(Problem("data", f"two runs are named {twice} [E1089]", "files of different names"))
-    return runs
-
-
 def _starts(
     initial: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None, count: int
 ) -> list[Mapping[str, Any] | None]:
     if initial is None or isinstance(initial, Mapping):
         return [initial] * count
-    if not isinstance(initial, str | Sequence):
+    if (
+        isinstance(initial, str)
+        or not isinstance(initial, Sequence)
+        or any(isinstance(state, str) for state in initial)
+    ):
         fault = f"a mapping is needed, or a list of them, not {shown(initial)} [E1090]"
-        raise UsageError(Problem("initial", fault, 'initial={"hinge": 0.3}'))
-    if isinstance(initial, str) or any(isinstance(state, str) for state in initial):
-        fault = f"the state that runs start at is needed, not the name {next(iter(initial))!r} [E1091]"
-        raise UsageError(Problem("initial", fault, 'states=["q.hinge"] for components that are unknown'))
+        hint = 'initial={"hinge": 0.3}, or states=["q.hinge"] for components that are unknown'
+        raise UsageError(Problem("initial", fault, hint))
     if len(initial) != count:
         fault = f"there are {len(initial)} initial states for {count} runs [E1092]"
         raise UsageError(Problem("initial", fault, "one for all, or one for each"))

@@ -7,33 +7,27 @@ With measured q, v, a and efforts, tau = Y pi + tau0 is linear in pi, and no run
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import first_of, nearest, shown
-from eomgen.base.rounding import SUMMED, WRITTEN
 from eomgen.compiled.arguments import check_name
-from eomgen.errors import Message, Problem, UsageError
+from eomgen.errors import Problem, UsageError
+from eomgen.products.studies.defaults import NAMED
 from eomgen.products.studies.identification.estimation import (
     Combination,
     DependentColumns,
-    correlation,
-    covariance,
-    structure,
+    LeastSquares,
+    Predictions,
 )
 from eomgen.products.studies.identification.experiment import deviations_of
-from eomgen.products.studies.identification.judgement import (
-    column_of,
-    combinations_of,
-    estimates_of,
-    interval,
-    notes_of_combinations,
-)
-from eomgen.products.studies.identification.measurements import NAMED, Data, columns_of, times_of
-from eomgen.products.studies.identification.result import Column, Identification, Record
+from eomgen.products.studies.identification.judgement import Judgement, notes_of_combinations
+from eomgen.products.studies.identification.measurements import Data, columns_of, times_of
+from eomgen.products.studies.identification.result import Identification, Record
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
@@ -50,7 +44,6 @@ class MeasuredMotion:
     q, v, a : (n, nq), (n, nv), (n, nv)
     tau : (n, nv) efforts beyond the inputs'
     u : (n, nu) inputs, None if the scene has none
-    dropped : rows that are left out because values are missing
     """
 
     name: str
@@ -60,7 +53,6 @@ class MeasuredMotion:
     a: Array
     tau: Array
     u: Array | None
-    dropped: int
 
 
 def identified_by_torque(
@@ -98,45 +90,74 @@ def identified_by_torque(
     tau = np.concatenate([motion.tau for motion in motions])
     names, start, units, matrix = _unknowns(model, parameters, pi, values)
     held = np.array([0.0 if not parameters or name in parameters else value for name, value in pi.items()])
-    A = Y @ matrix
-    right = tau - known - Y @ held
     sigma = deviations_of(efforts_of(model), deviations)
-    if right.size < len(names):
-        fault = f"there are {right.size} samples for {len(names)} unknowns [E1083]"
-        raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
-    solution = _solve(A, right, start, sigma)
-    times = interval(confidence, solution.freedom, known_deviations=sigma is not None)
-    x, parts, kept = solution.x, solution.parts, list(solution.parts.kept)
-    spread, unbiased = np.full(len(names), np.inf), np.zeros(len(names))
-    spread[kept] = np.sqrt(np.diag(solution.covariance))
-    estimates = estimates_of(parts, names, units, x, start, spread, times, unbiased)
-    combinations = combinations_of(parts, names, x, spread, times, lambda _: "sum")
-    columns, records = _measurements(model, motions, right - A @ x, solution.deviations)
-    return Identification(
-        model.name,
-        tuple(estimates),
-        correlation(solution.covariance, kept, parts.certain, len(names)),
-        combinations,
-        columns,
-        records,
-        confidence,
-        "estimated" if sigma is None else "given",
-        solution.freedom,
-        0,
-        0,
-        tuple(map(Message, _notes(A / solution.deviations[:, np.newaxis], solution.parts, names, combinations))),
-    )
+    A, right = (Y @ matrix).reshape(-1, len(names)), (tau - known - Y @ held).ravel()
+    unknowns = EffortUnknowns(model, names, units, start, A, right, motions)
+    predict, limits = Predictions(unknowns.predict), (np.full(len(names), -np.inf), np.full(len(names), np.inf))
+    result = LeastSquares(predict, right, unknowns.columns, limits, sigma, linear=True).fit(start)
+    return Judgement(unknowns, None, result, predict, limits, sigma is not None, confidence).result()
 
 
 @dataclass(frozen=True)
-class _Solution:
-    """Unknowns (n,), deviations of the efforts (nv,), the independent unknowns, covariance, and degrees of freedom."""
+class EffortUnknowns:
+    """Unknown parameters of the regressor, in which efforts are linear; see ``ExperimentUnknowns``.
 
-    x: Array
-    deviations: Array
-    parts: DependentColumns
-    covariance: Array
-    freedom: int
+    Attributes
+    ----------
+    matrix, data : (rows, n), and (rows,) efforts less the known part
+    motions : measured motions, whose efforts are the rows, time by time
+    """
+
+    model: Model
+    names: Sequence[str]
+    units: Sequence[str]
+    start: Array
+    matrix: Array
+    data: Array
+    motions: Sequence[MeasuredMotion]
+
+    @property
+    def column_units(self) -> dict[str, str]:
+        """Units of the columns of efforts."""
+        units = ["N m" if unit.startswith("rad") else "N" for unit in self.model.v_units]
+        return dict(zip(efforts_of(self.model), units, strict=True))
+
+    @property
+    def columns(self) -> NDArray[Any]:
+        """(rows,) places of columns of efforts."""
+        return np.arange(len(self.data)) % len(self.column_units)
+
+    def predict(self, x: Array) -> tuple[Array, Array]:
+        """Return efforts (rows,) at unknowns x (n,), and the derivatives (rows, n)."""
+        return self.matrix @ x, self.matrix
+
+    def records(self, x: Array, values: Array) -> tuple[Record, ...]:
+        """Return measured and modelled efforts of each motion."""
+        labels, ends = list(self.column_units), np.cumsum([len(motion.t) for motion in self.motions])
+        parts = np.split((self.data - values).reshape(-1, len(labels)), ends[:-1])
+        return tuple(
+            Record(
+                motion.name,
+                motion.t,
+                dict(zip(labels, motion.tau.T, strict=True)),
+                dict(zip(labels, (motion.tau - part).T, strict=True)),
+                {},
+            )
+            for motion, part in zip(self.motions, parts, strict=True)
+        )
+
+    def notes(self, weighted: Array, parts: DependentColumns, combinations: Sequence[Combination]) -> list[str]:
+        """Return sentences on combinations, unknowns without effect, and the condition of the independent columns
+        ``weighted`` (rows, kept)."""
+        notes = list(notes_of_combinations(combinations))
+        mixed = {name for combination in combinations for name in combination.members}
+        lost = [self.names[k] for k in parts.others if self.names[k] not in mixed]
+        if lost:
+            notes.append(f"these motions do not depend on {first_of(lost, NAMED)} [W0085]")
+        condition = float(np.linalg.cond(weighted / np.linalg.norm(weighted, axis=0))) if weighted.size else 1.0
+        if condition > 100.0:  # Gautier and Khalil (1992) ask for less
+            notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g} [W0086]")
+        return notes
 
 
 def efforts_of(model: Model) -> list[str]:
@@ -157,72 +178,6 @@ def _unknowns(
     places = [columns.index(name) for name in parameters]
     units = [model.description.linear_parameters[position].unit for position in places]
     return list(parameters), np.array([pi[name] for name in parameters]), units, np.eye(len(columns))[:, places]
-
-
-def _solve(A: Array, right: Array, start: Array, deviations: Array | None) -> _Solution:
-    """Return the weighted least-squares solution of A x = right, (n, nv, unknowns) and (n, nv). Unknowns that are
-    combinations of other unknowns keep the start values (unknowns,). Deviations (nv,) of None are estimated from the
-    residuals."""
-    rows, count, unknowns = A.shape
-    ranges = np.ptp(right, axis=0)
-    ranges = np.where(ranges > 0.0, ranges, 1.0)
-    sigma, x = ranges if deviations is None else deviations, start.copy()
-    for _ in range(30):
-        whole = (A / sigma[:, np.newaxis]).reshape(-1, unknowns)
-        result = structure(whole)
-        kept, others = list(result.kept), list(result.others)
-        rest = ((right - A[..., others] @ start[others]) / sigma).reshape(-1)
-        x[kept] = np.linalg.lstsq(whole[:, kept], rest, rcond=None)[0]
-        if deviations is not None:
-            break
-        share = max(1.0 - len(kept) / (rows * count), 1.0 / (rows * count))
-        estimated = np.maximum(np.sqrt(np.mean((right - A @ x) ** 2, axis=0) / share), SUMMED * ranges)
-        change = float(np.max(np.abs(estimated / sigma - 1.0)))
-        sigma = estimated
-        if change < WRITTEN:
-            break
-    cov = covariance(A.reshape(-1, unknowns)[:, kept], np.tile(sigma, rows)) if kept else np.zeros((0, 0))
-    return _Solution(x, sigma, result, cov, rows * count - len(kept))
-
-
-def _measurements(
-    model: Model, motions: Sequence[MeasuredMotion], left: Array, deviations: Array
-) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
-    """Return statistics for each column of efforts, and a record with measured and modelled efforts for each motion.
-    `left` (n, nv) are the residuals of all motions in order, `deviations` (nv,) the noise."""
-    labels = efforts_of(model)
-    ends = np.cumsum([len(motion.t) for motion in motions])
-    parts = np.split(left, ends[:-1])
-    records = tuple(
-        Record(
-            motion.name,
-            motion.t,
-            dict(zip(labels, motion.tau.T, strict=True)),
-            dict(zip(labels, (motion.tau - part).T, strict=True)),
-            {},
-        )
-        for motion, part in zip(motions, parts, strict=True)
-    )
-    columns = tuple(
-        column_of(label, "N m" if unit.startswith("rad") else "N", deviations[k], [part[:, k] for part in parts])
-        for k, (label, unit) in enumerate(zip(labels, model.v_units, strict=True))
-    )
-    return columns, records
-
-
-def _notes(
-    weighted: Array, parts: DependentColumns, names: Sequence[str], combinations: Sequence[Combination]
-) -> list[str]:
-    whole = weighted.reshape(-1, weighted.shape[-1])[:, list(parts.kept)]
-    notes = list(notes_of_combinations(combinations))
-    mixed = {name for combination in combinations for name in combination.members}
-    lost = [names[k] for k in parts.others if names[k] not in mixed]
-    if lost:
-        notes.append(f"these motions do not depend on {first_of(lost, NAMED)} [W0085]")
-    condition = float(np.linalg.cond(whole / np.linalg.norm(whole, axis=0))) if whole.size else 1.0
-    if condition > 100.0:  # Gautier and Khalil (1992) ask for less
-        notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g} [W0086]")
-    return notes
 
 
 def _check_columns(model: Model, name: str, columns: Mapping[str, Array], needed: Sequence[str], driven: bool) -> None:
@@ -285,4 +240,4 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> MeasuredMoti
         u = np.array(model.input_values(t[rows]))
         for label, values in driven.items():
             u[:, model.inputs.index(label)] = values[rows]
-    return MeasuredMotion(name, t[rows], q, v, a, tau, u, len(t) - len(rows))
+    return MeasuredMotion(name, t[rows], q, v, a, tau, u)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -144,16 +145,11 @@ def _has_angles(subject: Subject) -> str:
     return "" if _angles(subject) else "it has no angles as coordinates"
 
 
-def _turn_angles(subject: Subject, value: float) -> RunConditions:
-    q, v = (np.array(x) for x in subject.start)
-    q[_angles(subject)] += 2.0 * np.pi * value
-    return subject.conditions(q=q, v=v)
-
-
-def _right_angles(subject: Subject, value: float) -> RunConditions:
-    q, v = (np.array(x) for x in subject.start)
-    q[_angles(subject)] = 2.0 * np.pi * value + 1e-9
-    return subject.conditions(q=q, v=v)
+def _turn(subject: Subject, value: float, *, more: bool) -> RunConditions:
+    """Return conditions with all angles at a number of turns, next to singular places, or by as many turns more."""
+    q = np.array(subject.start[0])
+    q[_angles(subject)] = 2.0 * np.pi * value + (q[_angles(subject)] if more else 1e-9)
+    return subject.conditions(q=q)
 
 
 def _decades(first: int, last: int, by: int = 1) -> tuple[float, ...]:
@@ -163,6 +159,7 @@ def _decades(first: int, last: int, by: int = 1) -> tuple[float, ...]:
 _LENGTHS = (1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9)
 _TIMES = (1e-6, 1e-3, 1e3, 1e6, 1e8)
 _FACTORS = _decades(-12, 12, 3)
+_TURNS = (0.4999999, 0.5, 1.0, 1e3, 1e6, 1e9)
 _SPINS = (0.01, 0.1, 0.5, 1.0, 2.0, 3.0, 5.0, 6.2, 6.3, 10.0, 1e3, 1e6, 1e10)
 
 LADDERS: tuple[Ladder, ...] = (
@@ -203,8 +200,8 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("ratio", "inertia of the first body, times", _FACTORS, _factor(RATIO), _with(RATIO)),
     Ladder("ratio_last", "inertia of the last body, times", _FACTORS, _factor(RATIO_LAST), _with(RATIO_LAST)),
     Ladder("spin", "turn within a step, rad", _SPINS, _spin, _spins),
-    Ladder("turns", "angles, turns more", (0.4999999, 0.5, 1.0, 1e3, 1e6, 1e9), _turn_angles, _has_angles),
-    Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), _right_angles, _has_angles),
+    Ladder("turns", "angles, turns more", _TURNS, partial(_turn, more=True), _has_angles),
+    Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), partial(_turn, more=False), _has_angles),
     Ladder(
         "rho_inf",
         "spectral radius at infinity",

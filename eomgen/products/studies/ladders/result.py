@@ -8,33 +8,33 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from eomgen.base.csv_tables import csv_text
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.ladders.register import BY_NAME
-from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
+from eomgen.products.studies.ladders.runs import REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
+from eomgen.products.studies.work_precision.result import WRONG
 
 #: Verdicts: the error is within the bound; the error is above, below 10 %; the run reports doubts; the run ended with a
 #: message; the run was refused with a message; the run took too long and was interrupted; there is no reference; the
 #: run failed.
-HOLDS, COARSE, WARNED, ENDED = "holds", "coarse", "warned", "stopped"
-REJECTED, LONG, UNKNOWN, FAILS = "refused", "unfinished", "unknown", "fails"
+HOLDS, COARSE, WARNED, UNKNOWN, FAILS = "holds", "coarse", "warned", "unknown", "fails"
 #: Words, colour and sign of each verdict: green to yellow is right or nearly, blue is reported, red is a silent fault.
 _SHOWN = {
     HOLDS: ("the error is within its bound", "#3E9B5F", ""),
     COARSE: ("1 to 10 % wrong", "#E3C53A", "~"),
     WARNED: ("more than 10 % wrong, and the run says that it is doubtful", "#F0953F", "!"),
-    ENDED: ("ended with a message", "#7FB0D8", "s"),
-    REJECTED: ("refused with a message", "#4E79A7", "r"),
-    LONG: ("too slow, interrupted", "#B7A6CE", "u"),
+    STOPPED: ("ended with a message", "#7FB0D8", "s"),
+    REFUSED: ("refused with a message", "#4E79A7", "r"),
+    UNFINISHED: ("too slow, interrupted", "#B7A6CE", "u"),
     UNKNOWN: ("ran; no two references agree", "#C9C9C9", "?"),
     FAILS: ("hang, crash, not finite without a word, or more than 10 % wrong and called success", "#C8102E", "F"),
 }
 VERDICTS: Mapping[str, str] = {name: words for name, (words, _, _) in _SHOWN.items()}
-#: Error, relative to the motion, from which on a run has to say something.
-WRONG = 0.1
 
 
 @dataclass(frozen=True)
@@ -72,20 +72,13 @@ class Cell:
 def verdict(ended: RunEnding, error: float | None, bound: float) -> str:
     """Return the verdict of a cell, one of ``VERDICTS``, by the end of its run and the error (None if unknown). Errors
     up to `bound` hold, up to 0.1 are coarse; above, or without a reference, a run has to warn."""
-    kinds = {REFUSED: REJECTED, UNFINISHED: LONG, HANG: FAILS, CRASH: FAILS, RAISED: FAILS}
-    if ended.how in kinds:
-        return kinds[ended.how]
-    if ended.how == STOPPED:
-        return ENDED if ended.said else FAILS
+    if ended.how in (REFUSED, UNFINISHED) or (ended.how == STOPPED and ended.said):
+        return ended.how
     if ended.how != REACHED or not ended.finite:
         return FAILS
-    if error is None:
-        return WARNED if ended.said else UNKNOWN
-    if error <= bound:
-        return HOLDS
-    if error <= WRONG:
-        return COARSE
-    return WARNED if ended.said else FAILS
+    if error is not None and error <= WRONG:
+        return HOLDS if error <= bound else COARSE
+    return WARNED if ended.said else UNKNOWN if error is None else FAILS
 
 
 def counts(cells: Sequence[Cell]) -> dict[str, int]:
@@ -152,15 +145,12 @@ class Extremes:
             ``scene``, ``counts`` (cells by verdict), ``fails`` (a number), ``shortest_period`` (s), ``seconds``,
             ``left_out``, and ``cells``: attributes of each cell, and its ``command``. Numbers may be nan or infinite.
         """
-        cells = [{**asdict(cell), "command": self.command(cell)} for cell in self.cells]
         return {
-            "scene": self.scene,
-            "counts": self.counts,
+            **{name: getattr(self, name) for name in ("scene", "counts", "seconds")},
             "fails": len(self.fails),
             "shortest_period": self.period,
-            "seconds": self.seconds,
             "left_out": dict(self.left_out),
-            "cells": cells,
+            "cells": [{**asdict(cell), "command": self.command(cell)} for cell in self.cells],
         }
 
     def csv(self) -> str:
@@ -205,48 +195,29 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     """Draw a table of all cells, coloured by verdict, with errors, into a file; return the path. Raises FileError."""
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415  # slow to import, for drawing only
 
-    rows = _rows(cells)
-    widest = max((len(_values(row)) for _, _, row in rows), default=1)
-    places, top = [], 0.0
-    for number, (ladder, _, _) in enumerate(rows):
-        if number and rows[number - 1][0] != ladder:
-            top += 1.45
-        places.append(top)
-        top += 1.0
-    figure = new_figure((4.6 + 0.62 * widest, 1.5 + 0.27 * max(top, 4.0)))
-    axis = figure.subplots()
-    last = ""
-    for (ladder, method, row), y in zip(rows, places, strict=True):
-        values = _values([cell for cell in cells if cell.ladder == ladder])
-        if ladder != last:
-            axis.text(-0.1, y - 0.5, BY_NAME[ladder].scales, ha="right", va="center", fontsize=7.5, weight="bold")
-            for x, value in enumerate(values):
-                axis.text(x + 0.5, y - 0.1, f"{value:.6g}", ha="center", va="bottom", fontsize=6.5, color="#444444")
-            last = ladder
-        axis.text(-0.1, y + 0.5, method, ha="right", va="center", fontsize=7.5)
-        for cell in row:
-            _, colour, sign = _SHOWN[cell.verdict]
-            x = values.index(cell.value)
-            axis.add_patch(Rectangle((x, y), 0.95, 0.92, color=colour, linewidth=0.0))
-            text = sign if cell.error is None else f"{cell.error:.0e}"
-            axis.text(x + 0.475, y + 0.47, text, ha="center", va="center", fontsize=6.0, color="white")
-    axis.set(xlim=(0.0, widest), ylim=(top + 0.2, -1.2))
-    axis.axis("off")
+    ladders = dict.fromkeys(cell.ladder for cell in cells)
+    values = {name: sorted({cell.value for cell in cells if cell.ladder == name}) for name in ladders}
+    methods = {name: list(dict.fromkeys(cell.method for cell in cells if cell.ladder == name)) for name in ladders}
+    widest, rows = max(map(len, values.values()), default=1), [len(names) for names in methods.values()]
+    figure = new_figure((4.6 + 0.62 * widest, 1.5 + 0.27 * max(sum(rows) + 1.45 * (len(rows) - 1), 4.0)))
+    axes = figure.subplots(max(len(rows), 1), 1, squeeze=False, height_ratios=rows or None)
+    for axis, name in zip(axes[:, 0], ladders, strict=False):
+        axis.set(xlim=(0.0, widest), ylim=(len(methods[name]), 0.0))
+        axis.set_title(BY_NAME[name].scales, loc="left", fontsize=7.5, weight="bold")
+        axis.set_xticks(np.arange(len(values[name])) + 0.5, [f"{value:.6g}" for value in values[name]], fontsize=6.5)
+        axis.set_yticks(np.arange(len(methods[name])) + 0.5, methods[name], fontsize=7.5)
+        axis.tick_params(length=0.0, labeltop=True, labelbottom=False)
+        axis.spines[:].set_visible(False)
+    for cell in cells:
+        axis = axes[list(ladders).index(cell.ladder), 0]
+        _, colour, sign = _SHOWN[cell.verdict]
+        x, y = values[cell.ladder].index(cell.value), methods[cell.ladder].index(cell.method)
+        axis.add_patch(Rectangle((x, y), 0.95, 0.92, color=colour, linewidth=0.0))
+        text = sign if cell.error is None else f"{cell.error:.0e}"
+        axis.text(x + 0.475, y + 0.47, text, ha="center", va="center", fontsize=6.0, color="white")
     count = counts(cells)
     handles = [Patch(color=_SHOWN[name][1], label=f"{name} {count[name]}") for name in count]
     figure.legend(handles=handles, loc="outside lower left", ncols=4, frameon=False, fontsize=8)
     unknown = f"\nunknown: {VERDICTS[UNKNOWN]}" if UNKNOWN in count else ""
     figure.suptitle(f"{scene}: extremes; numbers are errors by the motion{unknown}", fontsize=9, x=0.02, ha="left")
     return save_figure(figure, path)
-
-
-def _rows(cells: Sequence[Cell]) -> list[tuple[str, str, list[Cell]]]:
-    result: dict[tuple[str, str], list[Cell]] = {}
-    for cell in cells:
-        result.setdefault((cell.ladder, cell.method), []).append(cell)
-    order = list(dict.fromkeys(cell.ladder for cell in cells))
-    return [(ladder, method, row) for name in order for (ladder, method), row in result.items() if ladder == name]
-
-
-def _values(cells: Sequence[Cell]) -> list[float]:
-    return sorted({cell.value for cell in cells})

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from itertools import chain
 from operator import getitem
@@ -93,19 +93,8 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
 
 def used_factors(scene: Data, wanted: Sequence[str]) -> frozenset[str]:
     """Return the factors in the numbers of a scene ``with_factors``: absent and zero numbers have none."""
-    texts = list(_texts({key: value for key, value in scene.items() if key != "parameters"}))
-    return frozenset(name for name in wanted if any(name in text for text in texts))
-
-
-def _texts(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, Mapping):
-        for entry in value.values():
-            yield from _texts(entry)
-    elif isinstance(value, list | tuple):
-        for entry in value:
-            yield from _texts(entry)
+    text = repr({key: value for key, value in scene.items() if key != "parameters"})
+    return frozenset(name for name in wanted if name in text)
 
 
 class _Factors:

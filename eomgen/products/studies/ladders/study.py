@@ -18,7 +18,6 @@ from eomgen.base.data import dataclass
 from eomgen.base.journal import Journal
 from eomgen.base.messages import nearest, shown
 from eomgen.base.version import __version__
-from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.register import AUTO, canonical_name
 from eomgen.pipeline.model import Model
@@ -36,16 +35,13 @@ from eomgen.products.studies.ladders.runs import (
     run_ending,
 )
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, StructuralZeros, Subject
+from eomgen.products.studies.seconds import study_seconds
 from eomgen.products.studies.work_precision.observation import angles
 
 #: Two references have to agree to this.
 AGREED = 1e-3
-#: Seconds for each run of a pair, and limit of the steps.
-LIMIT, MOST_STEPS = 10.0, 400_000
-#: Ratio of errors of velocities to errors of positions, at the same step.
-VELOCITY = 3.0
-#: Motion below this part of the largest motion is measured by this part.
-_SMALL = 1e-3
+#: Limit of the steps of a run of a pair.
+MOST_STEPS = 400_000
 _DOUBLE = float(np.finfo(np.float64).eps)
 
 
@@ -81,7 +77,7 @@ def reference(
     for name, first, second in _pairs(subject, conditions):
         runs: list[Mapping[str, Array]] = []
         for request in (first, second):
-            ending = ended(request, LIMIT)
+            ending = ended(request, 10.0)
             if ending.how != REACHED or ending.arrays is None or not ending.finite:
                 tried.append(f"{name}: {ending.how}")
                 break
@@ -123,8 +119,8 @@ class Errors(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """Both on one scale."""
-        return max(self.position, self.velocity / VELOCITY)
+        """Both on one scale: velocities are about three times as wrong as positions at the same step."""
+        return max(self.position, self.velocity / 3.0)
 
 
 def difference(
@@ -145,8 +141,10 @@ def difference(
     scale = {"rad": 1.0, "m": subject.extent}
     position, turned = _relative(_positions(model, of["q"], held["q"]), scale, rounding, 1.0)
     if "z" in of and "z" in held:
-        position = max(position, _state_error(model, of["z"], held["z"], rounding))
-    apart, speeds = (np.abs(v).max(axis=0, initial=0.0).tolist() for v in (of["v"] - held["v"], held["v"]))
+        ranges = np.maximum(np.ptp(held["z"], axis=0), rounding * _largest(held["z"]))
+        states, _ = _relative(zip(model.z_units, _largest(of["z"] - held["z"]), ranges, strict=True), {}, 0.0, 0.0)
+        position = max(position, states)
+    apart, speeds = _largest(of["v"] - held["v"]), _largest(held["v"])
     rates = {f"{kind}/s": size for kind, size in scale.items()}
     velocity, _ = _relative(zip(model.v_units, apart, speeds, strict=True), rates, rounding, turned / span)
     result = Errors(position, velocity)
@@ -172,22 +170,14 @@ def _relative(
         moved[unit] = max(moved.get(unit, 0.0), motion)
     most = max((motion / scale[unit] for unit, motion in moved.items() if unit in scale), default=0.0)
     reach = max(least, most)
-    floor = max(rounding * reach, _SMALL * most)
+    floor = max(rounding * reach, 1e-3 * most)
     sizes = {unit: max(motion, floor * scale.get(unit, 0.0)) or 1.0 for unit, motion in moved.items()}
     return max((error / sizes[unit] for unit, error in wrong.items()), default=0.0), reach
 
 
-def _state_error(model: Model, of: Array, held: Array, rounding: float) -> float:
-    """Return the largest error of internal states (n, nz) `of` a run against `held`, relative to the range of each
-    state. The range counts at least as a thousandth of the largest range with the same unit, and as `rounding` times
-    the values."""
-    errors, motions = np.abs(of - held).max(axis=0, initial=0.0), np.ptp(held, axis=0)
-    largest = dict.fromkeys(model.z_units, 0.0)
-    for unit, motion in zip(model.z_units, motions, strict=True):
-        largest[unit] = max(largest[unit], float(motion))
-    least = np.array([_SMALL * largest[unit] for unit in model.z_units])
-    sizes = np.maximum(np.maximum(motions, least), rounding * np.abs(held).max(axis=0, initial=0.0))
-    return float(np.max(errors / np.where(sizes > 0.0, sizes, 1.0), initial=0.0))
+def _largest(values: Array) -> Array:
+    """Return the largest size of each column, (n, size) -> (size,)."""
+    return np.asarray(np.abs(values).max(axis=0, initial=0.0))
 
 
 def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, float, float]]:
@@ -302,7 +292,7 @@ def extremes(
     EomgenError
         The scene cannot be read or built.
     """
-    began, budget = time.perf_counter(), number_of("budget", budget)
+    began, budget, limit = time.perf_counter(), study_seconds("budget", budget), study_seconds("limit", limit)
     wanted = [_ladder_named("ladders", name) for name in ladders] or LADDERS
     for method in (*methods, *(method for _, _, method in map(_cell_of, cells) if method)):
         if method != AUTO:
@@ -380,13 +370,9 @@ class _LadderStudy:
         empty method stands for all. Returns the cells, including cells of the journal, and the reasons by name for
         cells that were left out. Each new cell is written to the journal."""
         result: list[Cell] = []
-        left_out: dict[str, str] = {}
-        known: dict[str, list[str]] = {}
-        for ladder in dict.fromkeys(ladder for ladder, _, _ in entries):
-            if why := ladder.applies(self.subject):
-                left_out[ladder.name] = why
-            else:
-                known[ladder.name] = methods_of(ladder, self.subject, methods)
+        ladders = dict.fromkeys(ladder for ladder, _, _ in entries)
+        left_out = {ladder.name: why for ladder in ladders if (why := ladder.applies(self.subject))}
+        known = {row.name: methods_of(row, self.subject, methods) for row in ladders if row.name not in left_out}
         plan = [
             (ladder, value, method)
             for ladder, value, settings in entries
@@ -417,14 +403,12 @@ class _LadderStudy:
         conditions = ladder.conditions(self.subject, value)
         self.subject.model(conditions.model)  # a model that cannot be built raises here
         request = Request(conditions, method)
-        ended = self.runner.execute(request, self.limit)
-        used = self.runner.used
-        result = self._judge(ladder, value, method, conditions, ended)
-        if result.verdict == FAILS and used:  # earlier runs of the process must not be the reason
-            self.runner.close()
-            ended = self.runner.execute(request, self.limit)
+        while True:
+            ended, used = self.runner.execute(request, self.limit), self.runner.used
             result = self._judge(ladder, value, method, conditions, ended)
-        return result
+            if result.verdict != FAILS or not used:
+                return result
+            self.runner.close()  # earlier runs of the process must not be the reason
 
     def _judge(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: RunEnding) -> Cell:
         error, by = None, ""

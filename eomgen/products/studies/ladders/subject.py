@@ -54,8 +54,8 @@ _SETS = (
     (STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST),
     (GRAVITY,),
 )
-#: Steps of a short run, of the scene's own step, and the part of the shortest period that is a fine step.
-STEPS, FINE = 10 * ROWS, 0.01
+#: Steps of a short run.
+STEPS = 10 * ROWS
 
 
 class Subject:
@@ -218,8 +218,8 @@ class Subject:
 
     @property
     def fine(self) -> float:
-        """A step at which methods are accurate, s."""
-        return FINE * self.period
+        """A step at which methods are accurate, s: a hundredth of the shortest period."""
+        return 0.01 * self.period
 
     def conditions(self, **changes: Any) -> RunConditions:
         """Return the conditions of a short run at a fine step, with changes."""

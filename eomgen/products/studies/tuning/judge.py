@@ -166,8 +166,8 @@ def _over_time(model: Model, runner: Runner) -> bool:
     return moves or any(not constant(formula) for formula in prescribed)
 
 
-#: Wanted uncertainty of the reference, relative to the demand, and the largest one.
-KNOWN, LEAST_KNOWN = 0.05, 0.5
+#: Wanted uncertainty of the reference, relative to the demand.
+KNOWN = 0.05
 
 
 @dataclass
@@ -209,15 +209,6 @@ class Judge:
         """Return the error of a run under a condition, as far as known."""
         return self.demand.of(self.reference(condition).errors_of(observation))
 
-    def bar(self, condition: Condition = OWN) -> float:
-        """Return by how much the motion under a condition may be wrong."""
-        return self.reference(condition).bar(self.demand.quantity, self.demand.measure)
-
-    def start(self, condition: Condition) -> dict[str, Any]:
-        """Return the initial state of runs under a condition: consistent ``q``, ``v`` of the scene's formulation."""
-        motion = self.reference(condition).observation
-        return {"q": motion.q[0], "v": motion.v[0]}
-
     def _reference(self, condition: Condition) -> RunReference:
         """Return the most certain motion under a condition as the reference, tried by one method after another. Raises
         NumericalError if no method runs, the system does not move, or the motion is known to less than half of the
@@ -240,7 +231,7 @@ class Judge:
         check_moves(self.runner, best.observation)
         if best.error > LARGEST_UNCERTAINTY:
             hold(f"{best.described} and the same at half its accuracy", best.error)
-        if best.error > LEAST_KNOWN * self.demand.error:
+        if best.error > 0.5 * self.demand.error:
             fault = (
                 f"the best reference, {best.described}, is known to {best.error:.2g} only, too little for the"
                 f" demand {self.demand.error:g} [E1112]"
@@ -321,13 +312,14 @@ def verify(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Verifi
     outcome = under(judge, run, condition)
     if outcome.ended != REACHED or outcome.observation is None:
         return VerificationRun(condition.label, np.inf, 0.0, "", outcome.said)
-    error = judge.error(outcome.observation, condition)
-    return VerificationRun(condition.label, error, judge.bar(condition), held.described, outcome.said)
+    error, bar = judge.error(outcome.observation, condition), held.bar(judge.demand.quantity, judge.demand.measure)
+    return VerificationRun(condition.label, error, bar, held.described, outcome.said)
 
 
 def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> ComparedRun:
     """Return the run of a configuration under a condition, from the start of the reference."""
     arguments = dict(condition.arguments)
     if "initial" in arguments:
-        arguments["initial"] = judge.start(condition)
+        motion = judge.reference(condition).observation
+        arguments["initial"] = {"q": motion.q[0], "v": motion.v[0]}  # consistent
     return judge.runner.run(**run, **arguments, timed=False, estimated=False)

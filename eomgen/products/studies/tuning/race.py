@@ -13,7 +13,6 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import EomgenError, NumericalError
-from eomgen.products.studies.method_facts import facts_of
 from eomgen.products.studies.tuning.judge import Condition, Judge, under
 from eomgen.products.studies.work_precision.axes import (
     TOLERANCE,
@@ -22,6 +21,7 @@ from eomgen.products.studies.work_precision.axes import (
     candidates,
     one_of_each,
     reason,
+    refinements,
 )
 from eomgen.products.studies.work_precision.running import (
     REACHED,
@@ -333,8 +333,6 @@ class Race:
         self.left_out[contender.configuration.label] = why
 
 
-#: Single precision is tried for demands from this on.
-SINGLE = 1e-5
 #: Ratio of the times of a step above which another formulation leaves the race, with all formulations of its kind.
 DEARER = 3.0
 
@@ -362,8 +360,7 @@ class RaceEntries:
         """Run the whole race, one candidate of each family first, and return all contenders. Afterwards relatives and
         settings of the best race, then other formulations, until steps on one of them take more than three times as
         long."""
-        usual = {"rho_inf": self.defaults.rho_inf}
-        contenders = [self._contender(c, c.configuration(usual)) for c in one_of_each(self.own)]
+        contenders = [self._contender(candidate) for candidate in one_of_each(self.own)]
         best = self.race_with_neighbours(contenders, self.race.run(contenders))
         for name in self.others:
             best = self._also(contenders, best, self._contenders_on(name, best))
@@ -391,7 +388,8 @@ class RaceEntries:
         contenders += added
         return better if better is not None and better.seconds(self.race.demand) < reached else best
 
-    def _contender(self, candidate: Candidate, configuration: Configuration) -> Contender:
+    def _contender(self, candidate: Candidate, configuration: Configuration | None = None) -> Contender:
+        configuration = configuration or candidate.configuration({"rho_inf": self.defaults.rho_inf})
         if candidate.method.chooses_steps:
             return Contender(
                 candidate, configuration, TOLERANCE, 1.0 / first_tolerance(candidate.method.order, self.race.demand)
@@ -400,7 +398,7 @@ class RaceEntries:
         first = whole_steps(grid.row / (8.0 * self.defaults.step), grid.coarsest)
         return Contender(candidate, configuration, "step", first, grid.coarsest)
 
-    def _near(self, best: Contender, candidate: Candidate, configuration: Configuration) -> Contender:
+    def _near(self, best: Contender, candidate: Candidate, configuration: Configuration | None = None) -> Contender:
         """Return a contender that begins with the winner's resolution."""
         contender = self._contender(candidate, configuration)
         reached = best.best(self.race.demand)
@@ -429,12 +427,8 @@ class RaceEntries:
         Single precision for demands of 1e-5 and more only. Empty without a winner."""
         if best is None:
             return []
-        policies = facts_of(best.configuration.method).policies
-        varied = []
-        if "policy" in self.axes:
-            varied += [replace(best.configuration, policy=name, settings=s) for name, s in policies.items()]
-        if "arithmetic" in self.axes and self.race.demand >= SINGLE:
-            varied.append(replace(best.configuration, real="float"))
+        axes = [axis for axis in self.axes if axis != "arithmetic" or self.race.demand >= 1e-5]
+        varied = refinements(best.configuration, axes)
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
     def _contenders_on(self, name: str, best: Contender | None) -> list[Contender]:
@@ -448,10 +442,9 @@ class RaceEntries:
             return []
         first = one_of_each(there)
         same = [c for c in first if best is not None and c.family is best.candidate.family]
-        usual = {"rho_inf": self.defaults.rho_inf}
         if best is not None and same:
-            return [self._near(best, candidate, candidate.configuration(usual)) for candidate in same]
-        return [self._contender(candidate, candidate.configuration(usual)) for candidate in first]
+            return [self._near(best, candidate) for candidate in same]
+        return [self._contender(candidate) for candidate in first]
 
     def _dearer(self, there: Contender, best: Contender) -> bool:
         """Return whether a step on another formulation takes so much longer than a step of the best contender that

@@ -197,19 +197,17 @@ class Tuned:
             ``spent`` (``seconds``, ``runs``, and ``built`` as ``building``). Numbers of ``own`` and ``verified`` may be
             infinite.
         """
-        own = ("scene", "quantity", "measure", "demand", "met", "kind", "value", "error", "seconds", "span", "steps")
+        others = ("configuration", "source", "built")
         return {
-            **{name: getattr(self, name) for name in (*own, "why", "next_digit", "said")},
+            **{name: value for name, value in vars(self).items() if name not in others},
             **self.configuration.to_dict(),
-            "own": {"settings": self.own[0], "error": self.own[1], "seconds": self.own[2]},
+            "met": self.met,
+            "why": self.why,
+            "own": dict(zip(("settings", "error", "seconds"), self.own, strict=True)),
             "rivals": [vars(rival) for rival in self.rivals],
             "verified": [vars(run) for run in self.verified],
-            "simulation": dict(self.simulation),
-            "written": {"error": self.written[0], "seconds": self.written[1]},
-            **{name: getattr(self, name) for name in ("coordinates", "group", "simplified")},
-            "machine": dict(self.machine),
+            "written": dict(zip(("error", "seconds"), self.written, strict=True)),
             "spent": {"seconds": self.spent[0], "runs": self.spent[1], "building": self.built},
-            "left_out": dict(self.left_out),
         }
 
     def save(self, path: str | Path) -> Path:

@@ -13,8 +13,10 @@ from typing import Any
 
 from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, field
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
+from eomgen.products.studies.seconds import study_seconds
 from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, VerificationRun, conditions, verify
 from eomgen.products.studies.tuning.race import COARSE, Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
@@ -119,9 +121,7 @@ def tune(
     others = formulated and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
     defaults = variants.description.simulation
-    end = defaults.duration if t_end is None else t_end
-    if not (math.isfinite(end) and end > 0.0):
-        raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s [E1127]", "10"))
+    end, budget = defaults.duration if t_end is None else number_of("t_end", t_end), study_seconds("budget", budget)
     grid = tuning_grid(end, defaults.step, defaults.step * defaults.record_every)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None
@@ -179,11 +179,9 @@ class _Tuning:
                 stop.add_note(f"the cheapest so far, which is not verified, has {told}")
             raise
         self._enough(contenders)
-        run = winner.best(demand.error)
-        assert run is not None  # checked by ``_enough``
         own_settings = self._own_settings(judge)
         spent = time.process_time() - began - self.runner.building, race.runs
-        return self._result(contenders, winner, run, checks, own_settings, spent, source)
+        return self._result(contenders, winner, checks, own_settings, spent, source)
 
     def _others(self) -> list[str]:
         """Return the names of other formulations that may win: simplified ones first, then other coordinates. Other
@@ -237,7 +235,6 @@ class _Tuning:
         self,
         contenders: Sequence[Contender],
         winner: Contender,
-        run: RaceRun,
         checks: tuple[VerificationRun, ...],
         own_settings: tuple[str, float, float],
         spent: tuple[float, int],
@@ -245,7 +242,8 @@ class _Tuning:
     ) -> Tuned:
         """Return the result for the winner's run, with rivals, verification runs, the scene's own settings and costs.
         `spent` are seconds of computation and the number of runs."""
-        demand = self.demand
+        demand, run = self.demand, winner.best(self.demand.error)
+        assert run is not None  # checked by ``_enough``
         grid, value = self.runner.grid, self._value(winner, run)
         name = winner.configuration.formulation
         told = (c for c in contenders if any(each.error < COARSE for each in c.runs))

@@ -72,7 +72,7 @@ def judge_claim(
     states : blocks and names of states
     rng : source of random changes for the condition
     """
-    remarks, names, state = Remarks(), states.names, dict(states.blocks)
+    remarks, names, state = Remarks(), states.names, claim.at(engine, states.blocks) if states.names else {}
     report = FormReport(
         claim.name, claim.meaning, claim.family, "no state", second_name=claim.second.name if claim.second else ""
     )

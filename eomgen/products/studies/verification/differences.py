@@ -31,6 +31,7 @@ import numpy as np
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import first_of
 from eomgen.products.studies.verification.claims.claim import (
+    COLUMNS,
     COMPLEX_STEP,
     Array,
     Blocks,
@@ -49,8 +50,6 @@ from eomgen.system.system import System
 LADDER = 10.0 ** (-0.5 * np.arange(23))
 #: From here on steps are so small that differences scatter by round-off only.
 _SCATTER = int(np.flatnonzero(LADDER < 5e-8)[0])
-#: One-sided differences are compared at steps this many rungs distant: a hundred times.
-_APART = 4
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ class Differences:
 def differences(at: ClaimAtStates) -> Differences:
     """Return central differences of the claim's function at its states, each with the best step and an error bar. The
     ladder of steps, the bars and the search for kinks follow the description of this module."""
-    (central, sided), floor = _difference_quotients(at), _last_place(at)
+    (central, sided), floor = _difference_quotients(at), _ROUNDING * _source_size(at)  # smaller changes go unnoticed
     with np.errstate(all="ignore"):
         change = np.abs(np.diff(central, axis=0))
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
@@ -145,14 +144,6 @@ def _as_finer(value: Array, bars: Array) -> Array:
     return np.asarray((high >= most) & (low <= least))
 
 
-def _last_place(at: ClaimAtStates) -> Array:
-    """Return twice the machine epsilon of the largest value of the differentiated function at each state, (S, 1, 1):
-    smaller changes go unnoticed."""
-    with np.errstate(all="ignore"):
-        largest = np.max(np.abs(np.nan_to_num(at.source(at.state))), axis=-1, initial=0.0)
-    return np.asarray(2.0 * np.finfo(float).eps * largest[..., np.newaxis, np.newaxis])
-
-
 def _by_step(steps: Array, like: Array) -> Array:
     return steps.reshape(-1, *(1,) * (like.ndim - 1))
 
@@ -160,13 +151,13 @@ def _by_step(steps: Array, like: Array) -> Array:
 def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
     """Return whether one-sided differences do not meet, (S, R, C), and the smallest step that shows the kink, (S, R,
     C). `sided` (2, K, S, R, C) are backward and forward differences by step, `scatter` (S, R, C) is the measured
-    rounding of the function, `size` the largest derivative."""
+    rounding of the function, `size` the largest derivative. Gaps are compared at steps by a factor of 100."""
     gap = np.abs(sided[1] - sided[0])
     noise = 40.0 * scatter / _by_step(LADDER, gap)
     telling = np.where(noise <= 1e-4 * max(size, 1e-300), np.arange(len(LADDER)).reshape(-1, *(1,) * scatter.ndim), -1)
     at = np.max(telling, axis=0)[np.newaxis]
-    near, far = (np.take_along_axis(gap, np.maximum(at - apart, 0), axis=0)[0] for apart in (0, _APART))
-    kink = (at[0] >= _APART) & (near > 1e-3 * size) & (near > 0.3 * far)
+    near, far = (np.take_along_axis(gap, np.maximum(at - apart, 0), axis=0)[0] for apart in (0, 4))
+    kink = (at[0] >= 4) & (near > 1e-3 * size) & (near > 0.3 * far)
     return kink, LADDER[np.maximum(at[0], 0)]
 
 
@@ -202,15 +193,10 @@ def between_sides(at: ClaimAtStates, value: Array, sizes: EntrySizes) -> Array:
         )
 
 
-EXACT, EXACT_OF_LARGEST, CONDITION = 1e-11, 1e-13, 100.0
-BY_DIFFERENCES, BY_DIFFERENCES_OF_LARGEST, BARS = 1e-7, 1e-9, 10.0
-#: Number of samples for the measurement of the condition, and rounding of a sample, in units of the last place.
-_SAMPLES, _ROUNDING = 4, 2.0 * float(np.finfo(float).eps)
-#: Sizes below this part of the largest over all states count as that.
-_SMALL = 1e-3
-#: Rounding that changes more than this part of the size of a state, or of the differentiated function, takes another
-#: branch at a kink, which is not rounding. (Of a derivative that is 0, the state has the size of its rounding alone.)
-_BRANCH = 1e-7
+#: Error bars by which differences may be wrong.
+BARS = 10.0
+#: Rounding of an argument, in units of the last place.
+_ROUNDING = 2.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -229,26 +215,28 @@ class EntrySizes:
 
     @property
     def exact(self) -> Array:
-        known = EXACT_OF_LARGEST * np.maximum(self.state, self.source)
-        return np.asarray((EXACT + self.of_laws) * self.entry + known + CONDITION * self.condition)
+        """By how much two exact derivations may differ, as the module says."""
+        known = 1e-13 * np.maximum(self.state, self.source)
+        return np.asarray((1e-11 + self.of_laws) * self.entry + known + 100.0 * self.condition)
 
     @property
     def differences(self) -> Array:
-        return np.asarray(BY_DIFFERENCES * self.entry + BY_DIFFERENCES_OF_LARGEST * self.state + self.exact)
+        """The same of finite differences, but for their error bars."""
+        return np.asarray(1e-7 * self.entry + 1e-9 * self.state + self.exact)
 
 
 def sizes_of(at: ClaimAtStates, value: Array, rng: np.random.Generator) -> EntrySizes:
     largest = np.max(np.abs(value), axis=(-2, -1), initial=0.0)
     if at.claim.size is not None:
         largest = np.maximum(largest, at.claim.size(at.engine, at.state))
-    largest = np.maximum(np.where(np.isfinite(largest), largest, 0.0), _SMALL * np.max(largest, initial=0.0))
+    largest = np.maximum(np.where(np.isfinite(largest), largest, 0.0), 1e-3 * np.max(largest, initial=0.0))
     whole = np.where(largest > 0.0, largest, 1.0)[:, np.newaxis, np.newaxis]
     if value.shape[-1] > 1:
         rows, columns = np.max(np.abs(value), axis=(0, 2)), np.max(np.abs(value), axis=(0, 1))
         entry = np.minimum(rows[:, np.newaxis], columns)[np.newaxis]
     else:
         entry = whole
-    source = _source_size(at)
+    source = np.zeros(1) if at.claim.source is None or at.claim.combine is not None else _source_size(at)
     near = _perturbed_values(at, lambda perturbed: perturbed.claim.value(perturbed.engine, perturbed.state), rng)
     return EntrySizes(entry, whole, source, _effect_of_rounding(near, value, np.maximum(whole, source)))
 
@@ -264,20 +252,20 @@ def with_rounding_of_complex_steps(
 
 def _effect_of_rounding(near: Iterable[Array], here: Array, whole: Array) -> Array:
     """Return the largest change from the values `here` (S, R, C) to the values in `near`, for arguments changed by
-    rounding. Changes above 1e-7 of `whole` come from another branch of a function, and count as zero."""
+    rounding. Changes above 1e-7 of `whole` take another branch at a kink, which is not rounding, and count as zero; the
+    size of a derivative that is 0 is its rounding alone, and `whole` the size of the function."""
     effect = np.zeros(here.shape)
     with np.errstate(all="ignore"):
         for value in near:
             change = np.abs(value - here)
             effect = np.maximum(effect, np.where(np.isfinite(change), change, 0.0))
-    return np.where(effect < _BRANCH * whole, effect, 0.0)
+    return np.where(effect < 1e-7 * whole, effect, 0.0)
 
 
 def _source_size(at: ClaimAtStates) -> Array:
     """Return the size of the differentiated function in each state, (S, 1, 1)."""
-    if at.claim.source is None or at.claim.combine is not None:
-        return np.zeros(1)
-    source = np.abs(at.source(at.state))
+    with np.errstate(all="ignore"):
+        source = np.abs(at.source(at.state))
     largest: Array = np.max(np.where(np.isfinite(source), source, 0.0), axis=-1, initial=0.0)
     return largest[:, np.newaxis, np.newaxis]
 
@@ -291,7 +279,7 @@ def _perturbed_values(
     for factor in at.engine.factors:
         if factor.group == "R":
             reach[..., factor.v] = np.maximum(np.abs(at.state["q"][..., factor.q]), 1.0)
-    for _ in range(_SAMPLES):
+    for _ in range(4):
         relative = {
             name: array * (1.0 + _ROUNDING * rng.uniform(-1.0, 1.0, array.shape))
             for name, array in at.state.items()
@@ -301,14 +289,8 @@ def _perturbed_values(
         yield value(replace(at, state={**turned, **relative}))
 
 
-#: Error bars above this part of a state's size: differences are inconclusive there.
-NO_DIGITS = 1e-2
-#: Directions of a state that are looked along for kinks.
-_LOOKED_AT = 64
 #: Distance from a kink within which differences have no digits.
 _CLOSE = 1e-8
-#: Formulas that are named, of many at once.
-_NAMED = 4
 
 
 class Remarks:
@@ -329,7 +311,7 @@ class Remarks:
             alike.setdefault((remark, tuple(where)), []).append(of)
         texts = []
         for (remark, states), formulas in alike.items():
-            named = f" ({first_of(formulas, _NAMED)})" if formulas[0] else ""
+            named = f" ({first_of(formulas, 4)})" if formulas[0] else ""
             texts.append(f"{remark} at {', '.join(states)}{named}")
         return tuple(texts)
 
@@ -349,7 +331,7 @@ def non_smooth_entries(
     finite."""
     with np.errstate(all="ignore"):
         off = np.abs(by_differences.best - value) > BARS * by_differences.bar + sizes.differences
-    vague = finite & ~(by_differences.bar <= NO_DIGITS * sizes.state)
+    vague = finite & ~(by_differences.bar <= 1e-2 * sizes.state)
     odd = off | vague | by_differences.kink
     non_smooth = np.zeros(value.shape, bool)
     if not odd.any():
@@ -364,7 +346,7 @@ def non_smooth_entries(
             step = float(by_differences.step[entry] if off[entry] else kink_step)
             decided: list[str] = []
             for direction in [int(column)] if at.claim.combine is None else range(count):
-                if (direction, step) not in seen and len(seen) < _LOOKED_AT:
+                if (direction, step) not in seen and len(seen) < COLUMNS:
                     seen[direction, step] = _changed_branches(at, operations, rates, k, direction, step)
                 decided += seen.get((direction, step), [])
             non_smooth[entry] = bool(decided)
@@ -437,7 +419,7 @@ class NonSmoothOperations:
         for node, op in self._live():
             call = self.system.tape.maps[self.system.tape.a[node]] if op is Op.MAP else None
             if isinstance(call, Call):
-                exact = bool(call.function.slopes) and not call.function.parameters
+                exact = bool(call.function.code.slopes) and not call.function.parameters
                 orders.append(len(call.columns) + 1 - exact)
         return float(np.finfo(float).eps) ** (1.0 / (max(orders) + 2.0)) if max(orders) else 0.0
 

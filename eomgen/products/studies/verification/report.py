@@ -4,7 +4,7 @@ by step."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -246,18 +246,12 @@ class CheckReport:
         target = make_folder(Path(folder))
         data, table, figure = target / "check.json", target / "check.csv", target / "check.png"
         write_text(data, json_text(self.to_dict()) + "\n")
-        write_rows(table, _table(self))
+        forms = [form for form in self.forms if form.errors]
+        rows = zip(LADDER.tolist(), *(form.errors for form in forms), strict=True)
+        write_rows(table, [["step", *(form.name for form in forms)], *([f"{x:.17g}" for x in row] for row in rows)])
         drawn = [form for form in self.forms if any(math.isfinite(error) for error in form.errors)]
         if not drawn:
             return [data, table]
         verdict = self.summary if self.passed else f"failed: {', '.join(form.name for form in self.failures[:4])}"
         states = f"closed forms against central differences at {len(self.states)} states"
         return [data, table, draw(drawn, f"{self.scene}: {states}; {verdict}", figure)]
-
-
-def _table(report: CheckReport) -> Iterator[list[str]]:
-    """Yield the rows of check.csv: the errors of finite differences, one row per step."""
-    forms = [form for form in report.forms if form.errors]
-    yield ["step", *(form.name for form in forms)]
-    for number, step in enumerate(LADDER.tolist()):
-        yield [f"{step:.17g}", *(f"{form.errors[number]:.17g}" for form in forms)]

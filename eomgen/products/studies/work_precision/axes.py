@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.calls import names_of
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family, MethodName
@@ -168,6 +168,17 @@ def candidates(
             continue
         result.append(Candidate(formulation, family, name, method, _tolerances(name)))
     return tuple(result)
+
+
+def refinements(configuration: Configuration, axes: Collection[str]) -> list[Configuration]:
+    """Return a configuration with other settings of its method, in single precision and in other profiles of a build,
+    each alone, as far as these axes are varied."""
+    policies = facts_of(configuration.method).policies if "policy" in axes else {}
+    return [
+        *(replace(configuration, policy=name, settings=settings) for name, settings in policies.items()),
+        *(replace(configuration, real=name) for name in ("float",) if "arithmetic" in axes),
+        *(replace(configuration, profile=name) for name in ("reproducible", "quick") if "profile" in axes),
+    ]
 
 
 def one_of_each(candidates: Sequence[Candidate]) -> list[Candidate]:

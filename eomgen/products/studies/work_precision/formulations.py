@@ -10,13 +10,13 @@ import dataclasses
 import os
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.rounding import COMPUTED, SUMMED
 from eomgen.errors import EomgenError, NumericalError, Problem
 from eomgen.formula.nodes import Number, Symbol
 from eomgen.lie import numeric
@@ -24,14 +24,9 @@ from eomgen.lie.groups import SO3
 from eomgen.lie.product import update
 from eomgen.pipeline import documents
 from eomgen.pipeline.model import Model
-from eomgen.scene.load import load as load_file
+from eomgen.products.studies.work_precision.axes import reason
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Description
-
-#: Largest number of Gauss-Newton steps, and the change below which the iteration ends, rad and m.
-MOST_STEPS, SETTLED = 50, 1e-14
-#: Distance, rad and parts of the size of the machine, within which poses count as the requested poses.
-MET = 1e-9
 
 
 def same_start(
@@ -56,15 +51,15 @@ def same_start(
     bodies = [name for name in model.bodies if name in target.bodies]
     poses = {name: model.pose(name, q, t, parameters=parameters) for name in bodies}
     here = np.array(target.initial_q, dtype=float)
-    for _ in range(MOST_STEPS):
+    for _ in range(50):
         apart = np.concatenate([_apart(target.pose(n, here, t, parameters=parameters), poses[n]) for n in bodies])
         change = np.linalg.lstsq(_per_velocity(target, bodies, here, t, parameters)[0], apart, rcond=None)[0]
         here = update(target.factors, here, change)
-        if np.abs(change).max() < SETTLED:
+        if np.abs(change).max() < SUMMED:
             break
     apart = np.concatenate([_apart(target.pose(n, here, t, parameters=parameters), poses[n]) for n in bodies])
     size = 1.0 + max(float(np.abs(pose[4:]).max()) for pose in poses.values())
-    if np.abs(apart).max() > MET * size:
+    if np.abs(apart).max() > COMPUTED * size:
         off = np.abs(apart).max()
         fault = (
             f"{target.name} cannot begin at the start of the scene's own formulation: bodies are off by"
@@ -252,23 +247,16 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
         if coordinates != own_scene.coordinates and not from_text:
             continue
         try:
-            scene = own_scene if coordinates == own_scene.coordinates else _read(described, options, coordinates)
+            scene = own_scene
+            if coordinates != own_scene.coordinates:
+                scene = documents.load_scene(described, **{**options, "coordinates": coordinates})
         except EomgenError as error:
-            refused[coordinates] = "; ".join(problem.what for problem in error.problems) or str(error)
+            refused[coordinates] = reason(error)
             continue
         for changed in [scene] if coordinates == "joint" else [_on_group(scene, group) for group in GROUPS]:
             result.setdefault(_name_of(changed), changed)
     less = {f"{_name_of(own_scene)}, {change}": scene for change, scene in simplify(own_scene)} if fidelity else {}
     return Formulations({**result, **less}, refused, tuple(less))
-
-
-def _read(described: Any, options: Mapping[str, Any], coordinates: Literal["joint", "absolute"]) -> Scene:
-    all_options = {**options, "coordinates": coordinates}
-    return (
-        documents.load_scene(described, **all_options)
-        if isinstance(described, Mapping)
-        else load_file(Path(described), **all_options)
-    )
 
 
 def _on_group(scene: Scene, group: str) -> Scene:

@@ -11,7 +11,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.lie import product
+from eomgen.lie import numeric, product
+from eomgen.lie.groups import SO3
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
@@ -182,7 +183,8 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
         if result:
             result[STATE] = np.max(np.stack(list(result.values())), axis=0)
         if of.rows and of.rows == reference.rows:
-            result[MULTIPLIERS] = _one_kind(of.multipliers - there[MULTIPLIERS], reference.multipliers)
+            most = float(np.max(np.linalg.norm(reference.multipliers, axis=1), initial=0.0))
+            result[MULTIPLIERS] = np.linalg.norm(of.multipliers - there[MULTIPLIERS], axis=1) / (most or 1.0)
         for name in outputs:
             kind = f"output.{name}"
             result[name] = shares({kind: np.abs(ours[name] - theirs[name])}, size, (kind,)).max(axis=1)
@@ -205,17 +207,11 @@ def _size(series: Array) -> ErrorSize:
     return ErrorSize(float(np.max(series)), float(np.sqrt(np.mean(series**2))), float(series[-1]))
 
 
-def _one_kind(difference: Array, reference: Array) -> Array:
-    """Return the norm of a difference, (nt,), relative to the largest norm of the reference."""
-    size = float(np.max(np.linalg.norm(reference, axis=1), initial=0.0))
-    return np.asarray(np.linalg.norm(difference, axis=1) / (size or 1.0))
-
-
 def _relative(difference: Array, reference: Array, units: Sequence[str]) -> Array:
     """Return the largest difference of velocities, (nt,), each relative to the largest velocity of the same unit."""
     result = np.zeros(len(difference))
     for unit in set(units):
-        same = [k for k, other in enumerate(units) if other == unit]
+        same = [k for k, velocity_unit in enumerate(units) if velocity_unit == unit]
         size = float(np.max(np.abs(reference[:, same]), initial=0.0))
         result = np.maximum(result, np.max(np.abs(difference[:, same]), axis=1) / (size or 1.0))
     return result
@@ -223,10 +219,7 @@ def _relative(difference: Array, reference: Array, units: Sequence[str]) -> Arra
 
 def angles(first: Array, second: Array) -> Array:
     """Return the angles between rotations given as quaternions (w, x, y, z), rad, (nt,)."""
-    w = np.sum(first * second, axis=1)
-    cross = np.cross(first[:, 1:], second[:, 1:])
-    vector = first[:, :1] * second[:, 1:] - second[:, :1] * first[:, 1:] - cross
-    return np.asarray(2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(w)))
+    return np.asarray(np.linalg.norm(numeric.difference(SO3, first, second), axis=1))
 
 
 def _distances(first: Array, second: Array) -> Array:

@@ -23,8 +23,6 @@ from eomgen.products.studies.work_precision.running import Runner
 
 #: Tolerances of methods with adaptive steps, as references.
 TIGHT = (1e-15, 1e-13)
-#: Steps are halved until two runs differ by no more than this, or by no less than before.
-SETTLED = 1e-13
 #: Methods of a lower order come last; with fixed steps, their results are extrapolated.
 LOW_ORDER = 4
 #: Two references that differ by more than this are none.
@@ -115,7 +113,7 @@ def reference(
         if candidate.method.chooses_steps:
             known = {x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x})}
             levels, limit = [{TOLERANCE: x} for x in sorted(known)[1::-1]], math.inf
-        solution, why = refine(runner, candidate, levels, limit, SETTLED, _largest_error, rounding=1e-6)
+        solution, why = refine(runner, candidate, levels, limit, 1e-13, _largest_error, rounding=1e-6)
         if solution is None:
             tried.append(f"{candidate.row.name} on {candidate.formulation}: {why}")
             continue

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.csv_tables import write_rows
-from eomgen.base.data import asdict, dataclass, field
+from eomgen.base.data import dataclass, field
 from eomgen.base.figures import draw_grid, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
@@ -116,12 +117,15 @@ class Point:
         ValueError, TypeError, KeyError, AttributeError
             These are not the data of a point.
         """
+        names = ("formulation", "method", "parameters", "policy", "settings", "real", "profile")
+        errors = {
+            name: {key: math.inf if x is None else x for key, x in size.items()}
+            for name, size in data["errors"].items()
+        }
         times = (data["seconds"], data["least_seconds"])
         known = [data[name] for name in ("value", "took", "repeats", "order")] + [x for x in times if x is not None]
-        if not all(isinstance(x, int | float) for x in known):
-            raise TypeError("times and counts are numbers")
-        names = ("formulation", "method", "parameters", "policy", "settings", "real", "profile")
-        errors = {name: {key: _number(x) for key, x in size.items()} for name, size in data["errors"].items()}
+        if not all(isinstance(x, int | float) for x in chain(known, *(size.values() for size in errors.values()))):
+            raise TypeError("times, counts and errors are numbers")
         return cls(
             Configuration(**{name: data[name] for name in names}),
             error={name: ErrorSize(**size) for name, size in errors.items()},
@@ -301,15 +305,9 @@ class Tradeoff:
             ``least_seconds`` and a ``verdict``. Errors may be infinite.
         """
         return {
-            "scene": self.scene,
-            "quantity": self.quantity,
-            "measure": self.measure,
-            "span": {"start": self.span[0], "end": self.span[1], "rows": self.span[2]},
-            "reference": dict(self.reference),
-            "machine": dict(self.machine),
-            "seconds": self.seconds,
-            "compiled": dict(self.compiled),
-            "left_out": dict(self.left_out),
+            **{name: getattr(self, name) for name in ("scene", "quantity", "measure", "seconds")},
+            **{name: dict(getattr(self, name)) for name in ("reference", "machine", "compiled", "left_out")},
+            "span": dict(zip(("start", "end", "rows"), self.span, strict=True)),
             "points": [{**p.to_dict(), "verdict": self.verdict(p)} for p in self.points],
             "front": [p.label for p in self.front],
             "slopes": [
@@ -355,29 +353,22 @@ class Tradeoff:
 
     def _table(self) -> Iterator[list[Any]]:
         """Yield the rows of tradeoff.csv as lists: the headings, then one row for each point with errors and counts."""
-        quantities = list(dict.fromkeys(name for p in self.points for name in p.error))
-        counted = list(dict.fromkeys(name for p in self.points for name in p.stats))
+        rows = []
+        for point in self.points:
+            row = point.to_dict() | {"verdict": self.verdict(point)}
+            row["parameters"] = " ".join(f"{name}={value:g}" for name, value in row["parameters"].items())
+            sizes = {f"{name} {measure}": x for name, size in row["errors"].items() for measure, x in size.items()}
+            rows.append((row | sizes | row["stats"], sizes, row["stats"]))
         columns_of_points = ("formulation", "method", "parameters", "policy", "real", "profile", "kind", "value")
-        sizes = [f"{name} {measure}" for name in quantities for measure in ("largest", "rms", "final")]
-        yield [*columns_of_points, "verdict", "seconds", "least_seconds", "repeats", *sizes, *counted, "said"]
-        for p in self.points:
-            c = p.configuration
-            parameters = " ".join(f"{name}={value:g}" for name, value in c.parameters.items())
-            row: list[Any] = [c.formulation, c.method, parameters, c.policy, c.real, c.profile, p.kind, repr(p.value)]
-            row += [self.verdict(p), _cell(p.seconds), _cell(p.least), p.repeats]
-            for name in quantities:
-                size = p.error.get(name)
-                row += ["", "", ""] if size is None else [_cell(x) for x in asdict(size).values()]
-            row += [_cell(p.stats.get(name)) for name in counted]
-            yield [*row, p.said]
+        measured = dict.fromkeys(name for of in (1, 2) for row in rows for name in row[of])
+        head = [*columns_of_points, "verdict", "seconds", "least_seconds", "repeats", *measured, "said"]
+        yield head
+        for row, *_ in rows:
+            yield [_cell(row.get(name)) for name in head]
 
 
-def _number(value: float | None) -> float:
-    return math.inf if value is None else value
-
-
-def _cell(value: float | None) -> str:
-    return "" if value is None else repr(value)
+def _cell(value: object) -> str:
+    return "" if value is None else value if isinstance(value, str) else repr(value)
 
 
 def short_duration(seconds: float) -> str:
@@ -408,8 +399,7 @@ def draw(study: Tradeoff, path: Path) -> Path:
     figure = new_figure((13.0, 7.2))
     axis = figure.subplots()
     _curves(axis, study)
-    _front(axis, study)
-    _silent(axis, study)
+    _marks(axis, study)
     _describe(axis, study)
     handles, labels = axis.get_legend_handles_labels()
     if handles:
@@ -447,10 +437,10 @@ def _curves(axis: Any, study: Tradeoff) -> None:
         members = sorted(members, key=lambda p: p.value, reverse=True)  # noqa: PLW2901  # coarse to fine
         named = number < len(COLOURS)  # further curves are grey
         colour = COLOURS[number] if named else _GREY
-        errors = [min(max(study.error(p), 1e-17), _LARGEST) for p in members]
-        axis.loglog(
-            [1e3 * (p.seconds or math.nan) for p in members],
-            errors,
+        _draw_points(
+            axis.loglog,
+            study,
+            members,
             color=colour,
             marker=MARKS[number] if named else ".",
             markersize=4.5 if named else 3.0,
@@ -470,32 +460,27 @@ def _name(point: Point, slopes: dict[str, Slope]) -> str:
     return f"{point.configuration.label}{order}"
 
 
-def _front(axis: Any, study: Tradeoff) -> None:
-    front = study.front
-    if front:
-        times = [1e3 * (p.seconds or math.nan) for p in front]
-        axis.step(
-            times, [study.error(p) for p in front], where="post", color="black", linewidth=5, alpha=0.18, zorder=2,
-            label="front: none is both faster and more accurate",
-        )  # fmt: skip  # a call of one drawing
-    if study.points:
-        usual = study.points[0]
-        if usual.ended == REACHED and usual.seconds is not None:
-            axis.plot(
-                [1e3 * usual.seconds], [min(study.error(usual), _LARGEST)], "o", markersize=13, fillstyle="none",
-                color="black", markeredgewidth=1.6, zorder=5, label=f"the scene's own: {usual.label}",
-            )  # fmt: skip  # a call of one drawing
+def _draw_points(drawn: Callable[..., Any], study: Tradeoff, points: Sequence[Point], **style: Any) -> None:
+    """Draw errors over milliseconds by a function of an axis, in a style of matplotlib."""
+    times = [1e3 * (point.seconds or math.nan) for point in points]
+    drawn(times, [min(max(study.error(point), 1e-17), _LARGEST) for point in points], **style)
 
 
-def _silent(axis: Any, study: Tradeoff) -> None:
-    """Mark wrong points without a warning by red circles."""
-    silent = [p for p in study.silent if p.seconds is not None]
+def _marks(axis: Any, study: Tradeoff) -> None:
+    """Mark the front, the scene's own configuration, and wrong points without a warning."""
+    ring = {"marker": "o", "linestyle": "none", "fillstyle": "none"}
+    scene_points = [point for point in study.points[:1] if point in study.usable]
+    silent = [point for point in study.silent if point in study.usable]
+    if study.front:
+        label = "front: none is both faster and more accurate"
+        broad = {"where": "post", "color": "black", "linewidth": 5, "alpha": 0.18}
+        _draw_points(axis.step, study, study.front, **broad, zorder=2, label=label)
+    if scene_points:
+        label = f"the scene's own: {scene_points[0].label}"
+        _draw_points(axis.plot, study, scene_points, **ring, color="black", ms=13, mew=1.6, zorder=5, label=label)
     if silent:
-        axis.plot(
-            [1e3 * (p.seconds or 0.0) for p in silent], [min(study.error(p), _LARGEST) for p in silent], "o",
-            color="#C8102E", markersize=9, fillstyle="none", markeredgewidth=1.2, zorder=4,
-            label=f"wrong by more than 10 % and silent ({len(silent)})",
-        )  # fmt: skip  # a call of one drawing
+        label = f"wrong by more than 10 % and silent ({len(silent)})"
+        _draw_points(axis.plot, study, silent, **ring, color="#C8102E", ms=9, mew=1.2, zorder=4, label=label)
 
 
 def _describe(axis: Any, study: Tradeoff) -> None:

@@ -121,16 +121,19 @@ class ComparedRun:
         return None if self.unresolved or self.ended != REACHED else self.observation
 
 
+@dataclass
 class Runner:
     """Builds models and runs them over a common grid of times.
 
-    Parameters
+    Attributes
     ----------
     formulations : Formulations
     grid : Grid
     parameters, inputs : as of ``simulate``
     limit : float
         Seconds that a run may take.
+    compiled : seconds of building, by model, and by model and method; short for cached builds
+    building : the processor's seconds of building in this process
 
     Raises
     ------
@@ -138,19 +141,22 @@ class Runner:
         There is no tunable parameter or no input of a name.
     """
 
-    def __init__(
-        self,
-        formulations: Formulations,
-        grid: Grid,
-        parameters: Mapping[str, float] | None = None,
-        inputs: Mapping[str, Any] | None = None,
-        limit: float = 10.0,
-    ) -> None:
-        """Check the names of parameters and inputs, and keep the settings of all runs. Raises UsageError."""
-        described = formulations.description
+    formulations: Formulations
+    grid: Grid
+    parameters: Mapping[str, float] | None = None
+    inputs: Mapping[str, Any] | None = None
+    limit: float = 10.0
+    compiled: dict[str, float] = field(default_factory=dict)
+    building: float = 0.0
+    _models: dict[tuple[str, str, str], Model] = field(default_factory=dict)
+    _starts: dict[tuple[Any, ...], dict[str, Any] | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the names of parameters and inputs. Raises UsageError."""
+        described = self.formulations.description
         tunable = [item.name for item in described.parameters if item.tunable]
         signals, fixed = [item.name for item in described.inputs], tuple(described.fixed)
-        kinds = (("parameter", parameters, tunable, fixed), ("input", inputs, signals, ()))
+        kinds = (("parameter", self.parameters, tunable, fixed), ("input", self.inputs, signals, ()))
         for kind, values, names, constants in kinds:
             if not isinstance(values, Mapping | None):
                 fault = f"a mapping from the names of {kind}s is needed, not {type(values).__name__} [E2245]"
@@ -159,17 +165,7 @@ class Runner:
                 check_name(kind, name, names, constants)
                 if isinstance(value, float):
                     number_of(f"{kind} {name}", value, "number")
-        self.formulations = formulations
-        self.grid = grid
-        self.parameters = dict(parameters or {}) or None
-        self.inputs = dict(inputs or {}) or None
-        self.limit = limit
-        #: Seconds of building, by model, and by model and method; short for cached builds.
-        self.compiled: dict[str, float] = {}
-        self._models: dict[tuple[str, str, str], Model] = {}
-        #: The processor's seconds of building in this process.
-        self.building = 0.0
-        self._starts: dict[tuple[Any, ...], dict[str, Any] | None] = {}
+        self.parameters, self.inputs = dict(self.parameters or {}) or None, dict(self.inputs or {}) or None
 
     def model(self, formulation: str, real: str = "double", profile: str = STANDARD_PROFILE) -> Model:
         """Return the model of a formulation, in an arithmetic (``double`` or ``float``) and a build profile, built

@@ -13,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.arrays import count_of
 from eomgen.base.calls import names_of
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import read_arrays, write_arrays
@@ -25,7 +26,7 @@ from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.products.studies.defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
-from eomgen.products.studies.method_facts import facts_of
+from eomgen.products.studies.seconds import study_seconds
 from eomgen.products.studies.work_precision.axes import (
     TOLERANCE,
     Candidate,
@@ -33,6 +34,7 @@ from eomgen.products.studies.work_precision.axes import (
     candidates,
     checked_axes,
     reason,
+    refinements,
 )
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.products.studies.work_precision.observation import (
@@ -267,23 +269,14 @@ def tradeoff(
     began = time.perf_counter()
     chosen, named = checked_axes(axes), names_of("methods", "methods", methods, "rk4")
     check_measure(measure)
-    budget = number_of("budget", budget)
-    if not budget > 0.0:
-        raise UsageError(
-            Problem("budget", f"a study takes a positive number of seconds, not {budget:g} [E1141]", "120")
-        )
-    if repeats < 1:
-        raise UsageError(Problem("repeats", f"a median needs one time at least, not {repeats} [E1142]", "20"))
+    budget, repeats = study_seconds("budget", budget), count_of("repeats", repeats)
     for step in steps:
-        if not (math.isfinite(step) and step > 0.0):
-            raise UsageError(
-                Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not [E1143]", "1e-3")
-            )
+        if not number_of("steps", step) > 0.0:
+            fault = f"steps are positive numbers of seconds, which {step:g} is not [E1143]"
+            raise UsageError(Problem("steps", fault, "1e-3"))
     variants = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
     defaults = variants.description.simulation
-    end = defaults.duration if t_end is None else t_end
-    if not (math.isfinite(end) and end > 0.0):
-        raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s [E1144]", "10"))
+    end = defaults.duration if t_end is None else number_of("t_end", t_end)
     grid = ladder_grid(end, defaults.step, defaults.step * defaults.record_every, steps)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
     in_coarsest, absolute = per_coarsest(Grid(grid.row * grid.coarsest, 1), steps), "formulation" in axes
@@ -432,26 +425,18 @@ class _WorkPrecisionStudy:
     def _refinements(self) -> list[_Ladder]:
         """Return ladders with variants of the three configurations with most points on the front. Each variant changes
         one of solver settings, arithmetic and build profile, and has the values of the points on the front."""
-        refinements: list[_Ladder] = []
+        ladders: list[_Ladder] = []
         near: dict[str, list[Point]] = {}
         for point in self._tradeoff().front:
             near.setdefault(point.configuration.key, []).append(point)
         largest = sorted(near.values(), key=len, reverse=True)[:3]
         for members in largest:
-            configuration = members[0].configuration
-            policies = facts_of(configuration.method).policies
-            varied = []
-            if "policy" in self.axes:
-                varied += [replace(configuration, policy=name, settings=s) for name, s in policies.items()]
-            if "arithmetic" in self.axes:
-                varied.append(replace(configuration, real="float"))
-            if "profile" in self.axes:
-                varied += [replace(configuration, profile=name) for name in ("reproducible", "quick")]
+            varied = refinements(members[0].configuration, self.axes)
             kind = members[0].kind
             values = [p.value if kind == TOLERANCE else round(self.coarsest / p.value) for p in members]
             values = sorted(values, reverse=kind == TOLERANCE)
-            refinements += [_Ladder(changed, members[0].order, kind, tuple(values)) for changed in varied]
-        return refinements
+            ladders += [_Ladder(changed, members[0].order, kind, tuple(values)) for changed in varied]
+        return ladders
 
     def _sweep(self, ladders: Sequence[_Ladder]) -> None:
         """Run all ladders side by side, one value of each at a time, so that the end of the budget leaves no ladder
@@ -551,14 +536,7 @@ class _WorkPrecisionStudy:
             taken += measure_seconds(outcome.repeated, min(self.repeats, max(3, more)) - 1)
         except NumericalError as error:
             return replace(point, said=str(error), stats=outcome.stats)
-        return replace(
-            point,
-            error=self.reference.errors_of(outcome.observation),
-            seconds=statistics.median(taken),
-            least=min(taken),
-            repeats=len(taken),
-            stats=outcome.stats,
-        )
+        return _with_times(point, taken, error=self.reference.errors_of(outcome.observation), stats=outcome.stats)
 
     def _time_front(self) -> None:
         """Time points near the front again, with all repetitions of the study; points with as many repetitions stay."""
@@ -576,11 +554,15 @@ class _WorkPrecisionStudy:
             took = time.process_time() - began
             self.spent += took
             if taken:
-                median, count, took = statistics.median(taken), len(taken), point.took + took
-                changed = replace(point, seconds=median, least=min(taken), repeats=count, took=took)
+                changed = _with_times(point, taken, took=point.took + took)
                 self.points[key] = changed
                 self.journal.keep(key, changed)
 
     def _say(self, label: str, left: int = 0) -> None:
         if self.progress is not None:
             self.progress(self.done, self.done + left, label)
+
+
+def _with_times(point: Point, taken: Sequence[float], **changes: Any) -> Point:
+    """Return a point with the seconds of its repeated runs."""
+    return replace(point, seconds=statistics.median(taken), least=min(taken), repeats=len(taken), **changes)

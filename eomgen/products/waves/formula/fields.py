@@ -25,11 +25,6 @@ from eomgen.formula.words import Word
 
 Stretching = Literal["wheeler", "none"]
 _RECORDING = "eomgen.products.waves.formula.recording"
-#: From k h on the bottom is too deep to be felt: exp(-2 k h) is below the last digit.
-_DEEP = 20.0
-#: Product of depth and wave number above which a wave vanishes at depth: the exponential is kept above 0, since b is
-#: divided by it.
-LEAST = 300.0
 
 
 class WaveComponent(NamedTuple):
@@ -103,7 +98,8 @@ class WaveField:
         ``potential`` is the amplitude of the potential at z = 0 divided by 1 + b."""
         kx, ky, w, A, phase, potential = (np.array(column) for column in zip(*self.components, strict=True))
         k = np.hypot(kx, ky)
-        bottom = np.where(k * self.depth > _DEEP, 0.0, np.exp(-2.0 * np.minimum(k * self.depth, _DEEP)))
+        bottom = np.exp(-2.0 * k * self.depth)
+        bottom = np.where(k * self.depth > 20.0, 0.0, bottom)  # below the last digit
         result = {"kx": kx, "ky": ky, "w": w, "A": A, "phase": phase, "k": k, "bottom": bottom}
         result["potential"] = potential / (1.0 + bottom)
         return {name: tuple(column.tolist()) for name, column in result.items()}

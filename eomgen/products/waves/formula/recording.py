@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.products.waves.formula.fields import LEAST, WORDS, WaveField, in_quadrature
+from eomgen.products.waves.formula.fields import WORDS, WaveField, in_quadrature
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
@@ -89,7 +89,8 @@ def _full(
         if not any(column["bottom"]):
             e = kernel.algebra.call(Op.EXP, depth)
         else:
-            e = kernel.algebra.call(Op.EXP, kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-LEAST)))
+            # far below the surface, without waves, the exponential stays above 0: b is divided by it
+            e = kernel.algebra.call(Op.EXP, kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-300.0)))
             reflected = kernel.column(column["bottom"]) / e
             e = e + reflected if component < 2 else e - reflected
         term = term * e

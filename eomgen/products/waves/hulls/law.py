@@ -22,6 +22,7 @@ the derivative along the axis: gradients of accelerations are symmetric if water
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 
 from eomgen.formula.nodes import ZERO_VECTOR, Formula
@@ -57,10 +58,6 @@ _SLOW = 1e-3
 #: Square of the half width of a uniform distribution with the variance of a circular section, divided by the area: 3/(4
 #: pi).
 _UNIFORM = 3.0 / (4.0 * math.pi)
-#: Least ratio of length to width of a slice seen along G, and vice versa, to avoid a division by zero.
-_THIN = 1e-5
-#: Acceleration added for the upward direction, m/s^2, which is then defined without gravity, too.
-_SLIGHT = 1e-9
 #: Places of added mass in parts of a length.
 _GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 
@@ -211,7 +208,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
     slices. Values of waves at each slice are loops of their own, and are gathered."""
     algebra = quantities.algebra
     kernel = Tape()
-    inner, columns = Algebra(kernel), _Columns()
+    inner, columns = Algebra(kernel), defaultdict[str, list[Sequence[Scalar]]](list)
     for axle in axles:
         member, count = axle.member, axle.item.stations
         size = member.length * (1.0 / count)
@@ -221,29 +218,28 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
             here = plus(axle.origin, arm)
             # how much of the slice moves water at rest
             inert = _clamp(algebra, member.wet / size - float(k), algebra.zero)
-            columns.add("arm", arm)
-            columns.add("z", [here[2]])
-            columns.add("axis", axle.axis)
-            columns.add("velocity", axle.velocity(size * (k + 0.5)))
-            columns.add("surface", [surface_over(quantities, axle.item, here)])
+            columns["arm"].append(arm)
+            columns["z"].append([here[2]])
+            columns["axis"].append(axle.axis)
+            columns["velocity"].append(axle.velocity(size * (k + 0.5)))
+            columns["surface"].append([surface_over(quantities, axle.item, here)])
             water, acceleration = water_at(quantities, axle.item, here)
-            columns.add("water", water)
-            columns.add("acceleration", acceleration)
+            columns["water"].append(water)
             accelerations.append(acceleration)
             volume = member.density * member.area * size
-            columns.add("size", [size, member.area * _UNIFORM, volume, volume * member.added * inert])
-            columns.add("drag", [0.5 * member.density * member.drag * member.diameter * size])
-            columns.add("gravity", quantities.kinematics.base.gravity_world)
-        for change in _changes(algebra, accelerations):
-            columns.add("change", change)
+            columns["size"].append([size, member.area * _UNIFORM, volume, volume * member.added * inert])
+            columns["drag"].append([0.5 * member.density * member.drag * member.diameter * size])
+            columns["gravity"].append(quantities.kinematics.base.gravity_world)
+        columns["acceleration"] += accelerations
+        columns["change"] += _changes(algebra, accelerations)
     inputs = LoopInputs(inner, [])
-    arguments = {name: [inputs.number(column) for column in result] for name, result in columns.columns.items()}
+    arguments = {name: [inputs.number([*part]) for part in zip(*rows, strict=True)] for name, rows in columns.items()}
     names = ("axis", "velocity", "water", "acceleration", "gravity", "arm", "change")
     d, velocity, water, acceleration, gravity, arm, change = (inner.vector(arguments[name]) for name in names)
     (z,), (surface,), (drag,) = arguments["z"], arguments["surface"], arguments["drag"]
     size, width, volume, carried = arguments["size"]
     steep = minus(acceleration, gravity)
-    up = (steep[0], steep[1], steep[2] + _SLIGHT)
+    up = (steep[0], steep[1], steep[2] + 1e-9)  # m/s^2, so that there is a direction without gravity, too
     leaning = dot(d, up)
     lengths = 0.25 * (size * size) * (leaning * leaning), width * (dot(up, up) - leaning * leaning)
     share, of_length, of_width = _wet_share(inner, up[2] * (surface - z), *lengths)
@@ -255,7 +251,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
     couple = cross(d, minus(righting, scaled(volume * (width * (1.0 / 3.0)) * share / size, change)))
     loop = Map(
         kernel,
-        len(columns.columns["z"][0]),
+        len(columns["z"]),
         tuple(inputs.elements),
         tuple(inputs.shared),
         tuple(inputs.gather),
@@ -284,7 +280,7 @@ def _wet_share(
     share : de/du, 0 to 1
     of_length, of_width : (de/da)/a and (de/db)/b
     """
-    least = _THIN**2 * (along_squared + across_squared)
+    least = 1e-5**2 * (along_squared + across_squared)  # no length is 0: both are divided by
     a, b = (algebra.call(Op.SQRT, item + least) for item in (along_squared, across_squared))
     # limits of the width, -1 to 1, beyond which the length is partly and fully wet, and the wet part of the length
     low, high = (_clamp(algebra, (end - depth) / b, -algebra.one) for end in (-a, a))
@@ -308,17 +304,6 @@ def _changes(algebra: Algebra, accelerations: Sequence[Vector]) -> list[Vector]:
         rise = minus(accelerations[after], accelerations[before])
         result.append(scaled(algebra.scalar(1.0 / max(after - before, 1)), rise))
     return result
-
-
-class _Columns:
-    """Numbers of slices by name: ``columns[name][k]`` has the k-th number of each slice."""
-
-    def __init__(self) -> None:
-        self.columns: dict[str, list[list[Scalar]]] = {}
-
-    def add(self, name: str, values: Sequence[Scalar]) -> None:
-        for column, value in zip(self.columns.setdefault(name, [[] for _ in values]), values, strict=True):
-            column.append(value)
 
 
 def _on_the_end(axle: _Axle, quantities: Quantities) -> Vector:

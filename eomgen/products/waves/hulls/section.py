@@ -93,9 +93,7 @@ class Hull(ForceElement):
         yield ("end",), self.body, self.end
 
     def attached(self, at: Attach) -> Self:
-        (body, start), (_, end) = (
-            at((word,), self.body, point) for word, point in (("start", self.start), ("end", self.end))
-        )
+        (body, start), (_, end) = at(("start",), self.body, self.start), at(("end",), self.body, self.end)
         return replace(self, body=body, start=start, end=end)
 
 

@@ -46,12 +46,8 @@ class Components:
 
 #: Frequencies at which a spectrum is divided, in parts of the peak's.
 BAND = (0.5, 3.0)
-#: Number of wave lengths of the peak after which a sea of one direction repeats itself.
-REPEATED_AFTER = 32.0
 #: Name of the variables of wave directions.
 _DIRECTIONS = "directions of waves"
-#: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
-_NODES, _PIECES = 4, 4
 
 
 @checked_calls()
@@ -196,7 +192,7 @@ def discretized(
     if length is not None:
         check_number("discretized: length", length, "m", "500", above_zero=True)
     low, high = (wave_number(spectrum.peak * part, depth, gravity) for part in band)
-    step = wave_number(spectrum.peak, depth, gravity) / REPEATED_AFTER if length is None else 2.0 * math.pi / length
+    step = wave_number(spectrum.peak, depth, gravity) / 32.0 if length is None else 2.0 * math.pi / length
     first, last = math.floor(low / step * (1.0 + 1e-12)) + 1, math.ceil(high / step * (1.0 - 1e-12)) - 1
     if last < first:
         fault = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m [E1171]"
@@ -208,11 +204,11 @@ def discretized(
     w, group = frequency_and_group_velocity(k, depth, gravity)
     energy = spectrum.density(w) * group * step
     ends = float(w[0]), float(w[-1])
-    _check_energy("discretized", energy, ends)
-    return _with_directions(k, energy, ends, depth, spreading, heading, height)
+    return _with_directions("discretized", k, energy, ends, depth, spreading, heading, height)
 
 
 def _with_directions(
+    where: str,
     k: Array,
     energy: Array,
     band: tuple[float, float],
@@ -222,18 +218,16 @@ def _with_directions(
     height: float | None,
 ) -> DiscreteSpectrum:
     """Return a spectrum of wave numbers k (n,) with energies (n,), m^2, divided over the directions of ``spreading``,
-    or all along ``heading``; energies are scaled in place to a significant height, if given."""
+    or all along ``heading``; energies are scaled in place to a significant height, if given. Raises UsageError if the
+    band has no energy."""
+    if not energy.sum() > 0.0:
+        fault = f"the spectrum is zero from {band[0]:.6g} to {band[1]:.6g} rad/s [E1173]"
+        raise UsageError(Problem(f"{where}: band", fault, "a band in which the spectrum has energy"))
     if height is not None:
         energy *= height**2 / (16.0 * energy.sum())
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
     return DiscreteSpectrum(vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), band, depth, len(angles))
-
-
-def _check_energy(where: str, energy: Array, band: tuple[float, float]) -> None:
-    if not energy.sum() > 0.0:
-        fault = f"the spectrum is zero from {band[0]:.6g} to {band[1]:.6g} rad/s [E1173]"
-        raise UsageError(Problem(f"{where}: band", fault, "a band in which the spectrum has energy"))
 
 
 def _check_division(
@@ -352,10 +346,10 @@ def divided(
     _check_division("divided", band, depth, gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)
     edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
-    # Gauss-Legendre rule over each part, in pieces, since a spectrum may have kinks: at the peak, or at the points of a
-    # table
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    fine = np.concatenate([np.linspace(a, b, _PIECES, endpoint=False) for a, b in itertools.pairwise(edges)])
+    # Gauss-Legendre rule over each part, in four pieces, since a spectrum may have kinks: at the peak, or at the points
+    # of a table
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    fine = np.concatenate([np.linspace(a, b, 4, endpoint=False) for a, b in itertools.pairwise(edges)])
     if isinstance(spectrum, SpectrumTable):
         points = spectrum.frequencies
         fine = np.union1d(fine, points[(points > edges[0]) & (points < edges[-1])])
@@ -365,8 +359,7 @@ def divided(
     starts = np.searchsorted(fine, edges[:-1])
     energy, first = (np.add.reduceat(part.sum(axis=1), starts) for part in (pieces, pieces * w))
     ends = float(edges[0]), float(edges[-1])
-    _check_energy("divided", energy, ends)
     kept = energy > 0.0
     frequencies, energy = first[kept] / energy[kept], energy[kept]
     k = np.array([wave_number(float(frequency), depth, gravity) for frequency in frequencies])
-    return _with_directions(k, energy, ends, depth, spreading, heading, height)
+    return _with_directions("divided", k, energy, ends, depth, spreading, heading, height)

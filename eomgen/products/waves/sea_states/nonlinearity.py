@@ -24,9 +24,6 @@ from eomgen.base.arrays import Array
 
 #: Breaking steepness, height over wave length, in deep water; at finite depth times tanh k h.
 _STEEPEST = 0.142
-#: Ratio of the amplitudes of the bound second-order wave and the first-order wave above which a note on first order is
-#: written.
-_NOTED = 0.15
 
 
 def breaking_height(k: float, depth: float) -> float:
@@ -65,7 +62,7 @@ def low_crest_of_first_order(k: float, amplitude: float, depth: float) -> str:
     the true crest is higher, and the true trough shallower, by its amplitude."""
     s = math.tanh(min(k * depth, 700.0))
     part = 0.25 * k * amplitude * (3.0 - s * s) / s**3
-    if not part > _NOTED:
+    if not part > 0.15:
         return ""
     message = f"a wave of first order with k A = {k * amplitude:.3g} has crests that are {100.0 * part:.0f} % too low"
     return f"{message}, and troughs as much too deep: order = 2 has the bound wave that is missing"
@@ -102,7 +99,7 @@ def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
 
 def bound_waves(
     vectors: Array, frequency: Array, amplitude: Array, phase: Array, depth: float, gravity: float
-) -> tuple[Array, Array, Array, Array, Array]:
+) -> list[Array]:
     """Return the bound waves of n free waves: wave vectors (m, 2), angular frequencies, amplitudes of elevation, phases
     and amplitudes of the potential at z = 0 (m^2/s), (m,) each, m = n^2.
 
@@ -129,5 +126,4 @@ def bound_waves(
         potential = share * (d * w - gravity * s) / (restoring - w**2)
         raised = (share * d + w * potential) / gravity
         rows.append((wave, w, raised, phase[first] + sign * phase[second], potential))
-    columns = [np.concatenate(parts) for parts in zip(*rows, strict=True)]
-    return columns[0], columns[1], columns[2], columns[3], columns[4]
+    return [np.concatenate(parts) for parts in zip(*rows, strict=True)]

@@ -177,21 +177,16 @@ class SpectrumTable:
     def __init__(self, frequencies: ArrayLike, densities: ArrayLike) -> None:
         self.frequencies = np.asarray(frequencies, dtype=float)
         self.densities = np.asarray(densities, dtype=float)
-        where = "SpectrumTable"
-        if self.frequencies.ndim != 1 or len(self.frequencies) < 2 or self.densities.shape != self.frequencies.shape:
-            fault = f"shapes {self.frequencies.shape} and {self.densities.shape} [E1179]"
-            raise UsageError(Problem(where, fault, "as many densities as frequencies, two at least"))
-        if not np.all(np.diff(self.frequencies) > 0.0) or not self.frequencies[0] > 0.0:
-            fault = "they have to increase from above 0 [E1183]"
-            raise UsageError(Problem(f"{where}: frequencies", fault, "0.4, 0.7, 1.5"))
-        if not np.all(np.isfinite(self.densities)) or not np.all(np.isfinite(self.frequencies)):
-            raise UsageError(
-                Problem(where, "a frequency or a density is not a finite number [E1184]", "finite numbers")
-            )
-        if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
-            least, greatest = self.densities.min(), self.densities.max()
-            fault = f"the least is {least:.6g} m^2 s/rad, the greatest {greatest:.6g} [E1182]"
-            raise UsageError(Problem(f"{where}: densities", fault, "none below 0, one above 0"))
+        w, s = self.frequencies, self.densities
+        if w.ndim != 1 or len(w) < 2 or s.shape != w.shape:
+            fault = f"shapes {w.shape} and {s.shape} [E1179]"
+            raise UsageError(Problem("SpectrumTable", fault, "as many densities as frequencies, two at least"))
+        if not (np.all(np.diff(w) > 0.0) and w[0] > 0.0 and w[-1] < math.inf):
+            fault = "they have to increase from above 0 to a finite number [E1183]"
+            raise UsageError(Problem("SpectrumTable: frequencies", fault, "0.4, 0.7, 1.5"))
+        if not (np.all(s >= 0.0) and 0.0 < s.max() < math.inf):
+            fault = f"the least is {s.min():.6g} m^2 s/rad, the greatest {s.max():.6g} [E1182]"
+            raise UsageError(Problem("SpectrumTable: densities", fault, "none below 0, one above 0, all finite"))
 
     @property
     def peak(self) -> float:

@@ -2,7 +2,7 @@
 
 Labels are (a, b, c) with c = 0 at the free surface; positions are labels + e xi + e^2 eta, pressure over density is
 -g c + e p1 + e^2 p2. Irrotational flow: eta_t = (xi . grad) u + grad Phi, u = xi_t, with Phi harmonic, which
-tests/waves/residuals.py holds to the hierarchy of equations. The dynamic condition at c = 0,
+tests/waves/test_equations.py holds to the equations of motion. The dynamic condition at c = 0,
 
     Phi_tt + g Phi_c = -d/dt (|u|^2 / 2 + xi . u_t) - g (xi . grad) w,
 
@@ -26,57 +26,45 @@ def _sum(x: SimpleNamespace) -> list[Any]:
     """Return coefficients of Phi (sine), x and y (sine), z (cosine) at the sum of both phases."""
     rate = x.w_i + x.w_j
     response = x.one / (-(rate * rate) + x.kT * x.g)
-    cubes = [_cube(x.w_i, x.s_i), _cube(x.w_j, x.s_j)]
     gap = x.q - x.lean * x.C_i * x.C_j
-    product = x.w_i * x.w_j * gap * rate
-    forced = -cubes[0] - cubes[1] - product
-    potential, slow = x.P * response * forced, x.one / rate
+    forced = -_cube(x.w_i, x.s_i) - _cube(x.w_j, x.s_j) - x.w_i * x.w_j * gap * rate
+    slow = x.one / rate
     along = _displacements(x, x.lean * x.Ch_i * x.Ch_j - x.E, response, forced, slow)
     mixed = x.Ch_i * x.Sh_j * x.k_j * x.w_j + x.Ch_j * x.Sh_i * x.k_i * x.w_i
-    leaning, turning = 0.5 * x.lean * mixed, x.delta * x.w_j + x.w * x.k_i
-    lagging, rising = 0.5 * x.lag * turning, x.Pc * response * forced
-    return [potential, *along, slow * (leaning - lagging + rising)]
+    leaning, lagging = 0.5 * x.lean * mixed, 0.5 * x.lag * (x.delta * x.w_j + x.w * x.k_i)
+    return [x.P * response * forced, *along, slow * (leaning - lagging + x.Pc * response * forced)]
 
 
 def _difference(x: SimpleNamespace) -> list[Any]:
     """Return the coefficients of ``_sum`` at the difference of both phases, i less j."""
-    response = x.one / (-(x.w * x.w) + x.kT * x.g)
-    squares = x.w_i * x.w_i + x.w_j * x.w_j + x.w_i * x.w_j
-    steep, cosine = 0.5 * x.s_j * x.w * squares, 1.0 - x.lean
-    both = 1.0 + x.C_i * x.C_j * cosine
-    product, cube = x.w * x.w_i * x.w_j * both, x.w_i * x.w_i * x.w_i
-    sums = x.C_i + x.C_j
-    deep = 0.5 * x.dt * x.C_i * x.C_j * cube * sums
-    forced = -steep - product + deep
-    potential, slow = x.P * response * forced, x.one / x.w
+    response, cosine = x.one / (-(x.w * x.w) + x.kT * x.g), 1.0 - x.lean
+    steep = 0.5 * x.s_j * x.w * (x.w_i * x.w_i + x.w_j * x.w_j + x.w_i * x.w_j)
+    product = x.w * x.w_i * x.w_j * (1.0 + x.C_i * x.C_j * cosine)
+    deep = 0.5 * x.dt * x.C_i * x.C_j * (x.w_i * x.w_i * x.w_i) * (x.C_i + x.C_j)
+    forced, slow = -steep - product + deep, x.one / x.w
     along = _displacements(x, x.Sh_i * x.Sh_j + x.Ch_i * x.Ch_j * cosine, response, forced, slow)
-    rising, less = x.Pc * response * forced, 1.0 - 0.5 * x.lean
     turning, mixed = x.delta * x.w_j + x.w * x.k_i, x.Ch_i * x.Sh_j + x.Ch_j * x.Sh_i
-    turned, mean = 0.5 * less * turning * mixed, 0.5 * x.k_i * x.w_i + 0.5 * x.k_j * x.w_j
-    lagging = 0.5 * x.lag * x.lean * mean
-    return [potential, *along, slow * (rising + turned - lagging)]
+    turned = 0.5 * (1.0 - 0.5 * x.lean) * turning * mixed
+    lagging = 0.5 * x.lag * x.lean * (0.5 * x.k_i * x.w_i + 0.5 * x.k_j * x.w_j)
+    return [x.P * response * forced, *along, slow * (x.Pc * response * forced + turned - lagging)]
 
 
 def _degenerate(x: SimpleNamespace) -> list[Any]:
     """Return the difference of phases that do not move against one another: the drift velocity along x and y (cosine),
     then x, y (sine) and z (cosine) of grad |xi|^2 / 4 and grad Q, which takes the pressure of both from the
     surface."""
-    upright, cosine = x.Sh_i * x.Sh_j, 1.0 - x.lean
-    factor = upright + x.Ch_i * x.Ch_j * cosine
-    drift = [factor * speed(x) for speed in _SPEEDS]
-    lifted = [0.25 * x.Sh_i * x.Sh_j, 0.25 * x.Ch_i * x.Ch_j * cosine]
-    of_kT, of_g = x.one / x.kT, x.one / x.g
+    cosine, of_kT, of_g = 1.0 - x.lean, x.one / x.kT, x.one / x.g
+    drift = [(x.Sh_i * x.Sh_j + x.Ch_i * x.Ch_j * cosine) * speed(x) for speed in _SPEEDS]
     still = 0.5 * x.P * x.s_i * x.w_i * x.w_j * of_kT * of_g
-    static = -lifted[0] - lifted[1] + still
-    along, mixed = [x.px * static, x.py * static], x.Ch_i * x.Sh_j * x.k_j + x.Ch_j * x.Sh_i * x.k_i
-    slopes = [0.25 * cosine * mixed, 0.25 * x.Ch_i * x.Sh_j * x.k_i, 0.25 * x.Ch_j * x.Sh_i * x.k_j]
+    static = -(0.25 * x.Sh_i * x.Sh_j) - 0.25 * x.Ch_i * x.Ch_j * cosine + still
+    mixed = x.Ch_i * x.Sh_j * x.k_j + x.Ch_j * x.Sh_i * x.k_i
+    slopes = 0.25 * cosine * mixed + 0.25 * x.Ch_i * x.Sh_j * x.k_i + 0.25 * x.Ch_j * x.Sh_i * x.k_j
     steep = 0.5 * x.Pc * x.s_i * x.w_i * x.w_j * of_kT * of_g
-    return [*drift, *along, slopes[0] + slopes[1] + slopes[2] - steep]
+    return [*drift, x.px * static, x.py * static, slopes - steep]
 
 
 def _cube(w: Any, s: Any) -> Any:
-    power = w * w * w
-    return 0.5 * s * power
+    return 0.5 * s * (w * w * w)
 
 
 _SPEEDS: tuple[Callable[[SimpleNamespace], Any], ...] = (

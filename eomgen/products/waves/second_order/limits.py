@@ -15,9 +15,6 @@ from eomgen.products.waves.sea_states.nonlinearity import beyond_second_order, b
 from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_depth, check_number
 from eomgen.products.waves.second_order.pairs import ENTRIES
 
-#: Bytes of the table of pairs at most.
-MOST_MEMORY = 2_000_000_000
-
 _COMPONENTS = "Sea: components"
 
 
@@ -35,13 +32,10 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
     impossible depth, order or gravity, a wave that crosses itself, and at order 2 a wave that breaks by itself, or too
     many pairs."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
-    if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
-        fault = f"wave vectors have the shape {vectors.shape} [E1188]"
-        raise UsageError(Problem(_COMPONENTS, fault, "(n, 2), at least one"))
-    if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
-        shapes = f"amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
-        fault = f"{len(vectors)} wave vectors have {shapes} [E1189]"
-        raise UsageError(Problem(_COMPONENTS, fault, f"({len(vectors)},) each"))
+    shapes = vectors.shape, amplitude.shape, phase.shape
+    if not vectors.size or shapes != ((len(vectors), 2), (len(vectors),), (len(vectors),)):
+        fault = "wave vectors, amplitudes and phases have the shapes {}, {} and {} [E1188]".format(*shapes)
+        raise UsageError(Problem(_COMPONENTS, fault, "(n, 2), (n,) and (n,), at least one"))
     if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
         raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is not a finite number [E1190]"))
     if np.any(amplitude < 0.0):
@@ -92,7 +86,7 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
         fault += f" {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
         hint = "a smaller amplitude, or order = 1: Gerstner's waves do not break"
         raise UsageError(Problem(_COMPONENTS, fault, hint))
-    if (needed := 4.0 * len(k) ** 2 * len(ENTRIES)) > MOST_MEMORY:
+    if (needed := 4.0 * len(k) ** 2 * len(ENTRIES)) > 2e9:
         pairs = len(k) * (len(k) - 1) // 2
         fault = f"{len(k)} components have {pairs} pairs, whose table takes {needed / 1e9:.3g} GB [E1201]"
         hint = "fewer components, order = 1, or a SteppedSea, whose second order needs no pairs"

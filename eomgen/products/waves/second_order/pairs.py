@@ -127,9 +127,7 @@ class Case:
         """The entries of a pair that are not zero in this case."""
         if self.spread:
             return ENTRIES
-        if self.finite:
-            return ("Bp", "Xp", "Zp", "Bm", "Xm", "Zm", "w")
-        return ("Bm", "Xm", "Zm", "w")
+        return ("Bp", "Xp", "Zp", "Bm", "Xm", "Zm", "w") if self.finite else ("Bm", "Xm", "Zm", "w")
 
 
 class PairTape:

@@ -262,8 +262,7 @@ def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
         Several directions, or water that is less deep.
     """
     k = np.hypot(*spectrum.vectors.T)
-    along = spectrum.vectors @ spectrum.vectors[0] / k[0]
-    if np.any(np.abs(along - k) > SUMMED * k):
+    if np.any(np.abs(spectrum.vectors @ spectrum.vectors[0] / k[0] - k) > SUMMED * k):
         fault = "there are closed forms for waves of one direction alone, and these have several [E1206]"
         raise UsageError(Problem("statistics_of", fault, "a spectrum without spreading, or realisations"))
     spectrum.check_deep("statistics_of", "realisations, and their means")

@@ -19,10 +19,6 @@ from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispers
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.toolchain.builder import Builder
 
-#: Relative difference of frequencies below which two components count as waves of equal frequency in different
-#: directions.
-SAME_FREQUENCY = 1e-7
-
 
 def kinematics_of(spread: bool) -> tuple[str, ...]:
     """Return the names of the sums of the motion, in order."""
@@ -77,7 +73,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
             **shared,
             columns=COLUMNS,
             w=COLUMNS.index("w"),
-            same=SAME_FREQUENCY,
+            same=1e-7,  # relative difference of equal frequencies
             component=body(pair_tape.component, [plane.format("m") for plane in planes], 2),
             own=body(pair_tape.own, [f"own[{number} * n + i]" for number in range(len(OWN))], 2),
             of_own=OWN,

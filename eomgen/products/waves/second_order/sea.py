@@ -22,11 +22,6 @@ from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispers
 from eomgen.products.waves.second_order.profiles import Profile, harmonics, multiples
 from eomgen.products.waves.second_order.routines import LabelledWaves, Routines, routines
 
-#: Error of labels computed for points on the water, as this part of the shortest wave length at most.
-CLOSE = 1e-10
-#: Largest height of labels above the surface, in units of 1 over the highest wave number, for differences by c at the
-#: surface.
-HIGHEST = 0.1
 Vorticity = Literal["none", "gerstner"]
 
 
@@ -191,12 +186,12 @@ class Sea:
     def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
         """Return tables of components, self-interactions and pairs (None at order 1), and the levels of ``_level``, for
         labels at height c, m. Raises UsageError for c outside of the water."""
-        if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
+        # a tenth of 1/k above the surface is for differences by c there
+        if not -self.depth <= c <= 0.1 / float(np.hypot(*self.vectors.T).max()):
             fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0 [E1218]"
             raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
         routines, p = self._of(surface=c == 0.0), self._numbers(c)
-        constants = np.array([self.gravity, p[1], p[2]])
-        columns = routines.table("components", self.vectors, constants)
+        columns = routines.table("components", self.vectors, np.array([self.gravity, p[1], p[2]]))
         self_table = routines.table("own", columns, p)
         table = routines.table("pairs", columns, p) if self.order == 2 else None
         if self.vorticity == "gerstner":
@@ -310,10 +305,8 @@ class Sea:
 
         x, z, u, w = (over_labels(by_name[name]) for name in "xzuw")
         xa, za, xaa, zaa = (over_labels(by_name[name] * (1j * k) ** n) for n in (1, 2) for name in "xz")
-        current = float(self.current @ self._axes[:, 0])
-        return Profile(
-            labels, labels + x + (drift + current) * time, z + lift, u + drift + current, w, 1.0 + xa, za, xaa, zaa
-        )
+        drift += float(self.current @ self._axes[:, 0])
+        return Profile(labels, labels + x + drift * time, z + lift, u + drift, w, 1.0 + xa, za, xaa, zaa)
 
     @property
     def _entries(self) -> tuple[str, ...]:
@@ -364,9 +357,8 @@ class Sea:
         w, all_of = columns[COLUMNS.index("w")], np.arange(len(crest))
         i, j = np.tril_indices(len(crest), -1)
         zero = np.zeros(len(i))
-        groups = [
-            ((i, 1, j, -1), crest[i] * np.conj(crest[j]), named["w"], {x: named.get(f"{x}m", zero) for x in "BXY"})
-        ]
+        differences = {x: named.get(f"{x}m", zero) for x in "BXY"}
+        groups = [((i, 1, j, -1), crest[i] * np.conj(crest[j]), named["w"], differences)]
         if "Xp" in named:
             sums = {x: named.get(f"{x}p", zero) for x in "BXY"}
             groups.append(((i, 1, j, 1), crest[i] * crest[j], w[i] + w[j], sums))
@@ -510,7 +502,7 @@ class Sea:
         off = self.motion(labels, time).position[:, :2] - targets
         for _ in range(60):
             distance = np.hypot(*off.T)
-            open_ = distance > CLOSE * scale
+            open_ = distance > 1e-10 * scale
             if not np.any(open_):
                 return labels
             first, _ = self.derivatives(labels[open_], time)
@@ -518,8 +510,7 @@ class Sea:
                 step = np.linalg.solve(first[:, :2, :], off[open_][:, :, None])[:, :, 0]
             except np.linalg.LinAlgError:  # on an edge of a fold
                 break
-            long = np.hypot(*step.T)
-            step *= np.minimum(1.0, 0.25 * scale / np.maximum(long, 1e-300))[:, None]
+            step *= np.minimum(1.0, 0.25 * scale / np.maximum(np.hypot(*step.T), 1e-300))[:, None]
             factor = np.ones(len(step))
             at, best = labels[open_], distance[open_]
             for _ in range(8):

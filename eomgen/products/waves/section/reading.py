@@ -25,13 +25,7 @@ from eomgen.products.waves.sea_states.nonlinearity import (
     members_of_bound_waves,
     too_steep_together,
 )
-from eomgen.products.waves.sea_states.spectra import (
-    Jonswap,
-    PiersonMoskowitz,
-    Spectrum,
-    SpectrumTable,
-    Spreading,
-)
+from eomgen.products.waves.sea_states.spectra import Jonswap, PiersonMoskowitz, Spectrum, SpectrumTable, Spreading
 from eomgen.products.waves.section import schema as written
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
@@ -111,9 +105,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
         components = [*components, *_bound(key, components, depth, gravity, values)]
     if len(report.noted) > before or not components:
         return no_waves(name)
-    whole = WaveField(
-        name, tuple(components), depth, level, ramp, entry.stretching, free=free, factor=factor, seed=entry.seed
-    )
+    whole = WaveField(name, tuple(components), depth, level, ramp, entry.stretching, free, factor, seed=entry.seed)
     if not entry.variables:
         return whole
     drawn = [(number, -1, 1) for number in range(free)] + (members_of_bound_waves(free) if entry.order == 2 else [])
@@ -192,18 +184,15 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     return result
 
 
-def _can_have_variables(key: str, entry: written.SeaWaves, report: Report) -> bool:
-    """Return whether amplitudes and phases can follow from variables; a fault is reported."""
+def _check_variables(key: str, entry: written.SeaWaves, report: Report) -> None:
+    """Report amplitudes and phases that cannot follow from variables."""
+    count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
     if entry.amplitudes == "fixed":
         fault = "amplitudes are fixed, and variables make amplitudes and phases [E1242]"
         report.add(key, fault, 'amplitudes = "gaussian"')
-        return False
-    count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
-    if count > MOST_WITH_VARIABLES:
+    elif count > MOST_WITH_VARIABLES:
         fault = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES} [E1243]"
         report.add(key, fault, "fewer components or directions")
-        return False
-    return True
 
 
 def _irregular(
@@ -228,13 +217,13 @@ def _irregular(
     if not shortest <= (period := 2.0 * math.pi / spectrum.peak) <= longest:
         fault = f"at the peak the period {period:.6g} s is not from {shortest:g} to {longest:g} s [E1246]"
         report.add(f"{key}.spectrum", fault, "period = 8")
-        return [], None
-    if entry.variables and not _can_have_variables(f"{key}.variables", entry, report):
+    if entry.variables:
+        _check_variables(f"{key}.variables", entry, report)
+    if len(report.noted) > before:
         return [], None
     options: dict[str, Any] = {"depth": depth, "gravity": gravity, "band": (low, high), "spreading": spreading}
-    parts = _attempt(
-        key, report, lambda: divided(spectrum, entry.components, heading=heading, height=height, **options)
-    )
+    options |= {"heading": heading, "height": height}
+    parts = _attempt(key, report, lambda: divided(spectrum, entry.components, **options))
     if parts is None:
         return [], None
     unbroken = UnbrokenSea(wave_number(spectrum.peak, depth, gravity), depth)

@@ -12,9 +12,6 @@ from eomgen.scene.reading.key_metadata import ForeignKeys, Table, key, of_fixed_
 from eomgen.scene.reading.kinds import Description, Pair, Value
 from eomgen.scene.signals.curve_schema import Seed
 
-#: Default number of components of a spectrum, over frequency.
-COMPONENTS = 40
-
 
 class RegularWave(Table):
     """One sinusoidal wave."""
@@ -57,7 +54,7 @@ class SeaWaves(Table):
     )
     components: Annotated[int, Field(ge=1, le=2000)] = key(
         "number of frequencies of a spectrum, each a constant factor above the one before",
-        COMPONENTS,
+        40,
         kind="whole number, 1 to 2000",
     )
     band: Pair = key(

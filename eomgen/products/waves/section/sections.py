@@ -54,9 +54,8 @@ class _Waves(Section):
 
     def unused(self, reading: Reading) -> UnusedEntries:
         mentioned = reading.values.mentioned
-        return UnusedEntries(
-            "sea", "seas", [name for name in reading.document.section("waves") if ("waves", name) not in mentioned]
-        )
+        names = [name for name in reading.document.section("waves") if ("waves", name) not in mentioned]
+        return UnusedEntries("sea", "seas", names)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return {"parts": {"waves": tuple(reading.items["waves"].values())}}

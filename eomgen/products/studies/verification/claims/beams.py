@@ -48,14 +48,14 @@ class _Change:
     """The inverse dynamics of a scene and of the same scene with other beams, as functions that take complex
     numbers."""
 
-    own: Engine
-    other: Engine
+    full: Engine
+    bare: Engine
     name: str
 
     def along(self, state: Blocks, block: str, rates: Array) -> Array:
         """Return the differences of the derivatives of tau along rates (count, nv) of a block, (..., nv, count)."""
-        stepped = move_state(self.own, spread(state), {block: rates}, 1j * COMPLEX_STEP)
-        by_rate = [engine("inverse_dynamics", stepped)["tau"].imag / COMPLEX_STEP for engine in (self.own, self.other)]
+        stepped = move_state(self.full, spread(state), {block: rates}, 1j * COMPLEX_STEP)
+        by_rate = [engine("inverse_dynamics", stepped)["tau"].imag / COMPLEX_STEP for engine in (self.full, self.bare)]
         return np.asarray(np.swapaxes(by_rate[0] - by_rate[1], -1, -2))
 
 
@@ -77,9 +77,9 @@ def beam_claims(space: Space) -> list[Claim]:
     straight = _straight(factors)
     rows = np.concatenate([np.arange(item.v_start, item.v_start + item.v_size) for item in factors])
     return [
-        _claim(space, "K", "q", "structural stiffness", soft, dict),
-        _claim(space, "D", "v", "structural damping", soft, dict),
-        _claim(space, "K_geo", "q", "where beams are straight and at rest", stiff, straight, rows),
+        _claim(space, "K", "q", "structural stiffness", soft),
+        _claim(space, "D", "v", "structural damping", soft),
+        replace(_claim(space, "K_geo", "q", "where beams are straight and at rest", stiff, rows), at=straight),
     ]
 
 
@@ -92,10 +92,10 @@ def _with(scene: Scene, changed: Callable[[Beam], Beam]) -> Engine:
     return on_tape(pipeline.derive(replace(scene, bodies=bodies), ["inverse_dynamics"]))
 
 
-def _straight(factors: list[Factor]) -> Callable[[Blocks], dict[str, Array]]:
+def _straight(factors: list[Factor]) -> Callable[[Engine, Blocks], dict[str, Array]]:
     """Return a function that maps a state to the state with q, v and a of the beams' `factors` set to zero."""
 
-    def straight(state: Blocks) -> dict[str, Array]:
+    def straight(engine: Engine, state: Blocks) -> dict[str, Array]:
         result = dict(state)
         for block in ("q", "v", "a"):
             result[block] = state[block].copy()
@@ -107,32 +107,24 @@ def _straight(factors: list[Factor]) -> Callable[[Blocks], dict[str, Array]]:
     return straight
 
 
-def _claim(
-    space: Space,
-    name: str,
-    block: str,
-    meaning: str,
-    change: _Change,
-    at: Callable[[Blocks], dict[str, Array]],
-    kept: Array | None = None,
-) -> Claim:
+def _claim(space: Space, name: str, block: str, meaning: str, change: _Change, kept: Array | None = None) -> Claim:
     """Return the claim that matrix `name` of the term ``elastic`` equals a difference of derivatives of inverse
-    dynamics. `change` has the equations with and without an effect, `block` is q or v, `at` maps states to the compared
-    states. Only the rows and columns ``kept`` of the second derivation count, if given."""
+    dynamics. `change` has the equations with and without an effect, `block` is q or v. Only the rows and columns
+    ``kept`` of the second derivation count, if given."""
     along = space.along[block].matrix
 
     def second(engine: Engine, state: Blocks) -> Array:
         if kept is None:
-            return change.along(at(state), block, along.T)
+            return change.along(state, block, along.T)
         nv = space.system.nv
         result = np.zeros((*state["q"].shape[:-1], nv, nv))
-        result[..., kept[:, np.newaxis], kept] = change.along(at(state), block, np.eye(nv)[kept])[..., kept, :]
+        result[..., kept[:, np.newaxis], kept] = change.along(state, block, np.eye(nv)[kept])[..., kept, :]
         return np.asarray(result @ along)
 
     return Claim(
         f"elastic.{name}",
         meaning,
-        lambda engine, state: np.asarray(engine("elastic", at(state))[name] @ along),
+        ClaimOutput("elastic", name) @ along,
         second=Second(change.name, second),
         rows=space.rows["v"],
         columns=space.along[block].names,
@@ -271,20 +263,21 @@ def _strains(beams: _BeamElements, system: System) -> Claim:
         rows = [[[number(entry) for entry in row] for row in part.section.stiffness] for _, part in beams.parts]
         return np.array(rows)
 
-    def still(state: Blocks) -> dict[str, Array]:
+    def still(engine: Engine, state: Blocks) -> dict[str, Array]:
         return {name: np.zeros_like(array) if name in ("v", "lam") else array for name, array in state.items()}
 
     def value(engine: Engine, state: Blocks) -> Array:
-        strains = engine("section_loads", still(state))["strain"]
+        strains = engine("section_loads", state)["strain"]
         return _flat(np.einsum("kij,...kj->...ki", matrices(state), strains))
 
     return Claim(
         "section_loads.strain",
         "stiffness times strain",
         value,
-        second=Second("load at rest", lambda engine, state: _flat(_LOAD(engine, still(state)))),
-        size=lambda engine, state: np.max(np.abs(_LOAD(engine, still(state))), axis=(-2, -1)),
+        second=Second("load at rest", lambda engine, state: _flat(_LOAD(engine, state))),
+        size=lambda engine, state: np.max(np.abs(_LOAD(engine, state)), axis=(-2, -1)),
         rows=beams.rows(_LOADS),
+        at=still,
     )
 
 

@@ -29,8 +29,6 @@ Blocks = Mapping[str, Array]
 
 #: An imaginary step so small that its square is below the rounding of any number (Squire and Trapp 1998).
 COMPLEX_STEP = 1e-40
-#: Largest number of values in one evaluation of a tape.
-_HELD = 2**24
 
 
 @dataclass(frozen=True)
@@ -66,12 +64,12 @@ def on_tape(system: System) -> Engine:
     lengths = {name: len(tape.live(function.refs)) for name, function in system.functions.items()}
 
     def call(function: str, blocks: Blocks) -> dict[str, Array]:
-        """Evaluate the outputs of a function for a batch of inputs, in parts of bounded memory."""
+        """Evaluate the outputs of a function for a batch of inputs, in parts of 2^23 values."""
         outputs = system.functions[function].outputs
         batch = np.broadcast_shapes(*(array.shape[:-1] for array in blocks.values()))
         flat = {name: np.broadcast_to(a, (*batch, a.shape[-1])).reshape(-1, a.shape[-1]) for name, a in blocks.items()}
         count = int(np.prod(batch))
-        part = max(1, _HELD // (2 * max(lengths[function], 1)))
+        part = max(1, 2**23 // max(lengths[function], 1))
         with np.errstate(all="ignore"):
             values = np.concatenate(
                 [
@@ -276,6 +274,7 @@ class Claim:
     rows, columns : names of rows and columns of ``value``
     functions : names of the functions that the source needs; of an ``ClaimOutput`` its function by default
     sided : whether two exact derivations may take different sides of a kink, as second derivatives of ``min(x, x)`` do
+    at : state at which the claim is judged, of a state of the check
     family : the panel of the figure
     """
 
@@ -291,6 +290,7 @@ class Claim:
     columns: tuple[str, ...] = ()
     functions: tuple[str, ...] = field(default=())
     sided: bool = False
+    at: Callable[[Engine, Blocks], dict[str, Array]] = lambda engine, state: dict(state)
     family: str = ""
 
     @property

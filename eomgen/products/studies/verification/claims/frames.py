@@ -3,15 +3,14 @@ bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from eomgen.base.data import dataclass
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.formula.evaluate import evaluate_batch
-from eomgen.formula.nodes import Formula, Symbol
-from eomgen.lie.numeric import rotated
+from eomgen.formula.nodes import Formula
+from eomgen.lie.numeric import rotated, rotation_matrix
 from eomgen.lie.product import Factor
 from eomgen.products.studies.verification.claims.claim import (
     Array,
@@ -27,14 +26,11 @@ from eomgen.products.studies.verification.claims.claim import (
     jacobian,
 )
 from eomgen.scene.scene import Scene
-from eomgen.system.system import System
 from eomgen.system.terms import REFERENCES
 
 _AXES = ("x", "y", "z")
 _POSE = tuple(f"quaternion {part}" for part in "wxyz") + tuple(f"position {axis}" for axis in _AXES)
 _TWIST = tuple(f"{part} {axis}" for part in ("omega", "velocity") for axis in _AXES)
-#: Derivatives of matrices that cancel, as in cos^2 + sin^2, are of this size, relative to the summands.
-_CANCELLING = 1e-3
 _MOMENTUM = tuple(f"{part} {axis}" for part in ("angular", "linear") for axis in _AXES)
 
 
@@ -93,7 +89,8 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
         result, still = (
             times_velocity(np.abs(of(engine, state)), speeds).reshape(len(speeds), -1).max(axis=-1) for of in (J_dot, J)
         )
-        return np.asarray(np.maximum(result, _CANCELLING * still * speeds.max(axis=-1)))
+        # derivatives of matrices that cancel, as in cos^2 + sin^2, are a thousandth of the summands
+        return np.asarray(np.maximum(result, 1e-3 * still * speeds.max(axis=-1)))
 
     claims = [
         Claim(f"{rate}.{entry}_dot", f"d {entry} / dt", J_dot.flat.column, source=J.flat, directions=motion),
@@ -195,13 +192,14 @@ def _momentum(space: Space) -> list[Claim]:
         )
     rigid = isinstance(scene, Scene) and all(body.beam is None for body in scene.bodies)
     if isinstance(scene, Scene) and rigid and space.has("poses", "jacobians"):
-        bodies = _RigidBodies(space.system, scene, space.system.bodies)
         claims.append(
             Claim(
                 "centroidal_momentum.A",
                 "sum over bodies",
                 A @ W,
-                second=Second("poses and jacobians", lambda engine, state: bodies.momentum(engine, state) @ W),
+                second=Second(
+                    "poses and jacobians", lambda engine, state: _sum_over_bodies(space, scene, engine, state) @ W
+                ),
                 rows=_MOMENTUM,
                 columns=names,
             )
@@ -209,52 +207,33 @@ def _momentum(space: Space) -> list[Claim]:
     return claims
 
 
-@dataclass(frozen=True)
-class _RigidBodies:
-    """Masses and inertias of the rigid bodies of a scene, in the order of bodies in terms such as ``poses``."""
+def _sum_over_bodies(space: Space, scene: Scene, engine: Engine, state: Blocks) -> Array:
+    """Return the sum of the momenta of a scene's rigid bodies about the common centre of mass, world axes, (..., 6,
+    nv)."""
+    bodies = {body.name: body for body in scene.bodies}
+    of_rows = [bodies[name] for name in space.system.bodies]
+    batch = state["q"].shape[:-1]
+    known = {parameter.name: np.asarray(parameter.value) for parameter in scene.parameters}
+    known |= {parameter.name: state["p"][..., k] for k, parameter in enumerate(space.system.parameters)}
 
-    system: System
-    scene: Scene
-    names: tuple[str, ...]
+    def values(formulas: Iterable[Formula], *shape: int) -> Array:
+        parts = [np.broadcast_to(evaluate_batch(item, lambda symbol: known[symbol.name]), batch) for item in formulas]
+        return np.stack(parts, axis=-1).reshape(*batch, len(of_rows), *shape)
 
-    def momentum(self, engine: Engine, state: Blocks) -> Array:
-        """Return the sum of the bodies' momenta about the common centre of mass, world axes, (..., 6, nv)."""
-        bodies = {body.name: body for body in self.scene.bodies}
-        pose, J = engine("poses", state)["pose"], engine("jacobians", state)["J"]
-        moving = np.abs(J).max(axis=(-2, -1), initial=0.0)[..., np.newaxis] > 0.0
-        masses, centers, linear, spin = [], [], [], []
-        for k, name in enumerate(self.names):
-            body = bodies[name]
-            c = self.values(body.center_of_mass, state)
-            xx, yy, zz, xy, xz, yz = np.moveaxis(self.values(body.inertia, state), -1, 0)
-            tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)
-            turn = pose[..., k, np.newaxis, :4]
-            omega, origin = (np.swapaxes(J[..., k, rows, :], -1, -2) for rows in (slice(3), slice(3, 6)))
-            mass = self.values((body.mass,), state) * moving[..., k, :]
-            velocity = origin + np.cross(omega, c[..., np.newaxis, :])
-            masses.append(mass)
-            centers.append(rotated(turn[..., 0, :], c) + pose[..., k, 4:])
-            linear.append(mass[..., np.newaxis] * rotated(turn, velocity))
-            spin.append(rotated(turn, omega @ tensor) * moving[..., k, np.newaxis, :])
-        total = sum(masses)
-        moment = sum(mass * center for mass, center in zip(masses, centers, strict=True))
-        whole = moment / np.where(total == 0.0, 1.0, total)  # without mass, momentum is the same about every point
-        turning = [
-            np.cross((center - whole)[..., np.newaxis, :], part) for center, part in zip(centers, linear, strict=True)
-        ]
-        both = np.concatenate([sum(spin) + sum(turning), sum(linear)], axis=-1)
-        return np.swapaxes(both, -1, -2)
-
-    def values(self, formulas: Sequence[Formula], state: Blocks) -> Array:
-        """Return the values (..., n) of n formulas of parameters, at the tunable parameters ``p`` of states."""
-        known = {parameter.name: np.asarray(parameter.value) for parameter in self.scene.parameters}
-        known |= {parameter.name: state["p"][..., k] for k, parameter in enumerate(self.system.parameters)}
-
-        def value_of(symbol: Symbol) -> Array:
-            return known[symbol.name]
-
-        batch = state["q"].shape[:-1]
-        return np.stack([np.broadcast_to(evaluate_batch(item, value_of), batch) for item in formulas], axis=-1)
+    pose, J = engine("poses", state)["pose"], engine("jacobians", state)["J"]
+    turn, omega = rotation_matrix(pose[..., :4]), J[..., :3, :]
+    moving = np.abs(J).max(axis=(-2, -1), initial=0.0) > 0.0
+    mass = values(body.mass for body in of_rows) * moving
+    center = values((entry for body in of_rows for entry in body.center_of_mass), 3)
+    places = (0, 3, 4, 3, 1, 5, 4, 5, 2)  # of a tensor's entries in xx, yy, zz, xy, xz, yz
+    inertia = values((body.inertia[k] for body in of_rows for k in places), 3, 3) * moving[..., np.newaxis, np.newaxis]
+    linear = turn @ (J[..., 3:, :] + np.cross(omega, column(center), axis=-2)) * mass[..., np.newaxis, np.newaxis]
+    away = (turn @ column(center))[..., 0] + pose[..., 4:]
+    total = mass.sum(axis=-1)[..., np.newaxis]
+    # without mass, momentum is the same about every point
+    away = away - ((column(mass) * away).sum(axis=-2) / np.where(total == 0.0, 1.0, total))[..., np.newaxis, :]
+    angular = turn @ inertia @ omega + np.cross(column(away), linear, axis=-2)
+    return np.asarray(np.concatenate([angular, linear], axis=-2).sum(axis=-3))
 
 
 _BODY_POSE, _BODY_TWIST = ClaimOutput("poses", "pose").flat, ClaimOutput("twists", "twist").flat

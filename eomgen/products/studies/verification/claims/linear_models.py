@@ -3,7 +3,7 @@ outputs and constraints."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -194,22 +194,17 @@ def parameter_claims(space: Space) -> list[Claim]:
 def _regressor_claim(rows: tuple[str, ...]) -> Claim:
     """Return the claim that Y pi + tau0 equals the generalized forces of inverse dynamics."""
 
-    def tau(engine: Engine, state: Blocks) -> Array:
+    def sum_with(engine: Engine, state: Blocks, part: Callable[[Array], Array]) -> Array:
         result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
-        return np.asarray(result["Y"] @ pi[..., np.newaxis] + column(result["tau0"]))
-
-    def size(engine: Engine, state: Blocks) -> Array:
-        """Return the scale of cancellation: summands of tau are larger than the sum."""
-        result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
-        summands = np.abs(result["Y"]) @ np.abs(pi[..., np.newaxis]) + np.abs(column(result["tau0"]))
-        return np.asarray(np.max(summands, axis=(-2, -1)))
+        return np.asarray(part(result["Y"]) @ part(column(pi)) + part(column(result["tau0"])))
 
     return Claim(
         "regressor.Y",
         "Y pi + tau0 = tau",
-        tau,
+        lambda engine, state: sum_with(engine, state, np.asarray),
         second=Second("inverse dynamics", ClaimOutput("inverse_dynamics", "tau").column),
-        size=size,
+        # summands of tau are larger than the sum
+        size=lambda engine, state: np.max(sum_with(engine, state, np.abs), axis=(-2, -1)),
         rows=rows,
     )
 

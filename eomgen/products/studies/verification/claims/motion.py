@@ -6,6 +6,8 @@ dT/dv.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
@@ -59,9 +61,13 @@ def motion_claims(space: Space) -> list[Claim]:
         r = ClaimOutput("residual", "r").column
         claims.append(_by_blocks_of_tau(space, "residual.r", "r = tau + B^T lam", r, _tau_with_reactions))
     if space.has("mass", *blocks, "forward_dynamics"):
-        claims.append(_forward(space))
+        # products with M instead of its inverse are as well conditioned as the blocks
+        free = "forward_dynamics.vdot", "M vdot = Q - h - b"
+        claims.append(_by_blocks_of_tau(space, *free, _inertial_forces, lambda *of: -_rest(*of), at=_free))
     if space.has("inverse_dynamics", "force", "forward_dynamics") and not space.has("mass"):
-        claims.append(_there_and_back(space))
+        tau, still = ClaimOutput("inverse_dynamics", "tau").column, lambda _, state: np.zeros((*state["v"].shape, 1))
+        free = "forward_dynamics.vdot", "tau at vdot = 0"
+        claims.append(_by_blocks_of_tau(space, *free, tau, still, "inverse_dynamics", at=_free))
     if space.has("energy", *blocks, "residual", "inverse_dynamics"):
         claims.append(_balance(space))
     if space.has("momenta", "force", "energy"):
@@ -218,18 +224,24 @@ def _largest(values: list[Array]) -> Array:
 
 
 def _by_blocks_of_tau(
-    space: Space, name: str, meaning: str, value: Value, second: Value, second_name: str = "sum of blocks"
+    space: Space, name: str, meaning: str, value: Value, second: Value, by: str = "sum of blocks", **more: Any
 ) -> Claim:
     """Return the claim that forces by two derivations, `value` and `second`, are equal. Errors are judged by the
-    largest of M a, h, b and -Q, which may cancel."""
+    largest of M a, h, b and -Q, which may cancel. ``by`` names the second one; ``more`` is of ``Claim``."""
     return Claim(
         name,
         meaning,
         value,
-        second=Second(second_name, second),
+        second=Second(by, second),
         size=lambda engine, state: _largest(_parts(engine, state)),
         rows=space.rows["v"],
+        **more,
     )
+
+
+def _inertial_forces(engine: Engine, state: Blocks) -> Array:
+    """Return M a."""
+    return column(_parts(engine, state)[0])
 
 
 def _sum(engine: Engine, state: Blocks) -> Array:
@@ -256,30 +268,6 @@ def _tau_with_reactions(engine: Engine, state: Blocks) -> Array:
 def _free(engine: Engine, state: Blocks) -> dict[str, Array]:
     """Return the state with the free acceleration."""
     return {**state, "a": engine("forward_dynamics", state)["vdot"]}
-
-
-def _forward(space: Space) -> Claim:
-    """Return the claim that M times the acceleration of forward dynamics is Q - h - b. Products with M instead of its
-    inverse are as well conditioned as the blocks."""
-    return Claim(
-        "forward_dynamics.vdot",
-        "M vdot = Q - h - b",
-        lambda engine, state: column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"])),
-        second=Second("sum of blocks", lambda engine, state: -_rest(engine, state)),
-        size=lambda engine, state: _largest(_parts(engine, _free(engine, state))),
-        rows=space.rows["v"],
-    )
-
-
-def _there_and_back(space: Space) -> Claim:
-    return _by_blocks_of_tau(
-        space,
-        "forward_dynamics.vdot",
-        "tau at vdot = 0",
-        lambda engine, state: column(engine("inverse_dynamics", _free(engine, state))["tau"]),
-        lambda _, state: np.zeros((*state["v"].shape, 1)),
-        "inverse_dynamics",
-    )
 
 
 def _balance(space: Space) -> Claim:

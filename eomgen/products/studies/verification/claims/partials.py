@@ -3,7 +3,7 @@ derivatives."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from eomgen.products.studies.verification.claims.claim import (
     constant_directions,
     jacobian,
     move_state,
+    spread,
 )
 from eomgen.system.system import System
 from eomgen.system.terms import DIFFERENTIATED
@@ -28,8 +29,6 @@ from eomgen.system.terms import DIFFERENTIATED
 #: Matrices of the residual's partials, with their blocks.
 _MATRICES = (("K", "q"), ("C", "v"), ("M", "a"))
 _RESIDUAL = ClaimOutput("residual", "r")
-#: Multipliers that the reactions are seen by, a power of two.
-_MULTIPLIERS = 2.0**40
 
 
 def partial_claims(space: Space) -> list[Claim]:
@@ -55,19 +54,9 @@ def constraint_claims(space: Space) -> list[Claim]:
     if not space.has("constraint_jacobian"):
         return []
     first, rows = space.system.holonomic, space.rows["lam"]
-    along_q, at_acceleration = along_motion(space.engine, "q"), along_motion(space.engine, "q", "v")
+    along_q = along_motion(space.engine, "q")
     B, w = ClaimOutput("constraint_jacobian", "B"), ClaimOutput("constraint_velocity", "w")
     of_velocities = ("velocity_partials", "Z", "v")
-
-    def beside(state: Blocks) -> dict[str, Array]:
-        return _violating(space, state, "v")
-
-    def violate_accelerations(state: Blocks) -> dict[str, Array]:
-        return _violating(space, state, "a")
-
-    def reaction_partials(engine: Engine, state: Blocks) -> Array:
-        return np.swapaxes(_by_multipliers(engine, state), -1, -2)
-
     claims = []
     if first:
         Phi = ClaimOutput("constraint", "Phi")
@@ -76,23 +65,17 @@ def constraint_claims(space: Space) -> list[Claim]:
             Claim(
                 "constraint_velocity.w",
                 "d Phi / dt",
-                lambda engine, state: w[..., :first].column(engine, beside(state)),
+                w[..., :first].column,
                 source=Phi,
-                directions=lambda state: along_q(beside(state)),
+                directions=along_q,
                 rows=rows[:first],
-                size=lambda engine, state: _before_cancelling(engine, beside(state), ("constraint_jacobian", "B", "v")),
+                size=_before_cancelling(("constraint_jacobian", "B", "v")),
+                at=_violating(space, "v"),
             ),
         ]
+    second = Second("d residual / d lam", _by_multipliers)
     claims += [
-        jacobian(
-            space,
-            B,
-            w,
-            "v",
-            rows,
-            name="constraint_jacobian.B by w",
-            second=Second("d residual / d lam", reaction_partials),
-        ),
+        jacobian(space, B, w, "v", rows, name="constraint_jacobian.B by w", second=second),
         Claim(
             "constraint_bias.g",
             "d w / dt at vdot = 0",
@@ -100,7 +83,7 @@ def constraint_claims(space: Space) -> list[Claim]:
             source=w,
             directions=along_q,
             rows=rows,
-            size=lambda engine, state: _before_cancelling(engine, state, of_velocities),
+            size=_before_cancelling(of_velocities),
         ),
     ]
     if space.has("constraint_acceleration"):
@@ -108,24 +91,27 @@ def constraint_claims(space: Space) -> list[Claim]:
             Claim(
                 "constraint_acceleration.w_dot",
                 "d w / dt",
-                lambda engine, state: ClaimOutput("constraint_acceleration", "w_dot").column(
-                    engine, violate_accelerations(state)
-                ),
+                ClaimOutput("constraint_acceleration", "w_dot").column,
                 source=w,
-                directions=lambda state: at_acceleration(violate_accelerations(state)),
+                directions=along_motion(space.engine, "q", "v"),
                 rows=rows,
-                size=lambda engine, state: _before_cancelling(
-                    engine, violate_accelerations(state), of_velocities, ("constraint_jacobian", "B", "a")
-                ),
+                size=_before_cancelling(of_velocities, ("constraint_jacobian", "B", "a")),
+                at=_violating(space, "a"),
             )
         )
     return [*claims, jacobian(space, ClaimOutput("velocity_partials", "Z"), w, "q", rows)]
 
 
-def _violating(space: Space, state: Blocks, block: str) -> dict[str, Array]:
-    """Return the state with velocities or accelerations that violate the constraints, unless the rates of the rows
-    vanish: the numbers of a block are changed by their own sizes and by the scale of the block."""
-    return {**state, block: state[block] + np.abs(state[block]) + _scale(space, block)}
+def _violating(space: Space, *blocks: str) -> Callable[[Engine, Blocks], dict[str, Array]]:
+    """Return a function to states with velocities, accelerations or multipliers that violate the constraints, unless
+    the rates of the rows vanish: the numbers of each block are changed by their own sizes and by the scale of the
+    block."""
+
+    def violating(engine: Engine, state: Blocks) -> dict[str, Array]:
+        away = {name: state[name] + np.abs(state[name]) + _scale(space, name) for name in blocks if name in state}
+        return {**state, **away}
+
+    return violating
 
 
 def _scale(space: Space, block: str) -> Array:
@@ -133,29 +119,29 @@ def _scale(space: Space, block: str) -> Array:
     return np.asarray(np.abs(space.along[block].matrix).max(axis=1))
 
 
-def _before_cancelling(engine: Engine, state: Blocks, *products: tuple[str, str, str]) -> Array:
-    """Return the size of a sum of matrices times blocks before the summands cancel, as on the constraints.
+def _before_cancelling(*products: tuple[str, str, str]) -> Value:
+    """Return a function for the size of a sum of matrices times blocks before the summands cancel, as on the
+    constraints. `products` are function and entry of a matrix, and block."""
 
-    Parameters
-    ----------
-    products : function and entry of a matrix, and block
-    """
-    sizes = [
-        np.abs(engine(function, state)[entry]) @ np.abs(state[of])[..., np.newaxis] for function, entry, of in products
-    ]
-    return np.asarray(np.max(np.sum(sizes, axis=0), axis=(-2, -1)))
+    def size(engine: Engine, state: Blocks) -> Array:
+        sizes = [
+            np.abs(engine(function, state)[entry]) @ np.abs(state[of])[..., np.newaxis]
+            for function, entry, of in products
+        ]
+        return np.asarray(np.max(np.sum(sizes, axis=0), axis=(-2, -1)))
+
+    return size
 
 
 def _by_multipliers(engine: Engine, state: Blocks) -> Array:
-    """Return d residual / d lam, (..., nv, rows): the residual is linear in the multipliers.
+    """Return the transpose of d residual / d lam, (..., rows, nv): the residual is linear in the multipliers.
 
-    Large multipliers hide the rounding of other forces, for instance of stiff beams.
+    Multipliers of 2^40, a power of two, hide the rounding of other forces, for instance of stiff beams.
     """
-    large = _MULTIPLIERS * np.eye(state["lam"].shape[-1])
-    around = {name: array[..., np.newaxis, :] for name, array in state.items()}
-    forth = engine("residual", {**around, "lam": around["lam"] + large})["r"]
-    back = engine("residual", {**around, "lam": around["lam"] - large})["r"]
-    return np.asarray(np.swapaxes((forth - back) / (2.0 * _MULTIPLIERS), -1, -2))
+    large = 2.0**40 * np.eye(state["lam"].shape[-1])
+    around = spread(state)
+    forth, back = (engine("residual", {**around, "lam": around["lam"] + by})["r"] for by in (large, -large))
+    return np.asarray((forth - back) / 2.0**41)
 
 
 #: Terms with the rows and matrices that functions of implicit steppers pack.
@@ -197,21 +183,17 @@ def _same(space: Space, entry: str, second_entry: str, rows: str) -> Claim:
     """Return the claim that ``equations`` and the function `second_entry` give the same output `entry`. Both are
     compared off the motion, unless the rows vanish there; `rows` is the block that names the rows."""
 
-    def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
+    def off_motion(engine: Engine, state: Blocks) -> dict[str, Array]:
         away = move_state(engine, state, {"q": np.broadcast_to(_scale(space, "q"), state["v"].shape)}, 0.1)
-        for block in ("v", "a", "lam"):
-            away = _violating(space, away, block) if block in state else away
-        return away
-
-    def of(function: str) -> Value:
-        return lambda engine, state: ClaimOutput(function, entry).column(engine, beside(engine, state))
+        return _violating(space, "v", "a", "lam")(engine, away)
 
     return Claim(
         f"equations.{entry}",
         f"as {second_entry}",
-        of("equations"),
-        second=Second(second_entry, of(second_entry)),
+        ClaimOutput("equations", entry).column,
+        second=Second(second_entry, ClaimOutput(second_entry, entry).column),
         rows=space.rows[rows],
+        at=off_motion,
     )
 
 
@@ -221,17 +203,23 @@ def _nonzeros_claim(function: str, name: str, dense_function: str, system: Syste
     packed = packed or name
     shape = next(block.shape for block in system.functions[dense_function].outputs if block.name == name)
 
-    def value(engine: Engine, state: Blocks) -> Array:
-        if not system.patterns[packed]:  # empty, without an output of the function in C
-            return np.zeros((*state["q"].shape[:-1], *shape))
-        return _dense(engine(function, state)[packed], system.patterns[packed], shape)
-
     return Claim(
         f"{function}.{packed}",
         f"nonzeros of {name}",
-        value,
+        _dense_output(system, function, packed, shape),
         second=Second(dense_function, ClaimOutput(dense_function, name)),
     )
+
+
+def _dense_output(system: System, function: str, name: str, shape: Sequence[int]) -> Value:
+    """Return a function for the matrix with the nonzeros that are an output of a function."""
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        if not system.patterns[name]:  # empty, without an output of the function in C
+            return np.zeros((*state["q"].shape[:-1], *shape))
+        return _dense(engine(function, state)[name], system.patterns[name], shape)
+
+    return value
 
 
 def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int]) -> Array:
@@ -375,16 +363,8 @@ def _argument_claims(
     `names` are the functions of Jacobian and Hessian, `rates` the directions by block."""
     height, width = len(system.functions[term].refs), len(whole)
 
-    def of(name: str, shape: tuple[int, int]) -> Value:
-        def value(engine: Engine, state: Blocks) -> Array:
-            blocks = engine(name, state)
-            if name not in blocks:  # without nonzeros
-                return np.zeros((*state["q"].shape[:-1], *shape))
-            return _dense(blocks[name], system.patterns[name], shape)
-
-        return value
-
-    jacobian_of, hessian_of = of(names[0], (height, width)), of(names[1], (width, width))
+    heights = zip(names, (height, width), strict=True)
+    jacobian_of, hessian_of = (_dense_output(system, name, name, (rows, width)) for name, rows in heights)
 
     def values(engine: Engine, state: Blocks) -> Array:
         blocks = engine(term, state)

@@ -36,6 +36,7 @@ _TERMS = (
     ("coriolis_rates", ("C_dot", "C_ddot"), ("coriolis", "C")),
     ("coriolis_skew_rates", ("C_dot", "C_ddot"), ("coriolis_skew", "C")),
     ("forward_rates", ("vdot_dot", "vdot_ddot"), ("forward_dynamics", "vdot")),
+    ("input_rates", ("u_dot", "u_ddot"), ("inputs", "u")),
 )
 #: Terms that another derivation has as well.
 _SECOND = {"rates": "rates_closed", "mass_rates": "mass_rates_closed"}
@@ -51,9 +52,6 @@ _SAME: Sequence[tuple[str, str, str, tuple[str, str, int] | None]] = (
 )
 #: Terms of the table whose rows are components of v, or pairs of components.
 _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
-#: Size of a derivative's terms, as a part of the quantity, and of the quantity times the rate of the motion, up to
-#: which the terms may cancel.
-_PART, _PART_OF_TERMS = 1e-3, 0.03
 
 
 def rate_claims(space: Space) -> list[Claim]:
@@ -93,7 +91,8 @@ def rate_claims(space: Space) -> list[Claim]:
                     size=None if of is None else _rounding_of(*of, *more),
                 )
             )
-    return claims + _coriolis(space) + _drivers(space)
+    claims += _coriolis(space)
+    return [*claims, _base_rates()] if space.has("base_rates") else claims
 
 
 def _coriolis(space: Space) -> list[Claim]:
@@ -136,17 +135,14 @@ def _mass_terms(space: Space, term: str, order: int) -> list[tuple[str, str, int
 
 
 def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
-    """Return a function for the size (...) of a derivative below which it is rounding of cancelling terms. The terms
-    are the output `entry` of a function, times the rate of the motion to the power of the order; ``more`` are further
-    (function, output, order), in the same way."""
+    """Return a function for the size (...) below which a derivative is rounding by cancelling terms: a thousandth
+    of the quantity, and 3 % of the terms. The terms are the output `entry` of a function, times the rate of the motion
+    to the power of the order; ``more`` are further (function, output, order), in the same way."""
     quantities = [(ClaimOutput(of, name).flat, power) for of, name, power in ((function, entry, order), *more)]
 
     def size(engine: Engine, state: Blocks) -> Array:
         rate = _rate(state)
-        parts = [
-            (_PART + _PART_OF_TERMS * rate**power) * np.max(np.abs(of(engine, state)), axis=-1)
-            for of, power in quantities
-        ]
+        parts = [(1e-3 + 0.03 * rate**power) * np.max(np.abs(of(engine, state)), axis=-1) for of, power in quantities]
         return np.asarray(np.max(parts, axis=0))
 
     return size
@@ -183,39 +179,21 @@ def _entries(space: Space, name: str) -> tuple[str, ...]:
     return space.rows["v"]
 
 
-def _drivers(space: Space) -> list[Claim]:
-    """Return the claims on time derivatives of the prescribed motion of the base and of prescribed inputs."""
-    claims = []
-    in_time = constant_directions({"t": np.ones((1, 1))})
-    if space.has("base_rates"):
+def _base_rates() -> Claim:
+    """Return the claim on time derivatives of the prescribed motion of the base."""
 
-        def base_drivers(engine: Engine, state: Blocks) -> Array:
-            twist_rates = engine("base", state)["base"][..., 13:]
-            rows = engine("base_rates", state)["base_rates"]
-            return np.concatenate([twist_rates, rows.reshape(*rows.shape[:-2], -1)[..., :-6]], axis=-1)
+    def drivers(engine: Engine, state: Blocks) -> Array:
+        twist_rates, rows = engine("base", state)["base"][..., 13:], engine("base_rates", state)["base_rates"]
+        return np.concatenate([twist_rates, rows.reshape(*rows.shape[:-2], -1)[..., :-6]], axis=-1)
 
-        claims.append(
-            Claim(
-                "base_rates",
-                "each row from the one before",
-                ClaimOutput("base_rates", "base_rates").flat.column,
-                source=base_drivers,
-                directions=in_time,
-                functions=("base", "base_rates"),
-            )
-        )
-    if space.has("input_rates"):
-        claims += [
-            Claim(
-                f"input_rates.{name}",
-                f"d {source.entry} / dt",
-                ClaimOutput("input_rates", name).flat.column,
-                source=source.flat,
-                directions=in_time,
-            )
-            for name, source in (("u_dot", ClaimOutput("inputs", "u")), ("u_ddot", ClaimOutput("input_rates", "u_dot")))
-        ]
-    return claims
+    return Claim(
+        "base_rates",
+        "each row from the one before",
+        ClaimOutput("base_rates", "base_rates").flat.column,
+        source=drivers,
+        directions=constant_directions({"t": np.ones((1, 1))}),
+        functions=("base", "base_rates"),
+    )
 
 
 def event_claims(space: Space) -> list[Claim]:
