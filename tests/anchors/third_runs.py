@@ -1,0 +1,90 @@
+"""Third solutions of runs: a body on a spring in closed form, and NASA's flights over the equator by SciPy's DOP853.
+
+Flights are in polar coordinates that turn with the Earth, with feet and seconds in the results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+Array = NDArray[np.float64]
+FOOT = 0.3048
+TURN = np.radians(0.004178073)
+MU = 1.407644311e16 / 3.28084**3
+SLUG = 14.593902937206363
+BRICK = np.array([0.001894220, 0.006211019, 0.007194665]) * SLUG * FOOT**2
+
+
+def _density(altitude: float) -> float:
+    """Return the density of the standard atmosphere below 11 km, kg/m^3."""
+    geopotential = 6356766.0 * altitude / (6356766.0 + altitude)
+    return float(1.225 * (1.0 - 0.0065 * geopotential / 288.15) ** (9.80665 * 0.0289644 / (8.31432 * 0.0065) - 1.0))
+
+
+def flight(
+    radius: float,
+    start: tuple[float, float, float],
+    oblateness: float = 1.08262982e-3,
+    drag: bool = True,
+    wind: float = 0.0,
+) -> Callable[[Array], Mapping[str, Array]]:
+    """Return altitude, longitude and speeds over times, and with ``drag`` False the rates of the brick that falls.
+
+    ``start`` has the altitude, and the speeds upwards and eastwards over the ground, in feet and seconds."""
+
+    def rates(_: float, y: Array) -> Array:
+        altitude, _, up, east = y[:4]
+        spin, r = y[4:], radius + altitude
+        pull = MU / r**2 * (1.0 + 1.5 * oblateness * (6378137.0 / r) ** 2)
+        density = _density(altitude)
+        speed = np.hypot(east - wind * FOOT, up)
+        push = -0.5 * density * 0.1 * 0.1963495 * FOOT**2 / SLUG * speed if drag else 0.0
+        size = np.array([0.33333, 0.66667, 0.33333]) * FOOT
+        moment = -0.25 * density * 0.22222 * FOOT**2 * np.hypot(east, up) * size**2 * spin
+        return np.array(
+            [
+                up,
+                east / r,
+                (east + TURN * r) ** 2 / r - pull + push * up,
+                -up * (east / r + 2.0 * TURN) + push * (east - wind * FOOT),
+                *((moment - np.cross(spin, BRICK * spin)) / BRICK),
+            ]
+        )
+
+    def motion(times: Array) -> Mapping[str, Array]:
+        altitude, up, east = np.array(start) * FOOT
+        first = np.array([altitude, 0.0, up, east, *np.radians([10.0, 20.0, 30.0])])
+        solution = solve_ivp(rates, (0.0, float(times[-1])), first, "DOP853", t_eval=times, rtol=1e-12, atol=1e-14)
+        altitude, angle, up, east = solution.y[:4]
+        return {
+            "altitude": altitude[:, None] / FOOT,
+            "longitude": np.degrees(angle)[:, None],
+            "speed": np.column_stack([east, -up]) / FOOT,
+            "rates": np.degrees(solution.y[4:].T),
+        }
+
+    return motion
+
+
+def vertical_spring(times: Array) -> Mapping[str, Array]:
+    """Return the damped oscillation of 1 kg that falls from rest on a spring of 10 N/m and a damper of 0.5 N s/m."""
+    rest, decay, frequency = 9.80665 / 10.0, 0.25, np.sqrt(10.0 - 0.25**2)
+    cosine, sine, size = np.cos(frequency * times), np.sin(frequency * times), np.exp(-decay * times)
+    place = -rest + rest * size * (cosine + decay / frequency * sine)
+    speed = -rest * 10.0 / frequency * size * sine
+    force = 10.0 * place + 0.5 * speed
+    up = {"place": place, "speed": speed, "acceleration": -force - 9.80665, "force": force}
+    return {name: np.outer(values, [0.0, 0.0, 1.0]) for name, values in up.items()}
+
+
+#: Third solutions by the names that rows of ``runs*.toml`` give.
+THIRD_RUNS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
+    "vertical spring": vertical_spring,
+    "tumbling brick": flight(6378137.0, (3e4, 0.0, 0.0), drag=False),
+    "round Earth": flight(20902255.199 * FOOT, (3e4, 0.0, 0.0), oblateness=0.0),
+    "steady wind": flight(6378137.0, (3e4, 0.0, 0.0), wind=20.0),
+    "cannonball": flight(6378137.0, (0.0, 1000.0, 1000.0)),
+}
