@@ -80,9 +80,38 @@ def vertical_spring(times: Array) -> Mapping[str, Array]:
     return {name: np.outer(values, [0.0, 0.0, 1.0]) for name, values in up.items()}
 
 
+def slider_crank(times: Array) -> Mapping[str, Array]:
+    """Return the slider-crank of SUNDIALS by the angle of its crank alone, with the integral of the kinetic energy."""
+
+    def rates(_: float, y: Array) -> Array:
+        angle, rate = y[:2]
+        s1, c1 = np.sin(angle), np.cos(angle)
+        s2, c2 = -0.5 * s1, np.sqrt(1.0 - 0.25 * s1 * s1)
+        turn, travel = -0.5 * c1 / c2, -0.5 * s1 - s2 * (-0.5 * c1 / c2)
+        turn_rate = (0.5 * s1 + s2 * turn**2) / c2
+        travel_rate = -0.5 * c1 - c2 * turn**2 - s2 * turn_rate
+        line = np.array([0.5 * c2 + 0.25 * c1, -0.5 * s2 - 0.25 * s1])
+        change = np.array([travel + 0.5 * s2 * turn + 0.25 * s1, -0.5 * c2 * turn - 0.25 * c1])
+        length = np.hypot(*line)
+        stretch = line @ change / length
+        pull = length - 1.0 + stretch * rate
+        mass = 1.0 + travel**2 + 2.0 * turn**2
+        load = travel - s2 * turn - pull * stretch - (travel * travel_rate + 2.0 * turn * turn_rate) * rate**2
+        return np.array([rate, load / mass, 0.5 * mass * rate**2])
+
+    solution = solve_ivp(
+        rates, (0.0, float(times[-1])), [np.pi / 2.0, 0.0, 0.0], "DOP853", t_eval=times, rtol=1e-12, atol=1e-13
+    )
+    angle, _, integral = solution.y
+    rod = -np.arcsin(0.5 * np.sin(angle))
+    places = {"angle": angle, "slider": np.cos(rod) + 0.5 * np.cos(angle), "rod": rod, "integral": integral}
+    return {name: values[:, None] for name, values in places.items()}
+
+
 #: Third solutions by the names that rows of ``runs*.toml`` give.
 THIRD_RUNS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "vertical spring": vertical_spring,
+    "slider-crank": slider_crank,
     "tumbling brick": flight(6378137.0, (3e4, 0.0, 0.0), drag=False),
     "round Earth": flight(20902255.199 * FOOT, (3e4, 0.0, 0.0), oblateness=0.0),
     "steady wind": flight(6378137.0, (3e4, 0.0, 0.0), wind=20.0),

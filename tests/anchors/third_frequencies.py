@@ -1,0 +1,98 @@
+"""Third solutions of frequencies and limit loads: finite elements of beams in NumPy, characteristic equations, series."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, optimize
+
+from tests.oracles.rotating_beam import frequencies as of_rotating_beam
+
+Array = NDArray[np.float64]
+
+
+def clamped_beam(
+    length: float,
+    stiffness: Callable[[Array], Array],
+    mass: Callable[[Array], Array],
+    end: Array,
+    elements: int = 60,
+) -> Array:
+    """Return the frequencies, Hz, of a clamped beam with properties over s from 0 to 1, and a mass matrix (2, 2) at its
+    end; cubic elements whose properties are integrated by Gauss's rule."""
+    points, weights = np.polynomial.legendre.leggauss(6)
+    x, weights = 0.5 * (points + 1.0), 0.5 * weights
+    size = length / elements
+    shapes = np.array(
+        [1 - 3 * x**2 + 2 * x**3, size * (x - 2 * x**2 + x**3), 3 * x**2 - 2 * x**3, size * (x**3 - x**2)]
+    )
+    bends = np.array([12 * x - 6, size * (6 * x - 4), 6 - 12 * x, size * (6 * x - 2)]) / size**2
+    K, M = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
+    for first in range(elements):
+        s, part = (first + x) / elements, slice(2 * first, 2 * first + 4)
+        K[part, part] += (bends * (size * weights * stiffness(s))) @ bends.T
+        M[part, part] += (shapes * (size * weights * mass(s))) @ shapes.T
+    M[-2:, -2:] += end
+    return np.asarray(np.sqrt(linalg.eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True)) / (2.0 * np.pi))
+
+
+def nrel_tower(count: int) -> Array:
+    """Return the lowest frequencies of the tower of the NREL 5 MW turbine, a tapered tube, in both planes."""
+
+    def wall(s: Array) -> tuple[Array, Array]:
+        outer = 6.0 + (3.87 - 6.0) * s
+        return outer, outer - 2.0 * (0.0351 + (0.0247 - 0.0351) * s)
+
+    def stiffness(s: Array) -> Array:
+        outer, inner = wall(s)
+        return np.asarray(210e9 * np.pi / 64.0 * (outer**4 - inner**4))
+
+    def mass(s: Array) -> Array:
+        outer, inner = wall(s)
+        return np.asarray(8500.0 * np.pi / 4.0 * (outer**2 - inner**2))
+
+    top, along, across = 347310.0, 1.96256, 0.41378
+    ends = [
+        np.array([[top, top * along], [top * along, inertia]])
+        for inertia in (4.37e7 + top * along**2, 2.353e7 + top * (along**2 + across**2))
+    ]
+    return np.sort(np.concatenate([clamped_beam(87.6, stiffness, mass, end) for end in ends]))[:count]
+
+
+def tower_with_top_mass(count: int) -> Array:
+    """Return the frequencies of a uniform tower whose top mass is its own mass, by its characteristic equation."""
+
+    def end(x: float) -> float:
+        cosh, sinh = np.cosh(x), np.sinh(x)
+        return float((1.0 + np.cos(x) * cosh + x * (np.cos(x) * sinh - np.sin(x) * cosh)) / cosh)
+
+    grid = np.linspace(0.5, np.pi * (count + 0.5), 400)
+    signs = np.sign([end(x) for x in grid])
+    roots = [optimize.brentq(end, grid[i], grid[i + 1], xtol=1e-14) for i in np.flatnonzero(np.diff(signs))[:count]]
+    return np.asarray(np.square(roots) * np.sqrt(5e10 / (5000.0 * 80.0**4)) / (2.0 * np.pi))
+
+
+def uniform_blade(speed: float, count: int) -> Array:
+    """Return the frequencies of a uniform blade that turns, flapwise and lagwise, by power series."""
+    units = [np.sqrt(stiffness / (100.0 * 31.623**4)) for stiffness in (1e8, 1e9)]
+    found = [
+        unit * float(value)
+        for unit, in_plane in zip(units, (False, True), strict=True)
+        for value in of_rotating_beam(count, speed / unit, in_plane=in_plane, digits=16)
+    ]
+    return np.sort(np.array(found))[:count] / (2.0 * np.pi)
+
+
+def _as_row(numbers: Callable[[], Array]) -> Callable[[Array], Mapping[str, Array]]:
+    return lambda _: {"frequencies": numbers()[None]}
+
+
+#: Third solutions by the names that rows of ``runs*.toml`` give.
+THIRD_FREQUENCIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
+    "NREL tower": _as_row(lambda: nrel_tower(6)),
+    "tower with top mass": _as_row(lambda: tower_with_top_mass(4)),
+    "uniform blade at rest": _as_row(lambda: uniform_blade(0.0, 5)),
+    "uniform blade": _as_row(lambda: uniform_blade(6.0, 5)),
+}
