@@ -135,11 +135,11 @@ class Run:
 
     def outputs(self, times: Sequence[float] | Array) -> dict[str, Array]:
         """Simulate the scene, and return its signals (times, components) at instants."""
-        model = eomgen.build(SCENES / self.scene, profile="quick")
+        scene = SCENES / self.scene
         if self.quantity:
-            values = QUANTITIES[self.quantity](model, **self.options)
+            values = QUANTITIES[self.quantity](scene, **self.options)
         else:
-            values = model.simulate().outputs_at(np.asarray(times, float))
+            values = eomgen.build(scene, profile="quick").simulate().outputs_at(np.asarray(times, float))
         return {
             name: signal.factor * np.reshape(values[name], (len(times), -1)) for name, signal in self.signals.items()
         }

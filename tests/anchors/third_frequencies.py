@@ -1,4 +1,4 @@
-"""Third solutions of frequencies and limit loads: finite elements of beams in NumPy, characteristic equations, series."""
+"""Third solutions of frequencies: finite elements of beams in NumPy, a characteristic equation, power series."""
 
 from __future__ import annotations
 
