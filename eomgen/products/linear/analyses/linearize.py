@@ -239,6 +239,8 @@ def linearize(
             state = found_state(able, at, initial, point, any_kind=any_kind, asked=model)
         else:
             state = as_found("steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, point)
+        if state.a is None:  # a motion, where rest was sought
+            able = able_to_linearize(model, moving=True)
         if multiblade is not None:
             return _in_multiblade_coordinates(able, state, independent, multiblade)
         result = about(able, state, independent)
