@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,17 @@ from scipy import linalg, optimize
 from tests.oracles.rotating_beam import frequencies as of_rotating_beam
 
 Array = NDArray[np.float64]
+SCENES = Path(__file__).parents[2] / "examples" / "verification"
+
+
+def _cubic(x: Array, size: float) -> tuple[Array, Array, Array]:
+    """Return cubic shape functions of an element at x from 0 to 1, with their first and second derivatives, (4, n)."""
+    far = 3 * x**2 - 2 * x**3
+    slope = 6 * x - 6 * x**2
+    shapes = np.array([1 - far, size * (x - 2 * x**2 + x**3), far, size * (x**3 - x**2)])
+    slopes = np.array([-slope, size * (1 - 4 * x + 3 * x**2), slope, size * (3 * x**2 - 2 * x)]) / size
+    bends = np.array([12 * x - 6, size * (6 * x - 4), 6 - 12 * x, size * (6 * x - 2)]) / size**2
+    return shapes, slopes, bends
 
 
 def clamped_beam(
@@ -25,10 +37,7 @@ def clamped_beam(
     points, weights = np.polynomial.legendre.leggauss(6)
     x, weights = 0.5 * (points + 1.0), 0.5 * weights
     size = length / elements
-    shapes = np.array(
-        [1 - 3 * x**2 + 2 * x**3, size * (x - 2 * x**2 + x**3), 3 * x**2 - 2 * x**3, size * (x**3 - x**2)]
-    )
-    bends = np.array([12 * x - 6, size * (6 * x - 4), 6 - 12 * x, size * (6 * x - 2)]) / size**2
+    shapes, _, bends = _cubic(x, size)
     K, M = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
     for first in range(elements):
         s, part = (first + x) / elements, slice(2 * first, 2 * first + 4)
@@ -59,6 +68,41 @@ def nrel_tower(count: int) -> Array:
         for inertia in (4.37e7 + top * along**2, 2.353e7 + top * (along**2 + across**2))
     ]
     return np.sort(np.concatenate([clamped_beam(87.6, stiffness, mass, end) for end in ends]))[:count]
+
+
+def nrel_blade(speed: float, count: int, elements: int = 60) -> Array:
+    """Return the lowest frequencies of the blade of the NREL 5 MW turbine, which turns: elements that bend in both
+    planes, with sections of the table, linear between its rows."""
+    file = SCENES / "pybmodes" / "nrel_blade.csv"
+    span, twist, mass, flap, edge = np.loadtxt(file, delimiter=",", skiprows=2).T
+    points, weights = np.polynomial.legendre.leggauss(12)
+    x, weights = 0.5 * (points + 1.0), 0.5 * weights
+    size = 61.5 / elements
+    shapes, slopes, bends = _cubic(x, size)
+    fine = np.linspace(0.0, 1.0, 200001)
+    pull = np.interp(fine, span, mass) * (1.5 + 61.5 * fine) * 61.5 * speed**2
+    pull = np.concatenate([[0.0], np.cumsum(0.5 * (pull[1:] + pull[:-1]) * np.diff(fine))])
+    K, M = np.zeros((2, 4 * elements + 4, 4 * elements + 4))
+    for first in range(elements):
+        s = (first + x) / elements
+        angle = np.radians(np.interp(s, span, twist))
+        soft, stiff = np.interp(s, span, flap), np.interp(s, span, edge)
+        out_of = [4 * first, 4 * first + 1, 4 * first + 4, 4 * first + 5]
+        within = [index + 2 for index in out_of]
+        own = (shapes * (size * weights * np.interp(s, span, mass))) @ shapes.T
+        tension = (slopes * (size * weights * (pull[-1] - np.interp(s, fine, pull)))) @ slopes.T
+        for rows, columns, stiffness in (
+            (out_of, out_of, soft * np.cos(angle) ** 2 + stiff * np.sin(angle) ** 2),
+            (within, within, soft * np.sin(angle) ** 2 + stiff * np.cos(angle) ** 2),
+            (out_of, within, (soft - stiff) * np.sin(angle) * np.cos(angle)),
+            (within, out_of, (soft - stiff) * np.sin(angle) * np.cos(angle)),
+        ):
+            K[np.ix_(rows, columns)] += (bends * (size * weights * stiffness)) @ bends.T
+        K[np.ix_(out_of, out_of)] += tension
+        K[np.ix_(within, within)] += tension - speed**2 * own
+        M[np.ix_(out_of, out_of)] += own
+        M[np.ix_(within, within)] += own
+    return np.asarray(np.sqrt(linalg.eigh(K[4:, 4:], M[4:, 4:], eigvals_only=True))[:count] / (2.0 * np.pi))
 
 
 def tower_with_top_mass(count: int) -> Array:
@@ -92,6 +136,8 @@ def _as_row(numbers: Callable[[], Array]) -> Callable[[Array], Mapping[str, Arra
 #: Third solutions by the names that rows of ``runs*.toml`` give.
 THIRD_FREQUENCIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "NREL tower": _as_row(lambda: nrel_tower(6)),
+    "NREL blade at rest": _as_row(lambda: nrel_blade(0.0, 3)),
+    "NREL blade": _as_row(lambda: nrel_blade(12.1 * np.pi / 30.0, 3)),
     "tower with top mass": _as_row(lambda: tower_with_top_mass(4)),
     "uniform blade at rest": _as_row(lambda: uniform_blade(0.0, 5)),
     "uniform blade": _as_row(lambda: uniform_blade(6.0, 5)),
