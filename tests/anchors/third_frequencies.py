@@ -70,17 +70,33 @@ def nrel_tower(count: int) -> Array:
     return np.sort(np.concatenate([clamped_beam(87.6, stiffness, mass, end) for end in ends]))[:count]
 
 
-def nrel_blade(speed: float, count: int, elements: int = 60) -> Array:
-    """Return the lowest frequencies of the blade of the NREL 5 MW turbine, which turns: elements that bend in both
-    planes, with sections of the table, linear between its rows."""
-    file = SCENES / "pybmodes" / "nrel_blade.csv"
+def iea_tower(count: int) -> Array:
+    """Return the lowest frequencies of monopile and tower of the IEA 15 MW turbine, in both planes."""
+    file = SCENES / "pybmodes" / "iea_tower.csv"
+    span, mass, bending = np.loadtxt(file, delimiter=",", skiprows=2).T
+    top, along, across = 919540.0, 4.349459, 0.41378
+    ends = [
+        np.array([[top, top * along], [top * along, inertia]])
+        for inertia in (1.1742e8 + top * along**2, 6.3223e7 + top * (along**2 + across**2))
+    ]
+
+    def frequencies(end: Array) -> Array:
+        return clamped_beam(174.386, lambda s: np.interp(s, span, bending), lambda s: np.interp(s, span, mass), end)
+
+    return np.sort(np.concatenate([frequencies(end) for end in ends]))[:count]
+
+
+def blade(name: str, length: float, hub: float, rpm: float, count: int = 3, elements: int = 60) -> Array:
+    """Return the lowest frequencies of a blade that turns: elements that bend in both planes, with sections of a table,
+    linear between its rows."""
+    file, speed = SCENES / "pybmodes" / f"{name}.csv", rpm * np.pi / 30.0
     span, twist, mass, flap, edge = np.loadtxt(file, delimiter=",", skiprows=2).T
     points, weights = np.polynomial.legendre.leggauss(12)
     x, weights = 0.5 * (points + 1.0), 0.5 * weights
-    size = 61.5 / elements
+    size = length / elements
     shapes, slopes, bends = _cubic(x, size)
     fine = np.linspace(0.0, 1.0, 200001)
-    pull = np.interp(fine, span, mass) * (1.5 + 61.5 * fine) * 61.5 * speed**2
+    pull = np.interp(fine, span, mass) * (hub + length * fine) * length * speed**2
     pull = np.concatenate([[0.0], np.cumsum(0.5 * (pull[1:] + pull[:-1]) * np.diff(fine))])
     K, M = np.zeros((2, 4 * elements + 4, 4 * elements + 4))
     for first in range(elements):
@@ -136,8 +152,10 @@ def _as_row(numbers: Callable[[], Array]) -> Callable[[Array], Mapping[str, Arra
 #: Third solutions by the names that rows of ``runs*.toml`` give.
 THIRD_FREQUENCIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "NREL tower": _as_row(lambda: nrel_tower(6)),
-    "NREL blade at rest": _as_row(lambda: nrel_blade(0.0, 3)),
-    "NREL blade": _as_row(lambda: nrel_blade(12.1 * np.pi / 30.0, 3)),
+    "NREL blade at rest": _as_row(lambda: blade("nrel_blade", 61.5, 1.5, 0.0)),
+    "NREL blade": _as_row(lambda: blade("nrel_blade", 61.5, 1.5, 12.1)),
+    "IEA blade": _as_row(lambda: blade("iea_blade", 117.0, 3.97, 7.55)),
+    "IEA tower": _as_row(lambda: iea_tower(4)),
     "tower with top mass": _as_row(lambda: tower_with_top_mass(4)),
     "uniform blade at rest": _as_row(lambda: uniform_blade(0.0, 5)),
     "uniform blade": _as_row(lambda: uniform_blade(6.0, 5)),
