@@ -1,6 +1,7 @@
 """Runs of scenes next to runs of other programs: each row of ``runs*.toml`` is a scene, its signals and a few figures.
 
-``python -m tests.anchors.runs`` prints the differences of all rows, ``--external DIR`` compares whole files in a folder
+``python -m tests.anchors.runs`` prints the differences of all rows, eomgen and the program to the solution that counts,
+and eomgen to the program, and the cases that eomgen cannot express. ``--external DIR`` compares whole files in a folder
 that has them, and ``--digits`` prints the figures of rows from their files.
 """
 
@@ -259,6 +260,8 @@ def main() -> int:
             continue
         difference = run.whole_difference(options.external) if options.external else run.difference()
         print(f"{run.name:<32}", *(f"{value:9.1e}" for value in difference))
+    if not (options.only or options.digits):
+        print("\n".join(f"{gap.name:<32} cannot: {gap.reason}" for gap in gaps().values()))
     return 0
 
 
