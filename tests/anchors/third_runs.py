@@ -108,10 +108,79 @@ def slider_crank(times: Array) -> Mapping[str, Array]:
     return {name: values[:, None] for name, values in places.items()}
 
 
+def rod_with_spring(times: Array) -> Mapping[str, Array]:
+    """Return the rod of 1 kg on a hinge, 2 m from its centre of mass, with 200 N m/rad and 10 N m s/rad, from the
+    horizontal along x."""
+    gravity, inertia = 9.80665, 4.1
+
+    def turning(angle: Array, rate: Array) -> Array:
+        return np.asarray((2.0 * gravity * np.cos(angle) - 200.0 * angle - 10.0 * rate) / inertia)
+
+    solution = solve_ivp(
+        lambda _, y: np.array([y[1], turning(y[0], y[1])]),
+        (0.0, float(times[-1])),
+        np.zeros(2),
+        "DOP853",
+        t_eval=times,
+        rtol=1e-12,
+        atol=1e-14,
+    )
+    angle, rate = solution.y
+    along, down = np.array([np.cos(angle), -np.sin(angle)]), np.array([-np.sin(angle), -np.cos(angle)])
+    pull = 2.0 * turning(angle, rate) * down - 2.0 * rate**2 * along
+    planes = {"place": 2.0 * along, "speed": 2.0 * rate * down, "acceleration": pull}
+    planes["reaction"] = -pull - [[0.0], [gravity]]
+    return {name: np.column_stack([x, np.zeros(len(times)), z]) for name, (x, z) in planes.items()}
+
+
+def _rotation(p: Array) -> Array:
+    """Return the matrix of a quaternion (x, y, z, w) of any length."""
+    x, y, z, w = p / np.sqrt(p @ p)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def rod_on_arm(times: Array) -> Mapping[str, Array]:
+    """Return the rod of 1 kg whose end is on a circle of 2 m in the plane z = 0: Newton's and Euler's equations with
+    two constraint forces."""
+    inertia, end = np.array([0.1, 0.04, 0.1]), np.array([0.0, -2.0, 0.0])
+    arm = np.array([[0.0, 0.0, -2.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])  # of the cross product with the end
+
+    def accelerations(y: Array) -> tuple[Array, Array]:
+        turn, speed, rate = _rotation(y[3:7]), y[7:10], y[10:]
+        place, motion = y[:3] + turn @ end, speed + turn @ np.cross(rate, end)
+        normals = np.array([[0.0, 0.0, 1.0], [place[0], place[1], 0.0]])
+        lever = -turn @ arm  # of the end's velocity by the rate
+        rows = np.hstack([normals, normals @ lever])
+        free = np.concatenate([[0.0, 0.0, -9.80665], -np.cross(rate, inertia * rate) / inertia])
+        spin = turn @ np.cross(rate, np.cross(rate, end))
+        asked = -normals @ spin - np.array([0.0, motion[0] ** 2 + motion[1] ** 2])
+        weighted = rows / np.concatenate([np.ones(3), inertia])
+        both = free + weighted.T @ np.linalg.solve(weighted @ rows.T, asked - rows @ free)
+        return both[:3], both[3:]
+
+    def rates(_: float, y: Array) -> Array:
+        x, p = y[10:], y[3:7]
+        turning = 0.5 * np.concatenate([p[3] * x + np.cross(p[:3], x), [-p[:3] @ x]])
+        return np.concatenate([y[7:10], turning, *accelerations(y)])
+
+    start = np.array([2.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0, *np.zeros(6)])
+    states = solve_ivp(rates, (0.0, float(times[-1])), start, "DOP853", t_eval=times, rtol=1e-10, atol=1e-11).y.T
+    pull = np.array([accelerations(y)[0] for y in states])
+    return {"place": states[:, :3], "speed": states[:, 7:10], "acceleration": pull}
+
+
 #: Third solutions by the names that rows of ``runs*.toml`` give.
 THIRD_RUNS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "vertical spring": vertical_spring,
     "slider-crank": slider_crank,
+    "rod on an arm": rod_on_arm,
+    "rod with spring": rod_with_spring,
     "tumbling brick": flight(6378137.0, (3e4, 0.0, 0.0), drag=False),
     "round Earth": flight(20902255.199 * FOOT, (3e4, 0.0, 0.0), oblateness=0.0),
     "steady wind": flight(6378137.0, (3e4, 0.0, 0.0), wind=20.0),
