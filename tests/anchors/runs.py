@@ -2,7 +2,8 @@
 
 ``python -m tests.anchors.runs`` prints the differences of all rows, eomgen and the program to the solution that counts,
 and eomgen to the program, and the cases that eomgen cannot express. ``--external DIR`` compares whole files in a folder
-that has them, and ``--digits`` prints the figures of rows from their files.
+that has them, and ``--digits`` prints the figures of rows from their files. A row beyond its tolerance gives the exit
+code 1.
 """
 
 from __future__ import annotations
@@ -248,7 +249,7 @@ def main() -> int:
     parser.add_argument("--external", type=Path, metavar="DIR", help="folder with whole files of the programs")
     parser.add_argument("--only", nargs="+", choices=list(runs()), metavar="NAME", help="rows; all")
     parser.add_argument("--digits", action="store_true", help="print the figures from the whole files")
-    options = parser.parse_args()
+    options, code = parser.parse_args(), 0
     for run in (runs()[name] for name in options.only or runs()):
         if options.digits:
             if not run.file:
@@ -259,10 +260,12 @@ def main() -> int:
                 print(run.name, name, [float(columns[heading][row]) for row in rows for heading in signal.columns])
             continue
         difference = run.whole_difference(options.external) if options.external else run.difference()
-        print(f"{run.name:<32}", *(f"{value:9.1e}" for value in difference))
+        beyond = not options.external and difference.eomgen > run.tolerance
+        print(f"{run.name:<32}", *(f"{value:9.1e}" for value in difference), "  beyond its tolerance" * beyond)
+        code |= beyond
     if not (options.only or options.digits):
         print("\n".join(f"{gap.name:<32} cannot: {gap.reason}" for gap in gaps().values()))
-    return 0
+    return code
 
 
 if __name__ == "__main__":
