@@ -239,8 +239,6 @@ def linearize(
             state = found_state(able, at, initial, point, any_kind=any_kind, asked=model)
         else:
             state = as_found("steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, point)
-        if state.a is None:  # a motion, where rest was sought
-            able = able_to_linearize(model, moving=True)
         if multiblade is not None:
             return _in_multiblade_coordinates(able, state, independent, multiblade)
         result = about(able, state, independent)
@@ -572,7 +570,7 @@ def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array
         lam = np.zeros(0)
     elif state.a is None:
         try:
-            a, lam = model.constrained_dynamics(state.q, state.v, **keywords)
+            a, lam = able_to_linearize(model, moving=True).constrained_dynamics(state.q, state.v, **keywords)
         except NumericalError:
             raise singular_mechanism() from None
     else:
