@@ -108,31 +108,6 @@ def slider_crank(times: Array) -> Mapping[str, Array]:
     return {name: values[:, None] for name, values in places.items()}
 
 
-def rod_with_spring(times: Array) -> Mapping[str, Array]:
-    """Return the rod of 1 kg on a hinge, 2 m from its centre of mass, with 200 N m/rad and 10 N m s/rad, from the
-    horizontal along x."""
-    gravity, inertia = 9.80665, 4.1
-
-    def turning(angle: Array, rate: Array) -> Array:
-        return np.asarray((2.0 * gravity * np.cos(angle) - 200.0 * angle - 10.0 * rate) / inertia)
-
-    solution = solve_ivp(
-        lambda _, y: np.array([y[1], turning(y[0], y[1])]),
-        (0.0, float(times[-1])),
-        np.zeros(2),
-        "DOP853",
-        t_eval=times,
-        rtol=1e-12,
-        atol=1e-14,
-    )
-    angle, rate = solution.y
-    along, down = np.array([np.cos(angle), -np.sin(angle)]), np.array([-np.sin(angle), -np.cos(angle)])
-    pull = 2.0 * turning(angle, rate) * down - 2.0 * rate**2 * along
-    planes = {"place": 2.0 * along, "speed": 2.0 * rate * down, "acceleration": pull}
-    planes["reaction"] = -pull - [[0.0], [gravity]]
-    return {name: np.column_stack([x, np.zeros(len(times)), z]) for name, (x, z) in planes.items()}
-
-
 def _rotation(p: Array) -> Array:
     """Return the matrix of a quaternion (x, y, z, w) of any length."""
     x, y, z, w = p / np.sqrt(p @ p)
@@ -180,7 +155,6 @@ THIRD_RUNS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "vertical spring": vertical_spring,
     "slider-crank": slider_crank,
     "rod on an arm": rod_on_arm,
-    "rod with spring": rod_with_spring,
     "tumbling brick": flight(6378137.0, (3e4, 0.0, 0.0), drag=False),
     "round Earth": flight(20902255.199 * FOOT, (3e4, 0.0, 0.0), oblateness=0.0),
     "steady wind": flight(6378137.0, (3e4, 0.0, 0.0), wind=20.0),
