@@ -1,7 +1,9 @@
-"""Runs of scenes next to runs of other programs: each row of ``runs.toml`` is a scene, its signals and a few figures.
+"""Runs of scenes next to runs of other programs: each row of ``runs*.toml`` is a scene, its signals and a few figures.
 
-``python -m tests.anchors.runs`` prints the differences of all rows, ``--external DIR`` compares whole files in a folder
-that has them, and ``--digits`` prints the figures of rows from their files.
+``python -m tests.anchors.runs`` prints the differences of all rows, eomgen and the program to the solution that counts,
+and eomgen to the program, and the cases that eomgen cannot express. ``--external DIR`` compares whole files in a folder
+that has them, and ``--digits`` prints the figures of rows from their files. A row beyond its tolerance gives the exit
+code 1.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ import argparse
 import sys
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,10 +21,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import eomgen
+from tests.anchors.quantities import QUANTITIES
+from tests.anchors.third_frequencies import THIRD_FREQUENCIES
+from tests.anchors.third_impacts import THIRD_IMPACTS
+from tests.anchors.third_quantities import THIRD_QUANTITIES
+from tests.anchors.third_runs import THIRD_RUNS
 from tests.anchors.thirds import THIRDS
 
 Array = NDArray[np.float64]
-ROWS = Path(__file__).with_suffix(".toml")
+#: Files of rows, in the order of the page.
+ROWS = sorted(Path(__file__).parent.glob("runs*.toml"))
+THIRD_SOLUTIONS = {**THIRDS, **THIRD_RUNS, **THIRD_FREQUENCIES, **THIRD_IMPACTS, **THIRD_QUANTITIES}
 SCENES = Path(__file__).parents[2] / "examples" / "verification"
 
 
@@ -56,15 +65,18 @@ class Signal:
         Figures at the instants of the run, the components of an instant together.
     factor : float
         Factor of the output of eomgen; -1 for the force on the other body.
+    each : bool
+        Whether each figure is compared relative to itself, as of frequencies; else relative to the largest one.
     """
 
-    columns: tuple[str, ...]
     digits: tuple[float, ...]
+    columns: tuple[str, ...] = ()
     factor: float = 1.0
+    each: bool = False
 
 
 class Difference(NamedTuple):
-    """Largest differences of a run over its signals, each relative to the largest figure of the signal."""
+    """Largest differences of a run over its signals, each relative to the largest figure of the signal, or to each."""
 
     eomgen: float
     program: float
@@ -72,6 +84,17 @@ class Difference(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Gap:
+    """A case of another program that eomgen cannot express, with the reason."""
+
+    name: str
+    subject: str
+    case: str
+    program: Program
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Run:
     """A run of a scene next to a run of another program.
 
@@ -83,14 +106,18 @@ class Run:
         File in ``examples/verification``.
     program : Program
     file : str
-        The run of the program, in a folder that ``--external`` names.
+        The run of the program, in a folder that ``--external`` names; none if the row has all its figures.
     at : tuple of float
         Instants of the figures, s.
     tolerance : float
         Largest difference of eomgen to the third solution, or without one to the program.
     signals : dict of Signal by the name of the output
+    quantity : str
+        Name of a result in ``quantities.py`` that is no run: frequencies, a load, a probability.
+    options : dict
+        Of the quantity.
     third : str
-        Name of a third solution in ``thirds.py``, which counts then in place of the program.
+        Name of a third solution in one of the files ``third*.py``, which counts then in place of the program.
     note : str
         Cause of a disagreement.
     """
@@ -100,17 +127,22 @@ class Run:
     case: str
     scene: str
     program: Program
-    file: str
-    at: tuple[float, ...]
     tolerance: float
     signals: Mapping[str, Signal]
+    file: str = ""
+    at: tuple[float, ...] = (0.0,)
+    quantity: str = ""
+    options: Mapping[str, Any] = field(default_factory=dict)
     third: str = ""
     note: str = ""
 
     def outputs(self, times: Sequence[float] | Array) -> dict[str, Array]:
         """Simulate the scene, and return its signals (times, components) at instants."""
-        solution = eomgen.build(SCENES / self.scene, profile="quick").simulate()
-        values = solution.outputs_at(np.asarray(times, float))
+        scene = SCENES / self.scene
+        if self.quantity:
+            values = QUANTITIES[self.quantity](scene, **self.options)
+        else:
+            values = eomgen.build(scene, profile="quick").simulate().outputs_at(np.asarray(times, float))
         return {
             name: signal.factor * np.reshape(values[name], (len(times), -1)) for name, signal in self.signals.items()
         }
@@ -121,7 +153,9 @@ class Run:
         return self._difference(self.at, figures)
 
     def whole_difference(self, folder: Path) -> Difference:
-        """Return the differences over the whole file of the program in a folder."""
+        """Return the differences over the whole file of the program in a folder; of a row without a file, its own."""
+        if not self.file:
+            return self.difference()
         times, columns = table(folder / self.file)
         figures = {
             name: np.column_stack([columns[heading] for heading in signal.columns])
@@ -131,10 +165,16 @@ class Run:
 
     def _difference(self, times: Sequence[float] | Array, figures: Mapping[str, Array]) -> Difference:
         own = self.outputs(times)
-        counts = THIRDS[self.third](np.asarray(times, float)) if self.third else figures
+        counts = figures
+        if self.third:
+            counts = THIRD_SOLUTIONS[self.third](np.asarray(times, float))
+
+        def size(name: str) -> Array:
+            sizes = np.abs(counts[name])
+            return sizes if self.signals[name].each else sizes.max(keepdims=True)
 
         def apart(first: Mapping[str, Array], second: Mapping[str, Array]) -> float:
-            return max(float(np.abs(first[name] - second[name]).max() / np.abs(counts[name]).max()) for name in own)
+            return max(float((np.abs(first[name] - second[name]) / size(name)).max()) for name in own)
 
         return Difference(apart(own, counts), apart(figures, counts), apart(own, figures))
 
@@ -164,11 +204,34 @@ def _assembly(text: str) -> tuple[Array, dict[str, Array]]:
 
 
 @cache
+def _tables() -> dict[str, Any]:
+    """Return the tables ``programs``, ``runs`` and ``cannot`` of all files of rows."""
+    tables: dict[str, Any] = {"programs": {}, "runs": {}, "cannot": {}}
+    for file in ROWS:
+        for key, rows in tomllib.loads(file.read_text(encoding="utf-8")).items():
+            tables[key] |= rows
+    return tables
+
+
+def _programs() -> dict[str, Program]:
+    return {name: Program(**row) for name, row in _tables()["programs"].items()}
+
+
+@cache
 def runs() -> dict[str, Run]:
     """Return all rows by their names, in the order of the page."""
-    data = tomllib.loads(ROWS.read_text(encoding="utf-8"))
-    programs = {name: Program(**row) for name, row in data["programs"].items()}
-    return {name: _run(name, row, programs) for name, row in data["runs"].items()}
+    programs = _programs()
+    return {name: _run(name, row, programs) for name, row in _tables()["runs"].items()}
+
+
+@cache
+def gaps() -> dict[str, Gap]:
+    """Return the cases that eomgen cannot express by their names, in the order of the page."""
+    programs = _programs()
+    return {
+        name: Gap(**row | {"name": name, "program": programs[row["program"]]})
+        for name, row in _tables()["cannot"].items()
+    }
 
 
 def _run(name: str, row: dict[str, Any], programs: Mapping[str, Program]) -> Run:
@@ -186,17 +249,23 @@ def main() -> int:
     parser.add_argument("--external", type=Path, metavar="DIR", help="folder with whole files of the programs")
     parser.add_argument("--only", nargs="+", choices=list(runs()), metavar="NAME", help="rows; all")
     parser.add_argument("--digits", action="store_true", help="print the figures from the whole files")
-    options = parser.parse_args()
+    options, code = parser.parse_args(), 0
     for run in (runs()[name] for name in options.only or runs()):
         if options.digits:
+            if not run.file:
+                continue
             times, columns = table(options.external / run.file)
             rows = [int(np.argmin(np.abs(times - t))) for t in run.at]
             for name, signal in run.signals.items():
                 print(run.name, name, [float(columns[heading][row]) for row in rows for heading in signal.columns])
             continue
         difference = run.whole_difference(options.external) if options.external else run.difference()
-        print(f"{run.name:<32}", *(f"{value:9.1e}" for value in difference))
-    return 0
+        beyond = not options.external and difference.eomgen > run.tolerance
+        print(f"{run.name:<32}", *(f"{value:9.1e}" for value in difference), "  beyond its tolerance" * beyond)
+        code |= beyond
+    if not (options.only or options.digits):
+        print("\n".join(f"{gap.name:<32} cannot: {gap.reason}" for gap in gaps().values()))
+    return code
 
 
 if __name__ == "__main__":
