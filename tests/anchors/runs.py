@@ -22,16 +22,11 @@ from numpy.typing import NDArray
 
 import eomgen
 from tests.anchors.quantities import QUANTITIES
-from tests.anchors.third_frequencies import THIRD_FREQUENCIES
-from tests.anchors.third_impacts import THIRD_IMPACTS
-from tests.anchors.third_quantities import THIRD_QUANTITIES
-from tests.anchors.third_runs import THIRD_RUNS
 from tests.anchors.thirds import THIRDS
 
 Array = NDArray[np.float64]
 #: Files of rows, in the order of the page.
 ROWS = sorted(Path(__file__).parent.glob("runs*.toml"))
-THIRD_SOLUTIONS = {**THIRDS, **THIRD_RUNS, **THIRD_FREQUENCIES, **THIRD_IMPACTS, **THIRD_QUANTITIES}
 SCENES = Path(__file__).parents[2] / "examples" / "verification"
 
 
@@ -167,7 +162,7 @@ class Run:
         own = self.outputs(times)
         counts = figures
         if self.third:
-            counts = THIRD_SOLUTIONS[self.third](np.asarray(times, float))
+            counts = THIRDS[self.third](np.asarray(times, float))
 
         def size(name: str) -> Array:
             sizes = np.abs(counts[name])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.anchors.modelica_thirds import bevel_gear
 from tests.anchors.runs import runs
+from tests.anchors.thirds.modelica_models import bevel_gear
 
 Array = NDArray[np.float64]
 

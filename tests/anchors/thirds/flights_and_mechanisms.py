@@ -151,7 +151,7 @@ def rod_on_arm(times: Array) -> Mapping[str, Array]:
 
 
 #: Third solutions by the names that rows of ``runs*.toml`` give.
-THIRD_RUNS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
+RUNS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "vertical spring": vertical_spring,
     "slider-crank": slider_crank,
     "rod on an arm": rod_on_arm,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tests.anchors.quaternions import matrix, product, turned
+from tests.anchors.thirds.quaternions import matrix, product, turned
 
 Array = NDArray[np.float64]
 GRAVITY = 9.80665

@@ -150,7 +150,7 @@ def _as_row(numbers: Callable[[], Array]) -> Callable[[Array], Mapping[str, Arra
 
 
 #: Third solutions by the names that rows of ``runs*.toml`` give.
-THIRD_FREQUENCIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
+FREQUENCIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "NREL tower": _as_row(lambda: nrel_tower(6)),
     "NREL blade at rest": _as_row(lambda: blade("nrel_blade", 61.5, 1.5, 0.0)),
     "NREL blade": _as_row(lambda: blade("nrel_blade", 61.5, 1.5, 12.1)),

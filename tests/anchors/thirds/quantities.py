@@ -163,6 +163,6 @@ def _as_row(number: Callable[[], float]) -> Callable[[Array], Mapping[str, Array
 
 
 #: Third solutions by the names that rows of ``runs*.toml`` give.
-THIRD_QUANTITIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
+QUANTITIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     name: _as_row(number) for name, number in PROBABILITIES.items()
 }

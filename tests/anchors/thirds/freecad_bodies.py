@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from tests.anchors.quaternions import matrix, turned
+from tests.anchors.thirds.quaternions import matrix, turned
 
 Array = NDArray[np.float64]
 

@@ -9,11 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from tests.anchors.freecad_thirds import FREECAD
-from tests.anchors.modelica_friction import FRICTION
-from tests.anchors.modelica_motions import MOTIONS
-from tests.anchors.modelica_thirds import MODELICA
-
 Array = NDArray[np.float64]
 
 
@@ -77,14 +72,10 @@ def orbits(times: Array) -> Mapping[str, Array]:
     return result
 
 
-#: Third solutions by the names that rows of ``runs.toml`` give.
-THIRDS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
+#: Third solutions by the names that rows of ``runs*.toml`` give.
+RODS_AND_ORBITS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "rod along x": falling_rod(0),
     "rod along y": falling_rod(1),
     "held rod": held_rod,
     "orbits": orbits,
-    **FRICTION,
-    **MODELICA,
-    **MOTIONS,
-    **FREECAD,
 }

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from tests.anchors.quaternions import matrix, product, turned
+from tests.anchors.thirds.quaternions import matrix, product, turned
 
 Array = NDArray[np.float64]
 GRAVITY = 9.80665

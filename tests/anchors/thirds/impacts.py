@@ -109,7 +109,7 @@ def rocking_block(times: Array) -> Mapping[str, Array]:
 
 
 #: Third solutions by the names that rows of ``runs*.toml`` give.
-THIRD_IMPACTS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
+IMPACTS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "bouncing ball": bouncing_ball,
     "compliant ball": compliant_ball,
     "friction oscillator": friction_oscillator,
