@@ -27,6 +27,8 @@ from tests.anchors.thirds import THIRDS
 Array = NDArray[np.float64]
 #: Files of rows, in the order of the page.
 ROWS = sorted(Path(__file__).parent.glob("runs*.toml"))
+#: Difference above which a program is off: the accuracy that most publishers state.
+DISAGREEMENT = 1e-4
 SCENES = Path(__file__).parents[2] / "examples" / "verification"
 
 
@@ -113,6 +115,8 @@ class Run:
         Of the quantity.
     third : str
         Name of a third solution in one of the files ``third*.py``, which counts then in place of the program.
+    accuracy : float
+        Difference above which the program is off, if its figures have fewer digits than others.
     note : str
         Cause of a disagreement.
     """
@@ -129,7 +133,12 @@ class Run:
     quantity: str = ""
     options: Mapping[str, Any] = field(default_factory=dict)
     third: str = ""
+    accuracy: float = DISAGREEMENT
     note: str = ""
+
+    def is_off(self, difference: Difference) -> bool:
+        """Tell whether the third solution shows the program off."""
+        return difference.program > self.accuracy
 
     def outputs(self, times: Sequence[float] | Array) -> dict[str, Array]:
         """Simulate the scene, and return its signals (times, components) at instants."""

@@ -12,7 +12,7 @@ from scipy import linalg, optimize
 from tests.oracles.rotating_beam import frequencies as of_rotating_beam
 
 Array = NDArray[np.float64]
-SCENES = Path(__file__).parents[2] / "examples" / "verification"
+SCENES = Path(__file__).parents[3] / "examples" / "verification"
 
 
 def _cubic(x: Array, size: float) -> tuple[Array, Array, Array]:
