@@ -16,7 +16,6 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.toolchain.compiler import zig_program
-from eomgen.toolchain.cross import cross_build
 from tests.models.library import scene
 
 HERE = Path(__file__).parent
@@ -235,10 +234,13 @@ def test_the_processor_computes_in_float_alone(robot: Path, tmp_path: Path) -> N
 
 @pytest.mark.slow
 @pytest.mark.skipif(zig_program() is None, reason="the package ziglang is not installed")
-def test_an_object_of_zig_keeps_to_the_stack(robot: Path, tmp_path: Path) -> None:
-    eomgen.generate(robot, tmp_path / "c", target="cortex-m4")
-    made = cross_build(tmp_path / "c", "cortex-m4")
-    assert made.stack <= facts(tmp_path / "c")["stack"] and b"__aeabi_d" not in made.file.read_bytes()
+def test_an_object_of_zig_keeps_to_the_stack(robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["generate", str(robot), "--target", "cortex-m4", "--for", "cortex-m4", "--out", str(tmp_path / "c")]
+    assert main([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    (made,) = told["machines"]
+    assert made["stack"] <= facts(tmp_path / "c")["stack"] and told["step"] == {}
+    assert b"__aeabi_d" not in Path(made["file"]).read_bytes()
 
 
 # -- refusals ----------------------------------------------------------------------------------------------------------
