@@ -50,6 +50,8 @@ demo: $(VENV)/installed
 	$(BIN)/python examples/spin_up_beam/demo.py --out out/spin_up_beam
 	@echo
 	$(BIN)/python examples/active_vehicle/demo.py --out out/active_vehicle
+	@echo
+	@echo "Open out/active_vehicle/active_vehicle.png: a car on a rough road, without and with its active suspension."
 
 # The wheel has a CasADi of its own, so it is unpacked apart, in the shape of an installation from source.
 ACADOS := $(VENV)/acados

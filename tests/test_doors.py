@@ -105,6 +105,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     "products.optimisers": (
         "base codegen compiled errors integrators lie pipeline symbolic system toolchain products.derivatives"
     ),
+    "products.controllers": "base codegen errors symbolic",
     "products.laws": "base cli errors formula scene symbolic system toolchain",
     "products.linear": (
         "base cli compiled errors formula lie pipeline results scene simulation solvers system products.statics"

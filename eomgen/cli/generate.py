@@ -114,25 +114,26 @@ def generate(
         described, folder, terms, method, target=target, real=real, parameters=values, only=only, uniform=uniform
     )
     if machines:
-        step = _work_of_step(described, method) if only is None and isinstance(described, Scene) else {}
+        whole = only is None and target == "c" and isinstance(described, Scene)
+        step = _work_of_step(described, method) if whole else {}
         _print_machines(Path(folder), machines, step, [str(file) for file in files], as_json=as_json)
     elif as_json:
         print_json([str(file) for file in files])
     else:
-        for file in files:
-            click.echo(str(file))
+        click.echo("\n".join(map(str, files)))
     say(f"{counted(len(files), 'file')}{steps}; README.md there says how to compile them")
 
 
 def _check_machines(machines: Sequence[str], target: str) -> None:
-    """Raise UsageError for an unknown machine, or for a language that is not C; ToolchainError without zig."""
+    """Raise UsageError for an unknown machine, or for a language that is not C, unless the language is named as the
+    machine; ToolchainError without zig."""
     if not machines:
         return
     from eomgen.toolchain.cross import cross_target, zig  # noqa: PLC0415  # few folders are for other machines
 
     for name in machines:
         cross_target(name)
-    if target != "c":
+    if target not in ("c", *machines):
         raise UsageError(Problem("--for", f"programs are made of C, not of {target} [E0165]", "--target c"))
     zig()
 

@@ -4,7 +4,7 @@
  *
  * One text serves four types, chosen when compiling:
  *   (nothing)             double
- *   -DEOMGEN_REAL_FLOAT   float
+ *   -DEOMGEN_REAL_FLOAT   float, and no double in functions, for processors that compute in float alone
  *   -DEOMGEN_REAL_COMPLEX double complex, analytic in every function: for complex steps
  *   -DEOMGEN_REAL_LANES   EG_LANES doubles side by side (GCC or Clang vector extensions), one sample per lane, with the
  *                         same bits as double; -DEG_LANES=4, 8 or 16 sets their number
@@ -51,7 +51,7 @@ typedef double eomgen_real;
 #include <stdint.h>
 #include <string.h>
 
-/* -- bits of doubles ------------------------------------------------------------------------------------------- */
+/* -- bits of numbers ------------------------------------------------------------------------------------------- */
 
 #if defined(EOMGEN_REAL_LANES)
 typedef eomgen_real eg_wide;
@@ -70,9 +70,14 @@ typedef uint64_t eg_bits __attribute__((vector_size(8 * EG_LANES)));
 static inline eg_bits eg_to_bits(eg_wide x) { return (eg_bits)x; }
 static inline eg_wide eg_from_bits(eg_bits bits) { return (eg_wide)bits; }
 #else
+#if defined(EOMGEN_REAL_FLOAT)
+typedef float eg_wide;
+typedef uint32_t eg_bits;
+#else
 typedef double eg_wide;
 typedef uint64_t eg_bits;
-#define EG_WIDE(c) ((double)(c))
+#endif
+#define EG_WIDE(c) ((eg_wide)(c))
 #define EG_MASK(condition) (0 - (eg_bits)(condition))
 static inline eg_bits eg_to_bits(eg_wide x)
 {
@@ -103,6 +108,26 @@ static inline eg_wide eg_choose(eg_wide c, eg_wide x, eg_wide y)
     return eg_from_bits(eg_to_bits(eg_blend(EG_MASK(c != EG_WIDE(0.0)), x, y)) | EG_MASK(c != c));
 }
 
+#if defined(EOMGEN_REAL_FLOAT)
+/* Sine and cosine together, without branches. Multiples of pi/2 are taken off in three pieces (8 + 8 + 24 bits).
+ * Absolute error below 1e-7 for |x| <= 1e5, and below the distance of neighbouring numbers up to EG_LARGEST_ANGLE. */
+#define EG_LARGEST_ANGLE 6e6f
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine)
+{
+    const float rounded = x * 0.63661977f + 12582912.0f; /* 1.5 * 2^23 */
+    const float n = rounded - 12582912.0f;
+    const eg_bits quadrant = eg_to_bits(rounded), beyond = EG_MASK(fabsf(x) > EG_LARGEST_ANGLE);
+    const float first = ((x - n * 1.5703125f) - n * 4.8446655e-4f) + n * 6.3975784e-7f;
+    const float r = eg_from_bits(eg_to_bits(first) | beyond);
+    const float z = r * r;
+    const float s = r + r * z * (-0.16666664f + z * (0.0083327482f + z * -1.958789e-4f));
+    const float c = (1.0f - 0.5f * z) + z * z * (0.041666664f + z * (-0.0013888303f + z * 2.4547942e-5f));
+    const eg_bits swapped = (eg_to_bits(s) ^ eg_to_bits(c)) & (0 - (quadrant & 1)); /* in odd quadrants */
+    const eg_bits change = swapped ^ ((quadrant & 2) << 30);
+    *sine = eg_from_bits(eg_to_bits(s) ^ change);
+    *cosine = eg_from_bits(eg_to_bits(c) ^ change ^ (quadrant << 31));
+}
+#else
 /* Sine and cosine together, without branches.
  *
  * The argument is reduced by multiples of pi/2 in three pieces (20 + 20 + 53 bits, so that the first two products are
@@ -140,6 +165,7 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
     *sine = eg_from_bits(eg_to_bits(s) ^ change);
     *cosine = eg_from_bits(eg_to_bits(c) ^ change ^ (quadrant << 63));
 }
+#endif
 
 #if defined(EG_REAL_IS_DOUBLE) || defined(EOMGEN_REAL_LANES)
 /* -- exponential, logarithm and powers: one text for double and lanes -------------------------------------------- */
@@ -290,11 +316,9 @@ static inline eg_wide eg_pow(eg_wide x, eg_wide y)
 }
 #endif
 
-/* -- double ---------------------------------------------------------------------------------------------------- */
+/* -- double and float ------------------------------------------------------------------------------------------ */
 
-#if defined(EG_REAL_IS_DOUBLE)
-#define EG_C(c) (c)
-static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
+#if defined(EG_REAL_IS_DOUBLE) || defined(EOMGEN_REAL_FLOAT)
 static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
 {
     return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
@@ -304,6 +328,12 @@ static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
     return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
 }
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
+#define EG_LANE(x, lane) (x)
+#endif
+
+#if defined(EG_REAL_IS_DOUBLE)
+#define EG_C(c) (c)
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
 #define EG_TAN(x) tan(x)
 #define EG_ASIN(x) asin(x)
 #define EG_ACOS(x) acos(x)
@@ -317,53 +347,10 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 #define EG_ATAN2(y, x) atan2(y, x)
 #define EG_POW(x, y) eg_pow(x, y)
 #define EG_ABS(x) fabs(x)
-#define EG_LANE(x, lane) (x)
 #endif
-
-/* -- float: sine and cosine of double, rounded ---------------------------------------------------------- */
 
 #if defined(EOMGEN_REAL_FLOAT)
 #define EG_C(c) ((float)(c))
-static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine)
-{
-    double s, c;
-    eg_sincos_wide((double)x, &s, &c);
-    *sine = (float)s;
-    *cosine = (float)c;
-}
-/* Comparisons and choices on the bits of floats, as of doubles above. No operand becomes a double, for which processors
- * with floats alone call library functions. */
-static inline uint32_t eg_float_to_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-static inline float eg_float_from_bits(uint32_t bits)
-{
-    float x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-#define EG_FLOAT_MASK(condition) (0 - (uint32_t)(condition))
-static inline eomgen_real eg_float_truth(int holds, int unordered)
-{
-    return eg_float_from_bits((EG_FLOAT_MASK(holds) & eg_float_to_bits(1.0f)) | EG_FLOAT_MASK(unordered));
-}
-static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
-{
-    return eg_float_truth(x < y, (x != x) | (y != y));
-}
-static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
-{
-    return eg_float_truth(x <= y, (x != x) | (y != y));
-}
-static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
-{
-    const uint32_t chosen = EG_FLOAT_MASK(c != 0.0f);
-    return eg_float_from_bits(
-        (chosen & eg_float_to_bits(x)) | (~chosen & eg_float_to_bits(y)) | EG_FLOAT_MASK(c != c));
-}
 #define EG_TAN(x) tanf(x)
 #define EG_ASIN(x) asinf(x)
 #define EG_ACOS(x) acosf(x)
@@ -377,7 +364,6 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 #define EG_ATAN2(y, x) atan2f(y, x)
 #define EG_POW(x, y) powf(x, y)
 #define EG_ABS(x) fabsf(x)
-#define EG_LANE(x, lane) (x)
 #endif
 
 /* -- complex: comparisons look at real parts; every function is the analytic one around them ------------------- */
@@ -540,8 +526,8 @@ static inline eomgen_real eg_min(eomgen_real x, eomgen_real y) { return eg_selec
 static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(x, y), y, x); }
 
 #define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
-/* Number of angles in a loop: for lanes the given angles, else filled up to whole vector registers. */
-#if defined(EOMGEN_REAL_LANES)
+/* Angles in a loop: for lanes and without vector registers the given ones, else filled up to whole registers. */
+#if defined(EOMGEN_REAL_LANES) || (defined(__arm__) && !defined(__ARM_NEON))
 #define EG_ANGLES(there, filled) (there)
 #else
 #define EG_ANGLES(there, filled) (filled)

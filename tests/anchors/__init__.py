@@ -22,11 +22,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["KINDS", "MEASURED", "RECORD", "Anchor", "anchor", "anchors", "measured", "sources"]
+__all__ = [
+    "KINDS",
+    "MEASURED",
+    "MEASURED_RUNS",
+    "RECORD",
+    "Anchor",
+    "anchor",
+    "anchors",
+    "measured",
+    "measured_runs",
+    "sources",
+]
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).parent
 MEASURED = FOLDER / "measured.json"
+MEASURED_RUNS = FOLDER / "measured_runs.json"
 #: Variable of the environment with the file to which checks add the numbers that they compared.
 RECORD = "EOMGEN_ANCHORS"
 #: Kinds of sources, in the order of the page.
@@ -156,3 +168,8 @@ def sources() -> dict[str, str]:
 def measured() -> dict[str, list[float]]:
     """Return the numbers that were measured last, by the names of the cases."""
     return dict(json.loads(MEASURED.read_text(encoding="utf-8")))
+
+
+def measured_runs() -> dict[str, list[float]]:
+    """Return the differences of runs, `tests.anchors.runs.Difference`, that were measured last."""
+    return dict(json.loads(MEASURED_RUNS.read_text(encoding="utf-8"))) if MEASURED_RUNS.is_file() else {}

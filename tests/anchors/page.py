@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tests.anchors import KINDS, Anchor, anchors, sources
+from tests.anchors.runs import DISAGREEMENT, Difference, Run, gaps, runs
 
 INTRODUCTION = """# Verification: anchor cases
 
@@ -54,7 +55,63 @@ def row(case: Anchor, numbers: Sequence[float], source: int) -> str:
     return f"| {' | '.join([words, '<br>'.join(case.digits), own, difference])} |"
 
 
-def page(kept: Mapping[str, Sequence[float]]) -> str:
+RUNS = """
+# Runs of other programs
+
+A row runs a scene of `examples/verification` next to a run which the makers or users of another program have published,
+and compares the motion, velocities, accelerations and reactions that its file holds at the instants of
+`tests/anchors/runs.toml`; differences are relative to the largest figure of a signal. If a third solution exists (SciPy
+to 1e-12, from equations written for the machine), both programs are compared with it; else eomgen with the program.
+`python -m tests.anchors.runs` prints all differences, `--external DIR` over whole files.
+"""
+
+
+def verdict(run: Run, difference: Difference) -> str:
+    """Return the judgement of a row: agreement, or the program that is off by the third solution."""
+    off = [
+        name
+        for name, is_off in (("eomgen", difference.eomgen > DISAGREEMENT), (run.program.name, run.is_off(difference)))
+        if is_off
+    ]
+    if off and run.third:
+        words = f"**{' and '.join(off)} {'are' if len(off) > 1 else 'is'} off**"
+    else:
+        words = "all three agree" if run.third else "agree"
+    return f"{words}: {run.note}" if run.note else words
+
+
+def row_of_run(run: Run, difference: Difference, spread: str) -> str:
+    """Return the row of a run."""
+    own_error = f"{difference.program:.1e}" if run.third else "not known"
+    bound = f"{difference.eomgen:.1e}<br>≤ {run.tolerance:.0e}"
+    words = [f"`{run.name}`<br>{run.case}", run.program.name, bound, own_error, spread, verdict(run, difference)]
+    return f"| {' | '.join(words)} |"
+
+
+def runs_part(kept: Mapping[str, Sequence[float]]) -> list[str]:
+    """Return the lines of the page on runs of other programs."""
+    text, subject = [RUNS, "| program | date | accuracy, as published | source |\n|---|---|---|---|"], ""
+    programs = {row.program.name: row.program for row in [*runs().values(), *gaps().values()]}
+    text += [f"| {it.name} | {it.date} | {it.accuracy} | {it.source} |" for it in programs.values()]
+    errors: dict[str, list[float]] = {}
+    for run in runs().values():
+        if run.third:
+            errors.setdefault(run.scene, []).append(kept[run.name][1])
+    subjects = list(dict.fromkeys(run.subject for run in runs().values()))
+    for run in sorted(runs().values(), key=lambda run: subjects.index(run.subject)):
+        if run.subject != subject:
+            subject = run.subject
+            heads = "case | program | eomgen off by | program off by | spread of publishers | verdict"
+            text.append(f"\n## {subject}\n\n| {heads} |\n|---|---|---:|---:|---:|---|")
+        same = errors.get(run.scene, []) if not run.quantity else []
+        spread = f"{min(same):.0e} to {max(same):.0e}" if len(same) > 1 else ""
+        text.append(row_of_run(run, Difference(*kept[run.name]), spread))
+    text.append("\n## Cases that eomgen cannot express\n\n| case | program | reason |\n|---|---|---|")
+    text += [f"| {gap.case} | {gap.program.name} | {gap.reason} |" for gap in gaps().values()]
+    return text
+
+
+def page(kept: Mapping[str, Sequence[float]], kept_runs: Mapping[str, Sequence[float]]) -> str:
     """Return the page in Markdown."""
     numbers = {key: number for number, key in enumerate(sources(), 1)}
     text, subject = [INTRODUCTION], ""
@@ -64,6 +121,7 @@ def page(kept: Mapping[str, Sequence[float]]) -> str:
             text.append(f"\n## {subject}\n\n| case | reference | eomgen | difference |")
             text.append("|---|---:|---:|---:|")
         text.append(row(case, kept[case.name], numbers[case.source]))
+    text += runs_part(kept_runs)
     text.append("\n## Sources\n\nKinds of sources:\n")
     text += [f"- *{kind}*: {meaning}" for kind, meaning in KINDS.items()]
     text.append("\nThe numbers in the tables:\n")

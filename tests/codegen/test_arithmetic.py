@@ -64,7 +64,8 @@ TAPE = Tape()
 EVERYTHING, OPS = every_operation(TAPE)
 REFS = {"everything": EVERYTHING, "choices": choices(TAPE), "bounds": bounds(TAPE)}
 REFS["power"] = [TAPE.call(Op.POW, TAPE.input("q", 0), TAPE.input("q", 1))]
-INPUTS = {"everything": ("t", "q", "v"), "choices": ("q",), "bounds": ("q",), "power": ("q",)}
+REFS["circular"] = [TAPE.call(op, TAPE.input("q", 0)) for op in (Op.SIN, Op.COS)]
+INPUTS = {"everything": ("t", "q", "v"), "choices": ("q",), "bounds": ("q",), "power": ("q",), "circular": ("q",)}
 
 
 @pytest.fixture(scope="module", params=BUILDS, ids="-".join)
@@ -109,6 +110,18 @@ def test_double_agrees_with_fifty_digits(library: Library) -> None:
         abs(float(value - float(y))) / max(1.0, abs(float(value))) for value, y in zip(exact, found[3], strict=True)
     ]
     assert worse(np.array(errors), 1e-15) == set()
+
+
+@pytest.mark.parametrize("library", [("fast", "float")], indirect=True, ids="-".join)
+def test_sines_in_float_are_within_a_rounding_of_one(library: Library) -> None:
+    exponents = np.random.default_rng(3).uniform(-10.0, np.log(1e5), 20_000)
+    angles = np.concatenate([np.exp(exponents), -np.exp(exponents), np.arange(60_000) * (np.pi / 2)])
+    q = np.repeat(angles.astype(np.float32).astype(float)[:, None], 2, axis=1)
+    (found,) = call(library, "circular", {"q": q})
+    exact = np.column_stack([np.sin(q[:, 0]), np.cos(q[:, 0])])
+    assert 5e-8 < np.max(np.abs(found - exact)) < 1e-7
+    (found,) = call(library, "circular", {"q": np.array([[6.1e6, 0.0], [np.inf, 0.0], [np.nan, 0.0]])})
+    assert np.isnan(found).all()
 
 
 @pytest.mark.parametrize("library", [("quick", "complex")], indirect=True, ids="-".join)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.anchors import KINDS, RECORD, Anchor, anchors, last_unit, measured, sources
+from tests.anchors import KINDS, RECORD, Anchor, anchors, last_unit, measured, measured_runs, sources
 from tests.anchors.page import lines_of, page, printed
 
 ROOT = Path(__file__).parents[2]
@@ -26,7 +26,7 @@ def functions(path: str) -> dict[str, str]:
 
 def test_the_page_is_written_from_the_register_and_the_measured_numbers() -> None:
     text = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
-    assert page(measured()) == text, "run: python -m tests.anchors --page docs/verification.md"
+    assert page(measured(), measured_runs()) == text, "run: python -m tests.anchors --page docs/verification.md"
     assert len(anchors()) >= 30 and list(measured()) == list(anchors())
 
 

@@ -78,3 +78,28 @@ def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:
     for matrix, other in zip(vars(lean.state_space()).values(), vars(whole.state_space()).values(), strict=True):
         if isinstance(matrix, np.ndarray):
             np.testing.assert_allclose(matrix, other, rtol=1e-9, atol=1e-9 * np.max(np.abs(other), initial=0.0))
+
+
+def test_a_driven_scene_that_does_not_rest_is_linear_by_the_functions_of_its_motion() -> None:
+    """Models of large scenes have no inertia matrix, which rest does not need: `iteration` alone makes such a model."""
+    scene: dict[str, Any] = {
+        "format": 1,
+        "name": "whirled",
+        "gravity": [0, 0, -9.81],
+        "bodies": {
+            "arm": {"mass": 1, "inertia": [0.1, 0.1, 0.1]},
+            "rod": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0.1, 0.1, 0.1]},
+        },
+        "joints": {
+            "spin": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0], "drive": "2 * t"},
+            "rod": {"type": "free", "parent": "arm", "child": "rod", "initial": {"position": [1, 0, 0]}},
+        },
+        "constraints": {
+            "pin": {"type": "spherical", "first": {"body": "arm", "position": [1, 0, 0]}, "second": {"body": "rod"}}
+        },
+    }
+    frequencies = []
+    for terms in (None, ["iteration"]):
+        with pytest.warns(RuntimeWarning, match="linear about the initial state, which does not last"):
+            frequencies.append(eomgen.build(scene, terms, profile="quick").linearize().modes().frequency)
+    np.testing.assert_allclose(frequencies[1], frequencies[0], rtol=1e-6, atol=1e-9)

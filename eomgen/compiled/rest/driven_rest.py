@@ -176,7 +176,7 @@ def _imbalance(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Arra
     (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **arguments).values()
     (B,) = model.evaluate("constraint_jacobian", q, **arguments).values()
     (asked,) = _kinematic(model).evaluate("constraint_bias", q, v, **arguments).values()
-    M = regular_inertia(model.mass(q, parameters=measures.p), B, _extents(model, measures, q))
+    M = regular_inertia(model.having(("mass",)).mass(q, parameters=measures.p), B, _extents(model, measures, q))
     L = np.linalg.cholesky(M)
     rows = np.linalg.solve(L, B.T).T
     of_forces = -np.linalg.solve(L, r)

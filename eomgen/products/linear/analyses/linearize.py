@@ -570,7 +570,7 @@ def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array
         lam = np.zeros(0)
     elif state.a is None:
         try:
-            a, lam = model.constrained_dynamics(state.q, state.v, **keywords)
+            a, lam = able_to_linearize(model, moving=True).constrained_dynamics(state.q, state.v, **keywords)
         except NumericalError:
             raise singular_mechanism() from None
     else:

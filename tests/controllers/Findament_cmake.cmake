@@ -1,0 +1,13 @@
+# In place of ament_cmake: the functions that a package of a plug-in calls.
+function(ament_target_dependencies target)
+  target_include_directories(${target} PUBLIC ${STAND_IN})
+  target_compile_definitions(${target} PUBLIC ${DISTRIBUTION})
+endfunction()
+function(pluginlib_export_plugin_description_file base file)
+  if(NOT base STREQUAL "controller_interface" OR NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+    message(FATAL_ERROR "no plug-in description ${file}")
+  endif()
+endfunction()
+function(ament_package)
+endfunction()
+set(ament_cmake_FOUND TRUE)
