@@ -18,10 +18,7 @@ from eomgen.base.calls import (
     methods_of_models,
 )
 from eomgen.system.terms import TERMS, nearest_term
-from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene
-
-__all__ = ["shared_cache"]
 
 CART = {
     "format": 1, "name": "cart", "bodies": {"cart": {"mass": 1}},

@@ -21,10 +21,7 @@ from docs.site.reference import INTERNAL
 from eomgen.base.products import products, public_names
 from eomgen.simulation.simulator import Simulator
 from tests.docstrings import LEFT_OUT, findings_of, names, undocumented
-from tests.models.cache import shared_cache
 from tests.product_parts import facts_of
-
-__all__ = ["shared_cache"]
 
 FACTS = [facts_of(product) for product in products()]
 CLASSES = (

@@ -11,10 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum
-
-__all__ = ["shared_cache"]
 
 
 @pytest.fixture

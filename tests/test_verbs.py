@@ -23,10 +23,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.verbs import OWNERS, Verb, methods, methods_of, others, own
 from tests.messages.answers import plain
 from tests.model_stub import COMMAND, STUBS, module_stubs, stub
-from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
-
-__all__ = ["shared_cache"]
 
 ROWS = {(owner, name): target for owner in OWNERS for name, _, target in methods_of(own(), owner)}
 #: Methods that the classes have without the register.

@@ -5,9 +5,6 @@ from __future__ import annotations
 import pytest
 
 from tests.browser.chromium import MISSING, Browser, chromium
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 @pytest.fixture

@@ -19,11 +19,8 @@ from eomgen.cli import main
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Target
 from eomgen.pipeline.generation import _check_only, _check_scene
-from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", "-ffp-contract=off"]
 SAMPLE = 0.002

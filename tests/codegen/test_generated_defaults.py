@@ -14,12 +14,9 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.pipeline.generated_defaults import with_parameters
 from tests.codegen.test_stand_alone import compiled, run
-from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice, describe
 from tests.models.scenes import PENDULUM_TOML
 from tests.pipeline.test_equilibrium_start import SERVO
-
-__all__ = ["shared_cache"]
 
 
 def loop() -> eomgen.Scene:

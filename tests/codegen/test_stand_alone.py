@@ -17,9 +17,6 @@ from eomgen.codegen.targets.c.target import generate_files
 from eomgen.integrators.families.register import method_named, method_names
 from tests.codegen.hand_made import pendulum
 from tests.codegen.test_render import HOSTILE, STRICT, hostile
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 def cart(*, formula: bool = True) -> eomgen.Scene:

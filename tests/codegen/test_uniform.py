@@ -16,9 +16,6 @@ from eomgen.cli import main
 from eomgen.codegen.targets.c.uniform import MEANINGS
 from eomgen.errors import UsageError
 from eomgen.system.system import INPUT_BLOCKS
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRIVER = Path(__file__).with_name("uniform_driver.c")

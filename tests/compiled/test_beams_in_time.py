@@ -11,12 +11,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.flying_beam import Beam
 from tests.oracles.rolled_strip import MOMENT, Strip
-
-__all__ = ["shared_cache"]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 spaghetti: Any = SimpleNamespace(**runpy.run_path(str(EXAMPLES / "flying_spaghetti" / "spaghetti.py")))

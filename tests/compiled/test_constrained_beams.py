@@ -12,9 +12,6 @@ import pytest
 
 import eomgen
 from tests.anchors import anchor
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 spaghetti: Any = SimpleNamespace(
     **runpy.run_path(str(Path(__file__).parents[2] / "examples" / "flying_spaghetti" / "spaghetti.py"))

@@ -29,12 +29,9 @@ from eomgen.scene.load import from_data, load_toml
 from eomgen.system.terms import TERMS
 from tests.docs.parts import PAGES as IN_PARTS
 from tests.docs.parts import parts, sections, whole
-from tests.models.cache import shared_cache
 from tests.test_doors import DOORS
 
 SECTIONS = section_keys()
-
-__all__ = ["shared_cache"]
 
 ROOT = Path(__file__).parents[2]
 PAGES = {

@@ -10,9 +10,6 @@ import pytest
 
 from eomgen.cli import main
 from tests.docs.executed import PAGES, executed, pictures
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 @pytest.mark.long_except_every(20)

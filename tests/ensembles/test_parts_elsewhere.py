@@ -20,9 +20,6 @@ from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.products.ensembles import cluster
 from eomgen.products.ensembles.samples import EnsemblePart
 from tests.ensembles.carts import VARY, bits, built_cart, small_blocks
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 OPTIONS: dict[str, Any] = {"vary": VARY, "samples": 40, "seed": 3}
 WORKER = "eomgen.products.ensembles.worker"

@@ -10,9 +10,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "active_quarter_car"
 

@@ -15,9 +15,8 @@ import pytest
 from eomgen.products.fields.documents.field_reading import load_fields
 from eomgen.sampling import memory_of, sample
 from tests.fields.density import optimised
-from tests.models.cache import shared_cache
 
-__all__ = ["optimised", "shared_cache"]
+__all__ = ["optimised"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "density_field"
 

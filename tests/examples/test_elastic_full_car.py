@@ -12,10 +12,7 @@ import pytest
 from scipy.integrate import simpson
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.oracles.elastic_full_car import ACROSS, ALONG, BODY, PITCH, ROLL, TYRE, WHEEL, FullCar, full_car, height
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "elastic_vehicle"
 SUSPENSIONS = ("passive", "skyhook", "LQR")

@@ -11,11 +11,8 @@ import pytest
 
 import eomgen
 from tests.anchors import anchor
-from tests.models.cache import shared_cache
 from tests.models.library import scene
 from tests.oracles.elastic_pendulum import MIDDLE, TIMES, TIP
-
-__all__ = ["shared_cache"]
 
 SCENE = Path(__file__).parents[2] / "examples" / "elastic_pendulum" / "scene.toml"
 

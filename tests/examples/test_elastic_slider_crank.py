@@ -13,13 +13,10 @@ import pytest
 import eomgen
 from eomgen import Model, Solution
 from tests.anchors import anchor
-from tests.models.cache import shared_cache
 from tests.oracles.elastic_crank import Crank
 from tests.oracles.test_elastic_crank import SAMPLES, TIMES
 
 pytestmark = pytest.mark.slow
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "elastic_slider_crank"
 PUBLISHED = {"stretch_inertia": 15.0}

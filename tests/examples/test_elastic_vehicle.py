@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.models.library import scene
 from tests.oracles.elastic_half_car import half_car
 from tests.oracles.test_elastic_half_car import FREQUENCIES
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "elastic_vehicle"
 

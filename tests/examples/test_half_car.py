@@ -11,9 +11,6 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 import eomgen
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "half_car_on_measured_road"
 G, SPEED, BODY, PITCH, WHEEL, FRONT, REAR = 9.81, 10.0, 600.0, 900.0, 40.0, 1.2, 1.4

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array
 from tests.oracles.strained_loops import Bar, Hinge, Loop, Shift
-
-__all__ = ["shared_cache"]
 
 SCENE = Path(__file__).parents[2] / "examples" / "misaligned_four_bar" / "scene.toml"
 ARM, SPAN, RATE, ASKEW = 0.12, 0.24, 0.6, np.radians(5.0)

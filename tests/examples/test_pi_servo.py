@@ -12,9 +12,6 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import eomgen
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "pi_servo"
 ROTOR, LOAD, STIFFNESS, SHAFT, LAG = 0.01, 0.05, 60.0, 0.02, 4e-3

@@ -14,9 +14,6 @@ from scipy.interpolate import CubicHermiteSpline
 
 import eomgen
 from eomgen import Model, Solution
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 SCENE = Path(__file__).parents[2] / "examples" / "quarter_car_on_bump" / "scene.toml"
 SPRUNG, UNSPRUNG, SPRING, DAMPER, TYRE, TYRE_DAMPING, ONSET = 240.0, 36.0, 16000.0, 980.0, 160000.0, 200.0, 0.002

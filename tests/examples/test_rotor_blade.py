@@ -11,10 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.oracles.coupled_beams import frequencies, turning_tip
-
-__all__ = ["shared_cache"]
 
 blade: Any = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[2] / "examples" / "rotor_blade" / "blade.py")))
 SPEED = 1.0

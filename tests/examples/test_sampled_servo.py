@@ -9,9 +9,6 @@ import pytest
 from scipy.linalg import expm
 
 import eomgen
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 SCENE = Path(__file__).parents[2] / "examples" / "pi_servo" / "sampled.toml"
 PERIOD, QUANTUM = 2e-3, 2 * np.pi / 4096

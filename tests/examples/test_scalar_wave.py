@@ -19,10 +19,7 @@ from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.symbolic.evaluate import evaluate
 from tests.examples.demos import run_demo
-from tests.models.cache import shared_cache
 from tests.models.scalar_wave import FOLDER, bar
-
-__all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
 ELEMENTS = 200

@@ -12,9 +12,6 @@ import pytest
 import eomgen
 from tests.anchors import anchor
 from tests.examples.demos import run_demo
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "shear_frame_with_pendulum"
 #: q and v: DOP853 at a relative tolerance of 3e-14.

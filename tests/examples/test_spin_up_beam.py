@@ -13,12 +13,9 @@ import eomgen
 from eomgen import Solution
 from tests.anchors import anchor
 from tests.examples.demos import run_demo
-from tests.models.cache import shared_cache
 from tests.models.library import scene
 from tests.oracles.exudyn_beams import spin_up
 from tests.oracles.spin_up_beam import SET_A, SET_B, simulate
-
-__all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "spin_up_beam"
 TIMES = np.linspace(1.0, 20.0, 39)

@@ -10,10 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array
-
-__all__ = ["shared_cache"]
 
 SCENE = Path(__file__).parents[2] / "examples" / "unbalanced_shaft" / "scene.toml"
 ELEMENTS, LENGTH, EI, GA, MASS_PER_LENGTH = 16, 6.0, 354.5e3, 60.5e6, 11.64

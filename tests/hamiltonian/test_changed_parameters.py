@@ -15,10 +15,7 @@ from eomgen.cli import main
 from eomgen.products.fields.documents.reading import hamiltonian_from_data
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
 from tests.hamiltonian.systems import system
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 #: An oscillator whose stiffness follows from its frequency, which follows from its period; its start follows as well.
 OSCILLATOR = system(

@@ -25,9 +25,6 @@ from eomgen.products.fields.hamiltonian import model as hamiltonian_model
 from eomgen.products.fields.hamiltonian.code import derive_hamiltonian, library_files, program_of
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
 from tests.hamiltonian.systems import rows_of_program, system
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 HENON_HEILES = system(
     "henon_heiles",

@@ -19,9 +19,6 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.integrators.compositions import composition_named
 from eomgen.products.fields.documents.reading import load_hamiltonian
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SYSTEMS = {name: EXAMPLES / name / "system" / f"{name}.toml" for name in ("henon_heiles", "outer_solar_system")}

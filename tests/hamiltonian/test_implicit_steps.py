@@ -23,10 +23,7 @@ from eomgen.products.fields.hamiltonian.methods import gauss_collocation
 from tests.hamiltonian.systems import OSCILLATOR, system
 from tests.hamiltonian.test_hamiltonian import HENON_HEILES
 from tests.models import library
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 #: q = a cn(w t, a^2/w^2) with w^2 = 2 H, a^2 = 2 H - 1 from p = 0.
 PRODUCT = system(

@@ -11,9 +11,6 @@ import pytest
 
 import eomgen
 from tests.hamiltonian.test_hamiltonian import HENON_HEILES, model
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 @pytest.mark.parametrize(

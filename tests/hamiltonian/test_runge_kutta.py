@@ -15,9 +15,6 @@ from eomgen.products.fields.documents.tables import TOLERANCES
 from tests.hamiltonian.systems import rows_of_program, system
 from tests.hamiltonian.test_hamiltonian import reference
 from tests.hamiltonian.test_implicit_steps import PENDULUM, model
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 FALLING = system(
     "falling",

@@ -19,10 +19,7 @@ from eomgen.products.fields.hamiltonian.model import HamiltonianModel
 from eomgen.products.fields.hamiltonian.solution import estimate_errors
 from tests.hamiltonian.systems import OSCILLATOR, system
 from tests.hamiltonian.test_hamiltonian import HENON_HEILES
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 
 def _model(data: Any = OSCILLATOR) -> HamiltonianModel:

@@ -27,10 +27,7 @@ from eomgen.products.reliability.vibration.run_response import RunResponse
 from eomgen.products.reliability.vibration.study import _VibrationStudy
 from eomgen.results.error_estimate import NOTICED, SampleErrors
 from tests.models import library
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 END, STEP, NORMAL = 2.0, 0.05, stats.norm
 #: Outputs of the standard normal variables first and second; at the end bowl is 1 + 2 first + second^2 / 5.

@@ -18,10 +18,7 @@ from eomgen.base.csv_tables import read_table
 from eomgen.products.fields.commands import _print_samples
 from eomgen.products.fields.sampling.result import FieldSamples, _chains, _power, _slices, draw
 from eomgen.sampling import sample
-from tests.models.cache import shared_cache
 from tests.sampling.files import changed
-
-__all__ = ["shared_cache"]
 
 
 @cache

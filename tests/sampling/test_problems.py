@@ -27,10 +27,7 @@ from eomgen.products.fields.documents.field_reading import fields_from_data, loa
 from eomgen.sampling import FieldProblem, field_problem, sample
 from eomgen.scene.sources.toml import toml_data
 from tests.fields.density import power
-from tests.models.cache import shared_cache
 from tests.sampling.files import changed
-
-__all__ = ["shared_cache"]
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "density_field" / "system" / "density_field.toml"
 MESH = Mesh((8, 6, 5), (40.0, 30.0, 25.0))

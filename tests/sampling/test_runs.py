@@ -21,11 +21,8 @@ from eomgen.fields import Sampler
 from eomgen.products.fields.documents.field_reading import fields_from_data
 from eomgen.sampling import FieldSamples, field_problem, sample
 from tests.hamiltonian.systems import OSCILLATOR
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
 from tests.sampling.files import changed
-
-__all__ = ["shared_cache"]
 
 FILE = """\
 format = 1

@@ -14,10 +14,7 @@ from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import load_toml
 from tests.docs.parts import whole
-from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
-
-__all__ = ["shared_cache"]
 
 HEAD = """
 format = 1

@@ -12,10 +12,7 @@ from sympy.physics import mechanics as me
 from sympy.physics.mechanics.tests import test_kane3
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.sympy_mechanics.corpus import LEFT_OUT, Row, ran
-
-__all__ = ["shared_cache"]
 
 #: All examples with a result, as ``python -m tests.sympy_mechanics.corpus`` printed these, with the versions.
 RECORDED = json.loads((Path(__file__).parent / "corpus.json").read_text(encoding="utf-8"))

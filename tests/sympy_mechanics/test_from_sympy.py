@@ -19,10 +19,7 @@ from sympy.physics.biomechanics import (
 from sympy.physics.mechanics import dynamicsymbols
 
 import eomgen
-from tests.models.cache import shared_cache
 from tests.sympy_mechanics.corpus import accelerations, compared, value
-
-__all__ = ["shared_cache"]
 
 T = dynamicsymbols._t
 

@@ -26,10 +26,7 @@ from eomgen.scene.sections import others
 from tests.models import drags_for_eomgen as drags
 from tests.models import slots_for_eomgen as slots
 from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
-from tests.models.cache import shared_cache
 from tests.models.drags_for_eomgen import law
-
-__all__ = ["shared_cache"]
 
 ENTRIES = f"""
 [eomgen.sections]

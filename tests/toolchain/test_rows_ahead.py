@@ -15,9 +15,6 @@ from eomgen.compiled.functions import LANES_VARIABLE
 from eomgen.pipeline.model import Model
 from eomgen.toolchain.cffi_build import SOURCE, companion_files
 from eomgen.toolchain.rows_ahead import with_fetches
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
