@@ -182,34 +182,6 @@ def test_references_are_where_the_controller_rests() -> None:
 
 
 @pytest.mark.slow
-def test_constraints_are_projected_out() -> None:
-    """A parallelogram of two pendulums and a rod moves as one pendulum: gains on one of the angles."""
-    links = {"left": (2, 0.1), "right": (3, 0.2)}
-    rod = {"mass": 0, "center_of_mass": [0, 0, -0.5]}
-    model = model_of(
-        scene_of(
-            {"left": hinge("left", damping=0.4), "right": hinge("right", position=[1, 0, 0])},
-            {"coordinates": ["left"]},
-            {
-                "method": "lqr",
-                "effort_weights": 0.01,
-                "position_weights": {"right": 50},
-                "velocity_weights": {"left": 2},
-            },
-            gravity=[0, 0, -9.81],
-            bodies={name: {**rod, "mass": mass, "inertia": [inertia] * 3} for name, (mass, inertia) in links.items()},
-            points={point: {"body": body, "position": [0, 0, -1]} for point, body in (("a", "left"), ("b", "right"))},
-            constraints={"rod": {"type": "distance", "first": "a", "second": "b", "length": 1}},
-            efforts={"hold": {"joint": "left", "effort": "hold"}},
-        )
-    )
-    J = 0.1 + 0.2 + 5 * 0.25
-    position, velocity = optimal([[J]], [[0.4]], [[5 * 9.81 * 0.5]], [50.0], [2.0], 0.01).gains[0]
-    assert model.parameters["hold_position_gain_left"] == pytest.approx(position, rel=1e-8)
-    assert model.parameters["hold_velocity_gain_left"] == pytest.approx(velocity, rel=1e-8)
-
-
-@pytest.mark.slow
 def test_a_steady_motion_may_be_where_it_is_calibrated() -> None:
     """A governor's arm that turns at constant speed: at = "initial", with the rate of turning among the signals."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import warnings
 from dataclasses import replace
@@ -11,11 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 
 import eomgen
 from eomgen.errors import NumericalError, Problem, UsageError
@@ -256,35 +251,6 @@ def test_a_label_stands_at_its_first_free_place_within_the_axes() -> None:
     assert free_box((50.0, 40.0), "ab", places, [], (55.5, 40.0)) is None
     assert free_box((4.0, 5.0), "ab", ((0, 0.0), (1, 1.0)), [], (60.0, 60.0)) == LabelBox(13.6, 6.0, 5.6, 6.0)
     assert LabelBox.dot(1.0, 2.0) == LabelBox(1.0, 2.0, 3.5, 3.5)
-
-
-@pytest.mark.slow
-@settings(max_examples=4, deadline=None)
-@given(
-    st.lists(st.floats(0.01, 4.0), min_size=1, max_size=24),
-    st.lists(st.integers(1, 40), min_size=1, max_size=12, unique=True),
-    st.floats(-0.3, 0.8),
-)
-def test_labels_never_lie_on_one_another(heights: list[float], orders: list[int], bend: float) -> None:
-    """Every crossing of straight modes with rays is given, however dense: labels without room are left out."""
-    crossings = [
-        (float(order), speed, mode)
-        for order in orders
-        for mode, height in enumerate(heights)
-        for speed in [height / (order / (2.0 * math.pi) - bend * height / 10.0)]
-        if 0.0 <= speed <= 10.0
-    ]
-    diagram = synthetic(sorted(heights), tuple(map(float, orders)), crossings, bend)
-    figure = Figure(figsize=(8.6, 5.6), layout="constrained")
-    canvas = FigureCanvasAgg(figure)
-    (axis,) = plot_campbell(diagram, figure.subplots())
-    canvas.draw()
-    boxes = [(text.get_text(), Text.get_window_extent(text)) for text in axis.texts]
-    for (one, first), (other, second) in itertools.combinations(boxes, 2):
-        across = min(first.x1, second.x1) - max(first.x0, second.x0)
-        up = min(first.y1, second.y1) - max(first.y0, second.y0)
-        assert across <= 0.0 or up <= 0.0, (one, other)
-    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for _, box in boxes)
 
 
 def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:

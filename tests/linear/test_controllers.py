@@ -71,22 +71,6 @@ def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     np.testing.assert_allclose(pole.references["outputs"], [0.5, 0.5, 0.0, 1.2], atol=1e-9)
 
 
-@pytest.mark.slow
-def test_a_pole_is_held_upright_where_a_force_is_needed() -> None:
-    space = linear(POLE, any_kind=True, u={"push": 0.4})
-    assert space.stability == "unstable"
-    late: dict[str, Any] = {"sample": "5 ms", "delay": "5 ms"}
-    regulator = lqr(space, {"cart": 1.0, "tip[0]": 5.0}, {"push": 0.01}, **late)
-    seen = kalman(space, {"push": 1.0}, {"cart": 1e-6, "tip[0]": 1e-6}, **late)
-    for law in (regulator, OutputFeedback(regulator, seen)):
-        model = eomgen.build(with_controller(POLE, law), profile="quick")
-        start = {"rail": space.reference("states", "rail"), "hinge": 0.03, "motor": 0.4}
-        run = model.simulate(12.0, 1e-3, initial=start)
-        assert run.success
-        np.testing.assert_allclose(run.q[-1], [space.reference("states", "rail"), 0.0], atol=1e-5)
-        np.testing.assert_allclose(run.z[-1][model.states.index("motor")], 0.4, atol=1e-4)
-
-
 @pytest.mark.parametrize("units", [1.0, 1e-4])
 def test_gains_that_are_rounding_are_not_written(units: float) -> None:
     """Heave and roll of a plate by two forces, and a part that no force moves; lengths in other units, too."""

@@ -224,31 +224,6 @@ def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_
     assert {line.get_label() for line in axis.get_lines()} >= {"forward", "backward"}
 
 
-@pytest.mark.long
-def test_beams_stand_for_all_of_their_coordinates() -> None:
-    builder = eomgen.SceneBuilder("turbine", gravity=[0, 0, 0])
-    builder.body("tower", 8.0, inertia=[2.0, 2.0, 2.0]).body("hub", 1.0, inertia=[0.2, 0.1, 0.1])
-    builder.joint("tilt", "revolute", "base", "tower", axis=[0, 1, 0], stiffness=300.0, damping=0.5)
-    builder.joint("spin", "revolute", "tower", "hub", axis=[1, 0, 0], position=[0.4, 0, 1.0])
-    bending = {"modes": 1, "stiffness": 10.0, "damping_ratio": 0.02}
-    for k in range(3):
-        angle = 2.0 * math.pi * k / 3.0
-        along = {"bending_y": bending, "bending_z": {**bending, "stiffness": 25.0}}
-        builder.beam(f"blade_{k + 1}", 1.0, mass_per_length=1.0, **along)
-        turn = [([1, 0, 0], angle), ([0, 1, 0], -math.pi / 2.0)]
-        place = [0.0, -0.1 * math.sin(angle), 0.1 * math.cos(angle)]
-        builder.joint(f"root_{k + 1}", "fixed", "hub", f"blade_{k + 1}", position=place, rotation=turn)
-    model = eomgen.build(builder.build(), profile="quick")
-    motion = model.steady_motion({"spin": 4.0})
-    lin = model.linearize(at=motion, multiblade={"spin": blades(3, "blade")})
-    assert lin.coordinates[2:] == tuple(
-        f"blade.{kind}[{n}]" for kind in ("collective", "cosine", "sine") for n in (0, 1)
-    )
-    period = 2.0 * math.pi / 4.0
-    periodic = model.floquet(period, initial={"q": motion.q, "v": motion.v}, tolerance=1e-9)
-    assert distance(np.exp(np.linalg.eigvals(lin.state_space().A) * period), periodic.multipliers) < 1e-7
-
-
 def refusal(groups: Any, **given: Any) -> str:
     with pytest.raises(EomgenError) as caught, warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -99,21 +99,6 @@ def test_a_beam_has_one_diagram_whether_it_turns_with_its_disc_or_stands(sense: 
 
 
 @pytest.mark.slow
-def test_a_disc_on_a_shaft_that_turns_at_a_speed_of_its_own_has_the_sum_of_both_speeds() -> None:
-    bending = {"modes": 2, "stiffness": BENDING}
-    builder = eomgen.SceneBuilder("dual", gravity=[0, 0, 0]).body("hub", 0.5, inertia=[1e-3] * 3)
-    builder.joint("outer", "revolute", "base", "hub", axis=[1, 0, 0])
-    builder.beam("shaft", LENGTH, mass_per_length=5.5, bending_y=bending, bending_z=bending)
-    builder.joint("root", "fixed", "hub", "shaft").body("disc", MASS, inertia=[POLAR, DIAMETRAL, DIAMETRAL])
-    builder.joint("inner", "revolute", "shaft", "disc", axis=[1, 0, 0], position=[LENGTH, 0, 0])
-    model = eomgen.build(builder.build(), profile="quick")
-    turned, said = told(lambda: model.campbell("inner", [-60.0, 0.0, 50.0], velocities={"outer": 100.0}))
-    stood, _ = told(lambda: model.campbell("inner", [40.0, 100.0, 150.0], velocities={"outer": 0.0}))
-    np.testing.assert_allclose(turned.angular_frequencies, stood.angular_frequencies, rtol=1e-8)
-    assert not said
-
-
-@pytest.mark.slow
 def test_damping_that_turns_makes_the_forward_mode_unstable_above_its_critical_speed() -> None:
     """m x'' + c (x' - i W x) + k x = 0 in the plane of an observer."""
     builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).body("hub", 0).body("slide", 0)
@@ -142,15 +127,3 @@ def test_a_turning_shaft_that_is_not_the_same_all_round_is_told_of() -> None:
     np.testing.assert_allclose(
         np.sort(diagram.eigenvalues[-1].imag), np.sort(alone.eigenvalues.imag[alone.oscillating])
     )
-
-
-@pytest.mark.slow
-def test_blades_and_shafts_that_bend_in_one_plane_keep_the_frequencies_of_their_axes() -> None:
-    for model in (beam((0, 0, 1)), springs(plane=True)):
-        diagram, said = told(lambda m=model: m.campbell("spin", [0.0, 20.0, 40.0], velocities={}, orders=(1, 2)))
-        linear = model.linearize(at=model.steady_motion({"spin": 40.0}))
-        modes = linear.modes()
-        np.testing.assert_array_equal(
-            np.sort(diagram.eigenvalues[-1].imag), np.sort(modes.eigenvalues.imag[modes.oscillating])
-        )
-        assert not said and not diagram.whirl.any()

@@ -3,32 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.pipeline.pipeline import build_for_rest
-from eomgen.toolchain.builder import Builder
-from tests.scene.test_varying_sections import scene as tapered
 
 EXAMPLES = Path("examples")
-
-
-@pytest.fixture
-def loaded(monkeypatch: pytest.MonkeyPatch) -> dict[Path, set[str]]:
-    """The functions of each library that a builder makes or takes from the cache, by its folder."""
-    libraries: dict[Path, set[str]] = {}
-    own = Builder._load
-
-    def noted(self: Builder, *arguments: Any) -> Any:
-        library = own(self, *arguments)
-        libraries[library.folder] = {function["name"] for function in library.layout["functions"]}
-        return library
-
-    monkeypatch.setattr(Builder, "_load", noted)
-    return libraries
 
 
 def test_partials_of_accelerations_of_constraints_vanish_at_rest(rng: np.random.Generator) -> None:
@@ -40,32 +22,6 @@ def test_partials_of_accelerations_of_constraints_vanish_at_rest(rng: np.random.
     assert not any(block.any() for block in model.evaluate("acceleration_partials", q, zero, zero).values())
     moved = model.evaluate("acceleration_partials", q, rng.normal(size=model.nv), zero)
     assert all(block.any() for block in moved.values())
-
-
-@pytest.mark.long
-def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path, set[str]]) -> None:
-    model = eomgen.build(tapered(4, "kirchhoff"), profile="quick")
-    rest = model.linearize()
-    assert list(loaded) == [model.library.folder]
-    assert "acceleration_partials" not in loaded[model.library.folder]
-    reference = rest.reference
-    with_all = model.linearize(reference.q, a=reference.a, multipliers=reference.multipliers)
-    assert len(loaded) == 2
-    assert with_all.K0.tobytes() == rest.K0.tobytes() and with_all.M0.tobytes() == rest.M0.tobytes()
-
-
-@pytest.mark.long
-def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path, set[str]]) -> None:
-    scene = tapered(2, "kirchhoff")
-    model = build_for_rest(eomgen.load(scene))
-    found = model.linearize().modes().angular_frequency
-    assert list(loaded) == [model.library.folder]
-    assert not {"acceleration_partials", "inverse_dynamics", "energy"}.intersection(model.functions.names)
-    assert not model.library.layout["method"]
-    assert not list(model.library.folder.glob("*_step.c"))
-    whole = eomgen.build(scene, profile="quick")
-    assert whole.library.layout["method"]
-    assert found == pytest.approx(whole.linearize().modes().angular_frequency, rel=1e-9)
 
 
 @pytest.mark.slow
