@@ -41,7 +41,7 @@ def overhung() -> eomgen.Model:
     builder.effort("y", "y", f"-{K11} * q.y + {K12} * q.tilt_x - damping * v.y")
     builder.effort("tilt_x", "tilt_x", f"-{K22} * q.tilt_x + {K12} * q.y")
     builder.effort("tilt_y", "tilt_y", f"-{K22} * q.tilt_y - {K12} * q.x")
-    return eomgen.build(builder.build(), profile="quick")
+    return eomgen.build(builder.build(), profile="instant")
 
 
 def frequencies(speed: float) -> np.ndarray:
@@ -311,14 +311,13 @@ def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
         assert sorted(item.whirl for item in diagram.crossings) == ["backward", "forward"]
 
 
-@pytest.mark.slow
 def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).body("along_x", 0).body("along_y", 0)
     builder.body("disc", 20, inertia=[0.25, 0.25, 0.45], center_of_mass=[2e-4, 0, 0])
     builder.joint("x", "prismatic", "base", "along_x", axis=[1, 0, 0], stiffness=2e6, damping=150.0)
     builder.joint("y", "prismatic", "along_x", "along_y", axis=[0, 1, 0], stiffness=2e6, damping=150.0)
     builder.joint("spin", "revolute", "along_y", "disc", axis=[0, 0, 1])
-    model = eomgen.build(builder.build(), profile="quick")
+    model = eomgen.build(builder.build(), profile="instant")
     with pytest.raises(NumericalError) as refusal:
         model.campbell("spin", np.linspace(0.0, 800.0, 5))
     hint = (
@@ -328,7 +327,6 @@ def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     assert "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors)" in str(refusal.value)
 
 
-@pytest.mark.slow
 def test_a_bending_shaft_that_spins_in_a_standing_bearing_has_no_diagram_of_frozen_models() -> None:
     """Bending is measured in axes that turn, the bearing's motion in axes that stand: the linear model is periodic."""
     bending = {"shapes": "clamped_free", "modes": 1, "stiffness": 500.0}
@@ -336,7 +334,7 @@ def test_a_bending_shaft_that_spins_in_a_standing_bearing_has_no_diagram_of_froz
     builder.beam("shaft", 1.0, mass_per_length=1.0, polar_inertia=1e-3, bending_y=bending, bending_z=bending)
     builder.joint("y", "prismatic", "base", "bearing", axis=[0, 1, 0], stiffness=1e4)
     builder.joint("spin", "revolute", "bearing", "shaft", axis=[1, 0, 0])
-    model = eomgen.build(builder.build(), profile="quick")
+    model = eomgen.build(builder.build(), profile="instant")
     with pytest.raises(NumericalError, match=r"the linear model changes with the turn of spin.*model\.floquet"):
         model.campbell("spin", [10.0, 100.0, 200.0])
 

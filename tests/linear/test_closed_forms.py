@@ -23,7 +23,7 @@ def motor() -> eomgen.Scene:
 
 
 def test_a_driven_pendulum_hanging_and_upright() -> None:
-    model = eomgen.build(motor(), profile="quick")
+    model = eomgen.build(motor(), profile="instant")
     inertia, weight = 0.02 + 1.5 * 0.4**2, 1.5 * 9.81 * 0.4
     hanging = model.linearize()
     assert hanging.reference.what == "equilibrium"
@@ -118,10 +118,9 @@ def _potential_and_inertia(theta: complex) -> tuple[complex, complex]:
     return V, sum(weight * rate * rate for weight, rate in zip(weights, rates, strict=True))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_slider_crank_by_multipliers_is_the_one_in_a_single_coordinate(coordinates: str) -> None:
-    model = eomgen.build(slider_crank(coordinates), profile="quick")
+    model = eomgen.build(slider_crank(coordinates), profile="instant")
     independent = ("main",) if coordinates == "joint" else ()
     lin = model.linearize(at="equilibrium", independent=independent)
     pose = model.pose("crank", lin.reference.q)
@@ -147,7 +146,7 @@ def test_spinning_body_keeps_or_leaves_its_axis() -> None:
     """Without gravity: rates of small motions about steady spin on a principal axis are those of Euler's equations."""
     inertia, spin = np.array([0.3, 0.5, 0.7]), 4.0
     builder = eomgen.SceneBuilder("tumbler", gravity=[0, 0, 0]).body("body", 1.0, inertia=inertia.tolist())
-    model = eomgen.build(builder.joint("ball", "spherical", "base", "body").build(), profile="quick")
+    model = eomgen.build(builder.joint("ball", "spherical", "base", "body").build(), profile="instant")
     for axis, stability in ((0, "marginal"), (1, "unstable"), (2, "marginal")):
         lin = model.linearize(model.initial_q, spin * np.eye(3)[axis])
         j, k = (n for n in range(3) if n != axis)

@@ -108,7 +108,6 @@ HARDWARE: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.parametrize(
     ("kind", "delay", "estimated"),
@@ -129,7 +128,7 @@ def test_the_written_scene_moves_as_the_sampled_loop(
         given = {
             key: {"x" if name == "place" else name: of for name, of in row.items()} for key, row in hardware.items()
         }
-    model = eomgen.build(with_controller(cart(), law, **given), profile="quick")
+    model = eomgen.build(with_controller(cart(), law, **given), profile="instant")
     rows, fine = 60, 40
     run = model.simulate(rows * PERIOD, PERIOD / fine, method="rk4", error_estimate=False)
     expected = by_hand(law, hardware, rows, fine)
@@ -139,12 +138,11 @@ def test_the_written_scene_moves_as_the_sampled_loop(
         lower, upper = hardware["limits"]["push"]
         assert command.min() >= lower and command.max() <= upper
         assert np.sum(np.isclose(command, lower, atol=0.03) | np.isclose(command, upper, atol=0.03)) >= fine
-    plain = eomgen.build(with_controller(cart(), law), profile="quick")
+    plain = eomgen.build(with_controller(cart(), law), profile="instant")
     free = plain.simulate(rows * PERIOD, PERIOD / fine, method="rk4", error_estimate=False)
     assert np.max(np.abs(free.q - run.q)) > 1e-5  # the hardware is felt
 
 
-@pytest.mark.slow_cases("hardware0-limits: 'pusch' is neither an input of the law nor a signal")
 @pytest.mark.parametrize(
     ("hardware", "message"),
     [

@@ -92,11 +92,10 @@ SCENES: dict[str, Callable[[], eomgen.Scene]] = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("drone on a cord")
 @pytest.mark.parametrize("name", ["drone on a cord", "rolling disc"])
 def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
-    model = eomgen.build(SCENES[name](), profile="quick")
+    model = eomgen.build(SCENES[name](), profile="instant")
     start = start_of(model, rng)
     first = at(model, start, 0.0, ())
     independent = first.coordinates
@@ -149,12 +148,11 @@ def driven_arm() -> eomgen.Scene:
     return builder.output("felt", formula=["acceleration.tip[0]", "acceleration.tip[2]"]).build()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone on a cord", "driven arm"])
 def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> None:
     """Accelerations and multipliers in outputs are those of the dynamics, in each state and for each input."""
     described = driven_arm() if name == "driven arm" else SCENES[name]()
-    model = eomgen.build(described, profile="quick")
+    model = eomgen.build(described, profile="instant")
     start = start_of(model, rng)
     lin = at(model, start, 0.0, ())
     space = lin.state_space()

@@ -15,7 +15,7 @@ EXAMPLES = Path("examples")
 
 def test_partials_of_accelerations_of_constraints_vanish_at_rest(rng: np.random.Generator) -> None:
     terms = ("constraint_bias", "acceleration_partials")
-    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml", terms, profile="quick")
+    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml", terms, profile="instant")
     assert not {"t", "base"}.intersection(model.functions.inputs("constraint_bias"))
     zero = np.zeros(model.nv)
     q = model.integrate(model.initial_q, rng.normal(size=model.nv))
@@ -24,12 +24,11 @@ def test_partials_of_accelerations_of_constraints_vanish_at_rest(rng: np.random.
     assert all(block.any() for block in moved.values())
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("unbalanced_shaft")
 @pytest.mark.parametrize("name", ["four_bar", "unbalanced_shaft"])
 def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:
     file = EXAMPLES / name / "scene.toml"
-    lean, whole = build_for_rest(file, "quick").linearize(), eomgen.build(file, profile="quick").linearize()
+    lean, whole = build_for_rest(file, "instant").linearize(), eomgen.build(file, profile="instant").linearize()
     assert lean.reference.what == whole.reference.what
     for matrix, other in zip(vars(lean.state_space()).values(), vars(whole.state_space()).values(), strict=True):
         if isinstance(matrix, np.ndarray):

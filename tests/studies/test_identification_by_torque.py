@@ -15,9 +15,6 @@ from eomgen.scene.load import from_data
 from tests.models.library import scene
 from tests.models.toml_text import toml_text
 
-#: Builds of the regressor and of base parameters take seconds.
-pytestmark = pytest.mark.slow
-
 UPPER = {"mass": 2.0, "center_of_mass": [0, 0, -0.3], "inertia": [0.05, 0.06, 0.02]}
 LOWER = {"mass": 1.0, "center_of_mass": [0.02, 0, -0.2], "inertia": [0.02, 0.03, 0.01]}
 SCENE = scene(

@@ -60,7 +60,7 @@ def data_of(scene: str, units: SceneUnits) -> dict[str, Any]:
 
 @cache
 def model_of(scene: str, units: SceneUnits) -> eomgen.Model:
-    return eomgen.build(data_of(scene, units), profile="quick")
+    return eomgen.build(data_of(scene, units), profile="instant")
 
 
 def linear_of(model: eomgen.Model) -> Linearization:
@@ -78,7 +78,6 @@ def alike(found: Any, expected: Any, within: float = 1e-7) -> None:
     np.testing.assert_allclose(found, expected, rtol=within, atol=within * size)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     found, expected = model_of("arm", units), model_of("arm", SceneUnits())
@@ -88,7 +87,6 @@ def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     alike(values * units.time, of)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
 def test_runs_of_constrained_scenes_are_the_same(method: str, units: SceneUnits) -> None:
@@ -107,7 +105,6 @@ def test_runs_of_constrained_scenes_are_the_same(method: str, units: SceneUnits)
         alike(found, expected, 1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])
 def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnits) -> None:
@@ -119,7 +116,7 @@ def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnit
         if estimated:
             noise = {"q.hinge": 1e-6 * one.time, "q.rail": 1e-6 * one.size("m") ** 2 * one.time}
             law = OutputFeedback(law, kalman(linear, {"motor": one.size("N") ** 2 * one.time}, noise))
-        model = eomgen.build(eomgen.with_controller(data_of("arm", one), law), profile="quick")
+        model = eomgen.build(eomgen.with_controller(data_of("arm", one), law), profile="instant")
         start = {"q": np.array([0.3, 0.02]) * [one.size(unit) for unit in model.q_units]}
         run = model.simulate(0.5 * one.time, 1e-3 * one.time, initial=start, method="rk4", record_every=50)
         assert run.success, run.message
@@ -127,7 +124,6 @@ def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnit
     alike(ends[0], ends[-1], 1e-6)
 
 
-@pytest.mark.slow
 def test_a_beam_moves_alike_in_megametres_gigatonnes_and_days() -> None:
     motions = []
     for units in (SceneUnits(), SceneUnits(1e-6, 1e-12, 1 / 86400)):
