@@ -43,7 +43,6 @@ def test_a_scene_equals_itself_as_data_and_as_scene(tmp_path: Path) -> None:
     assert comparison.summary.startswith("four_bar.toml and four_bar are equal in 3 joints")
 
 
-@pytest.mark.slow
 def test_other_programs_read_the_same_machine(tmp_path: Path) -> None:
     """MuJoCo a URDF, an MJCF with springs, and free and ball joints; Pinocchio a URDF: to 1e-12 at ten states."""
     pytest.importorskip("mujoco")

@@ -81,14 +81,12 @@ def resting_controller() -> SceneBuilder:
     return builder.output("y", formula=["q.a", "a.a", "other"]).simulation(start="equilibrium")
 
 
-@pytest.mark.slow_cases("resting_tree-generalized_alpha-by0")
-@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     ("builder", "method", "by"),
     [
         (resting_tree, "generalized_alpha", ["mass", "stiffness", "length"]),
-        pytest.param(resting_controller, "trapezoidal", ["mass", "lag", "gain", "wanted"], marks=pytest.mark.slow),
-        pytest.param(resting_loop, "generalized_alpha", ["mass", "length", "stiffness"], marks=pytest.mark.slow),
+        (resting_controller, "trapezoidal", ["mass", "lag", "gain", "wanted"]),
+        (resting_loop, "generalized_alpha", ["mass", "length", "stiffness"]),
     ],
 )
 def test_a_start_at_rest_moves_with_parameters(
@@ -108,56 +106,6 @@ def test_a_start_at_rest_moves_with_parameters(
     hold(found, np.moveaxis(outputs.imag / TINY, 0, -1), 1e-10)  # rest is found to 1e-11 of the forces
 
 
-def hung() -> SceneBuilder:
-    """Return a body in space that hangs on springs, turned at rest."""
-    builder = tunable("hung_body", mass=1.3, stiffness=60.0, offset=0.1)
-    builder.body("one", "mass", center_of_mass=["offset", 0.05, 0], inertia=[0.1, 0.12, 0.05])
-    builder.joint("f", "free", "base", "one").point("above", "base", [0.3, 0.1, 0.6])
-    for number, place in enumerate(([0.3, 0, 0], [-0.2, 0.3, 0.1], [-0.1, -0.3, 0], [0, 0.1, -0.4])):
-        builder.point(f"eye_{number}", "one", place)
-        builder.point(f"hook_{number}", "base", [1.5 * place[0], 1.4 * place[1], 0.5 + place[2]])
-        stiffness = f"stiffness*{1.0 + 0.3 * number}"
-        builder.spring(
-            f"rope_{number}", f"hook_{number}", f"eye_{number}", stiffness=stiffness, length=0.3, damping=0.4
-        )
-    builder.spring("aside", "above", "eye_0", stiffness="20*(1 + offset)", length=0.2, damping=0.1)
-    builder.input("push", "0.5*mass*sin(4*t)").effort("pushed", "f", "push", index=3)
-    return builder.output("y", formula=["v.f[0]*v.f[1]", "a.f[2]", "v.f[4]"]).simulation(start="equilibrium")
-
-
-@pytest.mark.parametrize(
-    ("builder", "method", "by", "of"),
-    [
-        (resting_loop, "generalized_alpha", ["length", "stiffness"], "sum(y[2])"),
-        (hung, "generalized_alpha", ["mass", "stiffness", "offset", "q.f[1]"], "sum(y[1])"),
-    ],
-)
-@pytest.mark.long
-def test_second_derivatives_of_a_start_at_rest(
-    builder: Callable[[], SceneBuilder], method: str, by: Sequence[str], of: str
-) -> None:
-    """Against differences of exact gradients; rest is found to 1e-11 of the forces."""
-    _, model = built(builder())
-    options: dict[str, Any] = {"by": by, "method": method, "settings": TO_ROUNDING}
-    found = model.sensitivities(STEPS * STEP, STEP, **options)
-    H, parameters = found.hessian(of), [name for name in found.by if name in model.parameters]
-    for number, name in enumerate(parameters):
-        value = model.parameters[name]
-
-        def gradient(change: float, name: str = name, value: float = value) -> Array:
-            run = model.sensitivities(STEPS * STEP, STEP, parameters={name: value + change}, **options)
-            return np.asarray(run.gradients([of])[0])
-
-        expected = sixth_order(gradient, 0.01 * value)
-        assert np.max(np.abs(H[number] - expected)) <= 1e-6 * np.max(np.abs(H[:, number]))
-    assert np.max(np.abs(found._run.asked.dq)) > 1e-3
-    vectors = np.random.default_rng(1).normal(size=(len(by), 2))
-    np.testing.assert_allclose(
-        found.hessian_products(of, vectors), H @ vectors, rtol=1e-9, atol=1e-11 * np.abs(H).max()
-    )
-
-
-@pytest.mark.slow
 def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
     _, model = built(resting_tree())
     options: dict[str, Any] = {"by": ["length", "q.a"], "settings": TO_ROUNDING}
@@ -169,8 +117,6 @@ def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
     assert held.hessian("final(angle)").shape == (2, 2)
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     builder = SceneBuilder("sliding_rest").parameter("mass", 1.0, tunable=True)
     builder.body("one", "mass", center_of_mass=[0.1, 0, 0], inertia=[0.1, 0.1, 0.1]).body("two", 2.0)
@@ -183,7 +129,6 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     assert "starts at equilibrium relative to moving drives, which has no derivatives here; try: initial = m" in told
 
 
-@pytest.mark.long_except("trapezoidal-initial1")
 @pytest.mark.parametrize(
     ("method", "initial"),
     [
@@ -191,7 +136,6 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
         ("trapezoidal", {"v": [1, 2, -1, 0.5, 2]}),
     ],
 )
-@pytest.mark.slow
 def test_a_start_far_off_the_constraints_moves_as_its_steps_onto_them_do(method: str, initial: dict[str, Any]) -> None:
     scene, model = built(loop())
     if "v" in initial:  # positions on the constraints, and velocities off them
@@ -222,27 +166,6 @@ def four_bar(crank: float = 0.3) -> SceneBuilder:
     return builder.output("y", formula=["q.a", "v.b"])
 
 
-@pytest.mark.long
-def test_a_loop_starts_as_its_scene_with_these_values_does() -> None:
-    """What the scene asks for is moved onto the constraints: at other parameters, and beside initial values."""
-    (_, model), (_, longer) = built(four_bar()), built(four_bar(0.33))
-    options: dict[str, Any] = {"error_estimate": False, "settings": TO_ROUNDING}
-    own = model.simulate(0.1, STEP, **options)
-    assert abs(own.q[0, 0] - 0.9) > 0.01  # the loop is closed from elsewhere
-    for initial in ({"a": 0.9}, {"b": {"position": -0.7}}, {"a": {"position": 0.9, "velocity": 1.5}, "b": -0.7}):
-        again = model.simulate(0.1, STEP, initial=initial, **options)
-        np.testing.assert_allclose(again.q, own.q, atol=1e-13)
-        np.testing.assert_allclose(again.v, own.v, atol=1e-12)
-    moved, rebuilt = (
-        model.simulate(0.1, STEP, parameters={"crank": 0.33}, **options),
-        longer.simulate(0.1, STEP, **options),
-    )
-    np.testing.assert_allclose(moved.q, rebuilt.q, atol=1e-13)
-    np.testing.assert_allclose(moved.v, rebuilt.v, atol=1e-12)
-
-
-@pytest.mark.long
-@pytest.mark.slow
 def test_derivatives_of_a_loop_are_those_of_the_scene_with_other_values() -> None:
     _, model = built(four_bar())
     by = ["crank", "load", "q.a"]
@@ -272,7 +195,6 @@ def raised() -> SceneBuilder:
     return builder.effort("spring", "a", "-3*q.a").output("y", formula=["q.a", "v.b", "position.tip[2]"])
 
 
-@pytest.mark.long
 def test_absolute_bodies_start_where_the_joints_have_them() -> None:
     """Against differences of whole runs, extrapolated."""
     _, model = built(raised())

@@ -29,8 +29,6 @@ def options_of(method: str, inputs: dict[str, Array]) -> dict[str, Any]:
     return {"method": method, "settings": TO_ROUNDING, "initial": {"a": 0.4}, "inputs": inputs}
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_tangents_and_adjoints_against_differences_of_runs() -> None:
     """Of order 6; inputs enter the matrix of a step, internal states and outputs."""
     _, model = built(driven())
@@ -79,7 +77,6 @@ def hold_hessian(model: Model, found: Sensitivities, of: str, options: dict[str,
     np.testing.assert_allclose(found.hessian_products(of, vectors), H @ vectors, rtol=1e-11, atol=1e-13 * size)
 
 
-@pytest.mark.slow
 def test_hessians_of_a_controlled_arm() -> None:
     _, model = built(driven())
     options = options_of("trapezoidal", samples("torque", "road", "command"))
@@ -88,13 +85,11 @@ def test_hessians_of_a_controlled_arm() -> None:
     hold_hessian(model, found, "sum(y[0])", options)
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     "builder",
     [lambda: tree().input("push").effort("pushed", "b", "push*(1 + q.a) + 0.3*push**2"),
      lambda: loop().input("push").effort("pushed", "b", "push*(1 + q.a)*v.a")],
 )  # fmt: skip
-@pytest.mark.slow
 def test_hessians_take_the_start_within_the_first_step_and_constraints(builder: Any) -> None:
     _, model = built(builder())
     held = {"q": model.initial_q, "v": model.initial_v}  # where the loop is closed
@@ -109,8 +104,6 @@ def pushed(builder: Any) -> Any:
     return builder().input("push").effort("pushed", "a", "push*(1 + 0.1*push)")
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("resting_loop-generalized_alpha-y[0]")
 @pytest.mark.parametrize(
     ("builder", "method", "output"),
     [(resting_controller, "trapezoidal", "y[1]"), (resting_loop, "generalized_alpha", "y[0]")],

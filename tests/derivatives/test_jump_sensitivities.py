@@ -34,7 +34,9 @@ def ball() -> Model:
     builder.effort("weight", "height", "-mass*g")
     bounce = {"direction": "falling", "action": "impact", "restitution": "e"}
     builder.event("bounce", when="q.height - floor", **bounce)
-    return eomgen.build(builder.output("y", formula="q.height").output("w", formula="v.height").build())
+    return eomgen.build(
+        builder.output("y", formula="q.height").output("w", formula="v.height").build(), profile="instant"
+    )
 
 
 def height(t: float, e: Any, g: Any, floor: Any, y: Any, v: Any) -> tuple[Any, Any]:
@@ -48,7 +50,6 @@ def height(t: float, e: Any, g: Any, floor: Any, y: Any, v: Any) -> tuple[Any, A
         y, v, passed = floor, -e * (v - g * fall), passed + fall
 
 
-@pytest.mark.long_except("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_a_bouncing_ball_has_the_derivatives_of_its_closed_form(method: str) -> None:
     by, at = ["e", "g", "floor", "q.height", "v.height"], np.array([0.8, 9.81, 0.2, 1.0, 0.3])
@@ -71,7 +72,6 @@ def servo(sample: float = 0.02, **keys: Any) -> SceneBuilder:
     return builder.output("way", formula="q.rail").output("speed", formula="v.rail")
 
 
-@pytest.mark.slow_cases("0.02-0.007")
 @pytest.mark.parametrize(("sample", "delay"), [(0.025, 0.0), (0.02, 0.007)])
 def test_a_sampled_loop_has_the_derivatives_of_its_difference_equation(sample: float, delay: float) -> None:
     """Each hold of the force is solved exactly, also by generalized-alpha: the acceleration is constant."""
@@ -117,7 +117,7 @@ def switching() -> Model:
     builder.event("start", when="t - on", action="switch", mode="push", to=1)
     reset = {"v.rail": "new*v.rail", "lag": "0.5*lag + k*0.01"}
     builder.event("low", when="q.rail + level", direction="falling", action="reset", reset=reset)
-    return eomgen.build(builder.output("y", formula=["q.rail", "a.rail", "lag", "v.rail"]).build())
+    return eomgen.build(builder.output("y", formula=["q.rail", "a.rail", "lag", "v.rail"]).build(), profile="instant")
 
 
 def linkage(sample: float = 0.0) -> Model:
@@ -138,7 +138,7 @@ def linkage(sample: float = 0.0) -> Model:
     else:
         builder.effort("damper", "a", "-kd*damping*v.a")
         builder.event("stop", when="q.a - 0.5", direction="rising", action="impact", restitution="e")
-    return eomgen.build(builder.output("y", formula=["v.a*v.b", "a.b", "v.c[1]"]).build())
+    return eomgen.build(builder.output("y", formula=["v.a*v.b", "a.b", "v.c[1]"]).build(), profile="instant")
 
 
 def hanging() -> Model:
@@ -151,7 +151,7 @@ def hanging() -> Model:
     builder.spring("rope", "tip", "eye", stiffness="k", length="long", damping=0.3)
     floor = {"direction": "falling", "action": "impact", "restitution": "e"}
     builder.event("floor", when="position.eye[2] - 0.2", **floor)
-    return eomgen.build(builder.output("y", formula=["v.a[0]*v.a[1]", "v.f[3]", "a.a[2]"]).build())
+    return eomgen.build(builder.output("y", formula=["v.a[0]*v.a[1]", "v.f[3]", "a.a[2]"]).build(), profile="instant")
 
 
 def driven() -> Model:
@@ -160,7 +160,7 @@ def driven() -> Model:
     builder.body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.5})
     strike = {"direction": "falling", "action": "impact", "restitution": "e"}
     builder.effort("drive", "rail", "force - k*q.rail").event("strike", when="q.rail - wall*sin(3*t)", **strike)
-    return eomgen.build(builder.output("y", formula=["q.rail", "a.rail*force"]).build())
+    return eomgen.build(builder.output("y", formula=["q.rail", "a.rail*force"]).build(), profile="instant")
 
 
 CASES: dict[str, tuple[Callable[[], Model], Sequence[str], float, str]] = {
@@ -172,8 +172,6 @@ CASES: dict[str, tuple[Callable[[], Model], Sequence[str], float, str]] = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("turns", "torque_inside")
 @pytest.mark.parametrize("case", CASES)
 def test_derivatives_across_jumps_are_differences_of_runs(case: str) -> None:
     made, by, end, method = CASES[case]
@@ -230,14 +228,12 @@ def test_a_force_from_a_moment_on_has_the_derivatives_of_its_motion(on: float) -
         np.testing.assert_allclose(found.derivatives["z"][:, 0], slope, atol=1e-7)
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_parts_that_are_stepped_again_have_the_same_gradient(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = []
     for kept in (motion.KEPT_BYTES, 0):
         monkeypatch.setattr(motion.ReplayedRun.__init__, "__defaults__", (kept,))
         monkeypatch.setattr(motion, "LONGEST", 32)
-        for model, end in ((ball(), 1.6), (eomgen.build(servo(0.023).build()), 1.2)):
+        for model, end in ((ball(), 1.6), (eomgen.build(servo(0.023).build(), profile="instant"), 1.2)):
             found = model.sensitivities(end, 0.01)
             runs.append(found.gradients([f"integral({next(iter(found.outputs))})"]))
     assert np.array_equal(runs[0], runs[2])
@@ -254,7 +250,6 @@ def refused(model: Model, **keys: Any) -> str:
     return str(error.value)
 
 
-@pytest.mark.slow
 def test_second_derivatives_and_gradients_of_all_inputs_are_refused() -> None:
     found = driven().sensitivities(0.1, 0.01, inputs={"force": np.ones(11)})
     with pytest.raises(UsageError, match="the state jumps along the run, at samples or events, and second"):
@@ -270,8 +265,6 @@ def cart(**event: Any) -> SceneBuilder:
     return builder.event("first", **event) if event else builder
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_events_without_derivatives_name_their_cause() -> None:
     text = refused(eomgen.build(cart(when="q.rail - 0.3", action="stop").build()))
     assert "the event first ends the run at t = 0.367544468 s, before the last row" in text

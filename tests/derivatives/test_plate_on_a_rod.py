@@ -16,7 +16,7 @@ from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.products.derivatives.start import position_weights
-from tests.derivatives.checks import hold_adjoints, moved, sixth_order
+from tests.derivatives.checks import hold_adjoints, moved, sixth_order, tunable
 from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING
 from tests.derivatives.test_transition_sensitivities import hanging
 
@@ -93,6 +93,23 @@ def test_rest_moves_with_parameters_and_the_first_value_of_an_input() -> None:
     assert np.max(np.abs(found._run.asked.dq[:, :4])) > 1e-2 and not np.any(found._run.asked.dq[:, 4])
     by_rows, of = found.input_gradient("sum(y[1])")["push"], found.gradients(["sum(y[1])"])[0]
     np.testing.assert_allclose(by_rows[[0, 2]], of[3:], rtol=1e-10)
+
+
+def test_rest_of_a_turned_body_has_first_and_second_derivatives() -> None:
+    """A ball joint, held by a spring from aside; increments of rotations do not commute."""
+    builder = tunable("resting_ball", mass=1.3, reach=0.3)
+    builder.body("bob", "mass", center_of_mass=[0.1, "reach/5", -0.4], inertia=[0.1, 0.12, 0.05])
+    builder.joint("ball", "spherical", "base", "bob").point("hook", "base", [0.9, "reach", -0.1])
+    builder.point("eye", "bob", [0.2, 0.1, -0.5]).spring("rope", "hook", "eye", stiffness=20, length="reach")
+    builder.effort("push", "ball", "3*sin(9*t)", index=1).output("y", formula=["v.ball[0]", "v.ball[1]", "v.ball[2]"])
+    model = eomgen.build(builder.simulation(start="equilibrium").build(), profile="instant")
+    found = run_of(model, by=["mass", "reach"])
+    assert np.max(np.abs(found._run.asked.dq[:, 1])) > 0.1  # rest turns with the parameters
+
+    def again(change: Array) -> Sensitivities:
+        return run_of(model, by=found.by, parameters={"mass": 1.3 + change[0], "reach": 0.3 + change[1]})
+
+    hold(found, again, np.full(2, 1e-2), 1e-6)
 
 
 def test_weights_of_positions_are_bounded_by_the_heaviest_part() -> None:

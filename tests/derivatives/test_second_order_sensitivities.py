@@ -10,12 +10,11 @@ import pytest
 
 from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.lie import product
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
-from tests.derivatives.checks import moved, oracle_of, places_of, sixth_order
+from tests.derivatives.checks import moved, sixth_order
 from tests.derivatives.test_sensitivities import (
     OF_BEAM,
     OF_CONTROL,
@@ -25,15 +24,12 @@ from tests.derivatives.test_sensitivities import (
     STEP,
     SWUNG,
     TO_ROUNDING,
-    absolute,
     bending,
     built,
     controlled,
-    loop,
     tree,
     turning,
 )
-from tests.oracles.complex_runs import derivatives
 
 
 def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tuple[float, float], method: str) -> Array:
@@ -52,8 +48,6 @@ def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tup
     return 0.5 * (table + np.swapaxes(table, -1, -2))
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("beam", "turning")
 @pytest.mark.parametrize(
     ("builder", "method", "by", "initial", "of", "step"),
     [
@@ -84,49 +78,6 @@ def test_hessians_are_differences_of_gradients(
         column = products[:, : len(by)]
         assert np.max(np.abs(column - column.T)) <= 1e-14 * size  # before it is taken out
         np.testing.assert_allclose(found.hessian_products(functional, vectors[:, -1]), products[:, -1], rtol=1e-12)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("builder", "method", "by"),
-    [(loop, "generalized_alpha", ["length", "q.a", "v.c[1]"]), (absolute, "generalized_alpha", ["length"])],
-)
-def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, by: list[str]) -> None:
-    """Against complex runs, which move each start onto the constraints."""
-    scene, model = built(builder())
-    meets = model.consistent(model.initial_q, [1, 2, -1, 0.5, 2] if builder is loop else model.initial_v)
-    initial: dict[str, Any] = {"q": meets.q, "v": meets.v}
-    if builder is absolute:
-        by = [*by, f"q{model.v_names[7][1:]}"]
-    options: dict[str, Any] = {"method": method, "initial": initial, "settings": TO_ROUNDING}
-    found = model.sensitivities(3 * STEP, STEP, by=by, **options)
-    of, start = ["final(y[0])", "sum(y[2])"], found._run.motion.start
-    oracle, places = oracle_of(model, scene, method, found, STEP), places_of(model, found)
-    state = {"q": start["q"], "v": start["v"], "z": np.zeros(0)}
-    turning_part = slice(sum(factor.q_size for factor in model.factors))
-
-    def slopes(place: tuple[str, int], size: float) -> Array:
-        blocks = {**state, "p": model.parameter_array()}
-        change = np.zeros(model.nv if place[0] != "p" else len(blocks["p"]))
-        change[place[1]] = size
-        if place[0] == "q":
-            blocks["q"] = blocks["q"].copy()
-            blocks["q"][turning_part] = product.update(model.factors, blocks["q"][turning_part], change)
-        else:
-            blocks[place[0]] = blocks[place[0]] + change
-        at = {name: blocks[name] for name in state}
-        _, table = derivatives(oracle, 3, at, blocks["p"], places)
-        return np.stack([table[-1, 0], table[:, 2].sum(axis=0)])
-
-    columns = [sixth_order(lambda size, place=place: slopes(place, size), 2.5e-4) for place in places]
-    expected = np.stack(columns, axis=-1)
-    expected = 0.5 * (expected + np.swapaxes(expected, 1, 2))
-    for functional, H, other in zip(of, found.hessians(of), expected, strict=True):
-        size = np.max(np.abs(H))
-        assert np.max(np.abs(H - other)) <= 1e-9 * size
-        products = found.hessian_products(functional, np.eye(len(by)))
-        assert np.max(np.abs(products - H)) <= 1e-13 * size
-        assert np.max(np.abs(products - products.T)) <= 1e-14 * size
 
 
 def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -114,7 +114,7 @@ def controlled() -> SceneBuilder:
 
 def built(builder: SceneBuilder) -> tuple[Scene, Model]:
     scene = builder.build()
-    return scene, eomgen.build(scene, profile="quick")
+    return scene, eomgen.build(scene, profile="instant")
 
 
 def check(
@@ -147,7 +147,6 @@ def check(
     return found
 
 
-@pytest.mark.slow_except("tree")
 @pytest.mark.parametrize(
     ("builder", "method", "by", "initial"),
     [
@@ -165,7 +164,6 @@ def test_directions_of_parameters_and_of_the_initial_state(
     check(builder(), method, by, initial)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     _, model = built(loop())
@@ -174,7 +172,6 @@ def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     check(loop(), method, by, {"q": start.q, "v": start.v})
 
 
-@pytest.mark.long
 def test_the_speed_on_a_road_of_a_class_has_derivatives() -> None:
     builder = tunable("quarter", speed=15.0).body("wheel", 40.0).body("body", 300.0)
     builder.joint("hop", "prismatic", "base", "wheel", axis=[0, 0, 1])
@@ -215,7 +212,6 @@ def test_tangents_of_groups_in_c(size: float) -> None:
         place += square
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.001, 0.01])
 def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
     found = check(bending(), "generalized_alpha", OF_BEAM, {"axle": {"velocity": 1.0}}, steps=10, step=step)
@@ -223,7 +219,6 @@ def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
     assert np.any(begun["a"] != begun["vdot"]) == (step == 0.001)
 
 
-@pytest.mark.slow
 def test_a_first_step_that_damps_is_refused() -> None:
     _, model = built(bending())
     text = "the start excites motions too fast for the step: the damped first step has no derivatives"
@@ -232,6 +227,8 @@ def test_a_first_step_that_damps_is_refused() -> None:
 
 def test_functionals_are_sums_over_rows() -> None:
     _, model = built(tree())
+    told = "10 steps are not a whole number of rows of 4 steps: the end has no row; try: record_every = 2"
+    assert told in refusal(model, 0.1, STEP, record_every=4)
     found = model.sensitivities(0.2, STEP, by=["mass", "v.a"], initial={"a": 0.5})
     d, rng = found.derivatives, np.random.default_rng(1)
     weights = rng.normal(size=(21, 2))
@@ -256,50 +253,6 @@ def refusal(model: Model, *given: Any, **options: Any) -> str:
     return str(caught.value)
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_what_has_no_derivatives_is_refused_by_name() -> None:
-    _, model = built(tree())
-    assert refusal(model, 0.1, STEP, by=["fixed"]) == (
-        "usage error: the parameter fixed exists, but its value is fixed in the code; try: fixed = { value = ...,"
-        " tunable = true } in the scene's [parameters]"
-    )
-    unknown = "usage error: method: tdg2 has no derivatives of runs here; try: one of generalized_alpha,"
-    for settings in (None, {"rtol": 1e-13}):  # of a setting that tdg2 has not, less is to be said
-        assert refusal(model, 0.1, STEP, method="tdg2", settings=settings).startswith(unknown)
-    for given, text in (
-        ({"by": ["masss"]}, "there is no parameter 'masss'; try: mass"),
-        ({"by": ["q.c"]}, "there is no component of the initial state 'q.c'"),
-        ({"of": ["angles"]}, "there is no output 'angles'; try: angle"),
-        ({"method": "generalized_alpha_f1"}, "generalized_alpha_f1 has no derivatives"),
-        ({"method": "rk45"}, "chooses its steps, and their ends move"),
-        ({"t_end": 0.105}, "t_end: the last step is shorter than 0.01 s"),
-        ({"by": "mass"}, "by: directions are a list of names, not the text 'mass'; try: by=[\"mass\"]"),
-        ({"by": []}, "by: no quantity is named to differentiate by"),
-        ({"of": "angle"}, "of: outputs are a list of names, not the text 'angle'"),
-        ({"of": []}, "of: the list of outputs is empty; try: of=["),
-        ({"initial": 3}, "initial: a mapping is needed, not int; try: dict(q=..., v=...)"),
-        ({"t_end": 0.0}, "t_end: the run from 0 s to 0 s has no whole step of 0.01 s; try: a later t_end"),
-        ({"t_end": STEP, "step": 0.5}, "has no whole step of 0.5 s; try: t_end = 0.5, step = 0.01: the end"),
-    ):
-        assert text in refusal(model, **{"t_end": 0.1, "step": STEP, **given}), given
-    found = model.sensitivities(0.1, STEP)
-    for of, text in {
-        "final(two)": 'the output two has 2 components, and a functional is one number; try: "final(two[0])"',
-        "last(angle)": "the functional 'last(angle)' is none of a run",
-    }.items():
-        with pytest.raises(UsageError) as caught:
-            found.gradient(of)
-        assert text in str(caught.value)
-    with pytest.raises(UsageError, match="of: no functional is named to differentiate"):
-        found.gradients([])
-    assert refusal(model, 0.1, STEP, record_every=4) == (
-        "usage error: record_every: 10 steps are not a whole number of rows of 4 steps: the end has no row;"
-        " try: record_every = 2"
-    )
-
-
-@pytest.mark.slow
 def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
     builder = SceneBuilder("late", gravity=[0, 0, 0]).parameter("k", 2.0, tunable=True)
     builder.parameter("start", 0.055, tunable=True).body("mass", 1.0)
@@ -313,24 +266,6 @@ def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
     assert model.sensitivities(0.1, STEP, by=["k"]).gradient("final(place)")["k"] > 0.0
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_derivatives_that_are_no_numbers_are_told() -> None:
-    """A root of a velocity that begins at zero."""
-    rough = SceneBuilder("rough", gravity=[0, 0, 0]).parameter("k", 1.0, tunable=True).body("mass", 1.0)
-    rough.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0])
-    rough.effort("drag", "slide", "k - sqrt(v.slide)").output("place", formula="q.slide")
-    _, model = built(rough)
-    with pytest.raises(NumericalError) as caught:
-        _ = model.sensitivities(0.1, STEP).derivatives
-    assert str(caught.value) == (
-        "numerical error: sensitivities: derivatives are not finite numbers somewhere in the run: a formula has none"
-        " there, of the forces perhaps sqrt(v.slide); try: a formula of finite slope there, x / sqrt(x + width)"
-        " for sqrt(x); eomgen check names formulas without"
-    )
-
-
-@pytest.mark.long
 def test_runs_and_scenes_without_derivatives_say_why() -> None:
     _, model = built(tree())
     found = model.sensitivities(0.1, STEP)
@@ -352,7 +287,6 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     assert "of: the scene has no outputs to differentiate" in refusal(built(silent)[1], 0.1, STEP)
 
 
-@pytest.mark.long
 def test_forces_that_jump_and_runs_that_fail() -> None:
     jumping = tree().effort("push", "a", "1 if t < 0.05 else 2")
     told = refusal(built(jumping)[1], 0.1, STEP)
@@ -375,7 +309,6 @@ def test_steps_that_converge_in_halves_or_have_no_solution(monkeypatch: pytest.M
         found._run.linear._check(1, 3, np.array([0.01, 0.02, 0.03]))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("make", "method"), [(loop, "hht_index3"), (absolute, "generalized_alpha_index3")])
 def test_runs_in_index_3_have_the_derivatives_of_differences(make: Any, method: str) -> None:
     """Velocities are off the constraints, which are of positions alone; gradients are those of tangents, and second

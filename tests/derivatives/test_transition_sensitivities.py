@@ -63,7 +63,7 @@ def check(
 
     apart: increment of the differences, so small that runs change their dependent components after the same steps.
     """
-    model = eomgen.build(builder.build(), profile="quick")
+    model = eomgen.build(builder.build(), profile="instant")
     options: dict[str, Any] = {"method": method, "settings": TIGHT if method == "rattlie" else None}
     end, rows = steps * STEP, steps + 1
     found = model.sensitivities(end, STEP, by=by, initial=initial, inputs=inputs, **options)
@@ -86,19 +86,15 @@ def check(
     return found
 
 
-@pytest.mark.long_cases("rk4_partitioned")
-@pytest.mark.slow_cases("rk4_partitioned")
 @pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
 def test_a_plate_on_a_rod_of_tunable_length(method: str) -> None:
     start = {"q": [0.8, 0.0], "v": [0.0, -1.0]}
     check(hanging(), method, ["mass", "length", "drag", "q.y", "v.y"], start)
 
 
-@pytest.mark.long_except("rk4_partitioned")
-@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
 def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:
-    model = eomgen.build(driven_loop().build(), profile="quick")
+    model = eomgen.build(driven_loop().build(), profile="instant")
     start = model.consistent(model.initial_q, np.array([1.0, 2.0, -1.0, 0.5, 2.0]))
     initial = {"q": start.q, "v": start.v, "z": [0.3]}
     by = ["mass", "length", "gain", "shake", "q.a", "v.c[1]", "inputs.pull"]
@@ -106,15 +102,12 @@ def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:
     check(driven_loop(), method, by, initial, inputs={"pull": np.linspace(-1.0, 2.0, 13)}, **near)
 
 
-@pytest.mark.slow
 def test_absolute_coordinates_with_an_angle_over_turns() -> None:
-    model = eomgen.build(absolute().build(), profile="quick")
+    model = eomgen.build(absolute().build(), profile="instant")
     start = {"q": model.initial_q, "v": np.zeros(12)}
     check(absolute(), "rk4_partitioned", ["mass", "length", "damping"], start, steps=8)
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("rattlie")
 @pytest.mark.parametrize("method", ["rk4", "rattlie"])
 def test_trees_on_all_groups_and_internal_states(method: str) -> None:
     check(turning(), method, OF_TURNS, SPUN)
@@ -135,9 +128,8 @@ def refusal(model: Model, ask: Any) -> str:
     return str(caught.value)
 
 
-@pytest.mark.slow
 def test_what_these_steps_have_not() -> None:
-    model = eomgen.build(hanging().build(), profile="quick")
+    model = eomgen.build(hanging().build(), profile="instant")
     options: dict[str, Any] = {"method": "rattlie"}
     text = refusal(model, lambda one: one.sensitivities(0.1, STEP, settings={"multipliers": 1}, **options))
     assert text == (
@@ -151,13 +143,11 @@ def test_what_these_steps_have_not() -> None:
     )
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_constraints_on_positions_and_on_velocities_alone() -> None:
     """Corrections of positions hold rates that change with the position."""
     gear = "v.c[0] - 0.4 * v.b * (1 + 0.3 * length * q.b)"
     mixed = loop().constraint("gear", "formula", velocity_equation=gear, unit="rad/s")
-    model = eomgen.build(mixed.build(), profile="quick")
+    model = eomgen.build(mixed.build(), profile="instant")
     start = model.consistent(model.initial_q, np.array([1.0, 2.0, -1.0, 0.5, 2.0]))
     by = ["mass", "length", "damping", "q.a", "v.c[1]"]
     near: dict[str, Any] = {"apart": 1e-5, "tolerance": 1e-8}

@@ -10,8 +10,6 @@ import pytest
 
 import eomgen
 
-pytestmark = pytest.mark.slow
-
 #: Of the cord, rad/s.
 FAST = float(np.sqrt(6e7 / 2.0))
 

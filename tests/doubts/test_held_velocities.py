@@ -83,7 +83,7 @@ HELD: dict[str, tuple[dict[str, float], float, dict[str, Any], float]] = {  # pa
 }
 
 
-@pytest.mark.slow
+@pytest.mark.slow_cases("strong force")
 @pytest.mark.parametrize("case", HELD)
 def test_a_velocity_that_the_equations_hold_is_named(case: str) -> None:
     given, speed, options, step = HELD[case]
@@ -114,7 +114,6 @@ def test_a_window_that_slows_but_lets_pass_is_not_said_to_hold() -> None:
     assert "holds" not in run.message
 
 
-@pytest.mark.slow_cases("0.02", "0.05")
 @pytest.mark.parametrize("step", [0.02, 0.05, 0.1])
 def test_an_aliased_force_is_named_or_within_the_stated_error(step: float) -> None:
     p = {"A": 1e-3, "om": 1000.0, "phase": 0.0, "k": 1.0, "d": 0.0}
@@ -129,7 +128,6 @@ def test_an_aliased_force_is_named_or_within_the_stated_error(step: float) -> No
     assert not resolved.findings
 
 
-@pytest.mark.slow
 def test_windows_of_velocity_are_followed_or_named_and_errors_stated() -> None:
     """Places of jumps in their steps are chance, so that one run of many may be understated."""
     random, understated = np.random.default_rng(0), []
@@ -158,7 +156,6 @@ def test_windows_of_velocity_are_followed_or_named_and_errors_stated() -> None:
     assert len(understated) <= 1, understated
 
 
-@pytest.mark.slow
 def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """An examination repeats a bounded number of steps, and says how much of the run it has seen."""
     repeated: list[int] = []
@@ -182,14 +179,12 @@ def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: p
     assert "partly_examined" not in names(dense)
 
 
-@pytest.mark.slow
 def test_a_force_that_begins_at_zero_is_no_jump() -> None:
     bumper = model("-400*(q.x - 0.1) if q.x > 0.1 else 0")
     run = bumper.simulate(0.4, 0.002, method="generalized_alpha")
     assert "2 times the step" in str(run.error) and run.error.order == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.slow
 def test_no_aliased_force_is_understated_by_more_than_three() -> None:
     random = np.random.default_rng(0)
     methods = ["rk4", "generalized_alpha", "rosenbrock", "tdg1", "rattlie", "trapezoidal"]
@@ -211,7 +206,6 @@ def test_no_aliased_force_is_understated_by_more_than_three() -> None:
             assert "unseen_law" not in names(run) or off(run, true) > 0.5 * stated, (p, method, step, run.message)
 
 
-@pytest.mark.slow
 def test_initial_values_that_constraints_do_not_keep_are_in_the_message() -> None:
     """Of inertias I and wheels with v = 2 w the projection by kinetic energy turns v = 3 into 3 I / (I + I/4)."""
     builder = eomgen.SceneBuilder("gear", gravity=[0, 0, 0])

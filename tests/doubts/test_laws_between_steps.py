@@ -122,9 +122,6 @@ def outcome(run: eomgen.Solution) -> set[str]:
     return {finding.name for finding in run.findings}
 
 
-@pytest.mark.slow_cases("rk45-cogging, whole periods", "rk45-box", "rk4-kick at a tunable time", "rk4-dose")
-@pytest.mark.slow_cases("generalized_alpha-box", "generalized_alpha-cogging, whole periods")
-@pytest.mark.slow_cases("generalized_alpha-rate, whole periods", "rk45-rate, whole periods")
 @pytest.mark.parametrize(
     ("method", "law"),
     [
@@ -151,7 +148,6 @@ def test_a_law_that_steps_pass_over_is_named(law: str, method: str) -> None:
 BARRIER = "20*(q.x - 0.5)/0.02**2*exp(-((q.x - 0.5)/0.02)**2)*0.1"
 
 
-@pytest.mark.slow
 def test_the_message_names_law_time_size_and_step() -> None:
     run = sliders().simulate(0.8, 0.1, method="rk4", parameters=LAWS["kick at a tunable time"][0])
     (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
@@ -170,7 +166,6 @@ ESCAPES = {  # effort, velocity (m/s), method, end, rows (s), tolerance, true pl
 }
 
 
-@pytest.mark.slow_cases("adaptive of second order", "adaptive over a box")
 @pytest.mark.parametrize("escape", ESCAPES)
 def test_a_law_does_not_escape_by_what_the_examination_compares_with(escape: str) -> None:
     effort, velocity, method, end, step, tolerance, place = ESCAPES[escape]
@@ -197,7 +192,6 @@ def arm() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-@pytest.mark.slow_cases("1-0.2-rk4-0.5")
 @pytest.mark.parametrize(("method", "start"), [("rk4", 0.5), ("generalized_alpha", 2.0)])
 @pytest.mark.parametrize("step", [0.2, 0.5, 3.0])
 @pytest.mark.parametrize("steps", [1, 2])
@@ -214,7 +208,6 @@ def test_few_steps_are_not_compared_with_themselves(method: str, start: float, s
         assert f"the discretisation error is not known: {run.error.reason}; try: a step smaller" in run.message
 
 
-@pytest.mark.slow
 def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> None:
     given = {"wave": 1e3, "period": 0.005, "stiffness": 1.0}
     run = sliders().simulate(0.4, 0.01, method="rk45", tolerance=1e-8, parameters=given)
@@ -223,7 +216,6 @@ def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> No
     assert run.message.endswith("taken again)")
 
 
-@pytest.mark.slow
 def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet() -> None:
     random = np.random.default_rng(0)
     methods = ["generalized_alpha", "rk4", "rk45", "rosenbrock", "trapezoidal", "tdg1", "rattlie", "adaptive"]
@@ -268,7 +260,6 @@ NARROW_BY_PLACE = {
 }
 
 
-@pytest.mark.slow_cases("angular_velocity", "velocity", "rotation")
 @pytest.mark.parametrize("quantity", NARROW_BY_PLACE)
 def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None:
     """Reference: the work of a barrier, 30*0.006*sqrt(pi) J; a level that holds a velocity at 0.004*sqrt(ln 2) below.
@@ -291,7 +282,6 @@ def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None
         assert wrong == ("unseen_law" in outcome(run)), (options, run.q[-1], end, run.message)
 
 
-@pytest.mark.slow_cases("q.x")
 @pytest.mark.parametrize("argument", ["q.x", "rotated"])
 def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) -> None:
     """The work of the barrier does not depend on its width; the place is 0.2 m ahead of the joint on the body, whose x
@@ -310,7 +300,6 @@ def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) 
         assert wrong == ("unseen_law" in outcome(run)), (width, run.q[-1], run.message)
 
 
-@pytest.mark.slow
 def test_a_held_force_is_no_law_between_the_steps() -> None:
     """Sampled states keep their values between samples: a coarse converter makes no law of the slow gust beside it."""
     held = on_rail("force + gust", "rail").input("gust", "0.3*sin(2*t)")
@@ -319,7 +308,6 @@ def test_a_held_force_is_no_law_between_the_steps() -> None:
     assert "unseen_law" not in outcome(run), run.message
 
 
-@pytest.mark.slow
 def test_partials_by_one_factorization_are_differences_of_accelerations() -> None:
     """Rates by whole solutions on both sides of each move."""
     model = eomgen.build("examples/four_bar/scene.toml", profile="quick")
@@ -339,7 +327,6 @@ def test_partials_by_one_factorization_are_differences_of_accelerations() -> Non
     np.testing.assert_allclose(partials, np.stack(expected, axis=-1), rtol=1e-6, atol=1e-7 * np.abs(partials).max())
 
 
-@pytest.mark.slow
 def test_a_search_that_is_left_out_is_named() -> None:
     swift = on_rail("100 * exp(-((q.x - 0.055) / 0.001)**2)", velocity=1.0)
     swift.event("there", "(q.x - 0.031) * (q.x - 0.033) * (q.x - 0.035) * (q.x - 0.037) * (q.x - 0.039)")

@@ -15,7 +15,6 @@ from tests.oracles.planar_trees import PlanarTree
 ELIMINATING, RECORDING = ("rk4", "taylor", "rk45"), ("generalized_alpha", "tdg2")
 
 
-@pytest.mark.slow_cases("taylor", "rk45", "tdg2")
 @pytest.mark.parametrize("method", [*ELIMINATING, *RECORDING])
 def test_values_of_a_run_that_cost_digits_are_reported(
     method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -31,7 +31,6 @@ def drift_of(model: eomgen.Model, run: eomgen.Solution) -> momentum.Drift | None
 WHICH = r"(angular )?momentum (along|about) [xyz], which no force changes, drifts by \S+ % of the momenta at work"
 
 
-@pytest.mark.slow
 def test_drift_is_told_and_a_fine_run_keeps_all() -> None:
     coarse = tumbling().simulate(20.0, 0.2)
     assert re.search(rf"; the estimated error is .*, and the {WHICH}; try: a step smaller than 0\.2 s", coarse.message)
@@ -60,7 +59,6 @@ def two_bodies(kind: str) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spring", "hinge"])
 def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model = two_bodies(kind)
@@ -74,7 +72,6 @@ def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch:
     assert 3.0 < drifts[0] / drifts[1] < 5.0  # of order 2
 
 
-@pytest.mark.slow_cases("60-terms1")
 @pytest.mark.parametrize(
     ("count", "terms"), [(4, ("mass", "constraint_jacobian")), (60, ("mass_values", "jacobian_values"))]
 )

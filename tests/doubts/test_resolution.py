@@ -51,7 +51,6 @@ def slip_stick(stribeck: float, velocity: float, times: Array) -> Array:
     return np.asarray(solve_ivp(rates, span, [0.0, BELT], "Radau", times, rtol=1e-8, atol=1e-11).y[0])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "step", "finding", "driven"),
     [("rk4_partitioned", 5e-3, "unresolved_damping", True), ("generalized_alpha", 1e-2, "passed_growth", False)],
@@ -87,7 +86,6 @@ def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypa
     assert "unresolved_damping" in {finding.name for finding in run.model.alike()}
 
 
-@pytest.mark.slow_cases("4")
 @pytest.mark.parametrize("steps", [4, 60])
 def test_a_check_factorizes_no_more_systems_than_the_run_has_steps(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A pulse that is narrow between two steps: its effect fades by Jacobians, three times eight states at least."""

@@ -583,7 +583,6 @@ ROWS: tuple[Note | StateWarning | Check, ...] = (
 )
 
 
-@pytest.mark.slow_cases("unresolved_motion")
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
 def test_a_row_doubts_beyond_its_limits_alone_unless_it_is_silenced(row: Note | StateWarning | Check) -> None:
     cases = CASES[row.name]

@@ -63,7 +63,6 @@ def test_unknown_names_have_one_message_with_a_known_one(tmp_path: Path, capsys:
         assert f"--quiet {name}: there is no doubt '{name}'; try: {hint}" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_a_failure_is_never_silent(tmp_path: Path) -> None:
     """A step far beyond the limit of an explicit method."""
     text = quiet("unstable", "stopped", "infinite_energy", "unbounded_growth", "energy_balance")
@@ -96,7 +95,6 @@ def test_doubts_about_a_run_of_a_strict_scene_fail_it(tmp_path: Path) -> None:
     assert model.simulate(1.0, 0.001, parameters={"shake": 0.0}).success
 
 
-@pytest.mark.slow
 def test_the_option_strict_makes_errors_of_doubts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A file that was read before without the option, and with it."""
     file = tmp_path / "scene.toml"
@@ -122,7 +120,6 @@ def test_the_option_strict_ends_with_its_verb(rest: tuple[str, ...], capsys: pyt
     assert not CALLED.get().strict and not CALLED.get().quiet
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("verb", ["simulate", "equilibrium"])
 def test_a_call_silences_notes_of_the_scene(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A scene whose model of an earlier call has the note, and a scene that is strict itself."""
@@ -173,7 +170,6 @@ def problem_of(text: str, folder: Path) -> Any:
     return problem
 
 
-@pytest.mark.slow
 def test_an_equilibrium_silences_warnings_by_name() -> None:
     assert ["moved farther" in note for note in rest_of()] == [True]
     assert ["farther from the start" in note for note in rest_of("inverted springs")] == [True]

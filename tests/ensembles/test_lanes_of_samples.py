@@ -84,8 +84,6 @@ def test_lanes_hold_samples_of_similar_values(count: int) -> None:
         assert np.median(widths) < 0.2
 
 
-@pytest.mark.long_cases("{'record_every': 25, 'points': 2}")
-@pytest.mark.slow_except("{'t_end': 0.37, 'points': 5}")
 @pytest.mark.parametrize(
     "options",
     [
@@ -119,8 +117,6 @@ def test_results_are_those_of_runs_one_after_the_other(
     assert set(lanes) == {"EOMGEN_LANES is off"}
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_a_sample_that_explodes_is_judged_alone_and_the_others_stay(swing: eomgen.Model, lanes: list[object]) -> None:
     """RK4 is stable up to 2.83 by the step: a heavy rod on its spring has 2.1, a light one 3.5."""
     springs = {**SCENE, "efforts": {"coil": {"joint": "hinge", "effort": "-20 * q.hinge"}}}
@@ -147,7 +143,6 @@ def test_what_cannot_run_side_by_side_says_why(swing: eomgen.Model, lanes: list[
     assert set(lanes) == {"controllers is given"}
 
 
-@pytest.mark.slow
 def test_a_beam_that_bends_beyond_what_beams_are_for_fails_in_lanes_too(lanes: list[object]) -> None:
     """A rod of 2 m that hangs from one end in its own weight, sideways."""
     builder = eomgen.SceneBuilder("limp", gravity=[0, -9.81, 0]).parameter("stiffness", 50.0, tunable=True)
@@ -205,7 +200,6 @@ def pushed() -> eomgen.Model:
     return eomgen.build(driven, method="lsrt2", profile="reproducible")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [

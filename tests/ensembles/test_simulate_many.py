@@ -128,7 +128,6 @@ def test_the_plan_and_its_time_are_told_first(cart: eomgen.Model, monkeypatch: p
     assert "8 samples one after the other: EOMGEN_LANES is off, by 1 thread: about 0 s more" in told
 
 
-@pytest.mark.long
 def test_samples_at_equilibrium_run_side_by_side_from_that_of_the_run_before(tmp_path: Path) -> None:
     model = eomgen.build(eomgen.load(Path(__file__).parent / "scenes" / "resting.toml"))
     vary = {"stiffness": "uniform(500, 2000)", "push": "normal(0, 10)"}
@@ -175,7 +174,6 @@ def test_blocks_of_short_runs_keep_to_some_memory(samples: int, work: int, numbe
     assert import_module("eomgen.products.ensembles.simulate_many")._block(samples, work, numbers) == size
 
 
-@pytest.mark.slow_cases("BlockJournal-write", "BlockJournal-keep")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
 @pytest.mark.parametrize(
     ("owner", "name"), [(BlockJournal, "keep"), (BlockJournal, "write"), (Reduction, "_merge_products")]
@@ -243,8 +241,6 @@ def test_a_solution_is_kept_also_when_its_sample_is_done(cart: eomgen.Model, tmp
     assert len(list((tmp_path / "runs").iterdir())) == 2
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_columns_of_a_sample_are_kept_as_parquet(cart: eomgen.Model, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     cart.simulate_many(table={"push": [1.0, 2.0]}, folder=tmp_path, keep=[1], keep_as="parquet")

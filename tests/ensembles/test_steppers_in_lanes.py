@@ -104,7 +104,7 @@ class Trajectories:
         return states, statuses
 
 
-@pytest.mark.slow
+@pytest.mark.slow_except("pendulum_on_shaking_base-omf4", "digital-rk4")
 @pytest.mark.long_except("pendulum_on_shaking_base-omf4", "four_bar-rosenbrock", "digital-rk4")
 @pytest.mark.parametrize(("name", "method"), CASES, ids=lambda value: value)
 def test_each_lane_has_the_bits_of_a_run_alone(name: str, method: str) -> None:
@@ -152,8 +152,6 @@ def test_each_lane_meets_its_own_events(name: str, method: str, step: float) -> 
     assert len(np.unique(states[:, places["event_time"]][:, 0])) > 1
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_lanes_of_models_with_other_numbers_are_one_compilation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

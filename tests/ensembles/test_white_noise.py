@@ -48,8 +48,7 @@ def positions(model: eomgen.Model, bend: float, step: float) -> Array:
     return found
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("0.0")
+@pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("bend", [0.0, 1.0])
 def test_variance_and_kurtosis_are_those_of_the_fokker_planck_equation(bend: float) -> None:
     """The variance misses a part of step^2, so two steps give it without; errors are those of independent runs."""

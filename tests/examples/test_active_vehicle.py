@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 
@@ -11,9 +10,8 @@ import pytest
 from scipy.integrate import simpson
 
 import eomgen
-from eomgen import Model, Solution
+from eomgen import Model
 from eomgen.base.random_inputs import road_harmonics
-from tests.examples.demos import run_demo
 
 FOLDER = Path(__file__).parents[2] / "examples" / "active_vehicle"
 BODY, ROLL, PITCH, WHEEL, FRONT, REAR, HALF_TRACK = 1500.0, 460.0, 2160.0, 59.0, 1.4, 1.7, 0.75
@@ -88,37 +86,3 @@ def test_energy_changes_by_the_work_of_dampers_actuators_and_road(model: Model, 
     assert exchanged > 500.0
     assert run.energy["total"][-1] - run.energy["total"][0] == pytest.approx(work, abs=1e-5 * exchanged)
     np.testing.assert_array_equal(run.outputs["energy"], run.energy["total"])
-
-
-@pytest.mark.slow
-def test_exchanged_tracks_mirror_the_motion(model: Model) -> None:
-    names = ("left_front", "other_front", "left_rear", "other_rear")
-    bumps = {name: lambda t, k=k: 0.01 * math.sin(5.0 * t + k) for k, name in enumerate(names)}
-    swapped = ("other_front", "left_front", "other_rear", "left_rear")
-    exchanged = {first: bumps[second] for first, second in zip(names, swapped, strict=True)}
-    run, mirrored = (model.simulate(2.0, parameters={"coherence": 0.0}, inputs=given) for given in (bumps, exchanged))
-    assert np.abs(run.q[:, 2]).max() > 1e-3
-    np.testing.assert_allclose(mirrored.q, run.q[:, [0, 1, 2, 4, 3, 6, 5]] * [1, 1, -1, 1, 1, 1, 1], atol=1e-10)
-
-
-def _rms(run: Solution, name: str) -> np.ndarray:
-    return np.sqrt(np.mean(run.outputs[name][run.t > 2.0] ** 2, axis=0))
-
-
-@pytest.mark.long
-def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
-    out = tmp_path / "demo out"
-    said = run_demo("active_vehicle", "--out", out)
-    assert "Body acceleration, centre of mass" in said and "no wheel leaves the road" in said
-    assert (out / "c" / "active_vehicle.c").stat().st_size > 10_000
-    assert (out / "active_vehicle.png").read_bytes().startswith(b"\x89PNG")
-    with (out / "rms.csv").open(encoding="utf-8") as stream:
-        rows = {row["quantity"]: row for row in csv.DictReader(stream)}
-    assert len(rows) == 12
-    solutions = [Solution.load(out / f"{name}.npz") for name in ("passive", "active")]
-    for column, solution in zip(("passive_rms", "active_rms"), solutions, strict=True):
-        shown = float(rows["Body acceleration, centre of mass"][column])
-        assert shown == pytest.approx(float(_rms(solution, "body_acceleration")))
-        assert float(rows["Suspension travel, rear left"][column]) == pytest.approx(
-            1e3 * _rms(solution, "suspension_travel")[2]
-        )

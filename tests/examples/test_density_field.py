@@ -9,7 +9,6 @@ import runpy
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from eomgen.products.fields.documents.field_reading import load_fields
@@ -47,31 +46,6 @@ def test_leapfrogs_are_cheaper_where_steps_are_bounded_by_stability(demo: dict[s
     }
     assert 0.7 < cost["leapfrog"] / cost["suzuki4"] < 1.5
     assert cost["minimum_norm2"] < 0.5 * cost["leapfrog"]
-
-
-@pytest.mark.long
-def test_burn_in_of_leapfrogs_that_kick_first_goes_with_the_root_of_the_cells(demo: dict[str, Any]) -> None:
-    """Kicks of leapfrogs climb a barrier of b = 0.117 cells step^2 in a time of 1.5, so that a trajectory takes
-    (1.5/step) e^b gradients until one is accepted: 1.5 sqrt(2 e 0.117 cells) at the best step, 77 on 16^3 and 217 on
-    32^3 cells. Drifts, and kicks of Suzuki's order 4, fall."""
-    found: dict[int, list[float]] = {}
-    for cells in (16, 32):
-        step = (2.0 * 0.117 * cells**3) ** -0.5
-        problem = demo["problem_of"](cells, 0.04)
-        level = demo["level_of"](problem)
-        found[cells] = [
-            float(np.mean(demo["burn_in"](problem, method, first, size, level, 1000.0)))
-            for method, first, size in (
-                ("leapfrog", "kick", step),
-                ("leapfrog", "drift", 0.2),
-                ("suzuki4", "kick", 0.8),
-            )
-        ]
-    for cells, (kicks, *_) in found.items():
-        assert kicks == pytest.approx(1.5 * (2.0 * math.e * 0.117 * cells**3) ** 0.5, rel=0.45)  # a mean of 8 chains
-    assert 1.7 < found[32][0] / found[16][0] < 4.5
-    assert found[32][0] > 7.0 * found[32][1] and found[32][0] > 6.0 * found[32][2]
-    assert found[32][1] < 2.0 * found[16][1] and found[32][2] < 2.5 * found[16][2]
 
 
 @pytest.mark.long

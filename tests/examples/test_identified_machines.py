@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from scipy import stats
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.pipeline.pipeline import build_for_run
-from tests.examples.demos import demo_module, run_demo
+from tests.examples.demos import demo_module
 
 
 @pytest.fixture(scope="module")
@@ -89,18 +88,3 @@ def check_coverage(identified: Callable[[int], eomgen.Identification], true: dic
         held += [one.low < true[one.name] < one.high for one in found.estimates]
         whole += off @ np.linalg.solve(found.correlation, off) < level
     assert held.min() >= 25 and whole >= 25, f"{held}, {whole}"
-
-
-@pytest.mark.long_cases("identified_arm-told1", "identified_quarter_car-told0")
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "told"),
-    [
-        ("identified_quarter_car", ["5 of 5 unknowns determined", "spring / tyre = 0.09"]),
-        ("identified_arm", ["24 of 24 unknowns determined", "s of processor time"]),
-    ],
-)
-def test_the_demos_print_and_draw(tmp_path: Path, name: str, told: list[str]) -> None:
-    said = run_demo(name, "--out", tmp_path)
-    assert all(text in said for text in told), said
-    assert (tmp_path / f"{name}.png").stat().st_size > 20_000

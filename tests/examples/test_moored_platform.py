@@ -35,15 +35,3 @@ def test_the_scene_file_is_what_the_demo_builds() -> None:
     np.testing.assert_allclose(read.inverse_dynamics(q, v, v, 33.0), forces, rtol=1e-9)
     kinds = [[item.name for item in model.description.outputs] for model in (read, built)]
     assert kinds[0] == kinds[1]
-
-
-@pytest.mark.long
-def test_the_demo_draws_its_figure(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sys.argv", ["demo.py", "--out", str(tmp_path)])
-    runpy.run_path(str(DEMO))["main"]()
-    said = capsys.readouterr().out
-    assert "elevation 0.922 m, deck 0.167 m" in said
-    assert "the load swings up to 43.6 degrees" in said
-    assert (tmp_path / "moored_platform.png").stat().st_size > 30_000

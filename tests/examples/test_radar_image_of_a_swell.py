@@ -70,10 +70,3 @@ def test_specular_points_are_those_of_the_page(demo: dict[str, Any]) -> None:
     for row, one, other in zip(rows("slope"), counted, closed, strict=True):
         assert (row[1], row[2]) == (f"{one:.2f}", f"{other:.2f}")
     assert counted[:2] == pytest.approx(closed[:2], rel=0.02)
-
-
-@pytest.mark.long
-def test_the_demo_draws_its_figure(demo: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    demo["main"](4, 50.0, tmp_path)
-    assert "from space: velocity 0.353 m/s, cut-off 133.0 m" in capsys.readouterr().out
-    assert (tmp_path / "radar_image_of_a_swell.png").stat().st_size > 50_000

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.special import ellipk
 
 import eomgen
 from eomgen import Model
 from tests.anchors import anchor
-from tests.models.library import scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -46,31 +43,6 @@ def test_symmetric_top_by_runge_kutta_munthe_kaas() -> None:
     anchor("symmetric_top_axis").check(run.outputs["axis"][-1])
     anchor("symmetric_top_energy").check(run.outputs["energy"][0])
     np.testing.assert_allclose(run.v[-1], SPIN_AT_10, atol=1e-6)
-
-
-def _half_period() -> float:
-    """Return the time between two flips of the free body, by the complete elliptic integral."""
-    a, b, c = 0.01, 0.02, 0.03
-    energy, momentum = b * 36.0 + c * 1e-4, (b * 6.0) ** 2 + (c * 0.01) ** 2
-    pace = math.sqrt((c - b) * (momentum - energy * a) / (a * b * c))
-    return float(2.0 * ellipk((b - a) * (energy * c - momentum) / ((c - b) * (momentum - energy * a))) / pace)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("group", "factors"), [("SE3", ["SE3"]), ("R3xSO3", ["R", "SO3"])])
-def test_free_body_flips_after_the_time_of_the_elliptic_integral(group: str, factors: list[str]) -> None:
-    changes = {"coordinates": "absolute", "outputs__omega": None}  # joints have no velocities there
-    model = eomgen.build(scene("free_spinning_body/scene", **changes, bodies__nut__group=group))
-    assert [factor.group for factor in model.factors] == factors
-    gaps = []
-    for step in (1e-3, 5e-4):
-        run = model.simulate(10.0, step)
-        spin = run.v[:, 1]
-        at = np.flatnonzero(np.diff(np.sign(spin)))
-        crossings = run.t[at] + step * spin[at] / (spin[at] - spin[at + 1])
-        gaps.append(abs(float(np.diff(crossings).mean()) - _half_period()))
-    assert gaps[0] < 3e-6
-    assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.2)
 
 
 TIP_OF_TEN_BALLS = anchor("chain_of_ten_balls").reference  # at 0.5 s, by MuJoCo at 25 us

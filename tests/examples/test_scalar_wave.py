@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +16,7 @@ from eomgen.codegen.targets.c.target import generate_files
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.symbolic.evaluate import evaluate
-from tests.examples.demos import run_demo
-from tests.models.scalar_wave import FOLDER, bar
+from tests.models.scalar_wave import bar
 
 Array = NDArray[np.float64]
 ELEMENTS = 200
@@ -169,20 +166,3 @@ def test_the_statements_of_its_c_do_not_grow_with_its_elements(mass: str, method
         return sum(text.count(";") for text in files.values())
 
     assert statements(2000) == statements(1000) < statements(20)
-
-
-@pytest.mark.long
-def test_the_demo_writes_tables_a_figure_and_c(tmp_path: Path) -> None:
-    said = run_demo(FOLDER.name, "--out", tmp_path)
-    with (tmp_path / "pulse.csv").open(encoding="utf-8", newline="") as stream:
-        (_, *solves), *rows = csv.reader(stream)
-    errors = {method: [float(x) for x in values] for method, *values in rows}
-    assert solves == [f"{number} solves" for number in TRAPEZOIDAL]
-    assert errors["trapezoidal"] == pytest.approx(list(TRAPEZOIDAL.values()), rel=0.01)
-    assert errors["lsrt2"] == pytest.approx(list(TWO_STAGES.values()), rel=0.01)
-    with (tmp_path / "shock.csv").open(encoding="utf-8", newline="") as stream:
-        _, *rows = csv.reader(stream)
-    found = {method: [float(x) for x in values] for method, *values in rows}
-    assert found["generalized_alpha 0.5"] == pytest.approx(SHOCKS["generalized_alpha"], rel=0.01)
-    assert "figure" in said and (tmp_path / "scalar_wave.png").stat().st_size > 20_000
-    assert (tmp_path / "c" / "pulse.h").is_file()

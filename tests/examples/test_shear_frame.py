@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from functools import cache
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import pytest
 
 import eomgen
 from tests.anchors import anchor
-from tests.examples.demos import run_demo
 
 FOLDER = Path(__file__).parents[2] / "examples" / "shear_frame_with_pendulum"
 #: q and v: DOP853 at a relative tolerance of 3e-14.
@@ -85,16 +83,3 @@ def test_small_explicit_steps_have_the_digits_of_the_stiff_frame() -> None:
     np.testing.assert_allclose(np.delete(ends(run), [0, 4]), np.delete(STIFF_AT_10, [0, 4]), rtol=0, atol=2e-9)
     stopped = frame().simulate(10.0, 1e-3, method="rk4", parameters=STIFF, error_estimate=False)
     assert not stopped.success and "rk4" not in stopped.message and "unstable at this step" in stopped.message
-
-
-@pytest.mark.long
-def test_the_demo_writes_its_table_and_its_figure(tmp_path: Path) -> None:
-    said = run_demo(FOLDER.name, "--out", tmp_path)
-    with (tmp_path / "errors.csv").open(encoding="utf-8", newline="") as stream:
-        (_, _, *steps), *rows = csv.reader(stream)
-    found = {(case, method): [float(x) for x in values] for case, method, *values in rows}
-    assert steps == ["0.04 s", "0.02 s", "0.01 s", "0.005 s", "0.0025 s", "0.00125 s"]
-    weak = found["weak", "rosenbrock"]
-    np.testing.assert_allclose(weak[:5], [5.6e-2, 1.8e-2, 4.6e-3, 1.1e-3, 2.9e-4], rtol=0.05)
-    assert np.all(np.isnan(found["stiff", "rk4"])) and said.count("stopped") == 6
-    assert (tmp_path / "shear_frame_with_pendulum.png").stat().st_size > 20_000

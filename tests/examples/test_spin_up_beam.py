@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from functools import cache
 from pathlib import Path
 
@@ -12,7 +11,6 @@ import pytest
 import eomgen
 from eomgen import Solution
 from tests.anchors import anchor
-from tests.examples.demos import run_demo
 from tests.models.library import scene
 from tests.oracles.exudyn_beams import spin_up
 from tests.oracles.spin_up_beam import SET_A, SET_B, simulate
@@ -50,21 +48,6 @@ def test_set_a_has_the_published_peak_and_vibration() -> None:
 def test_both_sets_follow_the_linear_equation(name: str, beam: object) -> None:
     exact = simulate(beam, 3).deflection(TIMES.tolist())  # type: ignore[arg-type]  # a Beam
     assert np.abs(tip_at(run_of(name), TIMES) - exact).max() < 2e-6
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("5")
-@pytest.mark.parametrize("modes", [1, 5])
-def test_any_number_of_modes_follows_the_linear_equation(modes: int) -> None:
-    tip = " + ".join(f"q.blade[{mode}]" for mode in range(modes)) if modes > 1 else "q.blade"
-    data = scene("spin_up_beam/scene", beams__blade__bending_y__modes=modes)
-    data["outputs"]["tip_deflection"]["formula"] = data["outputs"]["tip_deflection"]["formula"].replace(
-        "q.blade[0] + q.blade[1] + q.blade[2]", tip
-    )
-    run = eomgen.build(data).simulate(12.0, method="rk4")
-    times = TIMES[TIMES < 12.0]
-    exact = simulate(SET_A, modes, end=12.0).deflection(times.tolist())
-    assert np.abs(tip_at(run, times) - exact).max() < 1e-7
 
 
 @pytest.mark.slow
@@ -108,17 +91,3 @@ def test_our_geometrically_exact_beams_go_where_exudyns_are() -> None:
     theirs = spin_up(SET_A, 16, steps=7200).at(times)[:, 1]
     assert np.abs((4.0 * tips[1] - tips[0]) / 3.0 - theirs).max() < 4e-4
     assert np.abs(tips[1] - theirs).max() < 2e-3
-
-
-@pytest.mark.long
-def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
-    out = tmp_path / "demo out"
-    said = run_demo("spin_up_beam", "--out", out)
-    assert "set A, no stiffening" in said and "ran away" in said
-    assert (out / "spin_up_beam.png").read_bytes().startswith(b"\x89PNG")
-    assert (out / "c" / "spin_up_beam.c").stat().st_size > 3_000
-    with (out / "peaks.csv").open(encoding="utf-8") as stream:
-        rows = {row["run"]: row for row in csv.DictReader(stream)}
-    assert float(rows["set B"]["greatest_deflection_m"]) == pytest.approx(-0.53447, abs=1e-5)
-    saved = Solution.load(out / "with_stretch.npz").outputs["tip_deflection"]
-    assert float(rows["set A, with stretch"]["greatest_deflection_m"]) == pytest.approx(float(saved.min()))

@@ -11,7 +11,6 @@ from eomgen.fields import FieldPosterior
 from tests.fields.density import counted
 
 
-@pytest.mark.slow_cases("fftw")
 @pytest.mark.parametrize("transforms", ["scipy", "fftw"])
 def test_a_gradient_makes_no_arrays_but_those_of_its_transforms(transforms: str) -> None:
     made, truth = counted(16, 0.04)

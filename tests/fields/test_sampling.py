@@ -42,7 +42,6 @@ def check_identities(samples: Samples) -> None:
     assert abs(samples.mean_energy_error - 0.5 * float(errors.var())) <= within
 
 
-@pytest.mark.slow
 def test_a_linear_posterior_is_that_of_the_wiener_filter() -> None:
     """Normal errors about the field itself: mean and variance of every wave number are known."""
     mesh = Mesh((6, 5, 8), 40.0)
@@ -70,9 +69,7 @@ def test_a_linear_posterior_is_that_of_the_wiener_filter() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("method", "step"), [pytest.param("leapfrog", 0.25, marks=pytest.mark.slow), ("minimum_norm2", 0.9)]
-)
+@pytest.mark.parametrize(("method", "step"), [("leapfrog", 0.25), ("minimum_norm2", 0.9)])
 def test_energy_errors_of_counts_have_mean_weight_one(method: str, step: float) -> None:
     posterior, truth = counted(16, 0.04)
     samples = Sampler(posterior, method=method, step=step, start=[truth], seed=3).draw(150)
@@ -86,7 +83,6 @@ def test_few_samples_have_no_autocorrelation_time() -> None:
     assert autocorrelation_time(chains) > 0.0
 
 
-@pytest.mark.slow
 def test_a_warm_up_finds_the_step() -> None:
     posterior, _ = counted(16, 0.3)
     sampler = Sampler(posterior, method="leapfrog", start="zero", seed=1)
@@ -156,7 +152,6 @@ def test_gradients_that_are_kept_are_those_of_the_chain() -> None:
     assert prior.energy_and_gradient(truth, slope) == prior.energy(truth) and np.array_equal(slope, truth)
 
 
-@pytest.mark.slow
 def test_the_guard_holds_steps_below_what_is_stable() -> None:
     posterior, truth = counted(16, 1.0)
     sampler = Sampler(posterior, mass="prior", method="suzuki4", step=5.0, start=[truth], seed=1)
@@ -252,7 +247,6 @@ def test_starts_and_fields_that_are_not_there() -> None:
         Sampler(FieldPosterior(mesh, "0", {}), start="zero").draw(4)
 
 
-@pytest.mark.slow_cases("-3*s**2")
 @pytest.mark.parametrize("energy", ["-3*s**2", "-s**3"])
 def test_an_energy_without_a_lower_bound_is_told(energy: str) -> None:
     mesh = Mesh((4, 4), 1.0)

@@ -58,9 +58,7 @@ ORDERS = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in ("leapfrog", "suzuki4") else pytest.param(name, marks=pytest.mark.slow) for name in ORDERS]
-)
+@pytest.mark.parametrize("name", ORDERS)
 def test_energy_errors_have_the_order_of_the_method(name: str) -> None:
     order, step, within = ORDERS[name]
     assert math.log2(rms(name, step, 8) / rms(name, step / 2, 8)) == pytest.approx(order, abs=within)
@@ -128,8 +126,6 @@ def first_error(cells: int, name: str, first: Literal["drift", "kick"], trajecto
     return float(np.mean(errors)) / (cells**3 * step**method.order)
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "first"), KAPPA)
 def test_barriers_are_those_of_the_dossier(name: str, first: Literal["drift", "kick"]) -> None:
     kappa, within = KAPPA[name, first]

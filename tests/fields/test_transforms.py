@@ -41,10 +41,7 @@ def three_fields(cells: tuple[int, ...]) -> FieldPosterior:
 
 
 @pytest.mark.long_except("fftw-single-cells0", "fftw-single-cells1", "scipy-single-cells0", "fftw-single-cells2")
-@pytest.mark.slow_cases("scipy-single-cells0", "fftw-double-cells0", "fftw-single-cells0")
-@pytest.mark.parametrize(
-    "cells", [(4, 6, 5), *(pytest.param(cells, marks=pytest.mark.slow) for cells in ((7,), (6, 5), (8, 8, 8)))]
-)
+@pytest.mark.parametrize("cells", [(4, 6, 5), (7,), (6, 5), (8, 8, 8)])
 @pytest.mark.parametrize(("transforms", "precision"), KINDS)
 def test_what_a_posterior_gives_is_the_same(transforms: str, precision: str, cells: tuple[int, ...]) -> None:
     by_scipy = three_fields(cells)
@@ -72,8 +69,8 @@ def test_what_a_posterior_gives_is_the_same(transforms: str, precision: str, cel
     assert made.mode().energy == pytest.approx(by_scipy.mode().energy, rel=1e-12)
 
 
-@pytest.mark.parametrize("cells", [(4, 6, 5), pytest.param((8, 8, 8), marks=pytest.mark.slow)])
-@pytest.mark.parametrize("precision", [pytest.param("double", marks=pytest.mark.slow), "single"])
+@pytest.mark.parametrize("cells", [(4, 6, 5), (8, 8, 8)])
+@pytest.mark.parametrize("precision", ["double", "single"])
 def test_columns_of_large_meshes_go_through_an_array_of_their_own(
     precision: str, cells: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,7 +78,6 @@ def test_columns_of_large_meshes_go_through_an_array_of_their_own(
     test_what_a_posterior_gives_is_the_same("fftw", precision, cells)
 
 
-@pytest.mark.slow_cases("scipy-single")
 @pytest.mark.parametrize(("transforms", "precision"), KINDS)
 def test_trajectories_go_back_and_samples_come_again(transforms: str, precision: str) -> None:
     """The errors of energies are those of doubles, and rounding of gradients does not turn a way back aside."""
@@ -120,7 +116,6 @@ def test_threads_get_the_same_parts_of_each_array(monkeypatch: pytest.MonkeyPatc
             assert np.array_equal(np.concatenate([arrays[number].ravel() for arrays in parts]), whole.ravel())
 
 
-@pytest.mark.slow_cases("single")
 @pytest.mark.long_except("single")
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_threads_that_share_arrays_give_the_same_bits(precision: str, monkeypatch: pytest.MonkeyPatch) -> None:

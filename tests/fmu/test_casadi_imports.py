@@ -12,7 +12,6 @@ import casadi as ca
 import numpy as np
 import pytest
 
-import eomgen
 from eomgen.products.fmu.archive import packed
 from eomgen.products.fmu.export import fmu_files
 
@@ -50,19 +49,3 @@ def test_rates_and_jacobians_are_those_of_the_model(builder: Any, rng: np.random
         point = np.concatenate([rng.normal(size=5), rng.uniform(0.5, 2.0, 3)])
         for found, own in zip(made[0](point), made[1](point), strict=True):
             assert np.max(np.abs(np.array(found) - np.array(own))) <= 1e-12 * np.max(np.abs(np.array(own)))
-
-
-@pytest.mark.slow
-def test_the_optimum_is_that_of_the_exported_functions(builder: Any) -> None:
-    rate, p = rate_of(builder), eomgen.build(DEMO["SCENE"], profile="quick").parameter_array()
-    x, u, parameters, h = ca.MX.sym("x", 4), ca.MX.sym("u"), ca.MX.sym("p", 3), ca.MX.sym("h")
-    k1 = rate(x, u, parameters)
-    k2 = rate(x + h / 2 * k1, u, parameters)
-    k3 = rate(x + h / 2 * k2, u, parameters)
-    k4 = rate(x + h * k3, u, parameters)
-    step = ca.Function("step", [x, u, parameters, h], [x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)])
-    own = DEMO["swing_up"](eomgen.casadi(DEMO["SCENE"], profile="quick")["step"], p)
-    imported = DEMO["swing_up"](step, p, exact=False)
-    assert own.success and imported.success
-    assert imported.cost == pytest.approx(own.cost, rel=1e-8)
-    assert imported.x[-1] == pytest.approx(DEMO["END"], abs=1e-8)

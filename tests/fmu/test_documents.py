@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from eomgen.products.fmu.export import fmu_files
-from tests.browser.chromium import MISSING, Browser, chromium
 from tests.fmu.test_calls import ranged_ball
 from tests.models.library import scene
 
@@ -47,18 +46,6 @@ def test_multipliers_and_drifts_have_units() -> None:
     assert [cells(page, f"dae.{name}")[3] for name in names] == ["N", "N m", "m/s^2", "m", "m/s"]
     for sentence in ("There are 2 constraint equations", "(index 1)", "the log (logStatusWarning) has each value"):
         assert sentence in page
-
-
-@pytest.mark.long
-@pytest.mark.skipif(chromium() is None, reason=MISSING)
-def test_the_page_fits_a_narrow_window(tmp_path: Path) -> None:
-    command = chromium()
-    assert command is not None
-    page = tmp_path / "index.html"
-    wide = "<script>document.title = `wide ${document.documentElement.scrollWidth <= innerWidth}`</script></body>"
-    page.write_text(page_of(ranged_ball()).replace("</body>", wide), encoding="utf-8")
-    for width in (1280, 500):
-        assert "<title>wide true</title>" in Browser(command, width).document(page)
 
 
 @pytest.mark.long

@@ -49,7 +49,6 @@ def expected(changes: dict[str, float]) -> dict[str, float]:
     return {"m": m, "period": period, "w": w, "k": k, "amplitude": amplitude, "unused": changes.get("unused", 1 / 3)}
 
 
-@pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("seed", range(12))
 def test_a_run_with_other_parameters_is_the_motion_of_these(seed: int) -> None:
     """Against the closed form, whichever parameters are given, derived ones too, and whichever part of the start."""
@@ -118,7 +117,7 @@ def test_the_c_says_what_does_not_follow_there(tmp_path: Path) -> None:
     [
         ("omf5", "there is no method 'omf5' of Hamiltonian systems; try: omf4"),
         ("", 'the method has no name; try: method = "omf4", or no key'),
-        pytest.param("yoshida14", "there is no recursion of leapfrogs of order 14 with 1", marks=pytest.mark.slow),
+        ("yoshida14", "there is no recursion of leapfrogs of order 14 with 1"),
     ],
 )
 def test_a_method_of_a_file_is_named_with_its_line(

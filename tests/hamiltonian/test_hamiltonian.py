@@ -88,7 +88,6 @@ def _by_sympy(data: dict[str, Any]) -> tuple[sympy.Expr, list[sympy.Symbol], dic
     return energy, [sympy.Symbol(name) for name in names], {sympy.Symbol(key): item for key, item in values.items()}
 
 
-@pytest.mark.slow_cases("henon_heiles")
 @pytest.mark.parametrize("data", [HENON_HEILES, SWINGING], ids=lambda data: data["name"])
 def test_energy_gradient_and_hessian_products_are_those_of_sympy(data: dict[str, Any]) -> None:
     compiled = model(data["name"])
@@ -130,7 +129,6 @@ def reference(compiled: HamiltonianModel, t_end: float) -> Array:
     return np.asarray(solve_ivp(rate, (0, t_end), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1])
 
 
-@pytest.mark.slow_except("henon_heiles-omf4-kick-4-0.2", "swinging-suzuki4-drift-4-0.04")
 @pytest.mark.parametrize(
     ("name", "method", "first", "order", "step"),
     [
@@ -177,7 +175,6 @@ def test_a_run_says_energies_outputs_and_what_it_cost() -> None:
     assert swinging.p[0, 1] == 0.5  # a formula of parameters
 
 
-@pytest.mark.slow
 def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     document = hamiltonian_from_data(BODIES)
     assert [item.name for item in document.parameters] == ["m0", "m1", "m2"]
@@ -190,7 +187,6 @@ def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     np.testing.assert_allclose(momentum, momentum[0], atol=1e-14)
 
 
-@pytest.mark.slow
 def test_a_long_chain_is_a_loop() -> None:
     """A thousand cells with cubic springs: the functions are as long as those of a few, and sum up as NumPy does."""
     cells = 1000
@@ -334,7 +330,6 @@ def test_numbers_of_the_command_line_have_the_unit_of_their_label() -> None:
         _numbers("--set", ["w=2 N/m"], items)
 
 
-@pytest.mark.slow
 def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     names = {file.name for file in eomgen.generate(HENON_HEILES, folder, method="suzuki4")}  # type: ignore[arg-type]
@@ -345,7 +340,6 @@ def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     np.testing.assert_allclose(rows[:, 5], run.energy["total"], rtol=1e-13)
 
 
-@pytest.mark.slow
 def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "system.toml"
     file.write_text(
@@ -368,7 +362,6 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert json.loads(capsys.readouterr().out)["tolerance"] == 1e-6
 
 
-@pytest.mark.slow
 def test_python_takes_such_files_by_the_same_verbs(tmp_path: Path) -> None:
     document: Any = eomgen.load(HENON_HEILES)  # type: ignore[arg-type]
     assert document.separable and document.momenta[0].name == "p_x"
@@ -414,7 +407,6 @@ WRITTEN: dict[str, Any] = {
 }
 
 
-@pytest.mark.slow
 def test_a_definition_is_evaluated_once_under_its_name_in_the_c() -> None:
     """A definition of coordinates and momenta is split, so that H stays separable, and equal formulas have the same
     bits."""

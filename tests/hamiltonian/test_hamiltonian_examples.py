@@ -29,7 +29,6 @@ def model(name: str) -> Any:
     return eomgen.build(SYSTEMS[name])
 
 
-@pytest.mark.slow
 def test_the_star_moves_by_its_equations() -> None:
     def rate(_: float, state: Array) -> list[float]:
         y, x, p_y, p_x = state
@@ -42,7 +41,6 @@ def test_the_star_moves_by_its_equations() -> None:
     assert run.energy["total"][0] == pytest.approx(1 / 8, rel=1e-15)
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases(
     "henon_heiles-kahan_li8-0.1-10000000-1.8e-13", "outer_solar_system-leapfrog-200.0-10000000-0.0013"
 )
@@ -91,7 +89,6 @@ def _newton(days: float) -> Array:
     return np.asarray(found.reshape(2, 6, 3)[0])
 
 
-@pytest.mark.slow
 def test_the_planets_move_by_newtons_equations() -> None:
     run = model("outer_solar_system").simulate(
         20_000.0, 10.0, method="yoshida6", record_every=100, error_estimate=False
@@ -108,7 +105,6 @@ def test_what_the_planets_conserve() -> None:
     assert np.abs(linear - linear[0]).max() < 1e-18  # of masses of 1e-3 at 5e-3 au a day
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_commands_of_the_readme_run(name: str, tmp_path: Path) -> None:
     assert main(["simulate", str(SYSTEMS[name]), "--out", str(tmp_path), "--no-plots"]) == 0

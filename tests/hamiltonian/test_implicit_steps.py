@@ -100,7 +100,6 @@ def test_steps_of_any_size_solve_their_equations(step: float) -> None:
     assert (run.stats["products"] > 0) == (step > 1)
 
 
-@pytest.mark.slow
 def test_newton_takes_what_iteration_does_not() -> None:
     """Where steps are too long to iterate, each still solves z1 - z0 = h J dH((z0 + z1)/2)."""
     initial = {"a": 0.3, "b": -0.1}
@@ -168,7 +167,6 @@ def test_energy_errors_are_bounded_over_many_steps(method: str, step: float, ste
     assert error[len(error) // 2 :].max() < 1.5 * error[: len(error) // 2].max()
 
 
-@pytest.mark.slow
 def test_a_run_is_interrupted_within_a_row_and_keeps_the_state_there() -> None:
     oscillator: Any = eomgen.build(OSCILLATOR, profile="quick")
 

@@ -73,9 +73,7 @@ def test_a_singularity_stops_steps() -> None:
     assert math.sqrt(x * (1 - x) / 2) + math.acos(math.sqrt(x)) / math.sqrt(2) == pytest.approx(1.1, abs=1e-8)
 
 
-@pytest.mark.parametrize(
-    "method", ["rk45", *(pytest.param(name, marks=pytest.mark.slow) for name in ("rk4", "gauss6"))]
-)
+@pytest.mark.parametrize("method", ["rk45", "rk4", "gauss6"])
 def test_the_folder_of_c_has_them(method: str, tmp_path: Path) -> None:
     data: Any = {**PENDULUM, "simulation": {"duration": 1.0, "step": 0.1, "tolerance": 1e-9, "method": "rk45"}}
     folder = tmp_path / method

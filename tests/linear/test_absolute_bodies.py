@@ -88,7 +88,6 @@ def check_equal(joint: Linearization, absolute: Linearization) -> None:
             assert relative_error(first.ravel()[np.newaxis], second.ravel()[np.newaxis], floor=1e-9) <= 1e-9, name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 5, 9])
 def test_any_tree_about_any_motion(seed: int, rng: np.random.Generator) -> None:
     """All joint types, forces, springs, formulas of joint coordinates and outputs, about states that move and
@@ -97,7 +96,7 @@ def test_any_tree_about_any_motion(seed: int, rng: np.random.Generator) -> None:
     check_equal(*both(with_base(scene, seed) if seed % 2 else scene, rng))
 
 
-@pytest.mark.slow
+@pytest.mark.slow_cases("rolling-False", "cylindrical-True")
 @pytest.mark.parametrize("kind, driven", [("cylindrical", True), ("rolling", False)])
 def test_loops_leave_the_same_coordinates_independent(kind: str, driven: bool, rng: np.random.Generator) -> None:
     """What a loop leaves of the joints' coordinates, rolling included, which leaves fewer velocities."""

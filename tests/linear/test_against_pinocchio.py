@@ -16,14 +16,12 @@ ROBOTS = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("solo12")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_state_matrix(name: str, rng: np.random.Generator) -> None:
     path, root, lock = ROBOTS[name]
     scene = eomgen.load(robot_file(path), root=root, lock=lock)
     model = eomgen.build(
-        scene, terms=["linearization", "forward_dynamics", "mass", "residual", "partials"], profile="quick"
+        scene, terms=["linearization", "forward_dynamics", "mass", "residual", "partials"], profile="instant"
     )
     oracle = oracle_from_urdf(robot_file(path), scene, root, lock)
     # numbers in a URDF

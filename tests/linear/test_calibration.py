@@ -59,7 +59,7 @@ CART = scene_of(
 
 
 def model_of(data: dict[str, Any], **options: Any) -> eomgen.Model:
-    return eomgen.build(data, profile="quick", **options)
+    return eomgen.build(data, profile="instant", **options)
 
 
 def optimal(M: Any, C: Any, K: Any, position: list[float], velocity: list[float], effort: float) -> Regulator:
@@ -87,7 +87,6 @@ def cart() -> eomgen.Model:
     return model_of(CART)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("weights", "digits"),
     [
@@ -105,7 +104,6 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
         assert abs(value - float(printed)) <= 0.5 * 10.0 ** -len(printed.partition(".")[2]), (signal, value)
 
 
-@pytest.mark.slow
 def test_gains_are_those_of_the_plant_by_hand_for_any_parameters(cart: eomgen.Model) -> None:
     assert {name: cart.parameters[name] for name in gains_of(0.6)} == pytest.approx(gains_of(0.6), rel=1e-9)
     found = cart.calibrate(parameters={"length": 1.1})
@@ -136,7 +134,6 @@ def row_data(asked: dict[str, Any]) -> dict[str, Any]:
     )
 
 
-@pytest.mark.slow
 def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     feedback = {"type": "state_feedback", "coordinates": ["one", "two"]}
     weights = {"method": "lqr", "velocity_weights": {"one": 30}, "effort_weights": 0.1}
@@ -159,7 +156,6 @@ def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     np.testing.assert_allclose(gains("later"), np.split(later[0, [1, 0, 3, 2]], 2), rtol=1e-8, atol=1e-8)
 
 
-@pytest.mark.slow
 def test_references_are_where_the_controller_rests() -> None:
     """A hanging load: the spring is stretched, and the controller gives nothing there."""
     model = model_of(
@@ -181,35 +177,6 @@ def test_references_are_where_the_controller_rests() -> None:
     assert np.abs(run.outputs["hold"]).max() < 1e-9 and np.abs(run.q - sag).max() < 1e-9
 
 
-@pytest.mark.slow
-def test_constraints_are_projected_out() -> None:
-    """A parallelogram of two pendulums and a rod moves as one pendulum: gains on one of the angles."""
-    links = {"left": (2, 0.1), "right": (3, 0.2)}
-    rod = {"mass": 0, "center_of_mass": [0, 0, -0.5]}
-    model = model_of(
-        scene_of(
-            {"left": hinge("left", damping=0.4), "right": hinge("right", position=[1, 0, 0])},
-            {"coordinates": ["left"]},
-            {
-                "method": "lqr",
-                "effort_weights": 0.01,
-                "position_weights": {"right": 50},
-                "velocity_weights": {"left": 2},
-            },
-            gravity=[0, 0, -9.81],
-            bodies={name: {**rod, "mass": mass, "inertia": [inertia] * 3} for name, (mass, inertia) in links.items()},
-            points={point: {"body": body, "position": [0, 0, -1]} for point, body in (("a", "left"), ("b", "right"))},
-            constraints={"rod": {"type": "distance", "first": "a", "second": "b", "length": 1}},
-            efforts={"hold": {"joint": "left", "effort": "hold"}},
-        )
-    )
-    J = 0.1 + 0.2 + 5 * 0.25
-    position, velocity = optimal([[J]], [[0.4]], [[5 * 9.81 * 0.5]], [50.0], [2.0], 0.01).gains[0]
-    assert model.parameters["hold_position_gain_left"] == pytest.approx(position, rel=1e-8)
-    assert model.parameters["hold_velocity_gain_left"] == pytest.approx(velocity, rel=1e-8)
-
-
-@pytest.mark.slow
 def test_a_steady_motion_may_be_where_it_is_calibrated() -> None:
     """A governor's arm that turns at constant speed: at = "initial", with the rate of turning among the signals."""
 
@@ -247,7 +214,6 @@ def mast(modes: list[int]) -> eomgen.Model:
     )
 
 
-@pytest.mark.slow
 def test_a_mode_that_is_left_without_damping_is_named() -> None:
     """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its
     coordinate."""
@@ -260,7 +226,6 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
         mast([1, 2])
 
 
-@pytest.mark.slow
 def test_internal_states_are_part_of_what_is_fed_back() -> None:
     """A cart behind a motor with a lag: gains of the whole state from the Hamiltonian matrix, by hand."""
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import eomgen
@@ -109,7 +108,6 @@ HARDWARE: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.parametrize(
     ("kind", "delay", "estimated"),
@@ -130,7 +128,7 @@ def test_the_written_scene_moves_as_the_sampled_loop(
         given = {
             key: {"x" if name == "place" else name: of for name, of in row.items()} for key, row in hardware.items()
         }
-    model = eomgen.build(with_controller(cart(), law, **given), profile="quick")
+    model = eomgen.build(with_controller(cart(), law, **given), profile="instant")
     rows, fine = 60, 40
     run = model.simulate(rows * PERIOD, PERIOD / fine, method="rk4", error_estimate=False)
     expected = by_hand(law, hardware, rows, fine)
@@ -140,33 +138,11 @@ def test_the_written_scene_moves_as_the_sampled_loop(
         lower, upper = hardware["limits"]["push"]
         assert command.min() >= lower and command.max() <= upper
         assert np.sum(np.isclose(command, lower, atol=0.03) | np.isclose(command, upper, atol=0.03)) >= fine
-    plain = eomgen.build(with_controller(cart(), law), profile="quick")
+    plain = eomgen.build(with_controller(cart(), law), profile="instant")
     free = plain.simulate(rows * PERIOD, PERIOD / fine, method="rk4", error_estimate=False)
     assert np.max(np.abs(free.q - run.q)) > 1e-5  # the hardware is felt
 
 
-@pytest.mark.slow
-def test_limits_of_a_continuous_law_are_limits_of_the_observer_too(plant: StateSpace) -> None:
-    regulator = lqr(plant, {"place": 4000.0}, {"push": 0.01})
-    observer = kalman(plant, {"push": 5.0}, {"place": 1e-4})
-    limits = {"push": (1.5, 3.8), "place": (-0.05, 0.05)}
-    model = eomgen.build(with_controller(cart(), OutputFeedback(regulator, observer), limits=limits), profile="quick")
-    assert "push_gain_estimate_x" in model.parameters
-    run = model.simulate(0.6, 1e-4, method="rk4", error_estimate=False)
-    K, L = regulator.gains[0], observer.gains[:, 0]
-
-    def rate(_: float, s: Array) -> Array:
-        command = np.clip(LOAD - K @ s[2:], *limits["push"])
-        of_estimate = plant.A @ s[2:] + plant.B[:, 0] * (command - LOAD) + L * (np.clip(s[0], -0.05, 0.05) - s[2])
-        return np.array([s[1], (command - LOAD - STIFFNESS * s[0]) / MASS, *of_estimate])
-
-    expected = solve_ivp(rate, (0.0, 0.6), [*START, 0.0, 0.0], "LSODA", run.t, rtol=1e-10, atol=1e-12)
-    np.testing.assert_allclose(run.q[:, 0], expected.y[0], rtol=0, atol=1e-7)
-    of_state = with_controller(cart(), regulator, limits={"push": (1.5, None)})["controllers"]["push"]
-    assert of_state["minimum"] == 1.5 and "maximum" not in of_state
-
-
-@pytest.mark.slow_cases("hardware0-limits: 'pusch' is neither an input of the law nor a signal")
 @pytest.mark.parametrize(
     ("hardware", "message"),
     [

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import eomgen
 from eomgen.control import OutputFeedback, kalman, lqr
@@ -13,7 +12,6 @@ from tests.codegen.test_controller_alone import answers, compiled
 from tests.models.library import scene
 
 
-@pytest.mark.slow
 def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
     data = scene(
         "oscillator",
@@ -24,14 +22,14 @@ def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_
         outputs={"place": {"formula": "q.slide + 0.02 * sin(q.slide)", "unit": "m"}},
         simulation=None,
     )
-    space = eomgen.build(data, profile="quick").linearize(at="initial", initial={"slide": 0.0}).state_space()
+    space = eomgen.build(data, profile="instant").linearize(at="initial", initial={"slide": 0.0}).state_space()
     law = OutputFeedback(
         lqr(space, {"place": 400.0}, {"push": 0.1}, sample="10 ms", delay="5 ms"),
         kalman(space, {"push": 0.1}, {"place": 1e-6}, sample="10 ms", delay="5 ms"),
     )
     closed = eomgen.with_controller(data, law)
     eomgen.generate(closed, tmp_path / "c", only="controller")
-    run = eomgen.build(closed, profile="quick").simulate(0.5, 2.5e-3, method="rk4")
+    run = eomgen.build(closed, profile="instant").simulate(0.5, 2.5e-3, method="rk4")
     calls = slice(0, -2, 2)  # each 5 ms
     held = answers(compiled(tmp_path / "c"), run.outputs["place"][calls, None])
     names = [state.name for state in eomgen.load(closed).states]

@@ -46,10 +46,9 @@ def mathieu() -> eomgen.Model:
         builder.parameter(name, value, tunable=True)
     builder.joint("x", "prismatic", "base", "mass", axis=[1, 0, 0])
     builder.effort("spring", "x", "-(d + 2 * e * cos(2 * t)) * q.x - c * v.x")
-    return eomgen.build(builder.build(), profile="quick")
+    return eomgen.build(builder.build(), profile="instant")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.2, 0.7])
 def test_the_equation_of_mathieu_is_unstable_between_its_characteristic_values(mathieu: eomgen.Model, e: float) -> None:
     low, high = sorted((float(mathieu_b(1, e)), float(mathieu_a(1, e))))
@@ -79,10 +78,9 @@ def pendulum(coordinates: str) -> eomgen.Model:
     pivot = {"position": ["0.2 * sin(2 * t)", "0", "0.1 * cos(4 * t)"]}
     hinge = {"joints__hinge__damping": 0.4, "joints__hinge__initial": {"position": 0.3}}
     data = scene("pendulum", coordinates=coordinates, bodies__rod=rod, base=pivot, outputs=None, **hinge)
-    return eomgen.build(data, profile="quick")
+    return eomgen.build(data, profile="instant")
 
 
-@pytest.mark.slow
 def test_a_periodic_motion_is_found_and_its_multipliers_are_differences_of_runs() -> None:
     model, h = pendulum("joint"), 1e-5
     result = model.floquet(math.pi, tolerance=1e-9)
@@ -131,7 +129,6 @@ def sliding(axis: list[int], gravity: float = 0.0, **joint: Any) -> eomgen.Scene
 SWINGING, OFF = {"stiffness": 39.47841760435743, "initial": {"position": 0.1}}, {"initial": {"position": 2.0}}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("builder", "text"),
     [
@@ -143,7 +140,7 @@ SWINGING, OFF = {"stiffness": 39.47841760435743, "initial": {"position": 0.1}}, 
 )
 def test_motions_that_do_not_return_are_refused(builder: eomgen.SceneBuilder, text: str) -> None:
     with pytest.raises((ModelError, NumericalError), match=text):
-        eomgen.build(builder.build(), profile="quick").floquet(1.0)
+        eomgen.build(builder.build(), profile="instant").floquet(1.0)
 
 
 def test_a_picture_names_the_model_and_the_frequencies_of_pairs() -> None:

@@ -23,7 +23,7 @@ def slender(elements: int, **more: Any) -> Model:
     stiffness |= dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e6)
     scene = beam_scene(elements, {}, {"stiffness": stiffness, "rotary_inertia": [1e-3, 1e-3, 1e-3]})
     del scene["forces"]
-    return eomgen.build({**scene, **more}, profile="quick")
+    return eomgen.build({**scene, **more}, profile="instant")
 
 
 def extrapolated(coarse: Array, fine: Array) -> Array:
@@ -31,7 +31,6 @@ def extrapolated(coarse: Array, fine: Array) -> Array:
     return result
 
 
-@pytest.mark.long
 def test_a_cantilever_has_its_published_frequencies_without_terms_by_hand() -> None:
     found = []
     for elements in (8, 16):
@@ -41,7 +40,6 @@ def test_a_cantilever_has_its_published_frequencies_without_terms_by_hand() -> N
     anchor("cantilever_frequencies").check(extrapolated(*found))
 
 
-@pytest.mark.long
 def test_outputs_of_a_beam_of_many_elements_are_linearized_with_it() -> None:
     """The place of the tip is that of the last node."""
     outputs = {
@@ -55,7 +53,7 @@ def test_outputs_of_a_beam_of_many_elements_are_linearized_with_it() -> None:
     assert np.abs(outputs_by_states[:3]).max() == pytest.approx(1.0, rel=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_constraints_leave_sparse_partials_as_they_are() -> None:
     """Clamped and pinned: tan x = tanh x has 3.92660 and 7.06858."""
     ends = {
@@ -66,7 +64,7 @@ def test_constraints_leave_sparse_partials_as_they_are() -> None:
     assert extrapolated(*found) == pytest.approx([3.92660**2, 7.06858**2], rel=2e-3)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_rotating_beam_has_its_published_frequencies() -> None:
     """Flapping, by the speed of the hub: Wright, Smith, Thresher and Wang, J. Appl. Mech. 49 (1982) 197, table 1.
 

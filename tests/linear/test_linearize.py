@@ -23,17 +23,17 @@ from tests.linear.test_neighbouring_motions import disc
 
 @pytest.fixture(scope="module")
 def driven() -> eomgen.Model:
-    return eomgen.build(motor(), profile="quick")
+    return eomgen.build(motor(), profile="instant")
 
 
 @pytest.fixture(scope="module")
 def crank() -> eomgen.Model:
-    return eomgen.build(slider_crank("joint"), profile="quick")
+    return eomgen.build(slider_crank("joint"), profile="instant")
 
 
 @pytest.fixture(scope="module")
 def rolling() -> eomgen.Model:
-    return eomgen.build(disc(), profile="quick")
+    return eomgen.build(disc(), profile="instant")
 
 
 def test_along_a_run(driven: eomgen.Model) -> None:
@@ -51,10 +51,9 @@ def test_along_a_run(driven: eomgen.Model) -> None:
     np.testing.assert_array_equal(again.linearize(0.3).K0, lin.K0)
 
 
-@pytest.mark.slow
 def test_default_is_the_initial_state_where_nothing_balances() -> None:
     builder = eomgen.SceneBuilder("falling").body("stone", 2.0, inertia=[0.1, 0.2, 0.25])
-    model = eomgen.build(builder.joint("flight", "free", "base", "stone").build(), profile="quick")
+    model = eomgen.build(builder.joint("flight", "free", "base", "stone").build(), profile="instant")
     lin = model.linearize()
     assert lin.reference.what == "initial state"
     np.testing.assert_allclose(lin.reference.a, [0, 0, 0, 0, 0, -9.81], atol=1e-14)
@@ -63,7 +62,6 @@ def test_default_is_the_initial_state_where_nothing_balances() -> None:
     assert model.linearize(at="initial").reference.what == "initial state"
 
 
-@pytest.mark.slow
 def test_an_equilibrium_beside_a_drive_that_turns_is_a_steady_motion() -> None:
     rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
     rotor.body("shaft", 1.0, inertia=[0.1, 0.1, 0.1])
@@ -93,12 +91,11 @@ def test_an_equilibrium_that_was_solved_is_not_solved_again(
             driven.linearize(**other)
 
 
-@pytest.mark.slow
 def test_a_base_is_held_at_an_equilibrium() -> None:
     """The shaking base acts as a disturbance: a hanging pendulum's response to it is that of the textbook."""
     builder = eomgen.SceneBuilder("shaken").base(position=["0.3 * sin(5 * t)", 0, 0])
     builder.body("bob", 2.0, center_of_mass=[0, 0, -0.7]).joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0])
-    model = eomgen.build(builder.build(), profile="quick")
+    model = eomgen.build(builder.build(), profile="instant")
     lin = model.linearize(t=0.3)
     np.testing.assert_allclose(lin.reference.q, [0.0], atol=1e-12)
     assert lin.names.disturbances == ("base.acceleration[0]", "base.acceleration[1]", "base.acceleration[2]")
@@ -138,7 +135,6 @@ CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
 ]
 
 
-@pytest.mark.slow_cases("constraints leave 3 velocities and 5 coordinates")
 @pytest.mark.parametrize("name, call, kind, text", CALLS, ids=[text[:48] for *_, text in CALLS])
 def test_messages(
     name: str, call: Callable[[eomgen.Model], Any], kind: type[Exception], text: str, request: pytest.FixtureRequest

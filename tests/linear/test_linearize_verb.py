@@ -63,18 +63,17 @@ def test_an_interrupted_search_tells_how_far_it_has_come(
     )
 
 
-@pytest.mark.slow
 def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
     words = ["--root-locus", "damper=100:6000:7:log", "--band", "0.5:20", "--response", "road:tyre_load"]
     words += ["--response", "road:body", "--ride", "body_acceleration", "--set", "skyhook=300", "--json"]
-    words += ["--out", str(folder)]
+    words += ["--out", str(folder), "--profile", "instant"]
     assert main(["linearize", QUARTER_CAR, "--t", "30", *words]) == 0
     data = json.loads(capsys.readouterr().out)
     files = ["modes.json", "modes.csv", "matrices.npz", "modes.png", "root_locus.csv", "root_locus.png"]
     files += ["responses.csv", "responses.png", "ride.csv", "spectra.csv", "spectra.png"]
     assert data["files"] == files and all((folder / name).is_file() for name in files)
-    model = eomgen.build(QUARTER_CAR)
+    model = eomgen.build(QUARTER_CAR, profile="instant")
     lin = model.linearize(t=30.0, parameters={"skyhook": 300.0})
     values = lin.modes().eigenvalues.tolist()
     assert [mode["eigenvalue"] for mode in data["modes"]] == [[value.real, value.imag] for value in values]
@@ -91,7 +90,6 @@ def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str
     np.testing.assert_allclose(responses[:, 3] + 1j * responses[:, 4], expected, rtol=1e-12)
 
 
-@pytest.mark.slow
 def test_about_a_steady_motion(top: str, capsys: pytest.CaptureFixture[str]) -> None:
     wanted = ["--at", "steady", "--velocity", "spin=80", "--coordinate", "nutation=0.6", "--json"]
     assert main(["linearize", top, *wanted]) == 0
@@ -102,7 +100,6 @@ def test_about_a_steady_motion(top: str, capsys: pytest.CaptureFixture[str]) -> 
     assert "neither stable nor unstable: 5 modes without decay or growth" in shown.err
 
 
-@pytest.mark.slow
 def test_about_the_initial_state_and_a_time_of_a_run(top: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["linearize", top, "--at", "initial"]) == 0
     shown = capsys.readouterr()
@@ -113,12 +110,11 @@ def test_about_the_initial_state_and_a_time_of_a_run(top: str, capsys: pytest.Ca
     assert (data["about"], data["t"]) == ("motion", 0.5)
 
 
-@pytest.mark.slow
 def test_roots_in_python_follow_an_equilibrium() -> None:
     """A mass on a spring that hangs at m g / k: the equilibrium moves with the stiffness."""
     builder = eomgen.SceneBuilder("hanging").parameter("stiffness", 100.0, tunable=True).body("m", 2.0)
     builder.joint("slide", "prismatic", "base", "m", axis=[0, 0, 1], stiffness="stiffness")
-    model = eomgen.build(builder.build(), profile="quick")
+    model = eomgen.build(builder.build(), profile="instant")
     locus = model.root_locus("stiffness", [50.0, 100.0, 200.0])
     np.testing.assert_allclose(
         np.abs(locus.eigenvalues), np.sqrt(np.array([[25.0], [50.0], [100.0]])) * [[1.0, 1.0]], rtol=1e-12
@@ -154,7 +150,6 @@ def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
-@pytest.mark.slow
 def test_a_campbell_diagram_of_a_tilting_disc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """I_d w^2 = k + I_p W w, forward with w positive: 2x at k / (4 I_d - 2 I_p), backward 1x at k / (I_d + I_p)."""
     path, folder = tmp_path / "rotor.toml", tmp_path / "out"
@@ -175,7 +170,7 @@ spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] 
         encoding="utf-8",
     )
     words = ["--campbell", "spin=10:300:3", "--orders", "1,2", "--whirl", "tilt_x:tilt_y", "--json"]
-    drawn = ["--modes", "3", "--speed-unit", "rpm", "--band", "1:40"]
+    drawn = ["--modes", "3", "--speed-unit", "rpm", "--band", "1:40", "--profile", "instant"]
     assert main(["linearize", str(path), "--out", str(folder), *words, *drawn]) == 0
     crossings = json.loads(capsys.readouterr().out)["campbell"]
     expected = [

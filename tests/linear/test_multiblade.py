@@ -68,7 +68,7 @@ def scene_of(count: int, *, wake: bool = False) -> dict[str, Any]:
 
 @cache
 def rotor(count: int = 3, *, wake: bool = False) -> eomgen.Model:
-    return eomgen.build(scene_of(count, wake=wake), profile="quick")
+    return eomgen.build(scene_of(count, wake=wake), profile="instant")
 
 
 def blades(count: int, name: str = "lag") -> tuple[str, ...]:
@@ -97,7 +97,6 @@ def distance(first: Any, second: Any) -> float:
     return float(np.max(off[linear_sum_assignment(off)]))
 
 
-@pytest.mark.slow_except("3-1.0")
 @pytest.mark.parametrize(("count", "speed"), [(3, 1.0), (3, 5.0), (4, 3.0), (5, 8.0)])
 def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: int, speed: float) -> None:
     lin = rotor(count).linearize(at="steady", parameters={"speed": speed}, multiblade={"shaft": blades(count)})
@@ -115,7 +114,6 @@ def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: in
     assert max(np.min(np.abs(eigenvalues - alone - 1j * shift)) for shift in shifts) < 1e-12
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("3-True-60.0")
 @pytest.mark.parametrize(("count", "wake", "along_y"), [(3, True, 60.0), (4, False, 90.0)])
 def test_the_multipliers_of_the_periodic_model_belong_to_the_eigenvalues(
@@ -150,7 +148,6 @@ def test_the_matrices_are_the_transformed_matrices_of_the_second_order() -> None
         np.testing.assert_allclose(getattr(later, name), getattr(lin, name), atol=1e-11)
 
 
-@pytest.mark.slow
 def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
     """Inputs of blades are cosine and sine inputs; by the equations of ``ground_resonance`` with moments."""
     model, given = rotor(wake=True), {"speed": 2.6}
@@ -172,7 +169,6 @@ def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
         assert x == pytest.approx(z if w > 0.0 else np.conj(z), abs=1e-13)
 
 
-@pytest.mark.slow
 def test_signals_of_single_blades_in_no_group_are_named() -> None:
     """Signals of the support and signals in groups are the same at all azimuths; a diagram needs no signals."""
     scene = scene_of(3)
@@ -180,7 +176,7 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
     scene["efforts"] = {f"pull_{k}": {"joint": f"lag_{k}", "effort": f"moment_{k}"} for k in (1, 2, 3)}
     scene["efforts"]["push"] = {"joint": "x", "effort": "push"}
     scene["outputs"] = {"tip_2": {"formula": "q.lag_2"}, "sway": {"formula": "q.x + 2 * q.y"}}
-    model, u = eomgen.build(scene, profile="quick"), dict.fromkeys(("push", *blades(3, "moment")), 0.0)
+    model, u = eomgen.build(scene, profile="instant"), dict.fromkeys(("push", *blades(3, "moment")), 0.0)
     text = (
         r"the output tip_2 and the inputs moment_1, moment_2, moment_3 in no group of multiblade hold at one azimuth of"
         r" shaft, since their rows of the linear model turn; try: equal signals of all blades as a group"
@@ -194,7 +190,6 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
         model.campbell("speed", [1.0, 1.5], u=u, multiblade={"shaft": [GROUP]})
 
 
-@pytest.mark.slow
 def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_whirl() -> None:
     model = rotor()
     diagram = model.campbell("speed", np.linspace(0.5, 4.0, 4), orders=(1,), multiblade={"shaft": [GROUP]})
@@ -222,31 +217,6 @@ def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_
         assert crossing.frequency == pytest.approx(crossing.order * crossing.speed, rel=1e-10)
     (axis,) = diagram.plot(Figure().subplots())
     assert {line.get_label() for line in axis.get_lines()} >= {"forward", "backward"}
-
-
-@pytest.mark.long
-def test_beams_stand_for_all_of_their_coordinates() -> None:
-    builder = eomgen.SceneBuilder("turbine", gravity=[0, 0, 0])
-    builder.body("tower", 8.0, inertia=[2.0, 2.0, 2.0]).body("hub", 1.0, inertia=[0.2, 0.1, 0.1])
-    builder.joint("tilt", "revolute", "base", "tower", axis=[0, 1, 0], stiffness=300.0, damping=0.5)
-    builder.joint("spin", "revolute", "tower", "hub", axis=[1, 0, 0], position=[0.4, 0, 1.0])
-    bending = {"modes": 1, "stiffness": 10.0, "damping_ratio": 0.02}
-    for k in range(3):
-        angle = 2.0 * math.pi * k / 3.0
-        along = {"bending_y": bending, "bending_z": {**bending, "stiffness": 25.0}}
-        builder.beam(f"blade_{k + 1}", 1.0, mass_per_length=1.0, **along)
-        turn = [([1, 0, 0], angle), ([0, 1, 0], -math.pi / 2.0)]
-        place = [0.0, -0.1 * math.sin(angle), 0.1 * math.cos(angle)]
-        builder.joint(f"root_{k + 1}", "fixed", "hub", f"blade_{k + 1}", position=place, rotation=turn)
-    model = eomgen.build(builder.build(), profile="quick")
-    motion = model.steady_motion({"spin": 4.0})
-    lin = model.linearize(at=motion, multiblade={"spin": blades(3, "blade")})
-    assert lin.coordinates[2:] == tuple(
-        f"blade.{kind}[{n}]" for kind in ("collective", "cosine", "sine") for n in (0, 1)
-    )
-    period = 2.0 * math.pi / 4.0
-    periodic = model.floquet(period, initial={"q": motion.q, "v": motion.v}, tolerance=1e-9)
-    assert distance(np.exp(np.linalg.eigvals(lin.state_space().A) * period), periodic.multipliers) < 1e-7
 
 
 def refusal(groups: Any, **given: Any) -> str:
@@ -282,7 +252,6 @@ def test_a_model_that_changes_with_the_azimuth_in_any_coordinates_is_refused() -
     assert "velocities of the initial state change, and multiblade coordinates need a steady motion; try: at=" in said
 
 
-@pytest.mark.slow
 def test_the_command_has_blades_by_rotor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

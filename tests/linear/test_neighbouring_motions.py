@@ -19,19 +19,6 @@ from tests.mechanics.test_linearization import drone
 Array = np.ndarray
 
 
-def slider_crank() -> eomgen.Scene:
-    """Return a crank and a rod in absolute coordinates whose end slides on a line, under gravity."""
-    builder = eomgen.SceneBuilder("crank", coordinates="absolute", gravity=[0, -9.81, 0])
-    builder.body("crank", 1.0, center_of_mass=[0.15, 0, 0], inertia=[0.002, 0.01, 0.01])
-    builder.body("rod", 0.8, center_of_mass=[0.4, 0, 0], inertia=[0.001, 0.05, 0.05], group="R3xSO3")
-    builder.joint("main", "revolute", "base", "crank", axis=[0, 0, 1], initial={"position": 0.7, "velocity": 3.0})
-    half = -0.5 * (0.7 + math.asin(0.3 * math.sin(0.7) / 0.8))
-    turned = {"position": [math.cos(half), 0, 0, math.sin(half)], "velocity": [0.4, 0, 0]}
-    builder.joint("pin", "spherical", "crank", "rod", position=[0.3, 0, 0], initial=turned)
-    builder.point("end", "rod", [0.8, 0, 0]).point("rail", "base", [0.0, 0.0, 0.0])
-    return builder.constraint("slide", "point_on_line", {"body": "base", "axis": [1, 0, 0]}, "end").build()
-
-
 def disc() -> eomgen.Scene:
     """Return a disc that rolls on the ground: three velocities are free, five coordinates."""
     builder = eomgen.SceneBuilder("disc")
@@ -101,16 +88,14 @@ def start_of(model: eomgen.Model, rng: np.random.Generator) -> Array:
 
 SCENES: dict[str, Callable[[], eomgen.Scene]] = {
     "drone on a cord": lambda: drone(looped=True),
-    "slider crank of absolute bodies": slider_crank,
     "rolling disc": disc,
 }
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("drone on a cord")
 @pytest.mark.parametrize("name", ["drone on a cord", "rolling disc"])
 def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
-    model = eomgen.build(SCENES[name](), profile="quick")
+    model = eomgen.build(SCENES[name](), profile="instant")
     start = start_of(model, rng)
     first = at(model, start, 0.0, ())
     independent = first.coordinates
@@ -147,19 +132,6 @@ def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
     assert np.max(np.abs(found - np.eye(size))) > 1e-2
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["drone on a cord", "slider crank of absolute bodies"])
-def test_the_rate_of_the_change_of_variables_is_by_differences(name: str, rng: np.random.Generator) -> None:
-    """With x' = y + W x: the rate of W along the reference turns the first order into the second."""
-    model = eomgen.build(SCENES[name](), profile="quick")
-    start = start_of(model, rng) if name.startswith("drone") else np.concatenate([model.initial_q, model.initial_v])
-    h = 2e-5
-    lin = at(model, start, 0.0, ())
-    before, after = (at(model, flow(model, start, np.array([0.0, t]))[-1], t, lin.coordinates) for t in (-h, h))
-    W_rate = (after.free.W - before.free.W) / (2.0 * h)
-    np.testing.assert_allclose(lin.free.W_rate, W_rate, rtol=0, atol=2e-6 * (1.0 + np.max(np.abs(W_rate))))
-
-
 def driven_arm() -> eomgen.Scene:
     """Return two links whose first is turned by a driver, with an input at the elbow; outputs of power and of
     acceleration."""
@@ -176,12 +148,11 @@ def driven_arm() -> eomgen.Scene:
     return builder.output("felt", formula=["acceleration.tip[0]", "acceleration.tip[2]"]).build()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone on a cord", "driven arm"])
 def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> None:
     """Accelerations and multipliers in outputs are those of the dynamics, in each state and for each input."""
     described = driven_arm() if name == "driven arm" else SCENES[name]()
-    model = eomgen.build(described, profile="quick")
+    model = eomgen.build(described, profile="instant")
     start = start_of(model, rng)
     lin = at(model, start, 0.0, ())
     space = lin.state_space()
@@ -210,14 +181,3 @@ def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> 
     assert np.max(np.abs(by_input)) > 0.1
     if name == "driven arm":
         assert np.max(np.abs(lin.partials.Ylam)) > 0.1
-
-
-@pytest.mark.slow
-def test_given_accelerations_have_their_multipliers() -> None:
-    model = eomgen.build(slider_crank(), profile="quick")
-    q, v = model.initial_q, model.initial_v
-    free = model.linearize(q, v)
-    same = model.linearize(q, v, free.reference.a)
-    np.testing.assert_allclose(same.reference.multipliers, free.reference.multipliers, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(same.K0, free.K0, rtol=0, atol=1e-12 * np.max(np.abs(free.K0)))
-    assert np.max(np.abs(free.reference.multipliers)) > 1.0

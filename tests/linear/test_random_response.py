@@ -76,7 +76,6 @@ def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov() -> None:
             lin.rms_on_white_noise_road(name, excitation)
 
 
-@pytest.mark.slow
 def test_integration_agrees_with_lyapunov_over_the_wheelbase() -> None:
     lin, wide = car(), AXLES.at(road=Road("C", band=(1e-6, 30.0)))
     side_by_side = RoadExcitation(wide.road, 15.0, {"front": 0.0, "rear": 0.0})
@@ -182,7 +181,7 @@ def test_parts_of_a_band_add_up() -> None:
 
 def test_published_values_of_the_quarter_car() -> None:
     """Those of the example's paper, whose road has no ends of its band: 1.41708 m/s^2, 11.9296 mm, 720.33 N."""
-    model = eomgen.build(EXAMPLES / "quarter_car" / "scene.toml", profile="quick")
+    model = eomgen.build(EXAMPLES / "quarter_car" / "scene.toml", profile="instant")
     lin = model.linearize(t=30.0)
     excitation = model.road_excitation(Road("C", band=(1e-7, 1e6)))
     for name, printed, digits in (

@@ -32,10 +32,10 @@ def blade(offset: int) -> eomgen.Model:
     builder.base(rotation=[([0, 0, 1], "rate * t")])
     builder.beam("blade", 1.0, mass_per_length=1.0, bending_y=bending, bending_z=bending)
     builder.joint("clamp", "fixed", "base", "blade", position=[offset, 0, 0])
-    return eomgen.build(builder.build(), profile="quick")
+    return eomgen.build(builder.build(), profile="instant")
 
 
-@pytest.mark.slow
+@pytest.mark.slow_cases("0-0-flap0-lag0", "2-1-flap3-lag3")
 @pytest.mark.parametrize("rate, offset, flap, lag", TABLE)
 def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tuple[float, float]) -> None:
     lin = blade(offset).linearize(parameters={"rate": float(rate)}, t=0.7)
@@ -48,11 +48,10 @@ def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tup
         anchor(case).check(nearest)
 
 
-@pytest.mark.slow
 def test_without_stiffening_the_lag_is_unstable_beyond_its_frequency() -> None:
     builder = eomgen.SceneBuilder("soft", gravity=[0, 0, 0]).base(rotation=[([0, 0, 1], "4 * t")])
     builder.beam("blade", 1.0, mass_per_length=1.0, bending_y={"modes": 2, "stiffness": 1.0}, stiffening=False)
-    model = eomgen.build(builder.joint("clamp", "fixed", "base", "blade").build(), profile="quick")
+    model = eomgen.build(builder.joint("clamp", "fixed", "base", "blade").build(), profile="instant")
     lin = model.linearize()
     np.testing.assert_allclose(lin.undamped_frequencies[0], -np.sqrt(4.0**2 - 3.516015**2), rtol=1e-5)
     assert lin.modes().stability == "unstable"

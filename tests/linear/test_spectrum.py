@@ -83,7 +83,6 @@ def test_a_sine_in_time_is_weighted_by_the_tabulated_factor(frequency: float) ->
     assert run.rms("seat") == pytest.approx(math.sqrt(9.81**2 + 2.0), rel=1e-3)
 
 
-@pytest.mark.slow_cases("Wk")
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 def test_the_filter_in_time_is_the_filter_over_frequency(weighting: str) -> None:
     """A smooth pulse: its weighted spectrum is the spectrum of the weighted signal; Fourier's sums are exact for it.

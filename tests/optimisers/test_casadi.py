@@ -43,7 +43,6 @@ def derivatives(function: Any, point: list[Array], weights: Array, *, sparse: bo
     return matrices if sparse else tuple(np.array(matrix) for matrix in matrices)
 
 
-@pytest.mark.slow_cases("inverse_dynamics")
 @pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics"])
 def test_values_and_derivatives_are_those_of_the_model(name: str, rng: np.random.Generator) -> None:
     function = functions()[name]

@@ -46,6 +46,7 @@ def turned(*, held: bool = False) -> Any:
     if held:
         tip = {"body": "dish", "position": [0.3, 0.1, 0.1]}
         builder.constraint("rod", "distance", {"body": "base", "position": [0.5, 0.0, 0.3]}, tip)
+        builder.state("lag", "4*(v.ball[1] - lag)").effort("late", "ball", "lag*cos(t)", index=0)
     return builder.build()
 
 

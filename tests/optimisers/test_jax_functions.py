@@ -50,8 +50,6 @@ def _state(model: Any) -> tuple[Any, Any, Any]:
     return q, random.normal(size=model.nv) * 0.5, random.normal(size=model.nv)
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_values_and_batches_have_the_bits_of_the_model(floating: Any) -> None:
     model, functions = floating
     q, v, a = _state(model)
@@ -89,8 +87,6 @@ def test_first_and_second_derivatives_along_curves_of_poses(floating: Any) -> No
         assert np.allclose(second, difference, rtol=0.0, atol=1e-8 * np.abs(difference).max())
 
 
-@pytest.mark.long
-@pytest.mark.slow
 def test_second_derivatives_through_a_scan_are_differences_of_gradients() -> None:
     """JAX drops the rules of ``custom_jvp`` in reverse derivatives of a scan."""
     functions = eomgen.jax(eomgen.build(PENDULUM))
@@ -107,7 +103,6 @@ def test_second_derivatives_through_a_scan_are_differences_of_gradients() -> Non
     np.testing.assert_allclose(jax.jit(jax.hessian(end))(point), differences, rtol=1e-7)
 
 
-@pytest.mark.slow
 def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EOMGEN_LANES", "now")
     monkeypatch.setenv("EOMGEN_THREADS", "2")
@@ -147,7 +142,6 @@ def test_mistakes_in_calls_are_named(floating: Any, call: Any, text: str) -> Non
         call(floating[1])
 
 
-@pytest.mark.slow
 def test_derivatives_of_higher_orders_are_refused() -> None:
     functions = eomgen.jax(eomgen.build(PENDULUM))
     third = jax.jacfwd(jax.hessian(lambda v: functions.forward_dynamics(np.ones(2), v).sum()))
@@ -184,33 +178,6 @@ def test_float32_is_refused(floating: Any) -> None:
         jax.config.update("jax_enable_x64", True)
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_gradient_of_a_run_is_the_adjoint_and_the_difference() -> None:
-    swing = eomgen.SceneBuilder("bob").parameter("length", 0.8, tunable=True).input("push", unit="N m")
-    swing.body("bob", 1.0, center_of_mass=[0, 0, "-length"], inertia=[0.01, 0.01, 0.01])
-    swing.joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": 0.5})
-    swing.effort("drive", "hinge", "push - 0.3 * v.hinge").output("angle", formula="q.hinge")
-    model = eomgen.build(swing.build())
-    functions, exact = eomgen.jax(model), {"rtol": 1e-16, "atol": 1e-18}
-
-    def total(length: Any, q: Any, v: Any, push: Any) -> Any:
-        given = {"parameters": {"length": length}, "inputs": {"push": push}, "settings": exact}
-        return (functions.simulate(1.0, 0.01, q=q, v=v, **given)["angle"] ** 2).sum()
-
-    point = (0.8, np.array([0.5]), np.array([0.1]), np.linspace(0.0, 0.3, 101))
-    gradient = jax.jit(jax.grad(total, argnums=(0, 1, 2, 3)))(*point)
-    for k, unit in enumerate((1.0, np.ones(1), np.ones(1), np.eye(101)[40])):
-        ahead, back = (
-            total(*(part + sign * 1e-5 * unit if k == n else part for n, part in enumerate(point))) for sign in (1, -1)
-        )
-        assert np.allclose(np.sum(gradient[k] * unit), (ahead - back) / 2e-5, rtol=1e-7, atol=1e-9)
-    initial = {"q": point[1], "v": point[2]}
-    found = model.sensitivities(1.0, 0.01, by=["length"], initial=initial, inputs={"push": point[3]}, settings=exact)
-    assert gradient[0] == found.gradient({"angle": 2.0 * found.outputs["angle"]})["length"]
-
-
-@pytest.mark.slow
 def test_gradient_through_a_loop_is_the_adjoint() -> None:
     model = eomgen.build("examples/four_bar/scene.toml")
     functions, start = eomgen.jax(model), model.simulate(1e-3, 1e-3, error_estimate=False)
@@ -223,7 +190,6 @@ def test_gradient_through_a_loop_is_the_adjoint() -> None:
 
 
 @pytest.mark.long_cases("linear")
-@pytest.mark.slow
 @pytest.mark.parametrize("force", ["-3*q.slide - v.slide", "2.0"], ids=["linear", "constant"])
 def test_derivatives_without_nonzeros_are_zeros(force: str) -> None:
     """Second derivatives of a linear oscillator, and first ones of a free fall."""

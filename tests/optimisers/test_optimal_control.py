@@ -42,7 +42,6 @@ def step_of(example: str) -> Any:
     return eomgen.casadi(demo(example)["SCENE"], profile="quick")["step"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("example", "parameters"), [("cart_pole_swing_up", 3), ("acrobot_swing_up", 4)])
 def test_swings_up_have_the_step_and_the_optimum_of_casadis_symbols(
     example: str, parameters: int, rng: np.random.Generator
@@ -93,26 +92,3 @@ def test_the_fastest_motion_of_panda_is_within_its_limits_and_is_that_of_the_ste
         state = np.concatenate([run.q[-1], run.v[-1]])
         assert state == pytest.approx(best.x[k + 1], abs=1e-6)
     assert state[:7] == pytest.approx(own_demo["END"], abs=1e-6)
-
-
-@pytest.mark.long
-def test_the_car_with_preview_has_the_step_and_the_optimum_of_casadis_symbols(rng: np.random.Generator) -> None:
-    own_demo = demo("vehicle_with_preview")
-    model = eomgen.build(own_demo["SCENE"], profile="quick", method="rk4")
-    step, native = eomgen.casadi(model, profile="quick")["step"], own_demo["native_step"]()
-    hold(step, native, (8, 4, 1), rng)
-    p = model.parameter_array()
-    best, other = (own_demo["driven"](function, p) for function in (step, native))
-    assert best.success and other.success
-    assert best.iterations == other.iterations
-    assert best.x == pytest.approx(other.x, abs=1e-7)
-    passive = own_demo["driven"](step, p, active=False)
-    assert best.heave < 0.1 * passive.heave and best.pitch < 0.1 * passive.pitch
-    assert best.x[39, 0] > 0.01  # before the front wheel reaches the bump at 0.4 s
-    h = float(passive.t[1])
-    heights, state, names = own_demo["road"](passive.t[:-1] + h / 2.0), np.zeros(8), ["road_front", "road_rear"]
-    for k, (front, rear) in enumerate(heights):
-        inputs = {"force_front": 0.0, "force_rear": 0.0, **dict(zip(names, (float(front), float(rear)), strict=True))}
-        run = model.simulate(h, h, method="rk4", initial={"q": state[:4], "v": state[4:]}, inputs=inputs)
-        state = np.concatenate([run.q[-1], run.v[-1]])
-        assert state == pytest.approx(passive.x[k + 1], abs=1e-8)

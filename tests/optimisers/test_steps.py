@@ -168,7 +168,6 @@ def along(function: Callable[[Array], Array], y: Array, step: float) -> Array:
     return np.stack(rows, axis=-1)
 
 
-@pytest.mark.slow
 @pytest.mark.long_except("spins-leapfrog", "sled-trapezoidal", "double_pendulum-newmark")
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random.Generator) -> None:
@@ -182,7 +181,6 @@ def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random
         assert np.max(np.abs(model.evaluate("constraint_velocity", q, v)["w"])) < 1e-11
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("hung-rattlie", "turning-rk4", "turning-trapezoidal", "hung-generalized_alpha", "ridge-hht")
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.random.Generator) -> None:
@@ -204,7 +202,6 @@ def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.
     assert np.max(np.abs(hessian - by_gradients)) < 2e-11 * np.max(np.abs(by_gradients))
 
 
-@pytest.mark.slow
 @pytest.mark.long_except("four_bar-rattlie", "spins-rk4")
 @pytest.mark.parametrize(
     ("scene", "method"), [("four_bar", "rattlie"), ("spins", "trapezoidal"), ("spins", "leapfrog"), ("spins", "rk4")]
@@ -227,7 +224,6 @@ def test_the_inverse_of_nonzeros() -> None:
     assert inverse_pattern(np.zeros((2, 2), bool)).all()
 
 
-@pytest.mark.slow
 def test_methods_without_such_steps_are_refused(tmp_path: Path) -> None:
     none = "steps of {} have no derivatives in C for scenes with {}; try: {}"
     loops = "constraints on positions"
@@ -264,7 +260,6 @@ def test_each_method_has_a_step_or_a_reason() -> None:
     assert said["rattlie"] == f"{no_step} for scenes with no constraints; try: rk4"
 
 
-@pytest.mark.slow
 def test_scenes_without_a_step_say_why(tmp_path: Path) -> None:
     builder = SceneBuilder("clocked").body("mass", 1.0).joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0])
     scene = builder.state("held", sample=0.01, formula="q.slide").effort("push", "slide", "-held").build()

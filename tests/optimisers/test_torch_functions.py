@@ -15,7 +15,6 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
-from eomgen.lie.product import update
 from eomgen.products.optimisers import torch_functions
 from tests.optimisers.test_jax_functions import PENDULUM, _state, floating_scene
 
@@ -140,23 +139,6 @@ def test_gradients_of_runs_are_adjoints(torch: Any, pendulum: Any) -> None:
 
     jacobian = torch.func.vmap(torch.func.jacrev(last))(batch)
     assert torch.equal(jacobian, torch.stack([torch.autograd.functional.jacobian(last, x) for x in batch]))
-
-
-@pytest.mark.long
-def test_gradient_in_a_quaternion_of_a_run_turns_the_body(torch: Any) -> None:
-    builder = floating_scene().point("tip", "arm", [0.6, 0, 0]).output("height", formula="position.tip[2]")
-    model = eomgen.build(builder.build(), profile="quick")
-    functions, (q, _, _) = eomgen.torch(model), _state(model)
-    direction, h = np.random.default_rng(5).normal(size=model.nv), 1e-6
-
-    def end(q: Any) -> Any:
-        return functions.simulate(0.1, 1e-3, q=q, of=["height"])["height"][-1]
-
-    x = torch.tensor(q, requires_grad=True)
-    end(x).backward()
-    ahead, back = (update(model.evaluator.factors, q, sign * h * direction) for sign in (1.0, -1.0))
-    difference = (end(torch.tensor(ahead)) - end(torch.tensor(back))) / (2.0 * h)
-    assert float(x.grad @ torch.tensor((ahead - back) / (2.0 * h))) == pytest.approx(float(difference), rel=1e-7)
 
 
 @pytest.mark.long

@@ -47,7 +47,6 @@ def values_at(parts: dict, state: dict) -> dict[str, np.ndarray]:
     }
 
 
-@pytest.mark.slow_except("pi_servo")
 @pytest.mark.long_cases("four_bar")
 @pytest.mark.parametrize("name", SCENES)
 def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
@@ -116,7 +115,6 @@ def test_documents_are_whole(name: str, tmp_path: Path) -> None:
         assert subprocess.run(words, cwd=tmp_path, capture_output=True, check=False).returncode == 0
 
 
-@pytest.mark.slow
 def test_long_expressions_are_named_and_broken() -> None:
     system, described = with_symbols(eomgen.load(EXAMPLES / "robot_arm" / "scene.toml"))
     parts = equations(system, described)

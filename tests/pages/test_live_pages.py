@@ -64,7 +64,6 @@ def numbers(texts: list[str]) -> np.ndarray:
 
 
 @pytest.mark.long_except("four_bar")
-@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_the_last_state_has_the_digits_of_pythons_run(name: str, tmp_path: Path) -> None:
     model, solution = run_of(name)
@@ -84,7 +83,6 @@ def test_the_last_state_has_the_digits_of_pythons_run(name: str, tmp_path: Path)
     np.testing.assert_allclose(numbers(told["poses"]), last, rtol=0.0, atol=2e-6)
 
 
-@pytest.mark.slow
 def test_a_changed_start_and_parameter_act_as_in_python_and_loops_stay_closed(tmp_path: Path) -> None:
     model, solution = run_of("four_bar")
     page = model.live(tmp_path / "page.html", solution=solution)
@@ -115,7 +113,6 @@ CART: dict[str, Any] = {
 SAMPLED = {"type": "sampled", "sample": "10 ms", "signals": {"place": "q.x"}, "unit": "N"}
 
 
-@pytest.mark.slow
 def test_texts_of_a_page_have_the_numbers_of_the_library_and_give_its_bits(tmp_path: Path) -> None:
     model = eomgen.build(oscillator(), profile="quick")
     builder, texts = Builder("quick", cache=Cache(tmp_path)), texts_with_numbers(model.library)
@@ -133,7 +130,6 @@ def test_texts_of_a_page_have_the_numbers_of_the_library_and_give_its_bits(tmp_p
         assert results[0] == results[1], function["name"]
 
 
-@pytest.mark.slow
 def test_a_page_has_no_functions_of_python(tmp_path: Path) -> None:
     efforts = {**CART["efforts"], "drive": {"joint": "x", "effort": "mine"}}
     model = eomgen.build({**CART, "controllers": {"mine": SAMPLED}, "efforts": efforts}, profile="quick")
@@ -146,7 +142,6 @@ def test_a_page_has_no_functions_of_python(tmp_path: Path) -> None:
     assert caught.value.exit_code == 4
 
 
-@pytest.mark.slow
 def test_inputs_that_are_functions_are_refused_and_a_name_that_is_none_of_a_page(tmp_path: Path) -> None:
     model = eomgen.build(CART, profile="quick")
     solution = model.simulate(0.01, 1e-3, inputs={"push": lambda t: t})
@@ -169,7 +164,6 @@ def test_ranges_of_sliders_keep_the_requirements_and_the_value() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.slow
 def test_the_vehicle_steps_faster_than_real_time(tmp_path: Path) -> None:
     model, solution = run_of("active_vehicle")
     told = in_node(model.live(tmp_path / "page.html", solution=solution), SCENES["active_vehicle"])
@@ -183,7 +177,6 @@ def test_the_help_of_live_shows_the_profile_that_pages_take() -> None:
     assert "or in the least time. [default: reproducible]" in text
 
 
-@pytest.mark.slow
 def test_pages_tell_the_error_of_an_internal_state() -> None:
     run = eomgen.build(oscillator(), profile="quick").simulate()
     assert run.error.worst is not None and run.error.worst.name.startswith("z.")

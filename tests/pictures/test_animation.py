@@ -37,7 +37,6 @@ def stored(data: dict) -> tuple[np.ndarray, np.ndarray]:
 # -- poses of solutions ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow_cases("absolute", "flyer")
 @pytest.mark.parametrize("make", [pendulum, flyer, absolute])
 def test_poses_are_the_models(make) -> None:
     model = make()
@@ -77,7 +76,6 @@ def test_parts_of_a_run_are_drawn_as_one(tmp_path: Path) -> None:
     np.testing.assert_array_equal(whole.poses["link"], model.pose("link", whole.q, whole.t))
 
 
-@pytest.mark.slow
 def test_poses_are_compiled_when_they_are_asked_for_and_kept_from_then_on(tmp_path: Path) -> None:
     """A solution that was stored without them says what to do."""
     run = eomgen.build(pendulum_scene(), terms=["forward_dynamics"], profile="quick").simulate(0.1, 1e-2, method="rk4")
@@ -128,7 +126,6 @@ def inertia_of(solid: dict, mass: float, rng: np.random.Generator) -> np.ndarray
     return mass * (np.eye(3) * np.mean(np.sum(points**2, axis=1)) - points.T @ points / len(points))
 
 
-@pytest.mark.slow_except("cylinder-moments2")
 @pytest.mark.parametrize(
     ("kind", "moments"),
     [
@@ -259,7 +256,6 @@ def whole_numbers(text: str) -> np.ndarray:
     return np.frombuffer(base64.b64decode(text), "<u2").astype(int)
 
 
-@pytest.mark.slow
 def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
     builder = eomgen.SceneBuilder("cart")
     builder.body("hull", 1.0, inertia=[0.1, 0.1, 0.1])

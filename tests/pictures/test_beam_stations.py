@@ -15,8 +15,6 @@ from eomgen.products.pictures.animation import animation_page
 from eomgen.products.pictures.beam_curves import axes_of, stations
 from tests.pictures.test_animation import data_of, stored
 
-pytestmark = pytest.mark.slow
-
 LENGTH, DENSITY, STIFFNESS, LOAD = 2.0, 1.5, 800.0, 3.0
 EVEN = np.linspace(0.0, LENGTH, 17)
 
@@ -110,7 +108,6 @@ def moving(kind: str) -> tuple[eomgen.Solution, np.ndarray]:
     return model.simulate(0.02, 1e-3, method="rk4"), places
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("all kinds")
 @pytest.mark.parametrize("kind", BEAMS)
 def test_frames_along_a_beam_are_at_the_points_of_the_model(kind: str) -> None:

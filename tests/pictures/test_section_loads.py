@@ -18,8 +18,6 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.load import from_data
 from tests.models.cosserat import beam_scene
 
-pytestmark = pytest.mark.slow
-
 OUTPUTS: dict[str, dict[str, Any]] = {
     "force": {"section_force": "rope", "at": 0.0},
     "moment": {"section_moment": "rope", "at": 0.0},

@@ -30,7 +30,6 @@ def forces_at_rest(elements: int, load: dict[str, Any], tip: dict[str, Any] = NO
     return np.stack([ends[:, 0] + halves[:, 0], ends[:, 1] - halves[:, 1]], axis=1)[..., 3:]
 
 
-@pytest.mark.slow_cases("4")
 @pytest.mark.parametrize("elements", [1, 4])
 def test_shear_of_a_cantilever_is_exact_at_all_nodes(elements: int) -> None:
     """(q + mass per length times g)(l - x) for constant loads; the integral of a polynomial beyond x."""
@@ -44,7 +43,6 @@ def test_shear_of_a_cantilever_is_exact_at_all_nodes(elements: int) -> None:
     np.testing.assert_allclose(forces, np.stack([exact[:-1], exact[1:]], axis=1), atol=1e-5)
 
 
-@pytest.mark.slow
 def test_shear_under_a_load_by_formula_is_of_second_order() -> None:
     """Errors at the clamp and in the middle against the integral of 4 sin(3 s) beyond, on a fine grid."""
     s = np.linspace(0.0, 1.0, 20001)
@@ -114,7 +112,7 @@ def spinning(model: str) -> dict[str, Any]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model", ["cosserat", pytest.param("inextensible", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("model", ["cosserat", "inextensible"])
 def test_in_motion_a_joint_transmits_the_loads_of_the_first_section(model: str) -> None:
     """Outputs in C: the joint's reaction holds the node's half of the element's mass, load and weight."""
     solution = eomgen.build(spinning(model), profile="quick").simulate(0.4, 2e-3, error_estimate=False)

@@ -251,7 +251,6 @@ def test_a_thinned_box_keeps_its_corners(tmp_path: Path) -> None:
 # -- models ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_shapes_are_no_part_of_the_model(tmp_path: Path) -> None:
     file = tmp_path / "cart.toml"
     digests, colors = set(), []

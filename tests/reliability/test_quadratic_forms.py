@@ -30,7 +30,6 @@ def test_both_tails_are_those_of_chi_square_to_twelve_digits(n: int, offset: flo
     assert tails.above[-1] < 1e-80
 
 
-@pytest.mark.slow_cases("steepest_descent")
 @pytest.mark.parametrize("name", INVERSIONS)
 def test_a_form_for_each_threshold_gives_what_each_gives_alone(name: str) -> None:
     """Forms with poles on both sides, on one, with none, and without spread."""

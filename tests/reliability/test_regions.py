@@ -84,9 +84,6 @@ def tail_of(response: Response, seed: int) -> tuple[Distribution, list[str]]:
     return correct_by_samples(response, np.zeros(1), points, forms, about_mean, others, seed)
 
 
-@pytest.mark.slow_cases(
-    "a corner, where slopes jump", "three planes of twenty variables", "the size of a product, four regions"
-)
 @pytest.mark.parametrize("name", CASES)
 def test_intervals_hold_the_probability_of_all_regions(name: str) -> None:
     response, true = CASES[name]
@@ -133,7 +130,6 @@ def failing(point: Array) -> tuple[float, Array]:
     raise NumericalError("no derivatives")
 
 
-@pytest.mark.slow
 def test_a_probability_whose_samples_are_too_unequal_is_not_given() -> None:
     """The point at 3 has hardly a share in P(x_1 + 3 > 0.15 |x_2, ..|^2), which is all about other places."""
     response = Response(60, lambda z: z[:, 0] + 3.0 - 0.15 * np.sum(z[:, 1:] ** 2, axis=1))

@@ -83,7 +83,6 @@ def _model() -> eomgen.Model:
     return eomgen.build(DUFFING, profile="quick")
 
 
-@pytest.mark.slow
 def test_a_run_beyond_the_window_is_refused() -> None:
     told = r"t_end: the random process force is known up to t = 15 s, the run ends at t = 16 s; try: t_end = 15, or dur"
     with pytest.raises(eomgen.errors.UsageError, match=told + r"ation = 16 in \[random.force\]"):
@@ -167,7 +166,6 @@ def test_a_translation_of_a_refused_parameter_is_no_fault_of_its_own(process: di
     assert len(caught.value.problems) == 1
 
 
-@pytest.mark.slow
 def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Path) -> None:
     more = {"force": FORCE, "late": {"follows": "force", "delay": 1}, "gust": {"correlation": {"force": 0.5}}}
     (tmp_path / "part.toml").write_text(toml_text(DUFFING | {"random": more}))
@@ -181,7 +179,6 @@ def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Pat
     assert np.all(u[:, 0] != u[:, 3])
 
 
-@pytest.mark.slow
 def test_seeds_vary_in_ensembles_side_by_side_as_scenes_with_these_seeds() -> None:
     model = _model()
     options = {"method": "rk4", "step": 0.05}
@@ -368,7 +365,6 @@ def test_a_translated_process_has_the_correlation_that_is_asked_for() -> None:
     assert np.corrcoef(np.exp(z).T)[0, 1] == pytest.approx(wanted, abs=0.015)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("few_nodes")
 def test_a_correlation_of_a_translation_that_no_gaussian_process_makes_in_this_window_is_refused() -> None:
     asked = {"type": "squared_exponential", "correlation_time": 1.0, "duration": 4.0, "share": 0.99}

@@ -80,7 +80,6 @@ KEYS = [
 
 
 @pytest.mark.long_except("tendon/fixed/joint")
-@pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.filterwarnings("ignore:compiler attribute:UserWarning")
 def test_no_attribute_changes_the_equations_in_silence(

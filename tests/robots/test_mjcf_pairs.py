@@ -43,7 +43,6 @@ def changes_equations(element: str, text: str) -> bool:
     return False
 
 
-@pytest.mark.slow
 def test_every_change_changes_mujoco_s_equations() -> None:
     idle = [(element, text) for element, text in changes() if not changes_equations(element, text)]
     assert [pair for pair in idle if not pair[1].startswith(_OF_CONSTRAINTS)] == []
@@ -62,9 +61,6 @@ _NAMED = (
 )
 
 
-@pytest.mark.slow_except(
-    "hinge-actuatorgravcomp=true; actuatorfrcrange=-0.2 0.3-limit", "motor-damping=0.2 0.3-actuation"
-)
 @pytest.mark.parametrize(("element", "text", "flag"), [*_NAMED, *list(flagged())[::180]])
 def test_pairs_of_attributes_and_flags_are_mujoco_s(element: str, text: str, flag: str, tmp_path: Path) -> None:
     assert not differs(machine((element, text), flags=FLAGS[flag]), tmp_path / "a.xml")

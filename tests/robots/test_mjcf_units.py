@@ -61,14 +61,6 @@ def forces(units: SceneUnits, file: Path) -> NDArray[np.float64]:
     return result
 
 
-@pytest.mark.slow_cases(
-    "SceneUnits(length=1.0, mass=1e-06, time=1.0)",
-    "SceneUnits(length=1.0, mass=1000000.0, time=1.0)",
-    "SceneUnits(length=1.0, mass=1.0, time=1e-06)",
-    "SceneUnits(length=1.0, mass=1.0, time=1000000.0)",
-    "SceneUnits(length=1000000.0, mass=1e-12, time=1.0)",
-)
-@pytest.mark.slow_cases("SceneUnits(length=1e-06, mass=1000000000000.0, time=1.0)")
 @pytest.mark.parametrize("units", UNITS, ids=str)
 def test_forces_do_not_depend_on_units(units: SceneUnits, tmp_path: Path) -> None:
     expected = forces(SceneUnits(), tmp_path / "a.xml")

@@ -217,7 +217,6 @@ def parts(keys: Collection[str], minor: int) -> set[tuple[str, str]]:
 QUICK = ("include", "frame", "velocity_decay", "inertial/pose")
 
 
-@pytest.mark.slow
 def test_no_part_of_some_elements_is_silent(folder: Path) -> None:
     met, wrong = tried(QUICK, NEWEST, folder, 1)
     assert wrong == []

@@ -30,7 +30,6 @@ def compared(urdf: Path, minor: int, folder: Path) -> eomgen.Comparison:
     return eomgen.compare(urdf, twin, tolerance=1e-11 if minor >= 7 else 1e-8, states=3)
 
 
-@pytest.mark.slow_except("panda_description/urdf/panda.urdf-6")
 @pytest.mark.parametrize("minor", [4, 6, 10])
 @pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf", "talos_data/robots/talos_full_v2.urdf"])
 def test_robots_are_their_twins(name: str, minor: int, tmp_path: Path) -> None:

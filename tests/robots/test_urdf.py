@@ -41,7 +41,6 @@ def assert_agrees(scene: Scene, model: pin.Model) -> None:
         np.testing.assert_allclose(inertia, expected.inertia, atol=1e-9 * max(1.0, float(np.max(expected.inertia))))
 
 
-@pytest.mark.slow_except("fixed-panda", "free-ur5", "fixed-solo12")
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("root", ["fixed", "free"])
 def test_agrees_with_pinocchio(name: str, root: str) -> None:

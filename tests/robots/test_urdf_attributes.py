@@ -164,7 +164,6 @@ def agree(scene: Scene, other: Scene) -> None:
             np.testing.assert_allclose(left, right, atol=1e-10 * max(1.0, *map(abs, right)))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf", "talos_data/robots/talos_full_v2.urdf"])
 def test_robots_written_with_quaternions(name: str) -> None:
     path = ROBOTS / name

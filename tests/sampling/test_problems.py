@@ -75,7 +75,6 @@ WRITTEN: dict[str, Any] = {
 }
 
 
-@pytest.mark.slow
 def test_definitions_are_the_text_in_their_place_with_paragraphs_of_their_own_in_the_c() -> None:
     """Energy, gradient and products with the Hessian have the same bits; an expression is evaluated once."""
     defined, written = problem(**DEFINED), problem(**WRITTEN)
@@ -104,7 +103,6 @@ def test_counts_of_a_file_are_drawn_about_the_truth() -> None:
     assert other.digest != made.digest
 
 
-@pytest.mark.slow
 def test_memory_counts_what_settings_ask_for() -> None:
     """Samples that are kept, chains with a gradient each where trajectories begin with kicks, a second precision."""
     base = {"chains": 2, "warm_up": 6, "samples": 10, "watched": 20, "bins": 3}

@@ -64,7 +64,6 @@ def press_at(count: int) -> Any:
     return progress
 
 
-@pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("at", [3, 12, 13, 27])  # in the warm-up, at its end, and in the middle of a round of chains
 def test_a_run_that_is_interrupted_goes_on_to_the_same_bits(at: int, tmp_path: Path) -> None:
     data = changed(mesh={"cells": [8, 8], "length": 40.0})
@@ -152,7 +151,6 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     assert text in str(caught.value)
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("fftw-single")
 @pytest.mark.parametrize(("transforms", "precision"), [("scipy", "double"), ("fftw", "single")])
 def test_a_run_takes_no_more_memory_than_it_says(transforms: str, precision: str) -> None:
@@ -168,7 +166,6 @@ def test_a_run_takes_no_more_memory_than_it_says(transforms: str, precision: str
     assert 0.7 * made.problem.memory < peak <= made.problem.memory
 
 
-@pytest.mark.slow
 def test_scales_are_those_of_the_fields() -> None:
     made = sample(changed(mesh={"cells": [12, 10], "length": [60.0, 50.0]}), samples=30)
     mesh, truth = made.problem.mesh, made.problem.true_field()
@@ -236,7 +233,6 @@ def test_the_command_line_says_what_is_wrong(
         assert text in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_ctrl_c_keeps_what_there_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -291,7 +287,6 @@ def test_info_shows_a_system_of_fields(
     assert "large.toml:5 (mesh.cells): sampling with 2 chains on 10000000 x 10000000 cells" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_a_run_says_what_was_not_as_asked() -> None:
     """Steps that the guard has cut, and trajectories that went where the energy has no values."""
     cut = sample(changed(), step=100.0)
@@ -306,7 +301,6 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     assert sample(changed()).message.endswith("of warm-up")
 
 
-@pytest.mark.slow
 def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     """Where no trajectory ends at a finite energy: the message says it, and nothing of NumPy stands beside it."""
     falling = changed(cell={"energy": "-s**4"}, data=None, truth=None)
@@ -321,7 +315,6 @@ def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     assert not lost.message.endswith("nan in a cell")
 
 
-@pytest.mark.slow
 def test_chains_that_do_not_agree_are_said_to() -> None:
     """A third of a line is not seen, and a mass that is of the rest is too heavy there; that of the prior is not."""
     data = changed(

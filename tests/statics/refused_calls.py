@@ -19,7 +19,7 @@ def pushed() -> eomgen.Model:
     builder = eomgen.SceneBuilder("pushed").body("mass", 1.0).input("push", unit="N")
     builder.body("wheel", 1.0).joint("hinge", "revolute", "base", "wheel", axis=[0, 0, 1], drive="2 * t")
     builder.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1.0).effort("drive", "slide", "push")
-    return eomgen.build(builder.build(), profile="quick")
+    return eomgen.build(builder.build(), profile="instant")
 
 
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -121,6 +123,24 @@ def test_links_bifurcate_where_their_stiffness_vanishes(sign: float) -> None:
         values = sorted(np.array(GOLDEN) - s, key=abs)
         if abs(values[0] + values[1]) > 1e-6:
             assert lowest_frequency_squared(links(), item) == pytest.approx(values[0], rel=1e-9)
+
+
+def test_a_link_that_buckles_just_before_a_truss_snaps_is_found_in_the_same_step() -> None:
+    """The load of an apex at h is k (L / far - 1) h with far^2 = 1 + h^2, the largest at far^3 = L."""
+    length, own = float(np.hypot(1.0, 0.2)), truss()
+    far = length ** (1.0 / 3.0)
+    snap = 1000.0 * (length / far - 1.0) * np.sqrt(far**2 - 1.0)
+    stiff = 0.9999 * snap
+    statics = structure(
+        lambda q, s: np.array([own.balance(replace(REST, q=q, s=s)).residual[0], stiff * q[1] - s * np.sin(q[1])]),
+        lambda q, s: np.diag([own.tangents(replace(REST, q=q, s=s)).K[0, 0], stiff - s * np.cos(q[1])]),
+        lambda q, s: np.array([1.0, -np.sin(q[1])]),
+        2,
+    )
+    points, critical = path_of(statics, [0.2, 0.0], 1.6)
+    assert [item.kind for item in critical[:3]] == ["bifurcation", "limit point", "bifurcation"]
+    np.testing.assert_allclose([item.point.rest.s for item in critical[:3]], [stiff, snap, stiff], rtol=1e-9)
+    assert any(abs(a.stiffness.negative - b.stiffness.negative) == 2 for a, b in itertools.pairwise(points))
 
 
 def test_frequencies_are_relative_to_the_masses() -> None:

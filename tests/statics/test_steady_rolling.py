@@ -16,7 +16,6 @@ from eomgen.lie.numeric import rotated
 from eomgen.products.statics.steady_motion import SteadyMotion, _conditions
 from eomgen.products.statics.symmetries import symmetries
 from eomgen.system.terms import PURPOSES
-from tests.oracles.similarity import BINARY, UnitsOf, in_units
 
 MASS, RADIUS, ACROSS, ALONG, G = 2.0, 0.3, 0.05, 0.09, 9.81
 TRACK, BASE, WHEEL = 0.5, 1.1, 0.2  # of the carts
@@ -74,7 +73,7 @@ def model_of(name: str) -> eomgen.Model:
         "SE3": lambda: freely("absolute"),
         "R3xSO3": lambda: freely("absolute", "R3xSO3"),
     }
-    return eomgen.build(makers[name](), profile="quick")
+    return eomgen.build(makers[name](), profile="instant")
 
 
 def balance(lean: float, yaw_rate: float, spin: float) -> float:
@@ -118,7 +117,6 @@ def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
     np.testing.assert_allclose(run.v[:, 3:], np.tile(found.v[3:], (len(run.t), 1)), atol=1e-8)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["free", "SE3", "R3xSO3", "frame"])
 def test_a_disc_in_a_circle_in_other_coordinates(name: str) -> None:
     """A free body's own axes spin with it, and its steady motion with them; those of a frame that does not spin
@@ -165,7 +163,6 @@ def test_a_disc_stays_upright_above_its_critical_spin() -> None:
         assert (growth < 1e-3) if stable else (growth > 0.1)
 
 
-@pytest.mark.slow_cases("free", "SE3", "R3xSO3", "frame")
 @pytest.mark.parametrize("name", ["axes", "free", "SE3", "R3xSO3", "frame"])
 def test_symmetries_of_discs(name: str) -> None:
     """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch
@@ -185,7 +182,6 @@ def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
         model.linearize(at=found)
 
 
-@pytest.mark.slow
 def test_what_is_not_met_is_named() -> None:
     upright = {"lean": 0.0, "rise": RADIUS, "yaw": 0.0}
     with pytest.raises(NumericalError) as caught:
@@ -220,11 +216,10 @@ def cart(kind: str, *, round_wheels: bool = True) -> eomgen.Model:
         builder.joint(name, "revolute", parent, name, axis=[0, 1, 0], position=[0, side, 0])
         given = rolling(name, WHEEL)
         builder.constraint(f"roll_{name}", given.pop("type"), given.pop("first"), given.pop("second"), **given)
-    return eomgen.build(builder.build(), profile="quick")
+    return eomgen.build(builder.build(), profile="instant")
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("free", "planar")
+@pytest.mark.slow_cases("free")
 @pytest.mark.parametrize("kind", ["planar", "free"])
 def test_a_cart_goes_straight_on_and_in_circles(kind: str) -> None:
     """Its steering angle d says the circle: yaw rate L = V tan(d); wheels turn with the speed at their places."""
@@ -256,15 +251,3 @@ def test_wheels_of_three_moments_roll_straight_on() -> None:
     np.testing.assert_allclose(found.v, [0, 2.0, 0, 0, 10.0, 10.0, 10.0], atol=1e-9)
     with pytest.raises(NumericalError, match=r"no steady motion was found|forces balance at this instant only"):
         model.steady_motion({"body[1]": 2.0}, parameters={"steering": 0.3})
-
-
-@pytest.mark.slow
-def test_circles_are_the_same_in_other_units() -> None:
-    model = eomgen.build(in_units(on_axes()), profile="quick")
-    for units in (UnitsOf(), *BINARY):
-        given = {"unit_length": units.length, "unit_mass": units.mass, "unit_time": units.time}
-        start = {"yaw": {"velocity": -1.0 / units.time}, "rise": 0.28 * units.length}
-        found = model.steady_motion({"spin": 8.0 / units.time}, {"lean": 0.3}, start, model.parameter_array(given))
-        assert balance(0.3, found.v[3] * units.time, 8.0) == pytest.approx(0.0, abs=1e-8)
-        about_axis = 8.0 + found.v[3] * units.time * math.sin(0.3)
-        assert found.v[0] * units.time / units.length == pytest.approx(RADIUS * about_axis)

@@ -46,7 +46,6 @@ def buoy(angle: float) -> eomgen.Scene:
     return from_data(_scene(10.0, -2.0, 2.0, 3, joint, body, added_mass=1, wet=2.0, drag=1.0))
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("platform")
 @pytest.mark.parametrize(
     ("scene", "states"),
@@ -54,5 +53,5 @@ def buoy(angle: float) -> eomgen.Scene:
     ids=["platform", "heeled buoy", "lying buoy"],
 )
 def test_closed_forms_of_hulls_agree(scene: Callable[[], eomgen.Scene], states: int) -> None:
-    report = check(scene(), profile="quick", states=states)
+    report = check(scene(), profile="instant", states=states)
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]

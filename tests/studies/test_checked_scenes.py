@@ -92,21 +92,19 @@ SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
 }  # fmt: skip  # a table
 
 
-@pytest.mark.slow
 @pytest.mark.long_cases("shape on hills")
 @pytest.mark.parametrize("name", SCENES)
 def test_closed_forms_of_a_scene_agree(name: str) -> None:
     scene, options, forms = SCENES[name]
-    report = check(scene(), profile="quick", **options)
+    report = check(scene(), profile="instant", **options)
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]
     assert forms <= {form.name for form in report.forms}
 
 
-@pytest.mark.slow
 def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(links, "MANY", 6)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
-    report = check(chain("mixed", 8), states=2, only=["iteration", "energy"], profile="quick")
+    report = check(chain("mixed", 8), states=2, only=["iteration", "energy"], profile="instant")
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]
 
 

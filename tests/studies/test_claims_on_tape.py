@@ -47,8 +47,7 @@ CHECKED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip  # a table
 
 
-@pytest.mark.slow_cases("reed", "rod", "striker")
-@pytest.mark.long_cases("gate", "drone")
+@pytest.mark.slow_cases("rod", "gate", "drone")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> None:
     space, claims, states = claims_of(scene)
@@ -61,8 +60,7 @@ def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> 
     assert errors or scene == "reed"  # loads along its section have no partials to check
 
 
-@pytest.mark.slow_cases("reed", "rod", "drone", "striker")
-@pytest.mark.long_cases("gate")
+@pytest.mark.slow_cases("rod", "gate", "drone")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_a_wrong_entry_of_one_state_fails_each_claim(scene: str, rng: np.random.Generator) -> None:
     """The largest entry changes by a millionth, a zero entry by a thousandth."""
@@ -94,7 +92,7 @@ CLAIM_NOTHING = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_every_term_has_a_claim_and_every_claim_a_test(monkeypatch: pytest.MonkeyPatch) -> None:
     """A new term must bring what holds it, a claim in ``eomgen/products/studies``, that is tested here or exactly."""
     names = {scene: {claim.name for claim in claims_of(scene)[1]} for scene in SCENES}

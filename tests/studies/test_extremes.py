@@ -43,7 +43,7 @@ PENDULUM: dict[str, Any] = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_swing_has_no_fails() -> None:
     found = eomgen.extremes(PENDULUM, ladders=["length", "time", "structure", "spin", "stiffness"], methods=["rk4"])
     assert not found.fails and not found.left_out
@@ -191,7 +191,6 @@ def test_decades_go_from_the_first_to_the_last() -> None:
     assert _decades(4, 4, 2) == (1e4,)
 
 
-@pytest.mark.slow_cases("1")
 @pytest.mark.parametrize("ladders", [1, 3])
 def test_ladders_of_a_map_stand_apart(ladders: int, tmp_path: Path) -> None:
     cell = Cell("gravity", 1.0, "rk4", "holds", 1e-9, None, 1e-2, "", "", 0.1)

@@ -4,7 +4,6 @@ full one."""
 from __future__ import annotations
 
 import tomllib
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,6 @@ def _tip(model: eomgen.Model, end: float = END, step: float = 0.01) -> Any:
     return model.simulate(end, step, method="taylor", tolerance=1e-13, error_estimate=False).outputs["tip_deflection"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("what", ["at most 1 mode", "no stiffening"])
 def test_a_simplified_scene_is_the_one_that_a_file_would_say(what: str) -> None:
     data = _data()
@@ -61,17 +59,3 @@ def test_errors_are_against_the_full_scene(study: eomgen.Tradeoff) -> None:
     assert 0.0 < floors["at most 2 modes"] < floors["at most 1 mode"]
     assert any("rigid" in name for name in study.left_out)
     assert "2 modes" not in study.reference["by"] + study.reference["held against"]
-
-
-@pytest.mark.slow
-def test_tune_races_less_where_it_is_asked_to_and_writes_no_file_of_it(tmp_path: Path) -> None:
-    asked = {"output": "tip_deflection", "t_end": END, "methods": ["rk4"]}
-    tuned = eomgen.tune(BEAM, 0.05, axes=["fidelity", "resolution"], **asked)
-    assert tuned.met
-    raced = {tuned.configuration.formulation, *(rival.label.partition(", ")[2] for rival in tuned.rivals)}
-    assert raced >= {"joint", "joint, at most 2 modes", "joint, at most 1 mode", "joint, no stiffening"}
-    with pytest.raises(eomgen.UsageError, match=r"has less fidelity, .* not written into files"):
-        replace(tuned, simplified="joint, at most 1 mode").save(tmp_path / "tuned.toml")
-    exact = eomgen.tune(BEAM, 0.05, axes=["resolution"], **asked)
-    assert not exact.simplified
-    assert not exact.rivals

@@ -198,7 +198,7 @@ CASES = {
 def model_of(scene: str) -> eomgen.Model:
     """Return a model with tunable units."""
     data = with_factors({"format": 1, "name": scene, **SCENES[scene]}, (LENGTH, MASS, TIME))
-    return eomgen.build(data, profile="quick")
+    return eomgen.build(data, profile="instant")
 
 
 def run_of(case: Case, units: SceneUnits, model: eomgen.Model | None = None) -> tuple[eomgen.Solution, list[Finding]]:
@@ -251,7 +251,6 @@ def test_every_check_has_a_case_or_a_reason_for_none() -> None:
     assert not told & NOT_HERE.keys()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_in_other_units(name: str) -> None:
     """But for last digits in units that are powers of two, and for rounding in units in use."""
@@ -269,7 +268,6 @@ def test_findings_are_the_same_in_other_units(name: str) -> None:
         same(run_of(case, units)[1], expected, math.inf if case.rough else 1e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tumbling", "crank", "spring", "bouncing"])
 def test_findings_are_the_same_elsewhere_and_turned(name: str) -> None:
     case = CASES[name]
@@ -280,7 +278,7 @@ def test_findings_are_the_same_elsewhere_and_turned(name: str) -> None:
 @cache
 def moved_model(scene: str) -> eomgen.Model:
     data = {"format": 1, "name": scene, **SCENES[scene]}
-    return eomgen.build(moved(data, [300.0, -2e3, 50.0], [0.3, -0.5, 0.8], 2.0), profile="quick")
+    return eomgen.build(moved(data, [300.0, -2e3, 50.0], [0.3, -0.5, 0.8], 2.0), profile="instant")
 
 
 def same(found: list[Finding], expected: list[Finding], within: float) -> None:

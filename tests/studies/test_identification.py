@@ -230,15 +230,6 @@ def test_a_bound_that_holds_an_estimate_is_named(slider: eomgen.Model) -> None:
     assert "residuals are not white noise (correlation at lag 1: x 0." in found.message
 
 
-@pytest.mark.slow
-def test_runs_that_fail_on_the_way_are_counted(slider: eomgen.Model) -> None:
-    """From far away the first steps lead to stiffnesses that the scene forbids."""
-    found = found_by(slider, data(), "stiffness", "damping", values={"stiffness": 300.0, "damping": 0.2})
-    assert found.failed > 0
-    assert found.runs > found.failed
-
-
-@pytest.mark.slow
 def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() -> None:
     model = build_for_run(load(Path(eomgen.__file__).with_name("cli") / "first_scene.toml"), None)
     run = model.simulate(0.4, 1e-2, method="generalized_alpha", parameters={"lower_mass": 0.7})
@@ -247,7 +238,6 @@ def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() ->
     assert found.estimates[0].value == pytest.approx(0.7, abs=1e-4)
 
 
-@pytest.mark.slow_cases("-the file is empty; try: a first line of names")
 @pytest.mark.parametrize(
     ("text", "told"),
     [
@@ -305,10 +295,6 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         found_by(slider, given, "stiffness")
 
 
-@pytest.mark.slow_cases(
-    "names2-options2-no measurement depends on far at the initial guess; try: other outputs",
-    "names19-options19-tdg2 has no derivatives of runs here",
-)
 @pytest.mark.parametrize(
     ("names", "options", "told"),
     [
@@ -341,7 +327,6 @@ def test_mistakes_in_calls_are_named(
         found_by(slider, data(), *names, **options)
 
 
-@pytest.mark.slow
 def test_starts_at_rest_follow_what_is_unknown() -> None:
     """3 x'' + x' + 30 x = 3 + t from rest at 3/30: a start held at 3/25, where the search begins, would fit nothing."""
     effort = SPRING.replace("push", "3 + t")
@@ -359,7 +344,6 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
         found_by(resting, {"t": t, "x": x}, "stiffness", states=["q.slide"])
 
 
-@pytest.mark.slow
 def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) -> None:
     resting = built(simulation=SCENE["simulation"] | {"start": "equilibrium"})
     found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})
@@ -375,7 +359,6 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
         found_by(model, data(), "stiffness", states=["v.a[3]"])
 
 
-@pytest.mark.slow
 def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
     """Its multipliers are columns, too, and neither outputs nor mistakes."""
     link = {"mass": 0.5, "inertia": [1e-2, 1e-2, 1e-2]}

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,14 +10,10 @@ import pytest
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
-from eomgen.errors import UsageError
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.scene.load import from_data
 from tests.models.library import scene
 from tests.models.toml_text import toml_text
-
-#: Builds of the regressor and of base parameters take seconds.
-pytestmark = pytest.mark.slow
 
 UPPER = {"mass": 2.0, "center_of_mass": [0, 0, -0.3], "inertia": [0.05, 0.06, 0.02]}
 LOWER = {"mass": 1.0, "center_of_mass": [0.02, 0, -0.2], "inertia": [0.02, 0.03, 0.01]}
@@ -81,14 +75,6 @@ def data(seed: int = 0, rows: int = 300) -> dict[str, Array]:
     return columns
 
 
-def test_the_motion_by_hand_is_that_of_the_scene(arm: eomgen.Model) -> None:
-    given = data()
-    q, v, a = (np.column_stack([given[f"{c}.shoulder"], given[f"{c}.elbow"]]) for c in "qva")
-    tau = np.column_stack([given["tau.shoulder"], given["tau.elbow"]])
-    left = tau - eomgen.build(from_data(SCENE)).inverse_dynamics(q, v, a, u=np.zeros((300, 1)))
-    np.testing.assert_allclose(left.std(axis=0), NOISE, rtol=0.1)
-
-
 def test_base_parameters_from_noisy_efforts(arm: eomgen.Model) -> None:
     found = eomgen.identify(arm, data(), by="torque")
     assert [one.name.split()[0] for one in found.estimates] == list(arm.base_parameters().names)
@@ -100,21 +86,6 @@ def test_base_parameters_from_noisy_efforts(arm: eomgen.Model) -> None:
     np.testing.assert_allclose([one.deviation for one in found.columns], NOISE, rtol=0.1)
     assert found.degrees_of_freedom == 592 and [one.unit for one in found.columns] == ["N m", "N m"]
     assert found.notes == ()
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        ({"states": ["q.elbow"]}, "states: by torque no run is made that it could belong to"),
-        ({"step": 0.1}, "step: by torque no run is made that it could belong to"),
-        ({"by": "effort"}, "by: 'effort' is none of the choices; try: run or torque"),
-        ({"missing": "skip"}, "missing: 'skip' is none of the choices"),
-        ({"deviations": {"tau.knee": 1.0}}, "there is no measured column 'tau.knee'"),
-    ],
-)
-def test_mistakes_are_named(arm: eomgen.Model, options: dict[str, Any], told: str) -> None:
-    with pytest.raises(UsageError, match=re.escape(told)):
-        eomgen.identify(arm, data(), **{"by": "torque"} | options)
 
 
 def test_the_command_reads_efforts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -37,16 +37,14 @@ def chain() -> eomgen.Scene:
     return builder.simulation(step=1e-3, duration=1.0).build()
 
 
-@pytest.mark.slow
 def test_every_closed_form_of_a_long_tree_agrees() -> None:
-    report = check(chain(), states=3, profile="quick")
+    report = check(chain(), states=3, profile="instant")
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]
     names = {form.name for form in report.forms}
     wanted = {"coupling.h", "inverse_dynamics.tau", "forward_dynamics.vdot", "residual.r", "energy", "twists", "base"}
     assert names == wanted | {f"iteration.{name}" for name in "KCM"}
 
 
-@pytest.mark.slow
 def test_an_error_in_the_extended_system_of_a_long_tree_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     original = extended.extended_partials
 
@@ -56,5 +54,5 @@ def test_an_error_in_the_extended_system_of_a_long_tree_is_found(monkeypatch: py
         return {**entries, "X": {**entries["X"], place: -entries["X"][place]}}, owners
 
     monkeypatch.setattr(iteration, "extended_partials", wrong)
-    report = check(chain(), states=2, only=["iteration", "energy"], profile="quick")
+    report = check(chain(), states=2, only=["iteration", "energy"], profile="instant")
     assert {form.name for form in report.failures} <= {"iteration.K", "iteration.C", "iteration.M"} and report.failures

@@ -21,11 +21,10 @@ def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     assert found == pytest.approx(share_of_state(), rel=1.0)
 
 
-@pytest.mark.slow
 def test_a_demand_that_is_met_is_met_by_the_estimate_of_the_run() -> None:
     demand = 1e-3
     tuned = eomgen.tune(oscillator(), error=demand, methods=[METHOD], axes=["method"], budget=20.0)
-    run = eomgen.build(oscillator(), profile="quick").simulate(END, tuned.value, method=METHOD)
+    run = eomgen.build(oscillator(), profile="instant").simulate(END, tuned.value, method=METHOD)
     assert tuned.met and tuned.error <= demand
     assert run.error.relative < 1.5 * demand
     assert tuned.said == ""
@@ -39,7 +38,7 @@ def told_by_work_precision() -> str:
 
 
 def told_by_savings() -> str:
-    return savings(stuck(0.2), only=["a run"], rounds=1, profile="quick").doubt
+    return savings(stuck(0.2), only=["a run"], rounds=1, profile="instant").doubt
 
 
 def told_by_extremes() -> str:
@@ -54,7 +53,6 @@ TOLD: dict[str, Callable[[], str]] = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("verb", TOLD)
 def test_friction_that_steps_do_not_resolve_is_told_by_every_study(verb: str) -> None:
     assert UNRESOLVED in TOLD[verb]()

@@ -5,39 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import eomgen
-from eomgen.pipeline.documents import load
 from eomgen.products.studies.model_commands import _print_costs
-from eomgen.products.studies.savings import Savings, Variant, VariantCost, _quartiles, variants
-from eomgen.scene.scene import Scene
-
-QUARTER, ARM, BEAM = (f"examples/{name}/scene.toml" for name in ("quarter_car", "robot_arm", "spin_up_beam"))
-NAMES = ["as asked", "a run", "terms of a step", "all terms", "tunable", "moving base", "absolute", "everything"]
-
-
-def _variants(path: str) -> dict[str, Variant]:
-    absolute: Scene | str
-    try:
-        absolute = load(path, coordinates="absolute")
-    except eomgen.EomgenError as error:
-        absolute = str(error)
-    return {variant.name: variant for variant in variants(load(path), ("residual", "partials"), absolute)}
-
-
-@pytest.mark.slow
-def test_variants_have_the_same_motion() -> None:
-    ends = {}
-    for name, variant in _variants(QUARTER).items():
-        if variant.scene is None or name in ("a run", "terms of a step"):
-            continue
-        terms = ["residual", "partials", "mass", "poses"] if variant.scene.coordinates == "joint" else None
-        model = eomgen.build(variant.scene, terms, profile="quick")
-        poses = model.simulate(0.2, 1e-3, error_estimate=False).poses
-        ends[name] = np.array([poses[body][-1] for body in model.bodies])
-    asked = ends.pop("as asked")
-    assert set(ends) >= {"all terms", "tunable", "moving base", "everything"}
-    for name, poses in ends.items():
-        np.testing.assert_allclose(poses, asked, rtol=0, atol=1e-6 if name in ("absolute", "everything") else 1e-12)
+from eomgen.products.studies.savings import Savings, VariantCost, _quartiles
 
 
 def costs(name: str, seconds: list[float]) -> VariantCost:

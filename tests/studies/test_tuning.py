@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 import tomllib
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +12,11 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.products.studies.tuning import race, tune
-from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, conditions
+from eomgen.products.studies.tuning import race
 from eomgen.products.studies.tuning.race import MARGIN, Contender, RaceRun
 from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.work_precision.axes import candidates
-from eomgen.products.studies.work_precision.formulations import formulations
-from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
+from eomgen.products.studies.work_precision.running import Grid, ladder_grid, tuning_grid, whole_steps
 from tests.models.scenes import SWING
 from tests.models.toml_text import toml_text
 from tests.studies.runs_of_laws import model_of
@@ -66,39 +62,6 @@ def tuned(path: Path) -> eomgen.Tuned:
 SCENE_DATA = tomllib.loads(SCENE)
 
 
-@pytest.mark.slow
-def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """rk4 wins, and is made to miss the conditions of the verification; then generalized_alpha does, with policies."""
-    trained, checked = race.Race._train, tune.verify
-    missed = []
-
-    def training(self: race.Race, contender: Contender, run: RaceRun) -> RaceRun:
-        if len(self.training) > 1 and contender.configuration.method == "rk4":
-            return replace(run, error=np.inf, conditions=len(self.training))
-        return trained(self, contender, run)
-
-    def verifying(judge: Judge, run: dict[str, Any], condition: Any) -> Any:
-        check = checked(judge, run, condition)
-        if run["configuration"].method == "rk4" and check is not None:
-            missed.append(check.what)
-            return replace(check, error=1.0)
-        return check
-
-    monkeypatch.setattr(race.Race, "_train", training)
-    monkeypatch.setattr(tune, "verify", verifying)
-    said: list[str] = []
-    methods = ["generalized_alpha", "rk4"]
-    found = eomgen.tune(path, 1e-4, output="angle", methods=methods, formulated=False, progress=said.append)
-    assert missed
-    assert isinstance(found, eomgen.Tuned) and found.met
-    assert found.configuration.method.startswith("generalized_alpha")
-    built = [what for what in said if what.startswith("building: ") and ", rtol " in what]
-    assert built
-    first = min(k for k, what in enumerate(said) if what.startswith("verifying"))
-    assert said.index(built[0]) > first
-
-
-@pytest.mark.slow
 def test_the_scene_is_written_with_its_comments(tuned: eomgen.Tuned, tmp_path: Path) -> None:
     """Comments of the file and of its sections stay."""
     text = tuned.save(tmp_path / "tuned.toml").read_text()
@@ -294,29 +257,6 @@ PUSHED: dict[str, Any] = {
 PUSHED["inputs"]["pull"] = {"unit": "N m"}
 
 
-def _runner(inputs: Any = None) -> Runner:
-    return Runner(formulations(PUSHED, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3), None, inputs)
-
-
-#: In a demand's own words.
-DEMAND = Demand(1e-4, "angle", "largest")
-
-
-@pytest.mark.slow
-def test_a_run_under_other_conditions_is_that_of_simulate() -> None:
-    runner = _runner({"pull": 1.0})
-    judge = Judge(runner, candidates("joint", runner.model("joint"), ["rk4"], {}), DEMAND, 5.0, lambda _: None)
-    condition = next(itertools.islice(conditions(runner, judge.reference().observation), 1, None))
-    held, given = judge.reference(condition).observation, dict(condition.arguments)
-    begin = given.pop("later") * runner.grid.row
-    exact = runner.model("joint").simulate(
-        1.28, runner.grid.row, t_start=begin, method="rk45", tolerance=1e-12, error_estimate=False, **given
-    )
-    assert held.t == pytest.approx(exact.t)
-    size = np.abs(exact.outputs["angle"]).max()
-    assert np.abs(held.outputs["angle"][:, 0] - exact.outputs["angle"]).max() <= KNOWN * 1e-4 * size
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -337,7 +277,6 @@ def test_mistakes_are_named(arguments: dict[str, Any], message: str) -> None:
         eomgen.tune(SWING, **arguments)
 
 
-@pytest.mark.slow
 def test_what_does_not_move_is_not_studied() -> None:
     still = {**SWING, "gravity": [0, 0, 0]}
     for ask in (lambda: eomgen.tune(still, 1e-4, methods=["rk4"]), lambda: eomgen.tradeoff(still, methods=["rk4"])):

@@ -176,7 +176,6 @@ CASES = (oscillator, disc, cart, sleigh, wheel, rocket)
 
 
 @pytest.mark.parametrize("made", CASES, ids=lambda made: made.__name__)
-@pytest.mark.slow_cases("cart")
 def test_equations_are_those_of_sympy(made: Callable[[], Any]) -> None:
     error, _ = compared(made(), states=1)
     assert error < 1e-12
@@ -367,7 +366,6 @@ def test_symbols_without_an_effect_are_no_parameters() -> None:
     assert document.parameters == {"k": 2.0, "m": 1.0}
 
 
-@pytest.mark.slow
 def test_it_runs_is_linear_and_is_written_as_c(tmp_path: Path) -> None:
     """An oscillator about rest and its C, which needs no library."""
     q, (m, k) = dynamicsymbols("q"), sympy.symbols("m k")

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.products.waves.second_order import pairs
-from eomgen.products.waves.second_order.kernels import KERNELS
 from eomgen.symbolic.scalar import Scalar
-from eomgen.waves import Components, Sea, WaveNumber, gravity_waves
+from eomgen.waves import Sea, WaveNumber, gravity_waves
 from tests.waves.residuals import Residuals, residuals, three_waves, vorticity
 
 SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))
@@ -41,9 +38,6 @@ def at_two_steepnesses(
     return one, other
 
 
-@pytest.mark.slow_cases(
-    "standing-inf", "standing-20.0", "one direction-20.0", "one direction-inf", "spread-inf", "spread-20.0"
-)
 @pytest.mark.parametrize("depth", [math.inf, 20.0])
 @pytest.mark.parametrize("vectors", CASES.values(), ids=CASES)
 def test_residuals_are_of_third_order(vectors: tuple[tuple[float, float], ...], depth: float) -> None:
@@ -52,18 +46,6 @@ def test_residuals_are_of_third_order(vectors: tuple[tuple[float, float], ...], 
     assert orders == pytest.approx([3.0, 3.0, 3.0], abs=0.03)
     assert other.pressure < 1e-12
     assert other.bottom < 1e-11
-
-
-@pytest.mark.slow
-def test_equal_lengths_in_finite_depth_need_their_standing_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without Q, which is proportional to 1/sinh^2 k h, the surface bears a pressure of second order."""
-    whole = KERNELS["degenerate"]
-    without = {"degenerate": lambda x: whole(SimpleNamespace(**{**vars(x), "s_i": 0.0}))}
-    monkeypatch.setattr(pairs, "KERNELS", {**KERNELS, **without})
-    # a relation of its own, so that no compiled routine is shared with other tests
-    one, other = at_two_steepnesses(CASES["equal lengths"], 20.0, dispersion=lambda wave: wave.gravity_waves)
-    assert np.log2(one.pressure / other.pressure) == pytest.approx(2.0, abs=0.02)
-    assert other.pressure > 1e-7
 
 
 @pytest.mark.parametrize("steepness", [0.1, 0.5, 0.9, 0.999])
@@ -112,26 +94,6 @@ def test_vorticity_of_gerstner_holds_the_equations_without_drift(
     assert np.abs(far).max() < 3.0 * sea.amplitude.sum()
     drifting = Sea(three_waves(0.005, vectors), depth).motion(places, 1e7).position[:, :2] - places
     assert np.abs(drifting).min(axis=0).max() > 100.0
-
-
-@pytest.mark.slow
-def test_another_dispersion_relation_is_one_line() -> None:
-    """A current: compiled kernels, and particles that drift with it, hold the equations to third order."""
-
-    def on_a_current(w: WaveNumber) -> Scalar:
-        return w.gravity_waves + w.kx * 0.8 - w.ky * 0.3
-
-    one, other = at_two_steepnesses(SPREAD, 20.0, dispersion=on_a_current)
-    assert np.log2(one.of_equations / other.of_equations) == pytest.approx([3.0, 3.0, 3.0], abs=0.03)
-    assert other.pressure < 1e-12
-    sea = Sea(three_waves(0.005, SPREAD), 20.0, dispersion=on_a_current)
-    assert sea.current == pytest.approx([0.8, -0.3], abs=1e-12)
-    # at a fixed point a wave has the frequency that the line says
-    one_wave = Components(np.array([(0.05, 0.01)]), np.array([1e-3]), np.zeros(1))
-    alone = Sea(one_wave, 20.0, dispersion=on_a_current)
-    period = 2.0 * math.pi / (alone.frequency[0] + 0.8 * 0.05 - 0.3 * 0.01)
-    now, later = (alone.elevation([3.0, 40.0], [1.0, 7.0], t) for t in (0.0, period))
-    assert later == pytest.approx(now, abs=1e-9)
 
 
 def test_a_reduced_gravity_is_one_line() -> None:

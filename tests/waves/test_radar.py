@@ -92,19 +92,6 @@ def test_the_spectrum_of_images_of_one_wave_is_a_mean_over_its_amplitudes(direct
     assert np.abs(found[::2]).max() < 1e-12
 
 
-@pytest.mark.slow
-def test_an_image_has_the_area_of_the_sea_and_its_bunching() -> None:
-    swell = discretized(Jonswap(1.0, 9.0), length=700.0, band=(0.8, 1.4), spreading=Spreading(20.0, 0.3, 5))
-    sea, radar = Sea(swell.realisation(2), order=1), Radar(60.0, INCIDENCE)
-    edges = np.linspace(0.0, 600.0, 41)
-    image = radar.image(sea, 0.0, edges, edges)
-    assert image.shape == (40, 40)
-    assert image.mean() == pytest.approx(1.0, abs=0.03)  # what comes in and goes out at the edges
-    assert image.std() > 0.2
-    still = Radar(0.0, INCIDENCE).image(sea, 0.0, edges, edges, labels_per_cell=6)
-    assert np.abs(still - 1.0).max() < 0.2
-
-
 def test_an_image_follows_particles_that_drift() -> None:
     sea = Sea(divided(Jonswap(3.0, 8.0), 6).realisation(2))
     image = Radar(20.0, 0.4).image(sea, 36000.0, np.linspace(0.0, 400.0, 21), np.linspace(0.0, 100.0, 6), 2)

@@ -43,7 +43,6 @@ def test_sums_over_pairs_on_the_grid_are_the_motion_of_its_labels() -> None:
     assert at_end(five_waves()).displacement()[:, 0] == pytest.approx(second, abs=1e-12)
 
 
-@pytest.mark.slow_cases("yoshida6-drift-6-sizes5")
 @pytest.mark.parametrize(
     ("method", "first", "order", "sizes"),
     [

@@ -110,7 +110,6 @@ def _by_potential(sea: WaveField, place: Array, t: float, *orders: tuple[int, ..
         return [float(mpmath.diff(phi, (*map(mpmath.mpf, place), mpmath.mpf(t)), order)) for order in orders]
 
 
-@pytest.mark.slow_cases("8.0")
 @pytest.mark.parametrize("depth", [8.0, 300.0])
 def test_quantities_are_derivatives_of_the_potential(depth: float) -> None:
     """Velocities are its gradient, the elevation -phi_t/g at z = 0, and the slope the gradient of that."""
@@ -301,7 +300,6 @@ def test_a_fully_developed_sea_has_the_height_of_the_gravity() -> None:
         assert height == pytest.approx(0.2092 * 12.0**2 / gravity, rel=2e-3)
 
 
-@pytest.mark.slow
 def test_a_run_takes_waves_as_the_formulas_say() -> None:
     """Forces and outputs; the acceleration of a body in water that carries it is that of the water."""
     carried = [f"1000 * water_acceleration.sea(position.middle[0], position.middle[1], -2)[{k}]" for k in range(3)]
@@ -350,7 +348,6 @@ def _pendulum_on(base: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-@pytest.mark.slow
 def test_a_base_that_follows_waves_has_their_height_and_tilt() -> None:
     sea = _waves(from_data(_data(SEA | {"ramp": 3})))
     turn = {"axis": [0, 0, 1], "angle": "0.3 + 0.1 * t"}
