@@ -7,7 +7,7 @@ import json
 import sys
 
 import numpy as np
-from siconos import kernel
+from siconos import kernel  # type: ignore[import-not-found]
 
 
 def main() -> None:

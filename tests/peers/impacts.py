@@ -17,28 +17,30 @@ MASSES, SECONDS = 3, 2.0
 PYTHON = "/usr/bin/python3"
 
 
-def siconos_chain(seed: int) -> dict[str, float]:
+def motion(seed: int) -> dict[str, float]:
     """Compare a chain on springs and dampers between two stops, which its last mass strikes, with restitution."""
     rng = np.random.default_rng(seed)
-    masses, stiffness, damping = rng.uniform(0.5, 2.0, MASSES), rng.uniform(50.0, 300.0, MASSES), rng.uniform(0.0, 0.3, MASSES)
-    velocity, gaps, restitution = rng.choice([-1.0, 1.0]) * rng.uniform(1.0, 3.0, MASSES), rng.uniform(0.05, 0.15, 2), rng.uniform(0.7, 0.95)
+    masses, stiffness, damping = rng.uniform([[0.5], [50.0], [0.0]], [[2.0], [300.0], [0.3]], (3, MASSES))
+    velocity = rng.choice([-1.0, 1.0]) * rng.uniform(1.0, 3.0, MASSES)
+    below, above, restitution = rng.uniform((0.05, 0.05, 0.7), (0.15, 0.15, 0.95)).tolist()
     A = np.eye(MASSES) - np.eye(MASSES, k=-1)  # from places to lengths of springs, the first of which holds the wall
     data = {
         "mass": np.diag(masses).tolist(), "damping": (A.T @ np.diag(damping) @ A).tolist(),
         "stiffness": (A.T @ np.diag(stiffness) @ A).tolist(), "q": [0.0] * MASSES, "v": velocity.tolist(),
-        "stops": [[MASSES - 1, 1.0, gaps[0]], [MASSES - 1, -1.0, gaps[1]]], "restitution": restitution, "seconds": SECONDS,
-        "tolerance": 1e-12,
+        "stops": [[MASSES - 1, 1.0, below], [MASSES - 1, -1.0, above]], "restitution": restitution,
+        "seconds": SECONDS, "tolerance": 1e-13,
     }  # fmt: skip  # a table
-    script = Path(__file__).with_name("chain_in_siconos.py")
-    theirs = json.loads(
-        subprocess.run([PYTHON, str(script)], input=json.dumps(data), capture_output=True, text=True, check=True).stdout
-    )
-    values = {f"{word}{k}": float(row[k]) for word, row in (("m", masses), ("k", stiffness), ("c", damping)) for k in range(MASSES)}
+    words = [PYTHON, str(Path(__file__).with_name("chain_in_siconos.py"))]
+    output = subprocess.run(words, input=json.dumps(data), capture_output=True, text=True, check=True).stdout
+    theirs = json.loads(output)
+    parameters = {"below": below, "above": above, "restitution": restitution}
+    for word, row in (("m", masses), ("k", stiffness), ("c", damping)):
+        parameters |= {f"{word}{k}": float(value) for k, value in enumerate(row)}
     solution = _chain().simulate(
         SECONDS,
         0.005,
         method="taylor",
-        parameters={**values, "below": float(gaps[0]), "above": float(gaps[1]), "restitution": float(restitution)},
+        parameters=parameters,
         initial={"q": [0.0] * MASSES, "v": (A @ velocity).tolist()},
         error_estimate=False,
     )
