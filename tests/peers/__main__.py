@@ -31,13 +31,16 @@ def compare(name: str, count: int | None) -> dict[str, Any]:
     return found | {"version": installed, "scenes": count or row.count, "differences": largest, "seeds": seeds}
 
 
-def compare_apart(name: str, count: int | None) -> dict[str, Any] | None:
-    """Return the measurement of a row by a process of its own, as libraries of two programs may not agree."""
+def compare_apart(name: str, count: int | None) -> dict[str, Any]:
+    """Return the measurement of a row by a process of its own: libraries of two programs may not agree."""
     words = [sys.executable, "-W", "ignore", "-m", "tests.peers", "--alone", "--only", name]
     words += ["--count", str(count)] if count else []
-    result = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=False)
-    lines = result.stdout.splitlines()
-    return None if result.returncode else json.loads(lines[-1])
+    result = subprocess.run(words, capture_output=True, text=True, check=False)
+    if result.returncode:
+        print(result.stderr, file=sys.stderr)
+        last = (result.stderr.splitlines() or [f"exit code {result.returncode}"])[-1]
+        return {"date": datetime.date.today().isoformat(), "failed": last}
+    return dict(json.loads(result.stdout.splitlines()[-1]))
 
 
 def main() -> int:
@@ -57,12 +60,9 @@ def main() -> int:
     failed = []
     for name in [] if options.page else names:
         found = compare_apart(name, options.count)
-        if found is None:
-            failed.append(name)
-            continue
         kept[name] = found
         print(line(ROWS[name], found), flush=True)
-        failed += [name] if ROWS[name].above_limit(found) else []
+        failed += [name] if "failed" in found or ROWS[name].above_limit(found) else []
     if options.file:
         if not options.page:
             ordered = {name: kept[name] for name in ROWS if name in kept}

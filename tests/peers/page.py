@@ -13,10 +13,10 @@ eomgen and eight other programs on the same random scenes. `make peers` installs
 Siconos from Debian), compares, and writes this page from the register `tests/peers/__init__.py` and its measurements in
 `tests/peers/measured.json`. Each scene has a seed, so that another machine has the same scenes.
 
-Differences are relative: of a vector or matrix at one state to its norm; of frequencies and eigenvalues to the size of
-each; of times to the duration. A row has the largest over all its scenes and states. Programs that solve the same
-equations differ by {EXACT:.0e} at most; a larger limit has its reason in the last column. **deviates** marks quantities
-in which a program has another result than eomgen, and the last column names a third result that decides.
+Differences are relative: of a vector or matrix at one state to its norm, 1e-3 at least; of frequencies and eigenvalues
+to the size of each; of times to the duration. A row has the largest over all its scenes and states. Programs that solve
+the same equations differ by {EXACT:.0e} at most; a larger limit has its reason in the last column. **deviates** marks
+quantities in which a program has another result than eomgen; the last column names a third result that decides.
 
 Digits from papers, books and programs: [verification](verification.md). Every URDF of example-robot-data:
 [robots](urdf_robots.md). Times of other programs: [benchmarks](benchmarks.md).
@@ -28,7 +28,7 @@ Digits from papers, books and programs: [verification](verification.md). Every U
 
 def line(row: Row, found: Mapping[str, Any]) -> str:
     """Return the line of a row."""
-    if reason := found.get("missing"):
+    if reason := found.get("missing") or found.get("failed"):
         return f"| {row.program} | {row.scenes} | | not measured: {reason} | | {found['date']} | {row.note} |"
     differences = "<br>".join(
         f"{name}: {'**deviates** ' if name in row.deviates else ''}{value:.0e}"
