@@ -93,6 +93,7 @@ ROWS = {
             " coordinates; its `computeRNEADerivatives` leaves that out. Differences of its own `rnea` agree"
             " with eomgen.",
         ),
+        Row("Pinocchio", "trees of all joint types, the last body held by a ball joint", "pinocchio_trees.loops", 100),
         Row("MuJoCo", "trees with springs, dampers and rotors", "mujoco_trees.dynamics", 200),
         Row("Drake", "trees that both read from one URDF, with a fixed or a free root", "drake_trees.urdf", 100),
         Row("Drake", "trees of all joint types, massless bodies", "drake_trees.joints", 100),
