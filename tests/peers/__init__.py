@@ -100,8 +100,8 @@ ROWS = {
         Row(
             "Basilisk", "spacecraft in free flight, two panels on hinges with springs and dampers: state after 5 s",
             "spacecraft.motion", 30, accuracy=1e-8,
-            note="Basilisk takes steps of 2 ms by a Runge-Kutta method of order 4; half of that gives a sixteenth of the"
-            " differences.",
+            note="Basilisk takes steps of 2 ms by a Runge-Kutta method of order 4; half of that gives a sixteenth of"
+            " the differences.",
         ),
         Row(
             "Siconos", "chains of masses that strike two stops, over 2 s", "impacts.motion", 50, accuracy=1e-8,
