@@ -6,6 +6,7 @@
 # make mutants tries thirty random changes of the package against the first tier: python -m tests.mutants --help says more
 # make docs   builds the documentation site, docs/_build/html, without network; a warning is an error
 # make bench  runs eomgen beside its peers, which it installs below .bench, and writes docs/benchmarks.md: a quarter of an hour
+# make peers  compares eomgen with eight other programs on random scenes, and writes docs/peers.md: ten minutes
 # The others make their own virtual environment in .venv and install what they need.
 
 PYTHON ?= python3
@@ -20,7 +21,7 @@ INSTALL = $(PIP) --editable
 # Tests start Python hundreds of times, which takes 0.4 s more each if nobody keeps compiled modules.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo live acados test test-all test-long coverage browser lint types golden mutants docs bench clean
+.PHONY: demo live acados test test-all test-long coverage browser lint types golden mutants docs bench peers clean
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -120,6 +121,15 @@ bench:
 	.bench/eomgen/bin/python -m benchmarks.suite.page
 	.bench/eomgen/bin/python -m benchmarks.suite.history
 	.bench/eomgen/bin/python -m benchmarks.suite.figures
+
+# Siconos has no wheel: it is installed where apt-get and the right to use it are there.
+peers:
+	@dpkg-query --show python3-siconos >/dev/null 2>&1 || \
+	  { command -v apt-get >/dev/null && test "$$(id -u)" = 0 && apt-get update -qq && \
+	    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends python3-siconos >/dev/null; } || \
+	  echo "no Siconos: its row will say so" >&2
+	$(PYTHON) -m benchmarks.suite.environments peers
+	.bench/peers/bin/python -m tests.peers docs/peers.md
 
 clean:
 	rm -rf $(VENV) .bench out docs/_build

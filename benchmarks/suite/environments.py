@@ -1,6 +1,6 @@
 """Virtual environments of the contestants, below ``.bench``: one for each group of peers that agree on versions.
 
-    python -m benchmarks.suite.environments
+    python -m benchmarks.suite.environments [GROUP ...]    those of `make bench`, if none is named
 
 Needs no package but pip's: it runs before anything is installed. A peer that does not install keeps its reason, which
 the rows that wanted it show.
@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / ".bench"
-OWN, JAX, ADAM = "eomgen", "jax", "adam"
+OWN, JAX, ADAM, PEERS = "eomgen", "jax", "adam", "peers"
 #: What is installed in each; eomgen's own scripts import the peers of its group.
 GROUPS: Mapping[str, Sequence[str]] = {
     OWN: (
@@ -27,6 +27,10 @@ GROUPS: Mapping[str, Sequence[str]] = {
     ),
     JAX: ("jax>=0.4.35", "mujoco-mjx>=3.2", "diffrax>=0.6", "frax>=0.1"),
     ADAM: ("adam-robotics>=0.4", "jax>=0.4.30,<0.4.37"),  # its arrays ask for devices as older JAX names them
+    PEERS: (  # of `make peers`; the templates of ROSS are of an older Plotly
+        f"--editable={ROOT}", "pin>=3", "mujoco>=4", "exudyn>=1.13", "drake>=1.40", "bsk>=2.8", "ross-rotordynamics>=2",
+        "plotly<7", "pybmodes>=1.19",
+    ),
 }  # fmt: skip  # a table
 
 
@@ -71,11 +75,12 @@ def _pip(python: Path, requirements: Sequence[str]) -> str:
 
 
 def main() -> int:
-    for group in GROUPS:
+    groups = sys.argv[1:] or [OWN, JAX, ADAM]
+    for group in groups:
         print(f"peers: .bench/{group}", flush=True)
         for requirement, reason in install(group).items():
             print(f"  {requirement} is missing: {reason}")
-    if f"--editable={ROOT}" in reasons(OWN):
+    if any(f"--editable={ROOT}" in reasons(group) for group in groups):
         print("eomgen itself is not installed: nothing can be measured", file=sys.stderr)
         return 1
     return 0

@@ -24,12 +24,14 @@ from benchmarks.suite.outcomes import RESULTS, Finding, read
 from benchmarks.suite.page import PAGE, compared, ratio_of, shown
 from benchmarks.suite.register import ROWS, Comparison, Row
 
+#: Texts stay texts, in one font, with names that are the same each time.
+SETTINGS = {"svg.hashsalt": "eomgen", "svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans"]}
 AHEAD, BEHIND, GOAL = "#1b6ca8", "#c0561f", "#777777"
 
 
 def draw(found: Mapping[str, Finding], rows: Sequence[Row], folder: Path) -> list[Path]:
     """Draw all figures and return their files."""
-    with mpl.rc_context({"svg.hashsalt": "eomgen", "font.size": 9, "svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans"]}):
+    with mpl.rc_context({**SETTINGS, "font.size": 9}):
         return [ratios(found, rows, folder / "benchmarks_ratios.svg")]
 
 
@@ -93,7 +95,7 @@ def draw_history(history: Sequence[Measurement], rows: Sequence[Row], file: Path
     rows = [row for row in rows if any(one.row == row.name for one in history)]
     columns = min(COLUMNS, len(rows))
     lines = -(-len(rows) // columns)
-    with mpl.rc_context({"svg.hashsalt": "eomgen", "font.size": 8, "svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans"]}):
+    with mpl.rc_context({**SETTINGS, "font.size": 8}):
         figure, panels = plt.subplots(
             lines, columns, figsize=(3.25 * columns, 1.9 * lines), layout="constrained", sharex=True, squeeze=False
         )

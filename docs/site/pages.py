@@ -227,7 +227,7 @@ GUIDES = (
     "overview", "choosing", "urdf_robots", "statics", "identification", "ensembles", "clusters", "random_vibration",
     "waves", "hamiltonian", "fields", "optimisers", "fmu", "live", "sympy", "compilers", "extending",
 )  # fmt: skip  # a list of words
-EVIDENCE = ("verification", "accuracy", "orders", "extremes", "benchmarks")
+EVIDENCE = ("verification", "peers", "accuracy", "orders", "extremes", "benchmarks")
 THEORY = (
     "separated_form", "lie_groups", "tape_and_loops", "constraints", "beams", "time_integration", "errors_of_runs",
     "equilibria", "derivatives_of_runs", "random_vibration", "waves", "fields", "generated_code",

@@ -58,7 +58,7 @@ def row(case: Anchor, numbers: Sequence[float], source: int) -> str:
 RUNS = """
 # Runs of other programs
 
-A row runs a scene of `examples/verification` next to a run which the makers or users of another program have published,
+A row runs a scene of `examples/verification`, written from the data of the machine, next to a run which the makers or users of another program have published,
 and compares the motion, velocities, accelerations and reactions that its file holds at the instants of
 `tests/anchors/runs.toml`; differences are relative to the largest figure of a signal. If a third solution exists (SciPy
 to 1e-12, from equations written for the machine), both programs are compared with it; else eomgen with the program.
@@ -90,7 +90,10 @@ def row_of_run(run: Run, difference: Difference, spread: str) -> str:
 
 def runs_part(kept: Mapping[str, Sequence[float]]) -> list[str]:
     """Return the lines of the page on runs of other programs."""
-    text, subject = [RUNS, "| program | date | accuracy, as published | source |\n|---|---|---|---|"], ""
+    text, subject = (
+        [RUNS, "<!-- runs -->\n\n| program | date | accuracy, as published | source |\n|---|---|---|---|"],
+        "",
+    )
     programs = {row.program.name: row.program for row in [*runs().values(), *gaps().values()]}
     text += [f"| {it.name} | {it.date} | {it.accuracy} | {it.source} |" for it in programs.values()]
     errors: dict[str, list[float]] = {}
@@ -108,7 +111,7 @@ def runs_part(kept: Mapping[str, Sequence[float]]) -> list[str]:
         text.append(row_of_run(run, Difference(*kept[run.name]), spread))
     text.append("\n## Cases that eomgen cannot express\n\n| case | program | reason |\n|---|---|---|")
     text += [f"| {gap.case} | {gap.program.name} | {gap.reason} |" for gap in gaps().values()]
-    return text
+    return [*text, "\n<!-- end -->"]
 
 
 def page(kept: Mapping[str, Sequence[float]], kept_runs: Mapping[str, Sequence[float]]) -> str:

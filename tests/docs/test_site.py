@@ -233,7 +233,7 @@ MOST_WORDS = 3000
 def words(text: str) -> int:
     """Return the number of words of a page without its blocks of code and the tables made from the schema."""
     text = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
-    text = re.sub(r"<!-- (?:keys of \w+|units) -->.*?<!-- end -->", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!-- (?:keys of \w+|units|runs) -->.*?<!-- end -->", "", text, flags=re.DOTALL)
     return len(re.findall(r"[A-Za-z']+", text))
 
 

@@ -24,7 +24,7 @@ from eomgen.toolchain.compiler import find_compiler, zig_program
 
 ROOT = Path(__file__).parents[2]
 STEPS = 200
-#: Files that are no scenes of their own, or are sampled rather than stepped.
+#: Files that are no scenes of their own, or are sampled rather than stepped; runs of other programs are no examples.
 _LEFT_OUT = ("sea_arm/links.toml", "density_field/system/density_field.toml")
 Motion = Mapping[str, np.ndarray[Any, np.dtype[np.float64]]]
 #: Runs a program of WebAssembly with the arguments that follow its name.
@@ -40,7 +40,7 @@ NODE = ("node", "--no-warnings", "-e", NODE_SCRIPT)
 def examples() -> list[str]:
     """Return the scenes and Hamiltonian systems of all examples, below ``examples``."""
     files = (path.relative_to(ROOT / "examples").as_posix() for path in sorted((ROOT / "examples").rglob("*.toml")))
-    return [name for name in files if name not in _LEFT_OUT]
+    return [name for name in files if name not in _LEFT_OUT and not name.startswith("verification/")]
 
 
 def compilers() -> dict[str, str]:
