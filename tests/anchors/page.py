@@ -58,11 +58,11 @@ def row(case: Anchor, numbers: Sequence[float], source: int) -> str:
 RUNS = """
 # Runs of other programs
 
-A row runs a scene of `examples/verification`, written from the data of the machine, next to a run which the makers or users of another program have published,
-and compares the motion, velocities, accelerations and reactions that its file holds at the instants of
-`tests/anchors/runs.toml`; differences are relative to the largest figure of a signal. If a third solution exists (SciPy
-to 1e-12, from equations written for the machine), both programs are compared with it; else eomgen with the program.
-`python -m tests.anchors.runs` prints all differences, `--external DIR` over whole files.
+A row runs a scene of `examples/verification`, written from the data of the machine, next to a run which the makers or
+users of another program have published, and compares the motion, velocities, accelerations and reactions that its file
+holds at the instants of `tests/anchors/runs*.toml`; differences are relative to the largest figure of a signal. If a
+third solution exists (SciPy to 1e-12, from equations written for the machine), both programs are compared with it; else
+eomgen with the program. `python -m tests.anchors.runs` prints all differences, `--external DIR` over whole files.
 """
 
 

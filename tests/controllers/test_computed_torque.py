@@ -172,7 +172,7 @@ def test_a_package_of_ros_names_its_parts_alike(robot: Path, tmp_path: Path) -> 
         "add_library(arm_controller SHARED Arm.c arm_controller.c arm_controller_plugin.cpp)" in texts["CMakeLists.txt"]
     )
     assert (
-        '/arm_controller/goal trajectory_msgs/msg/JointTrajectoryPoint "positions: [0.1, 0.1, 0.1]"'
+        '/arm_controller/goal trajectory_msgs/msg/JointTrajectoryPoint \\\n        "positions: [0.1, 0.1, 0.1]"'
         in texts["README.md"]
     )
     assert json.loads(texts["manifest.json"])["functions"].keys() == {"inverse_dynamics", "mass"}
