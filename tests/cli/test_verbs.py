@@ -182,6 +182,7 @@ def test_the_table_has_steps_of_its_own_apart_from_rows_and_errors_of_outputs(
     assert summary["error"]["unresolved"] in shown.err and summary["error"]["largest_output"]["name"] == "output pull"
 
 
+@pytest.mark.slow
 def test_a_linear_model_without_free_motion_is_a_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     driven = written_scene(tmp_path, "pendulum", joints__hinge__initial=None, joints__hinge__drive="0.3 * t")
     assert main(["linearize", str(driven), "--json"]) == 0
@@ -189,6 +190,7 @@ def test_a_linear_model_without_free_motion_is_a_result(tmp_path: Path, capsys: 
     assert (told["v"], told["coordinates"], told["modes"]) == ([0.3], [], [])
 
 
+@pytest.mark.slow
 def test_long_tables_end_with_what_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """42 masses of 1 kg on springs of 981 N/m: they hang at -10 mm, and swing from 0 to -20 mm."""
     names = [f"m{k}" for k in range(42)]

@@ -8,6 +8,7 @@ from string import Template
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 import sympy
 from scipy.spatial.transform import Rotation
 from sympy.physics import mechanics as me
@@ -116,6 +117,7 @@ def described(folder: Path, ending: str, name: str, values: Values) -> Any:
 PAIRS = [(one, other) for one in FORMATS for other in (*FORMATS, "sympy")]
 
 
+@pytest.mark.slow
 def test_the_arm_is_equal_in_all_pairs_of_formats(tmp_path: Path) -> None:
     """To 1e-12 in the equations at random states, in 20 pairs."""
     for pair in PAIRS:

@@ -79,6 +79,7 @@ def _check(folder: Path, ending: str, text: str, planted: Planted) -> None:
     assert first.places[1].startswith(f"second{ending}"), first.places
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DESCRIPTIONS)
 def test_all_planted_differences_are_named_first(name: str, tmp_path: Path) -> None:
     """With element, quantity and place in the second file."""

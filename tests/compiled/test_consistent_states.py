@@ -34,6 +34,7 @@ def model_of(name: str) -> eomgen.Model:
     return eomgen.build(ball, profile="instant")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "spread"), [("four_bar", 0.4), ("absolute", 0.3), ("ball", 0.5)])
 def test_samples_are_where_each_is_alone(name: str, spread: float, rng: np.random.Generator) -> None:
     model, count = model_of(name), 37

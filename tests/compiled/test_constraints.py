@@ -39,6 +39,7 @@ def test_accelerations_meet_the_constraints_and_the_equations(rng: np.random.Gen
     np.testing.assert_allclose(batch[0], vdot, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None:
     free, held = flyer(), absolute()
     expected, found = (model.simulate(0.2, 1e-3, method="generalized_alpha") for model in (free, held))

@@ -40,6 +40,7 @@ def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
     return counts | {name: waiting[name] for name in ("residual", "iteration") if name in waiting}
 
 
+@pytest.mark.slow
 def test_rest_is_an_arc_under_a_moment_and_a_bow_past_eulers_load(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -74,6 +74,7 @@ def test_the_derivative_of_a_road(model: eomgen.Model) -> None:
     assert np.allclose(model.input_values(t)[:, place], expected, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_base_motion(model: eomgen.Model) -> None:
     base, shake, even = model.base(T), curve("shake"), curve("even")
     angle = shake(2 * T)
@@ -106,6 +107,7 @@ def test_other_number_types(real: str, model: eomgen.Model, tmp_path: Path) -> N
         assert near(np.imag(values)[:, 0] / 1e-30, curve("inputs.table")(t, 1))
 
 
+@pytest.mark.slow
 def test_a_run_beyond_the_points() -> None:
     builder = eomgen.SceneBuilder("cart").body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
     builder.curve("spring", points=[[-1, -9], [0, 0], [1, 4]]).input("push", points=[[0.5, 0], [1, 1], [1.5, 0]])

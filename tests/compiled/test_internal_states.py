@@ -199,11 +199,13 @@ def test_orders_with_constraints(
     assert np.all(np.abs(orders(errors) - order) <= tolerance), orders(errors)
 
 
+@pytest.mark.slow
 def test_a_pin_in_joint_coordinates_moves_the_same() -> None:
     run = eomgen.build(crank("joint")).simulate(0.8, 1e-3, method=RK4)
     assert np.allclose([run.q[-1, 0], run.v[-1, 0], *run.z[-1]], crank_at(0.8), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_constrained_compiled_steps_are_those_of_the_slow_stepper(pinned: eomgen.Model) -> None:
     system = eomgen.derive(crank("absolute"))
     start = np.array(system.initial_q), np.array(system.initial_v)

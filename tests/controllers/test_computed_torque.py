@@ -193,6 +193,7 @@ def facts(folder: Path) -> dict[str, int]:
     return dict(json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["cortex_m4"])
 
 
+@pytest.mark.slow
 def test_the_step_in_float_is_inverse_dynamics_in_float(robot: Path, tmp_path: Path) -> None:
     assert main(["generate", str(robot), "--target", "cortex-m4", "--out", str(tmp_path / "c")]) == 0
     folder = tmp_path / "c"

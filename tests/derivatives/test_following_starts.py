@@ -81,6 +81,7 @@ def resting_controller() -> SceneBuilder:
     return builder.output("y", formula=["q.a", "a.a", "other"]).simulation(start="equilibrium")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("builder", "method", "by"),
     [
@@ -117,6 +118,7 @@ def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
     assert held.hessian("final(angle)").shape == (2, 2)
 
 
+@pytest.mark.slow
 def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     builder = SceneBuilder("sliding_rest").parameter("mass", 1.0, tunable=True)
     builder.body("one", "mass", center_of_mass=[0.1, 0, 0], inertia=[0.1, 0.1, 0.1]).body("two", 2.0)
@@ -129,6 +131,7 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     assert "starts at equilibrium relative to moving drives, which has no derivatives here; try: initial = m" in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "initial"),
     [
@@ -166,6 +169,7 @@ def four_bar(crank: float = 0.3) -> SceneBuilder:
     return builder.output("y", formula=["q.a", "v.b"])
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_loop_are_those_of_the_scene_with_other_values() -> None:
     _, model = built(four_bar())
     by = ["crank", "load", "q.a"]
@@ -195,6 +199,7 @@ def raised() -> SceneBuilder:
     return builder.effort("spring", "a", "-3*q.a").output("y", formula=["q.a", "v.b", "position.tip[2]"])
 
 
+@pytest.mark.slow
 def test_absolute_bodies_start_where_the_joints_have_them() -> None:
     """Against differences of whole runs, extrapolated."""
     _, model = built(raised())

@@ -77,6 +77,7 @@ def hold_hessian(model: Model, found: Sensitivities, of: str, options: dict[str,
     np.testing.assert_allclose(found.hessian_products(of, vectors), H @ vectors, rtol=1e-11, atol=1e-13 * size)
 
 
+@pytest.mark.slow
 def test_hessians_of_a_controlled_arm() -> None:
     _, model = built(driven())
     options = options_of("trapezoidal", samples("torque", "road", "command"))
@@ -85,6 +86,7 @@ def test_hessians_of_a_controlled_arm() -> None:
     hold_hessian(model, found, "sum(y[0])", options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "builder",
     [lambda: tree().input("push").effort("pushed", "b", "push*(1 + q.a) + 0.3*push**2"),
@@ -104,6 +106,7 @@ def pushed(builder: Any) -> Any:
     return builder().input("push").effort("pushed", "a", "push*(1 + 0.1*push)")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("builder", "method", "output"),
     [(resting_controller, "trapezoidal", "y[1]"), (resting_loop, "generalized_alpha", "y[0]")],

@@ -50,6 +50,7 @@ def test_a_number_for_the_whole_run_and_the_rows_of_a_part(monkeypatch: pytest.M
         np.testing.assert_allclose(array, gradient[name], rtol=1e-12, atol=1e-16)
 
 
+@pytest.mark.slow
 def test_what_has_no_derivatives_in_inputs_is_said() -> None:
     _, model = built(tree())
     with pytest.raises(UsageError, match=r'input_gradient: the scene has no inputs; try: inputs=\{"command": ...\}'):

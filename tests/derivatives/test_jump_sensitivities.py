@@ -172,6 +172,7 @@ CASES: dict[str, tuple[Callable[[], Model], Sequence[str], float, str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_derivatives_across_jumps_are_differences_of_runs(case: str) -> None:
     made, by, end, method = CASES[case]
@@ -228,6 +229,7 @@ def test_a_force_from_a_moment_on_has_the_derivatives_of_its_motion(on: float) -
         np.testing.assert_allclose(found.derivatives["z"][:, 0], slope, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_parts_that_are_stepped_again_have_the_same_gradient(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = []
     for kept in (motion.KEPT_BYTES, 0):
@@ -265,6 +267,7 @@ def cart(**event: Any) -> SceneBuilder:
     return builder.event("first", **event) if event else builder
 
 
+@pytest.mark.slow
 def test_events_without_derivatives_name_their_cause() -> None:
     text = refused(eomgen.build(cart(when="q.rail - 0.3", action="stop").build()))
     assert "the event first ends the run at t = 0.367544468 s, before the last row" in text

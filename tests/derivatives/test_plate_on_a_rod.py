@@ -95,6 +95,7 @@ def test_rest_moves_with_parameters_and_the_first_value_of_an_input() -> None:
     np.testing.assert_allclose(by_rows[[0, 2]], of[3:], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_rest_of_a_turned_body_has_first_and_second_derivatives() -> None:
     """A ball joint, held by a spring from aside; increments of rotations do not commute."""
     builder = tunable("resting_ball", mass=1.3, reach=0.3)

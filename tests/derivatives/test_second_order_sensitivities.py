@@ -48,6 +48,7 @@ def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tup
     return 0.5 * (table + np.swapaxes(table, -1, -2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("builder", "method", "by", "initial", "of", "step"),
     [

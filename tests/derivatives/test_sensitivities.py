@@ -172,6 +172,7 @@ def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     check(loop(), method, by, {"q": start.q, "v": start.v})
 
 
+@pytest.mark.slow
 def test_the_speed_on_a_road_of_a_class_has_derivatives() -> None:
     builder = tunable("quarter", speed=15.0).body("wheel", 40.0).body("body", 300.0)
     builder.joint("hop", "prismatic", "base", "wheel", axis=[0, 0, 1])
@@ -253,6 +254,7 @@ def refusal(model: Model, *given: Any, **options: Any) -> str:
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
     builder = SceneBuilder("late", gravity=[0, 0, 0]).parameter("k", 2.0, tunable=True)
     builder.parameter("start", 0.055, tunable=True).body("mass", 1.0)
@@ -266,6 +268,7 @@ def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
     assert model.sensitivities(0.1, STEP, by=["k"]).gradient("final(place)")["k"] > 0.0
 
 
+@pytest.mark.slow
 def test_runs_and_scenes_without_derivatives_say_why() -> None:
     _, model = built(tree())
     found = model.sensitivities(0.1, STEP)
@@ -287,6 +290,7 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     assert "of: the scene has no outputs to differentiate" in refusal(built(silent)[1], 0.1, STEP)
 
 
+@pytest.mark.slow
 def test_forces_that_jump_and_runs_that_fail() -> None:
     jumping = tree().effort("push", "a", "1 if t < 0.05 else 2")
     told = refusal(built(jumping)[1], 0.1, STEP)
@@ -309,6 +313,7 @@ def test_steps_that_converge_in_halves_or_have_no_solution(monkeypatch: pytest.M
         found._run.linear._check(1, 3, np.array([0.01, 0.02, 0.03]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "method"), [(loop, "hht_index3"), (absolute, "generalized_alpha_index3")])
 def test_runs_in_index_3_have_the_derivatives_of_differences(make: Any, method: str) -> None:
     """Velocities are off the constraints, which are of positions alone; gradients are those of tangents, and second

@@ -92,6 +92,7 @@ def test_a_plate_on_a_rod_of_tunable_length(method: str) -> None:
     check(hanging(), method, ["mass", "length", "drag", "q.y", "v.y"], start)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
 def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:
     model = eomgen.build(driven_loop().build(), profile="instant")
@@ -102,12 +103,14 @@ def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:
     check(driven_loop(), method, by, initial, inputs={"pull": np.linspace(-1.0, 2.0, 13)}, **near)
 
 
+@pytest.mark.slow
 def test_absolute_coordinates_with_an_angle_over_turns() -> None:
     model = eomgen.build(absolute().build(), profile="instant")
     start = {"q": model.initial_q, "v": np.zeros(12)}
     check(absolute(), "rk4_partitioned", ["mass", "length", "damping"], start, steps=8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "rattlie"])
 def test_trees_on_all_groups_and_internal_states(method: str) -> None:
     check(turning(), method, OF_TURNS, SPUN)
@@ -143,6 +146,7 @@ def test_what_these_steps_have_not() -> None:
     )
 
 
+@pytest.mark.slow
 def test_constraints_on_positions_and_on_velocities_alone() -> None:
     """Corrections of positions hold rates that change with the position."""
     gear = "v.c[0] - 0.4 * v.b * (1 + 0.3 * length * q.b)"

@@ -31,6 +31,7 @@ def test_the_same_bits_by_three_compilers_in_all_examples() -> None:
     assert f"[{equal} of {len(rows)} examples](docs/compilers.md#digits)" in LINES["Same bits"]
 
 
+@pytest.mark.slow
 def test_the_four_bar_is_closed_after_many_steps() -> None:
     run = eomgen.build(ROOT / "examples/four_bar/scene.toml").simulate(100.0, 1e-3, error_estimate=False)
     assert run.stats["steps"] == 100_000

@@ -26,6 +26,7 @@ def names(run: eomgen.Solution) -> set[str]:
     return {finding.name for finding in run.findings}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive"])
 @pytest.mark.parametrize("law", ["kick at a tunable time", "linear table over place"])
 def test_steps_are_bounded_for_a_law_that_they_pass_over(law: str, method: str) -> None:
@@ -98,6 +99,7 @@ def test_the_bound_goes_with_checkpoints_files_and_resumed_runs(tmp_path: Path) 
     assert sliders().attach(loaded).at(0.55).q == pytest.approx(half.at(0.55).q, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_run_without_variations_decides_for_all_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     given, _, _ = LAWS["linear table over place"]
     examined: list[object] = []
@@ -119,6 +121,7 @@ def test_the_run_without_variations_decides_for_all_samples(monkeypatch: pytest.
         assert end == pytest.approx(true.y[0, -1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     bump = {"joint": "slide", "effort": "30 if 0.503 < q.slide < 0.513 else 0"}
     start, run = {"velocity": 1.0}, {"method": "rk45", "duration": 2.0, "step": 0.1}

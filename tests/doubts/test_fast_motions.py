@@ -29,6 +29,7 @@ def hanging(*, absolute: bool = False) -> eomgen.Model:
     return eomgen.build(builder.output("pull", formula="tension.cord", unit="N").build(), profile="quick")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("absolute", [False, True])
 def test_a_stiff_start_off_balance_is_told_of(absolute: bool, tmp_path: Path) -> None:
     run = hanging(absolute=absolute).simulate(1.0, 2e-3)
@@ -77,6 +78,7 @@ def test_a_known_jump_that_sets_a_stiff_machine_ringing_is_told_of() -> None:
     assert pushed("100 if t > 0.5 else 0").simulate(1.0, 1e-4).error.unresolved == ""
 
 
+@pytest.mark.slow
 def test_a_kink_and_a_force_that_rises_smoothly_from_rest_are_not_told_of() -> None:
     """At rest there is no acceleration to hold a swing against, but later in the run there is."""
     assert pushed("400 * max(t - 0.5, 0)").simulate(1.0, 2e-3).error.unresolved == ""

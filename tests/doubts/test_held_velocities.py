@@ -128,6 +128,7 @@ def test_an_aliased_force_is_named_or_within_the_stated_error(step: float) -> No
     assert not resolved.findings
 
 
+@pytest.mark.slow
 def test_windows_of_velocity_are_followed_or_named_and_errors_stated() -> None:
     """Places of jumps in their steps are chance, so that one run of many may be understated."""
     random, understated = np.random.default_rng(0), []
@@ -156,6 +157,7 @@ def test_windows_of_velocity_are_followed_or_named_and_errors_stated() -> None:
     assert len(understated) <= 1, understated
 
 
+@pytest.mark.slow
 def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """An examination repeats a bounded number of steps, and says how much of the run it has seen."""
     repeated: list[int] = []
@@ -185,6 +187,7 @@ def test_a_force_that_begins_at_zero_is_no_jump() -> None:
     assert "2 times the step" in str(run.error) and run.error.order == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_no_aliased_force_is_understated_by_more_than_three() -> None:
     random = np.random.default_rng(0)
     methods = ["rk4", "generalized_alpha", "rosenbrock", "tdg1", "rattlie", "trapezoidal"]

@@ -208,6 +208,7 @@ def test_few_steps_are_not_compared_with_themselves(method: str, start: float, s
         assert f"the discretisation error is not known: {run.error.reason}; try: a step smaller" in run.message
 
 
+@pytest.mark.slow
 def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> None:
     given = {"wave": 1e3, "period": 0.005, "stiffness": 1.0}
     run = sliders().simulate(0.4, 0.01, method="rk45", tolerance=1e-8, parameters=given)
@@ -216,6 +217,7 @@ def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> No
     assert run.message.endswith("taken again)")
 
 
+@pytest.mark.slow
 def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet() -> None:
     random = np.random.default_rng(0)
     methods = ["generalized_alpha", "rk4", "rk45", "rosenbrock", "trapezoidal", "tdg1", "rattlie", "adaptive"]
@@ -327,6 +329,7 @@ def test_partials_by_one_factorization_are_differences_of_accelerations() -> Non
     np.testing.assert_allclose(partials, np.stack(expected, axis=-1), rtol=1e-6, atol=1e-7 * np.abs(partials).max())
 
 
+@pytest.mark.slow
 def test_a_search_that_is_left_out_is_named() -> None:
     swift = on_rail("100 * exp(-((q.x - 0.055) / 0.001)**2)", velocity=1.0)
     swift.event("there", "(q.x - 0.031) * (q.x - 0.033) * (q.x - 0.035) * (q.x - 0.037) * (q.x - 0.039)")

@@ -31,6 +31,7 @@ def drift_of(model: eomgen.Model, run: eomgen.Solution) -> momentum.Drift | None
 WHICH = r"(angular )?momentum (along|about) [xyz], which no force changes, drifts by \S+ % of the momenta at work"
 
 
+@pytest.mark.slow
 def test_drift_is_told_and_a_fine_run_keeps_all() -> None:
     coarse = tumbling().simulate(20.0, 0.2)
     assert re.search(rf"; the estimated error is .*, and the {WHICH}; try: a step smaller than 0\.2 s", coarse.message)
@@ -59,6 +60,7 @@ def two_bodies(kind: str) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spring", "hinge"])
 def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model = two_bodies(kind)

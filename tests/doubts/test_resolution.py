@@ -51,6 +51,7 @@ def slip_stick(stribeck: float, velocity: float, times: Array) -> Array:
     return np.asarray(solve_ivp(rates, span, [0.0, BELT], "Radau", times, rtol=1e-8, atol=1e-11).y[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "step", "finding", "driven"),
     [("rk4_partitioned", 5e-3, "unresolved_damping", True), ("generalized_alpha", 1e-2, "passed_growth", False)],

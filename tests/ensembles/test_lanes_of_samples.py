@@ -117,6 +117,7 @@ def test_results_are_those_of_runs_one_after_the_other(
     assert set(lanes) == {"EOMGEN_LANES is off"}
 
 
+@pytest.mark.slow
 def test_a_sample_that_explodes_is_judged_alone_and_the_others_stay(swing: eomgen.Model, lanes: list[object]) -> None:
     """RK4 is stable up to 2.83 by the step: a heavy rod on its spring has 2.1, a light one 3.5."""
     springs = {**SCENE, "efforts": {"coil": {"joint": "hinge", "effort": "-20 * q.hinge"}}}
@@ -143,6 +144,7 @@ def test_what_cannot_run_side_by_side_says_why(swing: eomgen.Model, lanes: list[
     assert set(lanes) == {"controllers is given"}
 
 
+@pytest.mark.slow
 def test_a_beam_that_bends_beyond_what_beams_are_for_fails_in_lanes_too(lanes: list[object]) -> None:
     """A rod of 2 m that hangs from one end in its own weight, sideways."""
     builder = eomgen.SceneBuilder("limp", gravity=[0, -9.81, 0]).parameter("stiffness", 50.0, tunable=True)

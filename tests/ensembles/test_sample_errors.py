@@ -34,6 +34,7 @@ def slider() -> eomgen.Model:
     return eomgen.build(sliding("-k*q.slide"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.02, 0.005])
 def test_errors_of_samples_are_those_of_the_closed_form(slider: eomgen.Model, step: float) -> None:
     found = slider.simulate_many(2.0, step, vary={"k": "uniform(50, 150)"}, samples=32)
@@ -84,6 +85,7 @@ def test_the_first_sample_examined_is_the_farthest_value(far: int) -> None:
         assert spread_samples(np.hstack([values, np.full((8, 1), 5.0)]), 1) == [far]
 
 
+@pytest.mark.slow
 def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     model = eomgen.build(oscillator(), profile="quick")
     result = model.simulate_many(END, STEP, table={"push": [0.1, 0.11]}, columns=["q.rail"], points=2)
@@ -91,6 +93,7 @@ def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     assert result.error.relative == pytest.approx(share_of_state(), rel=1.0)
 
 
+@pytest.mark.slow
 def test_friction_that_steps_do_not_resolve_is_noted() -> None:
     model = eomgen.build(stuck(), profile="quick")
     found = model.simulate_many(table={"pull": [400.0, 410.0]}, columns=["q.rail"], points=2)

@@ -128,6 +128,7 @@ def test_the_plan_and_its_time_are_told_first(cart: eomgen.Model, monkeypatch: p
     assert "8 samples one after the other: EOMGEN_LANES is off, by 1 thread: about 0 s more" in told
 
 
+@pytest.mark.slow
 def test_samples_at_equilibrium_run_side_by_side_from_that_of_the_run_before(tmp_path: Path) -> None:
     model = eomgen.build(eomgen.load(Path(__file__).parent / "scenes" / "resting.toml"))
     vary = {"stiffness": "uniform(500, 2000)", "push": "normal(0, 10)"}

@@ -152,6 +152,7 @@ def test_each_lane_meets_its_own_events(name: str, method: str, step: float) -> 
     assert len(np.unique(states[:, places["event_time"]][:, 0])) > 1
 
 
+@pytest.mark.slow
 def test_lanes_of_models_with_other_numbers_are_one_compilation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

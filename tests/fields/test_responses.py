@@ -94,6 +94,7 @@ def test_any_response_against_the_probability_of_the_counts(case: str, seed: int
     assert mesh.product(posterior.hessian(x)(to), to) == pytest.approx(bend, rel=1e-5, abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("poisson")
 @pytest.mark.parametrize("case", ENERGIES)
 def test_samples_have_the_mean_and_deviation_of_quadrature(case: str) -> None:

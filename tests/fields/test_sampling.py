@@ -42,6 +42,7 @@ def check_identities(samples: Samples) -> None:
     assert abs(samples.mean_energy_error - 0.5 * float(errors.var())) <= within
 
 
+@pytest.mark.slow
 def test_a_linear_posterior_is_that_of_the_wiener_filter() -> None:
     """Normal errors about the field itself: mean and variance of every wave number are known."""
     mesh = Mesh((6, 5, 8), 40.0)
@@ -83,6 +84,7 @@ def test_few_samples_have_no_autocorrelation_time() -> None:
     assert autocorrelation_time(chains) > 0.0
 
 
+@pytest.mark.slow
 def test_a_warm_up_finds_the_step() -> None:
     posterior, _ = counted(16, 0.3)
     sampler = Sampler(posterior, method="leapfrog", start="zero", seed=1)

@@ -126,6 +126,7 @@ def first_error(cells: int, name: str, first: Literal["drift", "kick"], trajecto
     return float(np.mean(errors)) / (cells**3 * step**method.order)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "first"), KAPPA)
 def test_barriers_are_those_of_the_dossier(name: str, first: Literal["drift", "kick"]) -> None:
     kappa, within = KAPPA[name, first]

@@ -116,6 +116,7 @@ def test_threads_get_the_same_parts_of_each_array(monkeypatch: pytest.MonkeyPatc
             assert np.array_equal(np.concatenate([arrays[number].ravel() for arrays in parts]), whole.ravel())
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("single")
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_threads_that_share_arrays_give_the_same_bits(precision: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -187,6 +187,7 @@ def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     np.testing.assert_allclose(momentum, momentum[0], atol=1e-14)
 
 
+@pytest.mark.slow
 def test_a_long_chain_is_a_loop() -> None:
     """A thousand cells with cubic springs: the functions are as long as those of a few, and sum up as NumPy does."""
     cells = 1000
@@ -340,6 +341,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     np.testing.assert_allclose(rows[:, 5], run.energy["total"], rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "system.toml"
     file.write_text(

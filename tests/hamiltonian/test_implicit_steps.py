@@ -167,6 +167,7 @@ def test_energy_errors_are_bounded_over_many_steps(method: str, step: float, ste
     assert error[len(error) // 2 :].max() < 1.5 * error[: len(error) // 2].max()
 
 
+@pytest.mark.slow
 def test_a_run_is_interrupted_within_a_row_and_keeps_the_state_there() -> None:
     oscillator: Any = eomgen.build(OSCILLATOR, profile="quick")
 

@@ -88,6 +88,7 @@ def check_equal(joint: Linearization, absolute: Linearization) -> None:
             assert relative_error(first.ravel()[np.newaxis], second.ravel()[np.newaxis], floor=1e-9) <= 1e-9, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 5, 9])
 def test_any_tree_about_any_motion(seed: int, rng: np.random.Generator) -> None:
     """All joint types, forces, springs, formulas of joint coordinates and outputs, about states that move and

@@ -16,6 +16,7 @@ ROBOTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_state_matrix(name: str, rng: np.random.Generator) -> None:
     path, root, lock = ROBOTS[name]

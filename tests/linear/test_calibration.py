@@ -87,6 +87,7 @@ def cart() -> eomgen.Model:
     return model_of(CART)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("weights", "digits"),
     [
@@ -104,6 +105,7 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
         assert abs(value - float(printed)) <= 0.5 * 10.0 ** -len(printed.partition(".")[2]), (signal, value)
 
 
+@pytest.mark.slow
 def test_gains_are_those_of_the_plant_by_hand_for_any_parameters(cart: eomgen.Model) -> None:
     assert {name: cart.parameters[name] for name in gains_of(0.6)} == pytest.approx(gains_of(0.6), rel=1e-9)
     found = cart.calibrate(parameters={"length": 1.1})
@@ -134,6 +136,7 @@ def row_data(asked: dict[str, Any]) -> dict[str, Any]:
     )
 
 
+@pytest.mark.slow
 def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     feedback = {"type": "state_feedback", "coordinates": ["one", "two"]}
     weights = {"method": "lqr", "velocity_weights": {"one": 30}, "effort_weights": 0.1}
@@ -156,6 +159,7 @@ def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     np.testing.assert_allclose(gains("later"), np.split(later[0, [1, 0, 3, 2]], 2), rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_references_are_where_the_controller_rests() -> None:
     """A hanging load: the spring is stretched, and the controller gives nothing there."""
     model = model_of(
@@ -177,6 +181,7 @@ def test_references_are_where_the_controller_rests() -> None:
     assert np.abs(run.outputs["hold"]).max() < 1e-9 and np.abs(run.q - sag).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_steady_motion_may_be_where_it_is_calibrated() -> None:
     """A governor's arm that turns at constant speed: at = "initial", with the rate of turning among the signals."""
 
@@ -214,6 +219,7 @@ def mast(modes: list[int]) -> eomgen.Model:
     )
 
 
+@pytest.mark.slow
 def test_a_mode_that_is_left_without_damping_is_named() -> None:
     """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its
     coordinate."""
@@ -226,6 +232,7 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
         mast([1, 2])
 
 
+@pytest.mark.slow
 def test_internal_states_are_part_of_what_is_fed_back() -> None:
     """A cart behind a motor with a lag: gains of the whole state from the Hamiltonian matrix, by hand."""
 

@@ -311,6 +311,7 @@ def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
         assert sorted(item.whirl for item in diagram.crossings) == ["backward", "forward"]
 
 
+@pytest.mark.slow
 def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).body("along_x", 0).body("along_y", 0)
     builder.body("disc", 20, inertia=[0.25, 0.25, 0.45], center_of_mass=[2e-4, 0, 0])
@@ -327,6 +328,7 @@ def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     assert "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors)" in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_a_bending_shaft_that_spins_in_a_standing_bearing_has_no_diagram_of_frozen_models() -> None:
     """Bending is measured in axes that turn, the bearing's motion in axes that stand: the linear model is periodic."""
     bending = {"shapes": "clamped_free", "modes": 1, "stiffness": 500.0}

@@ -118,6 +118,7 @@ def _potential_and_inertia(theta: complex) -> tuple[complex, complex]:
     return V, sum(weight * rate * rate for weight, rate in zip(weights, rates, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_slider_crank_by_multipliers_is_the_one_in_a_single_coordinate(coordinates: str) -> None:
     model = eomgen.build(slider_crank(coordinates), profile="instant")

@@ -108,6 +108,7 @@ HARDWARE: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.parametrize(
     ("kind", "delay", "estimated"),

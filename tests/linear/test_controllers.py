@@ -58,6 +58,7 @@ def car() -> StateSpace:
     return linear(flat(), t=100.0)  # when the road has faded in
 
 
+@pytest.mark.slow
 def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     assert car.states == ("wheel", "body", "v.wheel", "v.body", "z.tension")
     assert car.units["states"] == ("m", "m", "m/s", "m/s", "N")
@@ -121,6 +122,7 @@ def test_feedback_is_written_with_the_names_of_the_scene(sample: float | None) -
         assert (entry["sample"], entry["initial"]) == (0.02, 5.0)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_written(car: StateSpace) -> None:
     law = lqr(car, WEIGHTS, FORCE)
     bodies = POLE["bodies"] | {"cart": {"mass": 2, "inertia": [1, 1, 1]}}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import eomgen
 from eomgen.control import OutputFeedback, kalman, lqr
@@ -12,6 +13,7 @@ from tests.codegen.test_controller_alone import answers, compiled
 from tests.models.library import scene
 
 
+@pytest.mark.slow
 def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
     data = scene(
         "oscillator",

@@ -81,6 +81,7 @@ def pendulum(coordinates: str) -> eomgen.Model:
     return eomgen.build(data, profile="instant")
 
 
+@pytest.mark.slow
 def test_a_periodic_motion_is_found_and_its_multipliers_are_differences_of_runs() -> None:
     model, h = pendulum("joint"), 1e-5
     result = model.floquet(math.pi, tolerance=1e-9)
@@ -129,6 +130,7 @@ def sliding(axis: list[int], gravity: float = 0.0, **joint: Any) -> eomgen.Scene
 SWINGING, OFF = {"stiffness": 39.47841760435743, "initial": {"position": 0.1}}, {"initial": {"position": 2.0}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("builder", "text"),
     [

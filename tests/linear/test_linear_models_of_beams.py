@@ -31,6 +31,7 @@ def extrapolated(coarse: Array, fine: Array) -> Array:
     return result
 
 
+@pytest.mark.slow
 def test_a_cantilever_has_its_published_frequencies_without_terms_by_hand() -> None:
     found = []
     for elements in (8, 16):
@@ -40,6 +41,7 @@ def test_a_cantilever_has_its_published_frequencies_without_terms_by_hand() -> N
     anchor("cantilever_frequencies").check(extrapolated(*found))
 
 
+@pytest.mark.slow
 def test_outputs_of_a_beam_of_many_elements_are_linearized_with_it() -> None:
     """The place of the tip is that of the last node."""
     outputs = {

@@ -51,6 +51,7 @@ def test_along_a_run(driven: eomgen.Model) -> None:
     np.testing.assert_array_equal(again.linearize(0.3).K0, lin.K0)
 
 
+@pytest.mark.slow
 def test_default_is_the_initial_state_where_nothing_balances() -> None:
     builder = eomgen.SceneBuilder("falling").body("stone", 2.0, inertia=[0.1, 0.2, 0.25])
     model = eomgen.build(builder.joint("flight", "free", "base", "stone").build(), profile="instant")
@@ -62,6 +63,7 @@ def test_default_is_the_initial_state_where_nothing_balances() -> None:
     assert model.linearize(at="initial").reference.what == "initial state"
 
 
+@pytest.mark.slow
 def test_an_equilibrium_beside_a_drive_that_turns_is_a_steady_motion() -> None:
     rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
     rotor.body("shaft", 1.0, inertia=[0.1, 0.1, 0.1])
@@ -91,6 +93,7 @@ def test_an_equilibrium_that_was_solved_is_not_solved_again(
             driven.linearize(**other)
 
 
+@pytest.mark.slow
 def test_a_base_is_held_at_an_equilibrium() -> None:
     """The shaking base acts as a disturbance: a hanging pendulum's response to it is that of the textbook."""
     builder = eomgen.SceneBuilder("shaken").base(position=["0.3 * sin(5 * t)", 0, 0])

@@ -63,6 +63,7 @@ def test_an_interrupted_search_tells_how_far_it_has_come(
     )
 
 
+@pytest.mark.slow
 def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
     words = ["--root-locus", "damper=100:6000:7:log", "--band", "0.5:20", "--response", "road:tyre_load"]
@@ -90,6 +91,7 @@ def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str
     np.testing.assert_allclose(responses[:, 3] + 1j * responses[:, 4], expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_about_a_steady_motion(top: str, capsys: pytest.CaptureFixture[str]) -> None:
     wanted = ["--at", "steady", "--velocity", "spin=80", "--coordinate", "nutation=0.6", "--json"]
     assert main(["linearize", top, *wanted]) == 0
@@ -100,6 +102,7 @@ def test_about_a_steady_motion(top: str, capsys: pytest.CaptureFixture[str]) -> 
     assert "neither stable nor unstable: 5 modes without decay or growth" in shown.err
 
 
+@pytest.mark.slow
 def test_about_the_initial_state_and_a_time_of_a_run(top: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["linearize", top, "--at", "initial"]) == 0
     shown = capsys.readouterr()
@@ -150,6 +153,7 @@ def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_campbell_diagram_of_a_tilting_disc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """I_d w^2 = k + I_p W w, forward with w positive: 2x at k / (4 I_d - 2 I_p), backward 1x at k / (I_d + I_p)."""
     path, folder = tmp_path / "rotor.toml", tmp_path / "out"

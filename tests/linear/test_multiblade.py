@@ -114,6 +114,7 @@ def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: in
     assert max(np.min(np.abs(eigenvalues - alone - 1j * shift)) for shift in shifts) < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("3-True-60.0")
 @pytest.mark.parametrize(("count", "wake", "along_y"), [(3, True, 60.0), (4, False, 90.0)])
 def test_the_multipliers_of_the_periodic_model_belong_to_the_eigenvalues(
@@ -148,6 +149,7 @@ def test_the_matrices_are_the_transformed_matrices_of_the_second_order() -> None
         np.testing.assert_allclose(getattr(later, name), getattr(lin, name), atol=1e-11)
 
 
+@pytest.mark.slow
 def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
     """Inputs of blades are cosine and sine inputs; by the equations of ``ground_resonance`` with moments."""
     model, given = rotor(wake=True), {"speed": 2.6}
@@ -169,6 +171,7 @@ def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
         assert x == pytest.approx(z if w > 0.0 else np.conj(z), abs=1e-13)
 
 
+@pytest.mark.slow
 def test_signals_of_single_blades_in_no_group_are_named() -> None:
     """Signals of the support and signals in groups are the same at all azimuths; a diagram needs no signals."""
     scene = scene_of(3)
@@ -190,6 +193,7 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
         model.campbell("speed", [1.0, 1.5], u=u, multiblade={"shaft": [GROUP]})
 
 
+@pytest.mark.slow
 def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_whirl() -> None:
     model = rotor()
     diagram = model.campbell("speed", np.linspace(0.5, 4.0, 4), orders=(1,), multiblade={"shaft": [GROUP]})
@@ -252,6 +256,7 @@ def test_a_model_that_changes_with_the_azimuth_in_any_coordinates_is_refused() -
     assert "velocities of the initial state change, and multiblade coordinates need a steady motion; try: at=" in said
 
 
+@pytest.mark.slow
 def test_the_command_has_blades_by_rotor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

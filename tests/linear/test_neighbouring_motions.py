@@ -148,6 +148,7 @@ def driven_arm() -> eomgen.Scene:
     return builder.output("felt", formula=["acceleration.tip[0]", "acceleration.tip[2]"]).build()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone on a cord", "driven arm"])
 def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> None:
     """Accelerations and multipliers in outputs are those of the dynamics, in each state and for each input."""

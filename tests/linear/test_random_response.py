@@ -76,6 +76,7 @@ def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov() -> None:
             lin.rms_on_white_noise_road(name, excitation)
 
 
+@pytest.mark.slow
 def test_integration_agrees_with_lyapunov_over_the_wheelbase() -> None:
     lin, wide = car(), AXLES.at(road=Road("C", band=(1e-6, 30.0)))
     side_by_side = RoadExcitation(wide.road, 15.0, {"front": 0.0, "rear": 0.0})

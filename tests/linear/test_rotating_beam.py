@@ -48,6 +48,7 @@ def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tup
         anchor(case).check(nearest)
 
 
+@pytest.mark.slow
 def test_without_stiffening_the_lag_is_unstable_beyond_its_frequency() -> None:
     builder = eomgen.SceneBuilder("soft", gravity=[0, 0, 0]).base(rotation=[([0, 0, 1], "4 * t")])
     builder.beam("blade", 1.0, mass_per_length=1.0, bending_y={"modes": 2, "stiffness": 1.0}, stiffening=False)

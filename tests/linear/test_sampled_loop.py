@@ -48,6 +48,7 @@ def test_held_outputs_are_inputs_of_the_continuous_part_and_the_loop_is_the_clos
     assert loop.decay == pytest.approx(-np.log(largest) / T, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_several_clocks_and_delays_move_as_the_matrix_says() -> None:
     whole = cart(**CLOCKS)
     loop = whole.linearize().sampled_loop()
@@ -62,6 +63,7 @@ def test_several_clocks_and_delays_move_as_the_matrix_says() -> None:
         state = loop.A @ state
 
 
+@pytest.mark.slow
 def test_what_grows_does_so_at_the_rate_of_the_loop() -> None:
     torque = {"sample": "20 ms", "formula": "-3 * sin(q.hinge)", "unit": "N m"}
     pole = eomgen.build(
@@ -82,6 +84,7 @@ def test_what_grows_does_so_at_the_rate_of_the_loop() -> None:
     assert np.log(late[1:] / late[:-1]) == pytest.approx(-loop.decay, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_has_no_sampled_loop_is_told() -> None:
     with pytest.raises(eomgen.ModelError, match="no states are sampled; try: state_space"):
         cart(force={"rate": "-force"}).linearize(at="initial").sampled_loop()

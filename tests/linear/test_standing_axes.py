@@ -98,6 +98,7 @@ def test_a_beam_has_one_diagram_whether_it_turns_with_its_disc_or_stands(sense: 
     np.testing.assert_array_equal(named.whirl, turned.whirl)
 
 
+@pytest.mark.slow
 def test_damping_that_turns_makes_the_forward_mode_unstable_above_its_critical_speed() -> None:
     """m x'' + c (x' - i W x) + k x = 0 in the plane of an observer."""
     builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).body("hub", 0).body("slide", 0)
@@ -115,6 +116,7 @@ def test_damping_that_turns_makes_the_forward_mode_unstable_above_its_critical_s
         np.testing.assert_allclose(np.sort(found.real), np.sort(roots.real), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_turning_shaft_that_is_not_the_same_all_round_is_told_of() -> None:
     model = springs(uneven=1.3)
     diagram, said = told(lambda: model.campbell("spin", np.linspace(10.0, 60.0, 3)))

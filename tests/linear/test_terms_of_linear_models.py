@@ -36,6 +36,7 @@ def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:
             np.testing.assert_allclose(matrix, other, rtol=1e-9, atol=1e-9 * np.max(np.abs(other), initial=0.0))
 
 
+@pytest.mark.slow
 def test_a_driven_scene_that_does_not_rest_is_linear_by_the_functions_of_its_motion() -> None:
     """Models of large scenes have no inertia matrix, which rest does not need: `iteration` alone makes such a model."""
     scene: dict[str, Any] = {

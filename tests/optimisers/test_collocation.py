@@ -13,6 +13,7 @@ import eomgen
 SCENE = Path(__file__).parents[2] / "examples" / "four_bar" / "scene.toml"
 
 
+@pytest.mark.slow
 def test_a_crank_is_turned_with_the_torque_that_casadis_symbols_have() -> None:
     """The linkage ends as it began, so the work of the torque vanishes to the order of the method."""
     own_demo = runpy.run_path(str(SCENE.parents[1] / "turned_four_bar" / "demo.py"))

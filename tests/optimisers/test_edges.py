@@ -57,6 +57,7 @@ def test_c(model: Any, wanted: Any) -> None:
     assert np.diagonal(second)[:n] == pytest.approx(wanted[:, 2], **EXACT)
 
 
+@pytest.mark.slow
 def test_c_of_rates(model: Any, wanted: Any) -> None:
     """The rate of the force along q + v t, with constant v, is the slope in q times v."""
     zero = np.zeros(len(EDGES))

@@ -50,6 +50,7 @@ def _state(model: Any) -> tuple[Any, Any, Any]:
     return q, random.normal(size=model.nv) * 0.5, random.normal(size=model.nv)
 
 
+@pytest.mark.slow
 def test_values_and_batches_have_the_bits_of_the_model(floating: Any) -> None:
     model, functions = floating
     q, v, a = _state(model)
@@ -87,6 +88,7 @@ def test_first_and_second_derivatives_along_curves_of_poses(floating: Any) -> No
         assert np.allclose(second, difference, rtol=0.0, atol=1e-8 * np.abs(difference).max())
 
 
+@pytest.mark.slow
 def test_second_derivatives_through_a_scan_are_differences_of_gradients() -> None:
     """JAX drops the rules of ``custom_jvp`` in reverse derivatives of a scan."""
     functions = eomgen.jax(eomgen.build(PENDULUM))
@@ -103,6 +105,7 @@ def test_second_derivatives_through_a_scan_are_differences_of_gradients() -> Non
     np.testing.assert_allclose(jax.jit(jax.hessian(end))(point), differences, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EOMGEN_LANES", "now")
     monkeypatch.setenv("EOMGEN_THREADS", "2")
@@ -142,6 +145,7 @@ def test_mistakes_in_calls_are_named(floating: Any, call: Any, text: str) -> Non
         call(floating[1])
 
 
+@pytest.mark.slow
 def test_derivatives_of_higher_orders_are_refused() -> None:
     functions = eomgen.jax(eomgen.build(PENDULUM))
     third = jax.jacfwd(jax.hessian(lambda v: functions.forward_dynamics(np.ones(2), v).sum()))
@@ -178,6 +182,7 @@ def test_float32_is_refused(floating: Any) -> None:
         jax.config.update("jax_enable_x64", True)
 
 
+@pytest.mark.slow
 def test_gradient_through_a_loop_is_the_adjoint() -> None:
     model = eomgen.build("examples/four_bar/scene.toml")
     functions, start = eomgen.jax(model), model.simulate(1e-3, 1e-3, error_estimate=False)
@@ -189,6 +194,7 @@ def test_gradient_through_a_loop_is_the_adjoint() -> None:
     assert np.array_equal(gradient, found.gradients([{output: weights}])[0])
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("linear")
 @pytest.mark.parametrize("force", ["-3*q.slide - v.slide", "2.0"], ids=["linear", "constant"])
 def test_derivatives_without_nonzeros_are_zeros(force: str) -> None:

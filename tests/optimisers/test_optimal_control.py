@@ -42,6 +42,7 @@ def step_of(example: str) -> Any:
     return eomgen.casadi(demo(example)["SCENE"], profile="quick")["step"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("example", "parameters"), [("cart_pole_swing_up", 3), ("acrobot_swing_up", 4)])
 def test_swings_up_have_the_step_and_the_optimum_of_casadis_symbols(
     example: str, parameters: int, rng: np.random.Generator

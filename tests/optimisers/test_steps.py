@@ -168,6 +168,7 @@ def along(function: Callable[[Array], Array], y: Array, step: float) -> Array:
     return np.stack(rows, axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("spins-leapfrog", "sled-trapezoidal", "double_pendulum-newmark")
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random.Generator) -> None:
@@ -181,6 +182,7 @@ def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random
         assert np.max(np.abs(model.evaluate("constraint_velocity", q, v)["w"])) < 1e-11
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("hung-rattlie", "turning-rk4", "turning-trapezoidal", "hung-generalized_alpha", "ridge-hht")
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.random.Generator) -> None:

@@ -115,6 +115,7 @@ def test_documents_are_whole(name: str, tmp_path: Path) -> None:
         assert subprocess.run(words, cwd=tmp_path, capture_output=True, check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_long_expressions_are_named_and_broken() -> None:
     system, described = with_symbols(eomgen.load(EXAMPLES / "robot_arm" / "scene.toml"))
     parts = equations(system, described)

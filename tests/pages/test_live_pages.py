@@ -83,6 +83,7 @@ def test_the_last_state_has_the_digits_of_pythons_run(name: str, tmp_path: Path)
     np.testing.assert_allclose(numbers(told["poses"]), last, rtol=0.0, atol=2e-6)
 
 
+@pytest.mark.slow
 def test_a_changed_start_and_parameter_act_as_in_python_and_loops_stay_closed(tmp_path: Path) -> None:
     model, solution = run_of("four_bar")
     page = model.live(tmp_path / "page.html", solution=solution)

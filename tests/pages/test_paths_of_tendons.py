@@ -64,6 +64,7 @@ console.log(JSON.stringify(poses.map((row) => lines.map((line) => drawn(line, ro
 """
 
 
+@pytest.mark.slow
 def test_paths_are_as_long_as_the_model_s() -> None:
     node = shutil.which("node")
     if node is None:

@@ -76,6 +76,7 @@ def test_parts_of_a_run_are_drawn_as_one(tmp_path: Path) -> None:
     np.testing.assert_array_equal(whole.poses["link"], model.pose("link", whole.q, whole.t))
 
 
+@pytest.mark.slow
 def test_poses_are_compiled_when_they_are_asked_for_and_kept_from_then_on(tmp_path: Path) -> None:
     """A solution that was stored without them says what to do."""
     run = eomgen.build(pendulum_scene(), terms=["forward_dynamics"], profile="quick").simulate(0.1, 1e-2, method="rk4")
@@ -256,6 +257,7 @@ def whole_numbers(text: str) -> np.ndarray:
     return np.frombuffer(base64.b64decode(text), "<u2").astype(int)
 
 
+@pytest.mark.slow
 def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
     builder = eomgen.SceneBuilder("cart")
     builder.body("hull", 1.0, inertia=[0.1, 0.1, 0.1])

@@ -108,6 +108,7 @@ def moving(kind: str) -> tuple[eomgen.Solution, np.ndarray]:
     return model.simulate(0.02, 1e-3, method="rk4"), places
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("all kinds")
 @pytest.mark.parametrize("kind", BEAMS)
 def test_frames_along_a_beam_are_at_the_points_of_the_model(kind: str) -> None:

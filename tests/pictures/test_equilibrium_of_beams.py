@@ -48,6 +48,7 @@ def test_equilibrium_tells_what_an_engineer_looks_for(
     assert len(found["q"]) == 28 and found["units"]["foot"] == "N"
 
 
+@pytest.mark.slow
 def test_all_prints_every_coordinate(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["equilibrium", str(SCENE), "--profile", "quick", "--all"]) == 0
     assert "q.arm.4[6]" in capsys.readouterr().out

@@ -57,6 +57,7 @@ def test_outputs_are_the_loads_along_the_axis() -> None:
     assert [units[name] for name in ("force", "moment", "bent", "stretched")] == ["N", "N m", "1/m", "1"]
 
 
+@pytest.mark.slow
 def test_a_model_tells_loads_of_any_state_and_a_file_keeps_them(tmp_path: Path) -> None:
     solution = run()
     loads = solution.section_loads["rope"]

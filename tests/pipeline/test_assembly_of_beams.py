@@ -96,6 +96,7 @@ def test_a_loop_that_closes_strained_says_by_how_much(model: str) -> None:
     np.testing.assert_allclose(places, 10.1 * np.arange(1, 9) / 8.0, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_side_step_of_a_held_end_is_the_one_of_a_clamped_beam() -> None:
     """The energy 6 EI d^2 / l^3 of a beam clamped at both ends, one of which is moved across by d: 8 elements."""
     system = derive(eomgen.load(held([10.0, 0.0, 2e-3], "kirchhoff")))

@@ -67,6 +67,7 @@ def test_lost_velocities_of_bodies_in_absolute_coordinates_are_in_the_message() 
     assert "; corrected onto the constraints: " in message and "hold = true to keep " in message
 
 
+@pytest.mark.slow
 def test_held_values_are_kept_where_others_are_written_as_well() -> None:
     model = built(hold=True, rocker={"position": -1.6})
     assert (model.initial_q[0], model.initial_v[0]) == pytest.approx((-1.2, 5.236), abs=1e-12)

@@ -104,6 +104,7 @@ def test_the_distribution_at_most_probable_points_is_that_of_the_oracle(duffing:
     assert found.indices[0] < 0.0 < found.indices[1]
 
 
+@pytest.mark.slow
 def test_covariance_with_earlier_times_of_the_linear_oscillator() -> None:
     """Reference digits of integrators_and_random_vibration.md 4.6; modes of another quadrature move the fifth."""
     found = study(built(scene(0.0, start=0.5)), thresholds=[0.5], points=False, times=[10.0, 15.0])

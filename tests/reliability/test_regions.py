@@ -130,6 +130,7 @@ def failing(point: Array) -> tuple[float, Array]:
     raise NumericalError("no derivatives")
 
 
+@pytest.mark.slow
 def test_a_probability_whose_samples_are_too_unequal_is_not_given() -> None:
     """The point at 3 has hardly a share in P(x_1 + 3 > 0.15 |x_2, ..|^2), which is all about other places."""
     response = Response(60, lambda z: z[:, 0] + 3.0 - 0.15 * np.sum(z[:, 1:] ** 2, axis=1))

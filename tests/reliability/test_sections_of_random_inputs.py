@@ -166,6 +166,7 @@ def test_a_translation_of_a_refused_parameter_is_no_fault_of_its_own(process: di
     assert len(caught.value.problems) == 1
 
 
+@pytest.mark.slow
 def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Path) -> None:
     more = {"force": FORCE, "late": {"follows": "force", "delay": 1}, "gust": {"correlation": {"force": 0.5}}}
     (tmp_path / "part.toml").write_text(toml_text(DUFFING | {"random": more}))
@@ -179,6 +180,7 @@ def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Pat
     assert np.all(u[:, 0] != u[:, 3])
 
 
+@pytest.mark.slow
 def test_seeds_vary_in_ensembles_side_by_side_as_scenes_with_these_seeds() -> None:
     model = _model()
     options = {"method": "rk4", "step": 0.05}

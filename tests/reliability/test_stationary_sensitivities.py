@@ -51,6 +51,7 @@ def hessian_at(scene: eomgen.SceneBuilder, name: str, time: float) -> Array:
     return found.hessian(f"final({name})")
 
 
+@pytest.mark.slow
 def test_one_adjoint_of_each_output_gives_all_rows() -> None:
     """Outputs q.one + q.two and v.two late; the lower spring bends by q.one, the second output by v.two and late."""
     scene = frame(balanced())
@@ -70,6 +71,7 @@ def test_one_adjoint_of_each_output_gives_all_rows() -> None:
     assert np.abs(still.hessian(0, 30)).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_an_output_by_which_the_equations_bend_takes_one_adjoint_in_all() -> None:
     scene = frame(balanced()).output("low", formula="q.one")
     found, still = derivatives(scene, ["low"], of=["low"])
@@ -91,12 +93,14 @@ def test_states_that_move_are_none(scene: eomgen.SceneBuilder) -> None:
     assert derivatives(scene, ["top"])[1] is None
 
 
+@pytest.mark.slow
 def test_stiffness_that_changes_with_time_is_none() -> None:
     scene = frame(balanced()).effort("soft", "one", f"-0.2 * sin(t) * (q.one - {balanced()!r})")
     assert derivatives(scene, ["top"])[1] is None
     assert derivatives(frame(balanced()), ["top"], by=[*PUSHED, "q.one"])[1] is None
 
 
+@pytest.mark.slow
 def test_the_hessian_takes_directions_that_bend_something_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a linear scene it is zero, and takes no matrix of all parameters at all steps; of one that parameters alone
     bend it is the sum over the rows."""

@@ -114,6 +114,7 @@ def _on_a_spring(order: int) -> dict[str, Any]:
     return data
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("hull")
 @pytest.mark.parametrize(
     "data",
@@ -143,6 +144,7 @@ def test_a_model_has_the_seas_of_other_heights_and_seeds(data: dict[str, Any]) -
         assert many.results["output.place[2].min"][number] == pytest.approx(z.min(), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_base_follows_waves_of_other_seeds() -> None:
     data = _data(variables=True) | {"base": {"follow": {"waves": "sea"}, "position": ["t", 0, 1]}}
     data["points"]["deck"] = {"body": "base"}
@@ -155,6 +157,7 @@ def test_a_base_follows_waves_of_other_seeds() -> None:
     np.testing.assert_allclose(run.outputs["deck"][:, 2], 1.5 + height, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_random_vibration_in_waves_is_that_of_the_transfer_function() -> None:
     """A buoy on a spring, long after the waves have come: |H|^2 S, and normal."""
     data = {
@@ -246,6 +249,7 @@ def test_waves_are_processes_of_two_variables_each() -> None:
         processes()
 
 
+@pytest.mark.slow
 def test_a_standard_normal_variable_that_nothing_draws_is_noted() -> None:
     model = eomgen.build(from_data(_data(variables=True)))
     run = model.simulate(0.02, 0.01, parameters={"sea_z1": -1000.0, "sea_z3": 20.0, "Hs": 9.0}, error_estimate=False)

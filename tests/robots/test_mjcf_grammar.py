@@ -79,6 +79,7 @@ KEYS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("tendon/fixed/joint")
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.filterwarnings("ignore:compiler attribute:UserWarning")

@@ -43,6 +43,7 @@ def changes_equations(element: str, text: str) -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_every_change_changes_mujoco_s_equations() -> None:
     idle = [(element, text) for element, text in changes() if not changes_equations(element, text)]
     assert [pair for pair in idle if not pair[1].startswith(_OF_CONSTRAINTS)] == []

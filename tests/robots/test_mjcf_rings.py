@@ -33,6 +33,7 @@ def expected(q: float) -> float:
         return float(-100 * (length(angle) - mp.mpf("0.1")) * rate)
 
 
+@pytest.mark.slow
 def test_forces_have_all_digits() -> None:
     pytest.importorskip("mujoco")
     model = eomgen.build(Path(__file__).with_name("ring.xml"))

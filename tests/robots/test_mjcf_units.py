@@ -61,6 +61,7 @@ def forces(units: SceneUnits, file: Path) -> NDArray[np.float64]:
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("units", UNITS, ids=str)
 def test_forces_do_not_depend_on_units(units: SceneUnits, tmp_path: Path) -> None:
     expected = forces(SceneUnits(), tmp_path / "a.xml")

@@ -140,6 +140,7 @@ def test_colours_of_255_are_noted() -> None:
     assert [shape.color for shape in scene.shapes] == ["#ff0000"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "options", "colors"),
     [

@@ -151,6 +151,7 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     assert text in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("fftw-single")
 @pytest.mark.parametrize(("transforms", "precision"), [("scipy", "double"), ("fftw", "single")])
 def test_a_run_takes_no_more_memory_than_it_says(transforms: str, precision: str) -> None:
@@ -233,6 +234,7 @@ def test_the_command_line_says_what_is_wrong(
         assert text in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_there_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -301,6 +303,7 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     assert sample(changed()).message.endswith("of warm-up")
 
 
+@pytest.mark.slow
 def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     """Where no trajectory ends at a finite energy: the message says it, and nothing of NumPy stands beside it."""
     falling = changed(cell={"energy": "-s**4"}, data=None, truth=None)
@@ -315,6 +318,7 @@ def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     assert not lost.message.endswith("nan in a cell")
 
 
+@pytest.mark.slow
 def test_chains_that_do_not_agree_are_said_to() -> None:
     """A third of a line is not seen, and a mass that is of the rest is too heavy there; that of the prior is not."""
     data = changed(

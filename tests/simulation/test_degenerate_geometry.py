@@ -34,6 +34,7 @@ def test_equations_beyond_the_range_of_squares_have_a_message_alone() -> None:
             eomgen.derive(builder.build())
 
 
+@pytest.mark.slow
 def test_an_equilibrium_names_formulas_without_derivative() -> None:
     builder = eomgen.SceneBuilder("vane").body("b", 1.0, inertia=[0.1, 0.1, 0.1], center_of_mass=[0, 0, -0.5])
     builder.joint("j", "spherical", "base", "b").point("here", "b", [0, 0, -1])

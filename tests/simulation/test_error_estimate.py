@@ -78,6 +78,7 @@ def test_rotations_and_positions_against_dop853(method: str) -> None:
     assert run.error.increment.shape == (10,) and run.error.largest is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "step"), [("generalized_alpha", 4e-3), ("rk4_partitioned", 0.01)])
 def test_constraints_against_dop853_in_joint_coordinates(method: str, step: float) -> None:
     run = absolute().simulate(1.0, step, method=method)

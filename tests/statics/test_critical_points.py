@@ -48,6 +48,7 @@ def euler(second: float, number: int = 1) -> float:
     return second * ((2 * number - 1) * np.pi / 2.0) ** 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slenderness", [0.1, 0.01, 0.0005])
 def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slenderness: float) -> None:
     """With EA = GA shortening and shear cancel each other in Reissner's critical load."""
@@ -59,6 +60,7 @@ def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slen
     np.testing.assert_array_equal(path.negative, np.where(path.values > path.critical[0].value, 2, 0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rotary", [1e-5, 1e-7, 1e-9, 1e-12])
 def test_masses_do_not_move_bifurcations(column: Model, rotary: float) -> None:
     path = column.equilibrium_path("load", 12.0, parameters={"rotary": rotary, "second": 4.0})
@@ -66,6 +68,7 @@ def test_masses_do_not_move_bifurcations(column: Model, rotary: float) -> None:
     assert [item.multiplicity for item in path.critical] == [1, 1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rotary", [1e-5, 1e-9])
 def test_becks_column_has_no_other_rest_at_any_load(rotary: float) -> None:
     """A force that follows the end (Beck 1952): it flutters at 20.05 EI / L^2, and has no static bifurcation."""
@@ -75,6 +78,7 @@ def test_becks_column_has_no_other_rest_at_any_load(rotary: float) -> None:
     assert not path.negative.any()
 
 
+@pytest.mark.slow
 def test_a_branch_of_a_round_rod_is_one_of_a_family_and_stable(column: Model) -> None:
     """All planes of bending are alike, so one stiffness is zero but for rounding, and is no bifurcation."""
     path = column.equilibrium_path("load", 1.1 * euler(1.0))
@@ -108,6 +112,7 @@ def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, str
     assert straight.stable is False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1.0, 1e-9, 1e-13])
 def test_the_first_buckling_load_does_not_depend_on_the_unit_of_the_load(unit: float) -> None:
     scene = rod()
@@ -156,6 +161,7 @@ def test_signs_without_a_potential_are_those_of_determinants(seed: int, nv: int,
     assert stiffness.negative % 2 == int(np.linalg.det(on_free(stiffness)) < 0.0)
 
 
+@pytest.mark.slow
 def test_sparse_pivots_have_the_signs_of_eigenvalues() -> None:
     for seed in range(3):
         stiffness = random_stiffness(seed, 700, 5, band=6)
@@ -173,6 +179,7 @@ def rotor(gravity: list[float], elements: int = 4) -> Model:
     return eomgen.build(scene, profile="instant")
 
 
+@pytest.mark.slow
 def test_a_base_that_is_held_for_want_of_a_steady_motion_is_said() -> None:
     blade = rotor([0.0, -0.3, 0.0], elements=1)
     with pytest.warns(RuntimeWarning, match=r"base held, which turns, for there is no steady motion: forces change"):
@@ -227,6 +234,7 @@ def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: f
     assert said is None or 1.0 / 3.0 < float(said[1]) / (100.0 * error) < 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("elements", "deflections", "frequencies"),
     [

@@ -72,6 +72,7 @@ def test_a_truss_snaps_through_at_its_limit_loads(snap: Model) -> None:
     np.testing.assert_array_equal(path.negative, between.astype(int))
 
 
+@pytest.mark.slow
 def test_a_path_goes_on_by_time_as_slowly_as_rest_asks(snap: Model) -> None:
     scene = truss()
     scene["forces"]["push"]["force"] = [0.0, 0.0, "-2 * t"]
@@ -127,6 +128,7 @@ def euler() -> Model:
     return eomgen.build(column(8), profile="instant")
 
 
+@pytest.mark.slow
 def test_a_column_bifurcates_at_eulers_loads_and_goes_on_as_the_elastica(euler: Model) -> None:
     path = euler.equilibrium_path("load", 30.0)
     expected = [np.pi**2 * EI / (4.0 * LENGTH**2) for EI in (500.0, 800.0)]
@@ -151,6 +153,7 @@ def extrapolated(load: Callable[[int], float], elements: int) -> float:
     return (4.0 * load(2 * elements) - load(elements)) / 3.0
 
 
+@pytest.mark.slow
 def test_a_cantilever_buckles_sideways_at_prandtls_load() -> None:
     """4.013 sqrt(B C) / L^2, B bending about the weak axis, C torsion: Timoshenko and Gere 1961, section 6.3."""
 
@@ -177,6 +180,7 @@ def follower_tip(load: float, EI: float) -> Array:
     return np.asarray(turn @ [x, y])
 
 
+@pytest.mark.slow
 def test_a_force_that_follows_the_end_bends_a_beam_round() -> None:
     scene = beam_scene(8, {"force": [0.0, "load", 0.0], "axes": "body"}, {"stiffness": ROLL_UP | SLENDER})
     scene["parameters"]["load"]["value"] = 0.0
@@ -284,6 +288,7 @@ def test_a_path_takes_three_calls_for_a_correction(snap: Model, monkeypatch: pyt
     assert len(calls) <= 3 * asked + 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", [1e3, 1e6, 1e12])
 def test_a_path_does_not_leap_over_an_infinite_stiffness(to: float) -> None:
     """k q = weight: two hyperbolas, whose branches are neighbours in the scale of a long path."""

@@ -125,6 +125,7 @@ def test_links_bifurcate_where_their_stiffness_vanishes(sign: float) -> None:
             assert lowest_frequency_squared(links(), item) == pytest.approx(values[0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_link_that_buckles_just_before_a_truss_snaps_is_found_in_the_same_step() -> None:
     """The load of an apex at h is k (L / far - 1) h with far^2 = 1 + h^2, the largest at far^3 = L."""
     length, own = float(np.hypot(1.0, 0.2)), truss()

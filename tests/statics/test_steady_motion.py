@@ -114,6 +114,7 @@ def test_what_is_no_steady_motion_is_named(model: eomgen.Model, text: str) -> No
     assert text in str(caught.value)
 
 
+@pytest.mark.slow
 def test_an_engine_that_holds_the_speed_determines_it() -> None:
     """A cart with the forces of an engine and of the air: a given speed is named as the one along which forces act."""
     cart = eomgen.SceneBuilder("cart").body("cart", 100.0, inertia=[10.0, 10.0, 10.0])
@@ -127,6 +128,7 @@ def test_an_engine_that_holds_the_speed_determines_it() -> None:
     assert str(caught.value).endswith("nearer to it, or v.road[1] left out, for a force acts along it")
 
 
+@pytest.mark.slow
 def test_sleeping_top_is_stable_above_the_critical_spin() -> None:
     """On a ball joint: C^2 s^2 > 4 A m g l."""
     builder = eomgen.SceneBuilder("sleeper")
@@ -160,6 +162,7 @@ def governor() -> eomgen.SceneBuilder:
     return builder
 
 
+@pytest.mark.slow
 def test_governor_with_closed_loops() -> None:
     """Rod and arm of one length l: m w^2 (e + l sin(x)) cos(x) = (m + M) g sin(x), the virtual work along the arm's
     angle x."""
@@ -187,6 +190,7 @@ def test_governor_with_closed_loops() -> None:
     np.testing.assert_allclose(linear.modes().angular_frequency[-1], math.sqrt(stiffness / inertia), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_pendulum_on_a_base_that_turns() -> None:
     """cos(x) = g / (l w^2); small motions with w sin(x). A base that turns steadily is part of the default point."""
     speed, length = 7.0, 0.5
@@ -206,6 +210,7 @@ def test_pendulum_on_a_base_that_turns() -> None:
     np.testing.assert_allclose(held.undamped_frequencies, [math.sqrt(G / length)], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     """A pendulum that passes its lowest point does not accelerate there, with any velocity."""
     builder = eomgen.SceneBuilder("swing").body("bob", 2.0, center_of_mass=[0, 0, -0.5])
@@ -216,6 +221,7 @@ def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     assert "try: centres of mass on the axis of hinge (the centre of bob is 0.5 m off, 1 kg m), with" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "cause"), [(3, "gravity along the axis of spin or none"), (1, "centres of mass on")])
 def test_gravity_across_the_axis_of_a_balanced_rotor_is_named(count: int, cause: str) -> None:
     builder = eomgen.SceneBuilder("blades", gravity=[0, 0, -9.81]).body("hub", 1.0, inertia=[1, 1, 1])

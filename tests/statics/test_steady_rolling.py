@@ -117,6 +117,7 @@ def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
     np.testing.assert_allclose(run.v[:, 3:], np.tile(found.v[3:], (len(run.t), 1)), atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["free", "SE3", "R3xSO3", "frame"])
 def test_a_disc_in_a_circle_in_other_coordinates(name: str) -> None:
     """A free body's own axes spin with it, and its steady motion with them; those of a frame that does not spin
@@ -182,6 +183,7 @@ def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
         model.linearize(at=found)
 
 
+@pytest.mark.slow
 def test_what_is_not_met_is_named() -> None:
     upright = {"lean": 0.0, "rise": RADIUS, "yaw": 0.0}
     with pytest.raises(NumericalError) as caught:

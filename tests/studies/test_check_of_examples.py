@@ -53,6 +53,7 @@ def test_every_closed_form_of_an_example_agrees(name: str) -> None:
     assert not slopes or abs(np.median(slopes) - 2.0) < 0.05  # less smooth tables have other slopes
 
 
+@pytest.mark.slow
 def test_second_derivatives_alone_bring_the_first_ones_that_they_are_held_to() -> None:
     report = check(EXAMPLES / "quarter_car" / "scene.toml", states=2, profile="instant", only=("second_partials",))
     assert report.passed and [form.name for form in report.forms] == ["second_partials.Hd"]

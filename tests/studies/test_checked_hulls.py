@@ -46,6 +46,7 @@ def buoy(angle: float) -> eomgen.Scene:
     return from_data(_scene(10.0, -2.0, 2.0, 3, joint, body, added_mass=1, wet=2.0, drag=1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("platform")
 @pytest.mark.parametrize(
     ("scene", "states"),

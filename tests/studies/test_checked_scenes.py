@@ -92,6 +92,7 @@ SCENES: dict[str, tuple[Callable[[], Any], dict[str, Any], set[str]]] = {
 }  # fmt: skip  # a table
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("shape on hills")
 @pytest.mark.parametrize("name", SCENES)
 def test_closed_forms_of_a_scene_agree(name: str) -> None:
@@ -101,6 +102,7 @@ def test_closed_forms_of_a_scene_agree(name: str) -> None:
     assert forms <= {form.name for form in report.forms}
 
 
+@pytest.mark.slow
 def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(links, "MANY", 6)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))

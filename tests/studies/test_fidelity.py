@@ -25,6 +25,7 @@ def _tip(model: eomgen.Model, end: float = END, step: float = 0.01) -> Any:
     return model.simulate(end, step, method="taylor", tolerance=1e-13, error_estimate=False).outputs["tip_deflection"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["at most 1 mode", "no stiffening"])
 def test_a_simplified_scene_is_the_one_that_a_file_would_say(what: str) -> None:
     data = _data()

@@ -251,6 +251,7 @@ def test_every_check_has_a_case_or_a_reason_for_none() -> None:
     assert not told & NOT_HERE.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_in_other_units(name: str) -> None:
     """But for last digits in units that are powers of two, and for rounding in units in use."""
@@ -268,6 +269,7 @@ def test_findings_are_the_same_in_other_units(name: str) -> None:
         same(run_of(case, units)[1], expected, math.inf if case.rough else 1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tumbling", "crank", "spring", "bouncing"])
 def test_findings_are_the_same_elsewhere_and_turned(name: str) -> None:
     case = CASES[name]

@@ -24,6 +24,7 @@ def blade(position: tuple[float, ...] = (), order: int = 1) -> eomgen.Scene:
     return builder.simulation(step=1e-3, duration=0.5).build()
 
 
+@pytest.mark.slow
 def test_flapping_of_a_hinged_blade() -> None:
     """A rigid blade flaps with w^2 = rate^2 (1 + m e r / I), r and I of a uniform rod about its hinge."""
     lin = eomgen.build(blade(), profile="instant").linearize(at="steady")
@@ -38,6 +39,7 @@ def test_a_check_draws_states_that_order_1_is_for(seed: int) -> None:
     assert report.passed, [str(form.worst) for form in report.failures]
 
 
+@pytest.mark.slow
 def test_a_beam_bent_too_far_is_named() -> None:
     scene = blade((0.0, 3.0, 0.0))
     model = eomgen.build(scene, profile="instant")

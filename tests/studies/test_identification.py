@@ -230,6 +230,7 @@ def test_a_bound_that_holds_an_estimate_is_named(slider: eomgen.Model) -> None:
     assert "residuals are not white noise (correlation at lag 1: x 0." in found.message
 
 
+@pytest.mark.slow
 def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() -> None:
     model = build_for_run(load(Path(eomgen.__file__).with_name("cli") / "first_scene.toml"), None)
     run = model.simulate(0.4, 1e-2, method="generalized_alpha", parameters={"lower_mass": 0.7})
@@ -327,6 +328,7 @@ def test_mistakes_in_calls_are_named(
         found_by(slider, data(), *names, **options)
 
 
+@pytest.mark.slow
 def test_starts_at_rest_follow_what_is_unknown() -> None:
     """3 x'' + x' + 30 x = 3 + t from rest at 3/30: a start held at 3/25, where the search begins, would fit nothing."""
     effort = SPRING.replace("push", "3 + t")
@@ -344,6 +346,7 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
         found_by(resting, {"t": t, "x": x}, "stiffness", states=["q.slide"])
 
 
+@pytest.mark.slow
 def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) -> None:
     resting = built(simulation=SCENE["simulation"] | {"start": "equilibrium"})
     found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})
@@ -359,6 +362,7 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
         found_by(model, data(), "stiffness", states=["v.a[3]"])
 
 
+@pytest.mark.slow
 def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
     """Its multipliers are columns, too, and neither outputs nor mistakes."""
     link = {"mass": 0.5, "inertia": [1e-2, 1e-2, 1e-2]}

@@ -75,6 +75,7 @@ def data(seed: int = 0, rows: int = 300) -> dict[str, Array]:
     return columns
 
 
+@pytest.mark.slow
 def test_base_parameters_from_noisy_efforts(arm: eomgen.Model) -> None:
     found = eomgen.identify(arm, data(), by="torque")
     assert [one.name.split()[0] for one in found.estimates] == list(arm.base_parameters().names)

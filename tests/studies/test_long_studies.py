@@ -41,6 +41,7 @@ def pendulum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", ["check", "tune", "ensemble"])
 def test_lines_on_stderr_tell_the_progress_without_a_terminal(
     verb: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -67,6 +68,7 @@ def _interrupted(title: str) -> Iterator[Reporter]:
     yield Reporter(report, lambda _: None, stage)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "told"),
     [

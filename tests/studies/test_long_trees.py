@@ -37,6 +37,7 @@ def chain() -> eomgen.Scene:
     return builder.simulation(step=1e-3, duration=1.0).build()
 
 
+@pytest.mark.slow
 def test_every_closed_form_of_a_long_tree_agrees() -> None:
     report = check(chain(), states=3, profile="instant")
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]
@@ -45,6 +46,7 @@ def test_every_closed_form_of_a_long_tree_agrees() -> None:
     assert names == wanted | {f"iteration.{name}" for name in "KCM"}
 
 
+@pytest.mark.slow
 def test_an_error_in_the_extended_system_of_a_long_tree_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     original = extended.extended_partials
 

@@ -21,6 +21,7 @@ def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     assert found == pytest.approx(share_of_state(), rel=1.0)
 
 
+@pytest.mark.slow
 def test_a_demand_that_is_met_is_met_by_the_estimate_of_the_run() -> None:
     demand = 1e-3
     tuned = eomgen.tune(oscillator(), error=demand, methods=[METHOD], axes=["method"], budget=20.0)
@@ -53,6 +54,7 @@ TOLD: dict[str, Callable[[], str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", TOLD)
 def test_friction_that_steps_do_not_resolve_is_told_by_every_study(verb: str) -> None:
     assert UNRESOLVED in TOLD[verb]()

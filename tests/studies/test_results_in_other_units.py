@@ -78,6 +78,7 @@ def alike(found: Any, expected: Any, within: float = 1e-7) -> None:
     np.testing.assert_allclose(found, expected, rtol=within, atol=within * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     found, expected = model_of("arm", units), model_of("arm", SceneUnits())
@@ -87,6 +88,7 @@ def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     alike(values * units.time, of)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
 def test_runs_of_constrained_scenes_are_the_same(method: str, units: SceneUnits) -> None:
@@ -105,6 +107,7 @@ def test_runs_of_constrained_scenes_are_the_same(method: str, units: SceneUnits)
         alike(found, expected, 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])
 def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnits) -> None:
@@ -124,6 +127,7 @@ def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnit
     alike(ends[0], ends[-1], 1e-6)
 
 
+@pytest.mark.slow
 def test_a_beam_moves_alike_in_megametres_gigatonnes_and_days() -> None:
     motions = []
     for units in (SceneUnits(), SceneUnits(1e-6, 1e-12, 1 / 86400)):

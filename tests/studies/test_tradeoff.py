@@ -47,6 +47,7 @@ def test_help_names_the_axes_that_there_are(capsys: pytest.CaptureFixture[str]) 
     assert ", ".join(AXES) in printed
 
 
+@pytest.mark.slow
 def test_errors_are_those_of_runs_made_by_hand() -> None:
     methods = ["rk4", "generalized_alpha", "taylor"]
     axes = ["formulation", "method", "resolution", "arithmetic"]

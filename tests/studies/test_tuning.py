@@ -62,6 +62,7 @@ def tuned(path: Path) -> eomgen.Tuned:
 SCENE_DATA = tomllib.loads(SCENE)
 
 
+@pytest.mark.slow
 def test_the_scene_is_written_with_its_comments(tuned: eomgen.Tuned, tmp_path: Path) -> None:
     """Comments of the file and of its sections stay."""
     text = tuned.save(tmp_path / "tuned.toml").read_text()
@@ -277,6 +278,7 @@ def test_mistakes_are_named(arguments: dict[str, Any], message: str) -> None:
         eomgen.tune(SWING, **arguments)
 
 
+@pytest.mark.slow
 def test_what_does_not_move_is_not_studied() -> None:
     still = {**SWING, "gravity": [0, 0, 0]}
     for ask in (lambda: eomgen.tune(still, 1e-4, methods=["rk4"]), lambda: eomgen.tradeoff(still, methods=["rk4"])):

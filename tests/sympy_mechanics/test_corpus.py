@@ -37,6 +37,7 @@ def test_all_examples_are_equal() -> None:
     assert any(row.example.endswith("carvallo-whipple.rst") for row in rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", ["test_lagrange2", "test_kane4", "test_kane2", "test_models", "test_lagrange"])
 @pytest.mark.long_except("test_lagrange2", "test_kane4")
 def test_examples_within_sympy_are_as_recorded(module: str) -> None:

@@ -366,6 +366,7 @@ def test_symbols_without_an_effect_are_no_parameters() -> None:
     assert document.parameters == {"k": 2.0, "m": 1.0}
 
 
+@pytest.mark.slow
 def test_it_runs_is_linear_and_is_written_as_c(tmp_path: Path) -> None:
     """An oscillator about rest and its C, which needs no library."""
     q, (m, k) = dynamicsymbols("q"), sympy.symbols("m k")

@@ -87,6 +87,7 @@ def _by_quadrature(radius: float, low: float, high: float, matrix: Array, place:
     return forces.sum(axis=0), np.cross(middles, forces).sum(axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("diameter", "draught", "kg", "stiffness", "slices"),
     [

@@ -348,6 +348,7 @@ def _pendulum_on(base: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 def test_a_base_that_follows_waves_has_their_height_and_tilt() -> None:
     sea = _waves(from_data(_data(SEA | {"ramp": 3})))
     turn = {"axis": [0, 0, 1], "angle": "0.3 + 0.1 * t"}
