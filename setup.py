@@ -29,6 +29,7 @@ def _pack_examples(archive: Path) -> None:
     """Write the files of examples side by side, files of one kind behind one another, and compress them as one text, to
     half of the room of single files."""
     files = [path for path in Path("examples").glob("*/**/*") if path.suffix in _OF_EXAMPLES]
+    files = [path for path in files if path.parts[1] != "verification"]  # runs of other programs, for tests alone
     with lzma.open(archive, "w") as whole, ZipFile(whole, "w") as packed:
         for path in sorted(files, key=lambda path: (path.suffix, path.as_posix())):
             packed.writestr(ZipInfo(path.relative_to("examples").as_posix()), path.read_bytes())

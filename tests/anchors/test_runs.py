@@ -23,18 +23,20 @@ def test_rows_from_outside_are_many_and_their_programs_are_told_apart() -> None:
 @pytest.mark.parametrize("run", runs().values(), ids=runs())
 def test_a_program_that_is_off_is_told_by_a_third_solution(run: Run) -> None:
     difference = Difference(*measured_runs()[run.name])
-    assert difference.eomgen <= run.tolerance
-    assert run.third or difference.between == difference.eomgen <= DISAGREEMENT, "which of the two programs is off?"
-    assert run.third or not run.is_off(difference)
+    assert run.third or difference.between == difference.eomgen <= max(run.program.within, DISAGREEMENT), (
+        "which of the two is off?"
+    )
     assert difference.eomgen <= DISAGREEMENT or run.note, "why is eomgen off?"
+    assert run.program.within <= 3e-3
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("run", runs().values(), ids=runs())
 def test_eomgen_meets_the_figures_within_the_tolerance_of_the_row(run: Run) -> None:
     own, program, _ = run.difference()
+    kept = measured_runs()[run.name][1]
     assert own <= run.tolerance
-    assert program == pytest.approx(measured_runs()[run.name][1], rel=1e-2, abs=1e-9)
+    assert program <= 1.1 * kept + 1e-9, "the page has the largest difference over the whole file"
 
 
 def _apart(carried: float) -> float:

@@ -137,17 +137,6 @@ def gaps(times: Array) -> Mapping[str, Array]:
     return {"gap": 2.0 - loose, "gap_rate": loose_rate, "spring": 2.0 - held, "spring_rate": held_rate}
 
 
-def filtered_crank(times: Array) -> Mapping[str, Array]:
-    """Return a crank that follows a sine of 0.7 rad and 1 Hz through a Bessel filter of 50 Hz."""
-    filtered, pulse = 100.0 * np.pi, 2 * np.pi
-    steady = 0.7 / (1 + 1.3617j * pulse / filtered - 0.618 * (pulse / filtered) ** 2)
-    root = filtered * (-1.3617 + 1j * np.sqrt(4 * 0.618 - 1.3617**2)) / (2 * 0.618)
-    start = complex(-steady.imag, (pulse * steady.real - steady.imag * root.real) / root.imag)
-    waves, fading = steady * np.exp(1j * pulse * times), start * np.exp(root * times)
-    angle, rate = waves.imag + fading.real, (1j * pulse * waves).imag + (root * fading).real
-    return {"angle": angle[:, None], "rate": rate[:, None]}
-
-
 def cylinder_on_two_hinges(times: Array) -> Mapping[str, Array]:
     """Return a cylinder on hinges about z and then y, under a constant force at its end and a constant torque."""
     mass = STEEL * np.pi / 4 * 0.05**2
@@ -243,7 +232,6 @@ MOTIONS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "braked mass": braked_mass,
     "double pendulum": double_pendulum,
     "engine of one cylinder": engine_of_one_cylinder,
-    "filtered crank": filtered_crank,
     "gaps": gaps,
     "slides and spring": slides_and_spring,
     "spring and damper": spring_and_damper,

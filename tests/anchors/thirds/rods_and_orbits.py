@@ -72,10 +72,20 @@ def orbits(times: Array) -> Mapping[str, Array]:
     return result
 
 
+def inclined_slide(times: Array) -> Mapping[str, Array]:
+    """Return the motion of a body of 1 kg that slides from rest along (0, 1, 1), and the force on it."""
+    along, down = np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0), np.array([0.0, 0.0, -9.80665])
+    acceleration = np.tile((down @ along) * along, (len(times), 1))
+    place = np.array([3.0, 2.0, 3.0]) + 0.5 * times[:, None] ** 2 * acceleration
+    speed = times[:, None] * acceleration
+    return {"place": place, "speed": speed, "acceleration": acceleration, "reaction": down - acceleration}
+
+
 #: Third solutions by the names that rows of ``runs*.toml`` give.
 RODS_AND_ORBITS: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "rod along x": falling_rod(0),
     "rod along y": falling_rod(1),
     "held rod": held_rod,
+    "inclined slide": inclined_slide,
     "orbits": orbits,
 }
