@@ -127,6 +127,21 @@ def test_the_plug_in_of_ros_gives_the_bits_of_inverse_dynamics(
     assert np.array_equal(found[0], [0.0, 0.0, 0.0, 1.0])  # return_type::ERROR
     _, _, told = efforts(program, [], "position_gains=1,2", code=3)
     assert told == "joints and position_gains: 3 entries each are needed"
+    for limit in ("-2", "nan"):
+        _, _, told = efforts(program, [], f"effort_limits=1,{limit},3", code=3)
+        assert told == f"effort_limits: {limit}, and no number from 0 on"
+
+
+@pytest.mark.parametrize(
+    ("name", "package"), [("_7axis_", "robot_7axis_controller"), ("_bot__two", "bot_two_controller")]
+)
+def test_names_of_packages_begin_with_a_letter_and_have_single_underscores(
+    name: str, package: str, tmp_path: Path
+) -> None:
+    text = (HERE.parents[1] / "examples" / "robot_arm" / "scene.toml").read_text(encoding="utf-8")
+    (tmp_path / "robot.toml").write_text(text.replace('name = "robot_arm"', f'name = "{name}"'), encoding="utf-8")
+    eomgen.generate(tmp_path / "robot.toml", tmp_path / "c", target="ros2")
+    assert f"<name>{package}</name>" in (tmp_path / "c" / "package.xml").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
+from tests.anchors.runs import runs
 from tests.benchmarks.test_error_estimates import COUNTED, POOR
 
 ROOT = Path(__file__).parents[2]
@@ -69,10 +70,11 @@ def test_generated_c_has_fixed_buffers(tmp_path: Path) -> None:
 
 
 def test_stated_errors_of_random_scenes() -> None:
+    assert f"[{len(runs())} runs](docs/verification.md)" in LINES["Stated errors"]
     all_runs, poor = sum(COUNTED.values()), sum(map(len, POOR.values()))
     assert f"[{all_runs - poor} of {all_runs}](tests/benchmarks/test_error_estimates.py)" in LINES["Stated errors"]
 
 
 def test_gradients_are_measured_by_a_benchmark() -> None:
-    assert "3 runs](benchmarks/sensitivities.py)" in LINES["Gradients"]
-    assert "3.0 times the run for a seven-axis arm with 24 parameters" in page("python/derivatives_of_a_run.md")
+    assert "3.7 runs](benchmarks/sensitivities.py)" in LINES["Gradients"]
+    assert "3.7 times the run for a seven-axis arm with 24 parameters" in page("python/derivatives_of_a_run.md")

@@ -83,7 +83,10 @@ def _files(name: str, real: str, program: Program) -> dict[str, str]:
     files = generate_files(program)
     for file in ("main.c", "README.md", MANIFEST):
         del files[file]
-    prefix, controller, joints = program.prefix, f"{program.prefix.lower()}_controller", program.sizes["v"]
+    prefix, joints = program.prefix, program.sizes["v"]
+    # Names of packages begin with a letter, and have single underscores.
+    package = re.sub(r"_+", "_", f"{prefix.lower().strip('_')}_controller")
+    controller = package if package[0].isalpha() else f"robot_{package}"
     model = sorted(file for file in files if file.endswith(".c"))
     called = {word.lower() for word in re.findall(r"\bEG_([A-Z]+2?)\(", "".join(files[file] for file in model))}
     single = {"data": 4 * (9 * joints + max(1, program.sizes["p"])), "stack": stack_bytes(program)}
