@@ -342,7 +342,7 @@ def _contradiction(
         rest.append(long_lever(rows, names, first))
         hint = NEARER_FRAMES
     else:
-        hint = "an initial state (in a URDF: origins of joints) nearer to assembly, or lengths and axes that fit"
+        hint = "an initial state nearer to assembly, or lengths and axes that fit"
         if level == "positions" and len(off) == 1 and names[first].endswith(": formula"):
             hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
         if level == "positions" and (driven := [name.partition(":")[0] for name in filter(is_driven, names)]):

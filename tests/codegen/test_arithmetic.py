@@ -112,6 +112,7 @@ def test_double_agrees_with_fifty_digits(library: Library) -> None:
     assert worse(np.array(errors), 1e-15) == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [("fast", "float")], indirect=True, ids="-".join)
 def test_sines_in_float_are_within_a_rounding_of_one(library: Library) -> None:
     exponents = np.random.default_rng(3).uniform(-10.0, np.log(1e5), 20_000)

@@ -84,6 +84,7 @@ def test_the_servo_is_that_of_linear_theory(
     assert np.all(errors[-1] <= (1e-4 if order == 2.0 else 1e-9))
 
 
+@pytest.mark.slow
 def test_a_linear_step_takes_two_iterations_and_one_factorization(motor: eomgen.Model) -> None:
     stats = motor.simulate(0.5, 1e-3).stats
     assert stats["newton_iterations"] <= 2 * stats["steps"] and stats["factorizations"] == 1
@@ -101,6 +102,7 @@ def test_states_much_faster_than_the_step_do_no_harm(motor: eomgen.Model, rho_in
     assert np.allclose(servo_end(run), exact, atol=5e-2 if rho_inf else 2e-2)
 
 
+@pytest.mark.slow
 def test_trapezoidal_rule_is_that_of_states_too(motor: eomgen.Model) -> None:
     step, lag = 1e-3, 0.02
     A = np.array([[0, 1, 0, 0], [0, -0.5, 0, 1], [-1, 0, 0, 0], [-60 / lag, -10 / lag, 40 / lag, -1 / lag]])

@@ -370,6 +370,7 @@ def test_changes_of_a_start_are_told_by_their_size_and_asked_ones_first(freedoms
         assert initial_state.corrected_start(none, guess, names, units, freedoms=2) == []
 
 
+@pytest.mark.slow
 def test_rest_on_a_turning_arm_balances_its_spring_and_centrifugal_force() -> None:
     """k (0.5 - angle) = m w^2 r l sin(angle), for a drive of constant rate and forces that turn with it alone."""
     builder = eomgen.SceneBuilder("carousel", gravity=[0, 0, 0]).body("arm", 1.0, inertia=[1, 1, 1])

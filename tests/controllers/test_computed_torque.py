@@ -153,6 +153,7 @@ def test_the_plug_in_fits_the_headers(robot: Path, tmp_path: Path, distribution:
     subprocess.run([*words, "-fsyntax-only", "arm_controller_plugin.cpp"], cwd=tmp_path / "c", check=True)
 
 
+@pytest.mark.slow
 def test_the_step_in_double_has_the_bits_of_inverse_dynamics(
     robot: Path, tmp_path: Path, rng: np.random.Generator
 ) -> None:

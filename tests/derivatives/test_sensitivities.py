@@ -164,6 +164,7 @@ def test_directions_of_parameters_and_of_the_initial_state(
     check(builder(), method, by, initial)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     _, model = built(loop())

@@ -83,6 +83,7 @@ def test_a_bounded_run_that_takes_many_more_steps_is_given_up(tmp_path: Path, mo
     assert sliders().resume(kept, 2.5).metadata["settings"]["largest_step"] == 0.0
 
 
+@pytest.mark.slow
 def test_the_bound_goes_with_checkpoints_files_and_resumed_runs(tmp_path: Path) -> None:
     given, _, _ = LAWS["linear table over place"]
     options: dict[str, Any] = {"method": "rk45", "parameters": given}

@@ -86,6 +86,7 @@ def test_a_kink_and_a_force_that_rises_smoothly_from_rest_are_not_told_of() -> N
     assert "the start excites a motion of v.leg" in pushed("100 * cos(2 * t)").simulate(1.0, 2e-3).error.unresolved
 
 
+@pytest.mark.slow
 def test_an_impact_that_sets_a_stiff_machine_ringing_is_told_of() -> None:
     builder = eomgen.SceneBuilder("ringing").body("upper", 1.0, inertia=[0.1, 0.1, 0.1])
     builder.body("lower", 1.0, inertia=[0.1, 0.1, 0.1])

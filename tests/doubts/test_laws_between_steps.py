@@ -302,6 +302,7 @@ def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) 
         assert wrong == ("unseen_law" in outcome(run)), (width, run.q[-1], run.message)
 
 
+@pytest.mark.slow
 def test_a_held_force_is_no_law_between_the_steps() -> None:
     """Sampled states keep their values between samples: a coarse converter makes no law of the slow gust beside it."""
     held = on_rail("force + gust", "rail").input("gust", "0.3*sin(2*t)")

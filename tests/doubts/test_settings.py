@@ -63,6 +63,7 @@ def test_unknown_names_have_one_message_with_a_known_one(tmp_path: Path, capsys:
         assert f"--quiet {name}: there is no doubt '{name}'; try: {hint}" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_failure_is_never_silent(tmp_path: Path) -> None:
     """A step far beyond the limit of an explicit method."""
     text = quiet("unstable", "stopped", "infinite_energy", "unbounded_growth", "energy_balance")
@@ -120,6 +121,7 @@ def test_the_option_strict_ends_with_its_verb(rest: tuple[str, ...], capsys: pyt
     assert not CALLED.get().strict and not CALLED.get().quiet
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", ["simulate", "equilibrium"])
 def test_a_call_silences_notes_of_the_scene(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A scene whose model of an earlier call has the note, and a scene that is strict itself."""

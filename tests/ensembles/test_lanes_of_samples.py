@@ -202,6 +202,7 @@ def pushed() -> eomgen.Model:
     return eomgen.build(driven, method="lsrt2", profile="reproducible")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [

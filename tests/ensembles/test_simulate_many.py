@@ -242,6 +242,7 @@ def test_a_solution_is_kept_also_when_its_sample_is_done(cart: eomgen.Model, tmp
     assert len(list((tmp_path / "runs").iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_columns_of_a_sample_are_kept_as_parquet(cart: eomgen.Model, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     cart.simulate_many(table={"push": [1.0, 2.0]}, folder=tmp_path, keep=[1], keep_as="parquet")

@@ -58,6 +58,7 @@ def test_spectra_of_lognormal_fields_are_not_noted(power: Callable[[Array], Arra
         assert density.__wrapped__(32).note == ""  # of the example
 
 
+@pytest.mark.slow
 def test_a_run_of_a_file_says_it() -> None:
     power = "3000*k/(0.02 + k)**2*exp(-(radius*k)**2)"
     floored = changed(operators={"s": {"lognormal_power": power}}, mesh__cells=[8, 8, 8])

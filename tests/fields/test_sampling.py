@@ -154,6 +154,7 @@ def test_gradients_that_are_kept_are_those_of_the_chain() -> None:
     assert prior.energy_and_gradient(truth, slope) == prior.energy(truth) and np.array_equal(slope, truth)
 
 
+@pytest.mark.slow
 def test_the_guard_holds_steps_below_what_is_stable() -> None:
     posterior, truth = counted(16, 1.0)
     sampler = Sampler(posterior, mass="prior", method="suzuki4", step=5.0, start=[truth], seed=1)

@@ -40,6 +40,7 @@ def three_fields(cells: tuple[int, ...]) -> FieldPosterior:
     return FieldPosterior(mesh, "exp(s) - d*s + slope**4 + (noise - s)**2/2", fields, {"d": stream(5).random(cells)})
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("fftw-single-cells0", "fftw-single-cells1", "scipy-single-cells0", "fftw-single-cells2")
 @pytest.mark.parametrize("cells", [(4, 6, 5), (7,), (6, 5), (8, 8, 8)])
 @pytest.mark.parametrize(("transforms", "precision"), KINDS)

@@ -409,6 +409,7 @@ WRITTEN: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_a_definition_is_evaluated_once_under_its_name_in_the_c() -> None:
     """A definition of coordinates and momenta is split, so that H stays separable, and equal formulas have the same
     bits."""

@@ -49,6 +49,7 @@ def mathieu() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="instant")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.2, 0.7])
 def test_the_equation_of_mathieu_is_unstable_between_its_characteristic_values(mathieu: eomgen.Model, e: float) -> None:
     low, high = sorted((float(mathieu_b(1, e)), float(mathieu_a(1, e))))

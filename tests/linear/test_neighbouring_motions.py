@@ -92,6 +92,7 @@ SCENES: dict[str, Callable[[], eomgen.Scene]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("drone on a cord")
 @pytest.mark.parametrize("name", ["drone on a cord", "rolling disc"])
 def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:

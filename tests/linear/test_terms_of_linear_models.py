@@ -25,6 +25,7 @@ def test_partials_of_accelerations_of_constraints_vanish_at_rest(rng: np.random.
     assert all(block.any() for block in moved.values())
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("unbalanced_shaft")
 @pytest.mark.parametrize("name", ["four_bar", "unbalanced_shaft"])
 def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:

@@ -226,6 +226,7 @@ def test_the_inverse_of_nonzeros() -> None:
     assert inverse_pattern(np.zeros((2, 2), bool)).all()
 
 
+@pytest.mark.slow
 def test_methods_without_such_steps_are_refused(tmp_path: Path) -> None:
     none = "steps of {} have no derivatives in C for scenes with {}; try: {}"
     loops = "constraints on positions"

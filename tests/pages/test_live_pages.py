@@ -114,6 +114,7 @@ CART: dict[str, Any] = {
 SAMPLED = {"type": "sampled", "sample": "10 ms", "signals": {"place": "q.x"}, "unit": "N"}
 
 
+@pytest.mark.slow
 def test_texts_of_a_page_have_the_numbers_of_the_library_and_give_its_bits(tmp_path: Path) -> None:
     model = eomgen.build(oscillator(), profile="quick")
     builder, texts = Builder("quick", cache=Cache(tmp_path)), texts_with_numbers(model.library)

@@ -43,6 +43,7 @@ def test_shear_of_a_cantilever_is_exact_at_all_nodes(elements: int) -> None:
     np.testing.assert_allclose(forces, np.stack([exact[:-1], exact[1:]], axis=1), atol=1e-5)
 
 
+@pytest.mark.slow
 def test_shear_under_a_load_by_formula_is_of_second_order() -> None:
     """Errors at the clamp and in the middle against the integral of 4 sin(3 s) beyond, on a fine grid."""
     s = np.linspace(0.0, 1.0, 20001)

@@ -45,6 +45,7 @@ def test_a_straight_beam_that_stretches_may_be_held_at_both_ends() -> None:
     assert not system.warnings
 
 
+@pytest.mark.slow
 def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held() -> None:
     system = closed("inextensible", 4, {"body": "base", "position": [10.0, 0.0, 0.0]})
     (warning,) = (text for text in system.warnings if "at the start" in text)

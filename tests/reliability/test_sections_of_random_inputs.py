@@ -83,6 +83,7 @@ def _model() -> eomgen.Model:
     return eomgen.build(DUFFING, profile="quick")
 
 
+@pytest.mark.slow
 def test_a_run_beyond_the_window_is_refused() -> None:
     told = r"t_end: the random process force is known up to t = 15 s, the run ends at t = 16 s; try: t_end = 15, or dur"
     with pytest.raises(eomgen.errors.UsageError, match=told + r"ation = 16 in \[random.force\]"):

@@ -28,6 +28,7 @@ def test_pandas_has_every_column_and_its_unit() -> None:
     assert frame.attrs["message"] == run.message
 
 
+@pytest.mark.slow
 def test_xarray_names_components() -> None:
     run = flyer().simulate(0.02, 1e-3)
     data = run.to_xarray()

@@ -366,6 +366,7 @@ def test_ends_of_constraints_are_turned_by_quaternions() -> None:
         load_urdf(both)
 
 
+@pytest.mark.slow
 def test_a_loop_whose_links_lie_in_one_line_runs_from_elsewhere() -> None:
     """Rows across the plane follow from others and are left out; in the line no motion follows, as the run says."""
     model = eomgen.build(Path(__file__).with_name("flat.urdf"), profile="quick")

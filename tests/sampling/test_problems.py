@@ -75,6 +75,7 @@ WRITTEN: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_definitions_are_the_text_in_their_place_with_paragraphs_of_their_own_in_the_c() -> None:
     """Energy, gradient and products with the Hessian have the same bits; an expression is evaluated once."""
     defined, written = problem(**DEFINED), problem(**WRITTEN)

@@ -29,6 +29,7 @@ def loop() -> eomgen.SceneBuilder:
     return builder.joint("pin", "revolute", "base", "rod", axis=[0, 1, 0])
 
 
+@pytest.mark.slow
 def test_the_eigenvalue_is_exact_and_of_the_motion_that_constraints_leave() -> None:
     for builder, exact in (
         (oscillator(), 10.0),

@@ -119,6 +119,7 @@ UNDEFINED = (
 )
 
 
+@pytest.mark.slow
 def test_points_of_a_distance_that_coincide_are_named(capfd: pytest.CaptureFixture[str]) -> None:
     """Neither NumPy nor LAPACK speaks: at the build, at a run from such a state, and at a length of 0."""
     with pytest.raises(ModelError) as caught:

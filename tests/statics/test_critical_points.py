@@ -95,6 +95,7 @@ def elastica(load: float) -> tuple[float, float]:
     return 2.0 * ellipe(k**2) / ellipk(k**2) - 1.0, 2.0 * k / ellipk(k**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stretch", "factor"), [(16e4, 1.2), (16e6, 1.5), (1e5, 2.0)])
 def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, stretch: float, factor: float) -> None:
     load, ends = factor * euler(1.0), []
@@ -224,6 +225,7 @@ def off_elastica(model: Model, elements: int, given: dict[str, float]) -> tuple[
     return float(np.linalg.norm(pose[4:6] - exact) / np.linalg.norm(exact - [1.0, 0.0])), rest.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "noted"), [(3.0, False), (30.0, False), (150.0, True)])
 def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: float, noted: bool) -> None:
     """Four elements, against the elastica."""

@@ -33,6 +33,7 @@ def test_flapping_of_a_hinged_blade() -> None:
     np.testing.assert_allclose(lin.modes().angular_frequency[0], rigid, rtol=1e-3)  # bending takes a little
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_check_draws_states_that_order_1_is_for(seed: int) -> None:
     report = check(blade(), seed=seed, only=["mass"], profile="instant")
@@ -56,6 +57,7 @@ def test_a_beam_bent_too_far_is_named() -> None:
     assert np.linalg.eigvalsh(eomgen.build(blade((0.0, 3.0, 0.0), 2), profile="instant").mass(model.initial_q))[0] > 0.0
 
 
+@pytest.mark.slow
 def test_a_run_away_is_blamed_on_the_step() -> None:
     model = eomgen.build(blade((0.01, 0.0, 0.0)), method="rk4", profile="instant")
     run = model.simulate(1.0, 2e-2, method="rk4")

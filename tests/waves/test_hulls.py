@@ -130,6 +130,7 @@ def test_added_mass_is_across_the_axis() -> None:
     assert added[1, 3] == pytest.approx(-own * DRAUGHT / 2.0, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_inverse_dynamics_of_references_and_momenta_leave_water_out() -> None:
     with_water = _model(outputs={"hold": {"formula": "gravity.moves"}})
     state = np.zeros(1)
@@ -162,6 +163,7 @@ def test_what_is_wrong_with_a_hull_is_said_once(changes: dict[str, Any], more: d
     assert len(caught.value.problems) == 1
 
 
+@pytest.mark.slow
 def test_parameters_of_a_run_keep_a_hull_its_length() -> None:
     known = {"top": {"value": 4, "tunable": True}, "wet": {"value": DRAUGHT, "tunable": True}}
     model = _model(hulls={"column": COLUMN | {"end": [0, 0, "top"], "wet": "wet"}}, parameters=known)

@@ -300,6 +300,7 @@ def test_a_fully_developed_sea_has_the_height_of_the_gravity() -> None:
         assert height == pytest.approx(0.2092 * 12.0**2 / gravity, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_run_takes_waves_as_the_formulas_say() -> None:
     """Forces and outputs; the acceleration of a body in water that carries it is that of the water."""
     carried = [f"1000 * water_acceleration.sea(position.middle[0], position.middle[1], -2)[{k}]" for k in range(3)]

@@ -72,8 +72,8 @@ FAILURES = [
         "Constraints that contradict each other",
         4,
         "model error: scene.toml:37 (constraints.rod): the positions of the constraints cannot be met together: after "
-        "50 corrections still off: rod: distance by 2; rod has length = 0.5 m; try: an initial state (in"
-        " a URDF: origins of joints) nearer to assembly, or lengths and axes that fit; numbers without a unit are in m and in rad [E2082]",
+        "50 corrections still off: rod: distance by 2; rod has length = 0.5 m; try: an initial state nearer to"
+        " assembly, or lengths and axes that fit; numbers without a unit are in m and in rad [E2082]",
         more=(
             '[points.wall]\nbody = "world"\nposition = [0, 0, 2]\n\n[constraints.rod]\n'
             'type = "distance"\nfirst = "tip"\nsecond = "wall"\nlength = 0.5'
