@@ -9,6 +9,7 @@ import eomgen
 from tests.models.scenes import absolute, flyer
 
 
+@pytest.mark.slow
 def test_sizes_and_names_of_rows() -> None:
     model = absolute()
     assert (model.nq, model.nv, len(model.multipliers)) == (21, 18, 8)

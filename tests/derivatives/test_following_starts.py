@@ -107,6 +107,7 @@ def test_a_start_at_rest_moves_with_parameters(
     hold(found, np.moveaxis(outputs.imag / TINY, 0, -1), 1e-10)  # rest is found to 1e-11 of the forces
 
 
+@pytest.mark.slow
 def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
     _, model = built(resting_tree())
     options: dict[str, Any] = {"by": ["length", "q.a"], "settings": TO_ROUNDING}

@@ -29,6 +29,7 @@ def options_of(method: str, inputs: dict[str, Array]) -> dict[str, Any]:
     return {"method": method, "settings": TO_ROUNDING, "initial": {"a": 0.4}, "inputs": inputs}
 
 
+@pytest.mark.slow
 def test_tangents_and_adjoints_against_differences_of_runs() -> None:
     """Of order 6; inputs enter the matrix of a step, internal states and outputs."""
     _, model = built(driven())

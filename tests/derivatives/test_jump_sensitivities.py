@@ -252,6 +252,7 @@ def refused(model: Model, **keys: Any) -> str:
     return str(error.value)
 
 
+@pytest.mark.slow
 def test_second_derivatives_and_gradients_of_all_inputs_are_refused() -> None:
     found = driven().sensitivities(0.1, 0.01, inputs={"force": np.ones(11)})
     with pytest.raises(UsageError, match="the state jumps along the run, at samples or events, and second"):

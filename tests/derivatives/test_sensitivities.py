@@ -214,6 +214,7 @@ def test_tangents_of_groups_in_c(size: float) -> None:
         place += square
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.001, 0.01])
 def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
     found = check(bending(), "generalized_alpha", OF_BEAM, {"axle": {"velocity": 1.0}}, steps=10, step=step)

@@ -204,6 +204,7 @@ def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.
     assert np.max(np.abs(hessian - by_gradients)) < 2e-11 * np.max(np.abs(by_gradients))
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("four_bar-rattlie", "spins-rk4")
 @pytest.mark.parametrize(
     ("scene", "method"), [("four_bar", "rattlie"), ("spins", "trapezoidal"), ("spins", "leapfrog"), ("spins", "rk4")]

@@ -63,6 +63,7 @@ def numbers(texts: list[str]) -> np.ndarray:
     return np.array([float(text) for text in texts])
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("four_bar")
 @pytest.mark.parametrize("name", SCENES)
 def test_the_last_state_has_the_digits_of_pythons_run(name: str, tmp_path: Path) -> None:
