@@ -146,8 +146,9 @@ def uniform_blade(speed: float, count: int) -> Array:
 
 
 def two_discs(speed: float) -> Array:
-    """Return the frequencies, rad/s, of the shaft with two discs at a speed: transfer matrices of Timoshenko's beam, with
-    deflections in the complex plane, in which forward and backward whirl have frequencies above and below 0."""
+    """Return the frequencies, rad/s, of the shaft with two discs at a speed, by transfer matrices of Timoshenko's beam.
+
+    Deflections are in the complex plane, in which forward and backward whirl have frequencies above and below 0."""
     elastic, shear, density, diameter, width, bearing = 211e9, 81.2e9, 7810.0, 0.05, 0.07, 1e6
     area, second, poisson = np.pi * diameter**2 / 4, np.pi * diameter**4 / 64, elastic / (2 * shear) - 1
     stiff = shear * area * 6 * (1 + poisson) / (7 + 6 * poisson)
