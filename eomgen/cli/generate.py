@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.base.messages import counted
+from eomgen.base.messages import counted, listed
 from eomgen.cli.info import OPERATIONS
 from eomgen.cli.options import (
     assignments,
@@ -42,28 +42,16 @@ def _machines(context: click.Context, parameter: click.Parameter, start: str) ->
 @folder_option
 @terms_option
 @click.option(
-    "--target", default="c", show_default=True, help="The language; others than C come with other distributions."
+    "--target", "targets", multiple=True, default=["c"], help="The language: c, ros2, cortex-m4, casadi or acados."
+)
+@click.option("--method", shell_complete=completed_methods, help="Whose stepper is written; the scene's by default.")
+@click.option(
+    "--real", type=click.Choice(["double", "float"]), help="Number type of the compile command; the scene's by default."
 )
 @click.option(
-    "--method", default=None, shell_complete=completed_methods, help="Whose stepper is written; the scene's by default."
+    "--only", type=click.Choice(["controller"]), help="The controller of the scene alone: signals in, commands out."
 )
-@click.option(
-    "--real",
-    type=click.Choice(["double", "float"]),
-    default=None,
-    help="Number type of the compile command in README.md and manifest.json; the scene's by default.",
-)
-@click.option(
-    "--only",
-    type=click.Choice(["controller"]),
-    default=None,
-    help="Write the controller of the scene without the machine: signals in, commands out.",
-)
-@click.option(
-    "--uniform",
-    is_flag=True,
-    help="Write all functions and steps with one signature, too, which a program can call for every model.",
-)
+@click.option("--uniform", is_flag=True, help="All functions and steps with one signature, too, for every model.")
 @click.option(
     "--for",
     "machines",
@@ -82,7 +70,7 @@ def generate(
     folder: str,
     terms: list[str] | None,
     method: str | None,
-    target: str,
+    targets: Sequence[str],
     real: str | None,
     only: str | None,
     uniform: bool,
@@ -101,6 +89,9 @@ def generate(
     from eomgen.pipeline import documents, generation  # noqa: PLC0415  # SymPy comes with it
     from eomgen.scene.scene import Scene  # noqa: PLC0415
 
+    if len(targets) > 1:
+        raise UsageError(Problem("--target", f"{listed(targets)} have a folder each [E2250]", "a call for each"))
+    (target,) = targets
     _check_machines(machines, target)
     described = documents.load(scene, **reading)
     values: Mapping[str, float | str] = assignments("--set", parameters)

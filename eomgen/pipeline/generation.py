@@ -109,6 +109,10 @@ def generate(
         _check_scene(document, only)
         return kind.generate(document, folder, method)
     check_real(real)
+    asked = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
+    if asked and not (chosen.steppers or chosen.takes_method):
+        fault = f"the files of {chosen.name} have no stepper and one number type [E2251]"
+        raise UsageError(Problem(" and ".join(asked), fault, f"leave {' and '.join(asked)} out"))
     if only is None:
         program, refusal = exported_program(document, front_end, chosen, terms, method, parameters=parameters)
         if refusal and method and chosen.steppers:
@@ -117,8 +121,8 @@ def generate(
         program = _controller_program(document, front_end, parameters)
         _check_exported(program)
         program = with_interface(program, front_end.describe(document))
-    caller_defaults = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
-    program = replace(program, defaults={**program.defaults, **caller_defaults}, uniform=uniform)
+    defaults = {**program.defaults, **asked, "metadata": getattr(document, "metadata", {})}
+    program = replace(program, defaults=defaults, uniform=uniform)
     files = chosen.files(program, method) if chosen.takes_method else chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]

@@ -124,6 +124,7 @@ def _from_read(
         file=file,
         lines=read.lines,
         notes=read.notes,
+        metadata=read.metadata,
         inertias_checked=read.inertias_checked,
         coordinates=coordinates,
         folder=folder,
@@ -157,6 +158,7 @@ def from_data(
     lines: Mapping[str, int | str] | None = None,
     problems: Sequence[Problem] = (),
     notes: Sequence[str] = (),
+    metadata: Mapping[str, Any] | None = None,
     inertias_checked: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
     folder: Path | None = None,
@@ -171,7 +173,7 @@ def from_data(
         Origin of the data, for messages: the line of each dotted key, or ``file:line``.
     problems : sequence of Problem
         Known problems, to be reported together with further problems.
-    notes
+    notes, metadata
         Handed on to the scene.
     inertias_checked : bool
         Whether the source has checked the inertias already.
@@ -188,7 +190,7 @@ def from_data(
     with _without_plugins():
         from eomgen.scene.document.assemble import assemble  # noqa: PLC0415  # pydantic is slow to import
 
-    metadata: dict[str, Any] = {}
+    metadata = dict(metadata or {})
     report = Report(file, lines or {})
     report.noted += [(0, problem) for problem in problems]
     if not data and not report.noted:

@@ -73,6 +73,8 @@ class Anchor:
         Whether each number is compared relative to itself; else relative to the largest one, as of a vector.
     note : str
         Remark of the page.
+    changed : str
+        Date and reason of the last change of the digits, ``"2026-11-30: reason"``.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Anchor:
     tolerance: float | None = None
     each: bool = False
     note: str = ""
+    changed: str = ""
 
     @property
     def reference(self) -> Array:

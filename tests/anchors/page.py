@@ -68,17 +68,22 @@ eomgen with the program. Differences are the largest over the whole files (`pyth
 """
 
 
+def remark(row: Run | Anchor) -> str:
+    """Return the note of a row, with the date and the reason of a changed reference."""
+    return "; ".join(filter(None, (row.note, row.changed and f"reference changed {row.changed}")))
+
+
 def verdict(run: Run, difference: Difference) -> str:
     """Return the judgement of a row: agreement, or the program that is off by the third solution."""
     if not run.third:
         words = "agree" if difference.eomgen <= DISAGREEMENT else f"differ within the accuracy of {run.program.name}"
-        return f"{words}: {run.note}" if run.note else words
+        return ": ".join(filter(None, (words, remark(run))))
     found = ["**eomgen is off**"] if difference.eomgen > DISAGREEMENT else []
     if difference.program > DISAGREEMENT:
         stated = difference.program <= run.program.within
         found.append(f"{run.program.name} is off, within its accuracy" if stated else f"**{run.program.name} is off**")
     words = "; ".join(found) or "all three agree"
-    return f"{words}: {run.note}" if run.note else words
+    return ": ".join(filter(None, (words, remark(run))))
 
 
 def row_of_run(run: Run, difference: Difference, spread: str) -> str:
@@ -97,17 +102,17 @@ def runs_part(kept: Mapping[str, Sequence[float]]) -> list[str]:
     )
     programs = {row.program.name: row.program for row in [*runs().values(), *gaps().values()]}
     text += [f"| {it.name} | {it.date} | {it.accuracy} | {it.source} |" for it in programs.values()]
-    errors: dict[str, list[float]] = {}
+    errors: dict[str, dict[str, float]] = {}
     for run in runs().values():
         if run.third:
-            errors.setdefault(run.scene, []).append(kept[run.name][1])
+            errors.setdefault(run.scene, {})[run.program.name] = kept[run.name][1]
     subjects = list(dict.fromkeys(run.subject for run in runs().values()))
     for run in sorted(runs().values(), key=lambda run: subjects.index(run.subject)):
         if run.subject != subject:
             subject = run.subject
             heads = "case | program | eomgen off by | program off by | spread of publishers | verdict"
             text.append(f"\n## {subject}\n\n| {heads} |\n|---|---|---:|---:|---:|---|")
-        same = errors.get(run.scene, []) if not run.quantity else []
+        same = errors.get(run.scene, {}).values() if not run.quantity else ()
         spread = f"{min(same):.0e} to {max(same):.0e}" if len(same) > 1 else ""
         text.append(row_of_run(run, Difference(*kept[run.name]), spread))
     text.append("\n## Cases that eomgen cannot express\n\n| case | program | reason |\n|---|---|---|")
@@ -132,6 +137,6 @@ def page(kept: Mapping[str, Sequence[float]], kept_runs: Mapping[str, Sequence[f
     text += [f"{numbers[key]}. {source}" for key, source in sources().items()]
     text.append("\n## Commands\n")
     for case in anchors().values():
-        note = f" {case.note}." if case.note else ""
+        note = f" {remark(case)}." if remark(case) else ""
         text.append(f"- `{command(case)}` runs `{case.test}`.{note}")
     return "\n".join(text) + "\n"

@@ -20,6 +20,14 @@ def _model(scene: Path | Mapping[str, Any]) -> eomgen.Model:
     return eomgen.build(scene, profile="quick")
 
 
+def _refined(scene: Path, factor: int) -> eomgen.Model:
+    """Return the model of a scene with more elements in its beams."""
+    document = tomllib.loads(scene.read_text(encoding="utf-8"))
+    for beam in document["beams"].values():
+        beam["elements"] *= factor
+    return _model(document)
+
+
 def probability(
     scene: Path,
     method: str,
@@ -40,10 +48,7 @@ def limit_load(
     """Return the load at the first limit point and all outputs there, extrapolated from two numbers of elements."""
     found = []
     for factor in refined:
-        document = tomllib.loads(scene.read_text(encoding="utf-8"))
-        for beam in document["beams"].values():
-            beam["elements"] *= factor
-        model = _model(document)
+        model = _refined(scene, factor)
         point = model.equilibrium_path(parameter, to, max_points=max_points).critical[0]
         assert point.kind == "limit point"
         found.append({"load": point.value} | dict(point.columns))
@@ -73,6 +78,20 @@ def frequencies(
     return {"frequencies": np.sort(found)[None, :count]}
 
 
+def whirl(scene: Path, speed: float, along: tuple[str, str], count: int) -> Mapping[str, Array]:
+    """Return the lowest frequencies, rad/s, that an observer at rest sees of a rotor on a base that turns with it.
+
+    The coordinates ``along`` tell the sense of each mode in axes that turn; extrapolated from two numbers of elements.
+    """
+    found = []
+    for factor in (1, 2):
+        modes = _refined(scene, factor).linearize(parameters={"turn": speed}).modes()
+        y, z = (modes.shapes[list(modes.coordinates).index(name)] for name in along)
+        senses = np.where(np.abs(y + 1j * z) > np.abs(y - 1j * z), 1.0, -1.0)
+        found.append(np.sort(np.abs(speed + senses * modes.eigenvalues.imag))[:count])
+    return {"frequencies": (4.0 * found[1] - found[0])[None] / 3.0}
+
+
 def flutter(scene: Path, parameter: str, low: float, high: float) -> Mapping[str, Array]:
     """Return the load at which the two lowest angular frequencies meet, and that frequency."""
     model = _model(scene)
@@ -90,6 +109,7 @@ QUANTITIES: Mapping[str, Callable[..., Mapping[str, Array]]] = {
     "probability": probability,
     "rates": rates,
     "frequencies": frequencies,
+    "whirl": whirl,
     "flutter": flutter,
     "limit load": limit_load,
 }

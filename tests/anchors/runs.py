@@ -123,6 +123,8 @@ class Run:
         Name of a third solution in one of the files ``third*.py``, which counts then in place of the program.
     note : str
         Cause of a disagreement.
+    changed : str
+        Date and reason of the last change of the figures, ``"2026-11-30: reason"``.
     """
 
     name: str
@@ -138,6 +140,7 @@ class Run:
     options: Mapping[str, Any] = field(default_factory=dict)
     third: str = ""
     note: str = ""
+    changed: str = ""
 
     def outputs(self, times: Sequence[float] | Array) -> dict[str, Array]:
         """Simulate the scene, and return its signals (times, components) at instants."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.anchors import anchors, measured_runs
+from tests.anchors import Anchor, anchors, measured_runs
+from tests.anchors.page import verdict
 from tests.anchors.runs import DISAGREEMENT, Difference, Run, runs
 from tests.anchors.thirds.modelica_models import bevel_gear
 
@@ -28,6 +32,13 @@ def test_a_program_that_is_off_is_told_by_a_third_solution(run: Run) -> None:
     )
     assert difference.eomgen <= DISAGREEMENT or run.note, "why is eomgen off?"
     assert run.program.within <= 3e-3
+
+
+def test_a_changed_reference_has_date_and_reason_on_the_page() -> None:
+    rows: list[Run | Anchor] = [*runs().values(), *anchors().values()]
+    assert [row.name for row in rows if row.changed and not re.match(r"\d{4}-\d\d-\d\d: \S", row.changed)] == []
+    row = replace(runs()["iftomm_bricard"], changed="2026-11-30: misprint")
+    assert verdict(row, Difference(0.0, 0.0, 0.0)).endswith("; reference changed 2026-11-30: misprint")
 
 
 @pytest.mark.slow

@@ -31,14 +31,15 @@ ROBOT = """\
   <joint name="shoulder" type="revolute"><parent link="foot"/><child link="upper"/>
     <origin xyz="0 0 0.3" rpy="0.1 0 0.2"/><axis xyz="0 1 0"/>
     <limit lower="-1.2" upper="1.5" effort="50" velocity="3"/><dynamics damping="0.7"/></joint>
-  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.4"/>
+  <joint name="el-bow" type="continuous"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.4"/>
     <axis xyz="0.6 0.8 0"/></joint>
   <joint name="wrist" type="prismatic"><parent link="lower"/><child link="tool"/>
     <origin xyz="0 0.02 0.4" rpy="0 0.1 0"/><axis xyz="0 0 1"/>
     <limit lower="-0.1" upper="0.2" effort="80" velocity="1"/></joint>
 </robot>
 """
-JOINTS, N = ("shoulder", "elbow", "wrist"), 3
+JOINTS, N = ("shoulder", "el-bow", "wrist"), 3
+LIMITS = [50.0, 1e30, 80.0]
 STRICT = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-pedantic", "-Werror"]
 FLOAT = [*STRICT, "-DEOMGEN_REAL_FLOAT", "-Wdouble-promotion", "-Wfloat-conversion"]
 CORTEX_M4 = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]
@@ -107,11 +108,14 @@ def test_the_plug_in_of_ros_gives_the_bits_of_inverse_dynamics(
     q[:, 2] *= 0.06
     k, d = np.array([100.0, 64.0, 400.0]), np.array([20.0, 16.0, 40.0])
     gains = [f"position_gains={','.join(map(str, k))}", f"velocity_gains={','.join(map(str, d))}"]
+    _, cut, _ = efforts(program, np.hstack([q, v, goal_q, goal_v, goal_a]), *gains)
+    gains.append("effort_limits=1e30,1e30,1e30")
     first, found, last = efforts(program, np.hstack([q, v, goal_q, goal_v, goal_a]), *gains)
     states = [f"{joint}/{kind}" for joint in JOINTS for kind in ("position", "velocity")]
     assert first == ["~/goal", *(f"{joint}/effort" for joint in JOINTS), *states]
     wanted = model.inverse_dynamics(q, v, goal_a + k * (goal_q - q) + d * (goal_v - v))
     assert np.array_equal(found[:, :N], wanted) and not found[:, N].any()
+    assert np.array_equal(cut[:, :N], np.clip(wanted, -np.array(LIMITS), LIMITS)) and (cut != found).any()
     assert last == "allocations 0, efforts at the end 0"
     # without a goal the position of the activation is held; without gains the weight is carried
     _, found, _ = efforts(program, [[*q[0], *v[0]], [*q[1], *v[1]]], *gains)
@@ -165,7 +169,8 @@ def test_the_step_in_double_has_the_bits_of_inverse_dynamics(
     pointer = memory.ctypes.data_as(ctypes.c_void_p)
     library.arm_controller_start(pointer)
     k, d, limit, goal_q, goal_v, goal_a, q, v, tau = memory[1:].reshape(9, N)
-    assert (k == 100.0).all() and (d == 20.0).all() and (limit == 1e30).all()
+    assert (k == 100.0).all() and (d == 20.0).all() and np.array_equal(limit, LIMITS)
+    limit[:] = 1e30
     memory[1 + 3 * N : 1 + 8 * N] = rng.uniform(-0.1, 0.1, 5 * N)
     wanted = eomgen.build(robot, ["inverse_dynamics"], profile="reproducible").inverse_dynamics(
         q, v, goal_a + k * (goal_q - q) + d * (goal_v - v)
@@ -183,7 +188,8 @@ def test_a_package_of_ros_names_its_parts_alike(robot: Path, tmp_path: Path) -> 
     assert "<name>arm_controller</name>" in texts["package.xml"]
     assert 'type="arm_controller_plugin::InverseDynamics"' in texts["arm_controller_plugin.xml"]
     assert "namespace arm_controller_plugin\n" in texts["arm_controller_plugin.cpp"]
-    assert 'joints: ["shoulder", "elbow", "wrist"]' in texts["arm_controller.yaml"]
+    assert 'joints: ["shoulder", "el-bow", "wrist"]' in texts["arm_controller.yaml"]  # names of the URDF
+    assert "effort_limits: [50.0, 1.0e+30, 80.0]" in texts["arm_controller.yaml"]
     assert (
         "add_library(arm_controller SHARED Arm.c arm_controller.c arm_controller_plugin.cpp)" in texts["CMakeLists.txt"]
     )
@@ -222,7 +228,7 @@ def test_the_step_in_float_is_inverse_dynamics_in_float(robot: Path, tmp_path: P
     told = subprocess.run([folder / "arm"], capture_output=True, text=True, check=True).stdout
     *tau, size = map(float, told.split())
     model = eomgen.build(robot, ["inverse_dynamics"])
-    wanted = model.inverse_dynamics(np.zeros(N), np.zeros(N), np.full(N, 50.0))
+    wanted = np.clip(model.inverse_dynamics(np.zeros(N), np.zeros(N), np.full(N, 50.0)), *np.outer([-1, 1], LIMITS))
     np.testing.assert_allclose(tau, wanted, rtol=2e-6)
     assert size == facts(folder)["data"] == 4 * (9 * N + 1)
     ended = subprocess.run(["gcc", "-c", "arm_controller.c"], cwd=folder, capture_output=True, text=True, check=False)
@@ -267,6 +273,22 @@ MISTAKES = {
     "slider_crank": "its loops are closed by constraints, so a position does not determine the efforts; try: actuator_",
     "double_pendulum_on_shaking_base/scene": "its inverse dynamics depends on the motion of its base",
 }
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--target", "ros2", "--real", "float"], "real: the files of ros2 have no stepper and one number type"),
+        (["--target", "cortex-m4", "--method", "rk4"], "method: the files of cortex-m4 have no stepper and one number"),
+        (["--target", "ros2", "--target", "c"], "--target: ros2, c have a folder each"),
+    ],
+)
+def test_options_without_effect_are_refused(
+    words: list[str], told: str, robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["generate", str(robot), *words, "--out", str(tmp_path / "c")]) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "c").exists()
 
 
 @pytest.mark.parametrize("target", ["ros2", "cortex-m4"])

@@ -29,6 +29,8 @@ _TERM = "inverse_dynamics"
 #: Cycles of the processor's arithmetic (Arm, Cortex-M4 Technical Reference Manual, section 3.3 and 7): a division or a
 #: square root, half of ``eg_sincos`` of eomgen_real.h, and all that the step does for a joint besides the model.
 DIVISION, SINE, JOINT = 14, 26, 16
+#: N m or N, of a joint whose description has no effort, or 0, which exporters write for none.
+_NO_LIMIT = 1e30
 #: Bytes of the stack in a call besides local values: registers that a function saves.
 _SAVED = 128
 
@@ -84,6 +86,9 @@ def _files(name: str, real: str, program: Program) -> dict[str, str]:
     for file in ("main.c", "README.md", MANIFEST):
         del files[file]
     prefix, joints = program.prefix, program.sizes["v"]
+    names = [str(factor["name"]) for factor in program.factors]
+    motors = [program.defaults["metadata"].get("motors", {}).get(joint, {}) for joint in names]
+    limits = [repr(limit if 0.0 < (limit := motor.get("effort", 0.0)) < _NO_LIMIT else _NO_LIMIT) for motor in motors]
     # Names of packages begin with a letter, and have single underscores.
     package = re.sub(r"_+", "_", f"{prefix.lower().strip('_')}_controller")
     controller = package if package[0].isalpha() else f"robot_{package}"
@@ -94,7 +99,9 @@ def _files(name: str, real: str, program: Program) -> dict[str, str]:
     known: dict[str, Any] = {
         **single,
         **{"program": program, "prefix": prefix, "upper": prefix.upper(), "controller": controller, "real": real},
-        **{"joints": [str(factor["name"]) for factor in program.factors], "inputs": program.function(_TERM).inputs},
+        "joints": [motor.get("name", joint) for joint, motor in zip(names, motors, strict=True)],
+        "limits": [limit if "." in limit else limit.replace("e", ".0e") for limit in limits],  # as YAML has floats
+        "inputs": program.function(_TERM).inputs,
         **{"counts": program.function(_TERM).counts, "model": model},
         "library": sorted(called & {*ELEMENTARY_NAMES.values(), "atan2", "pow"} - {"sin", "cos", "sqrt"}),
     }

@@ -31,12 +31,15 @@ class ConvertedScene:
         On changed and left out elements.
     inertias_checked : bool
         Whether the source has judged the inertias already.
+    metadata : mapping
+        Facts of the file that the scene hands on and does not use.
     """
 
     data: dict[str, Any]
     lines: Mapping[str, int | str]
     notes: Sequence[str] = ()
     inertias_checked: bool = False
+    metadata: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from tests.anchors.thirds.flights_and_mechanisms import RUNS
 from tests.anchors.thirds.freecad_bodies import FREECAD
 from tests.anchors.thirds.frequencies import FREQUENCIES
 from tests.anchors.thirds.impacts import IMPACTS
+from tests.anchors.thirds.linkages import LINKAGES
 from tests.anchors.thirds.modelica_models import MODELICA
 from tests.anchors.thirds.modelica_motions import MOTIONS
 from tests.anchors.thirds.quantities import QUANTITIES
@@ -30,4 +31,5 @@ THIRDS: Mapping[str, Callable[[NDArray[np.float64]], Mapping[str, NDArray[np.flo
     **FREQUENCIES,
     **IMPACTS,
     **QUANTITIES,
+    **LINKAGES,
 }

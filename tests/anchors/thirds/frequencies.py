@@ -145,6 +145,35 @@ def uniform_blade(speed: float, count: int) -> Array:
     return np.sort(np.array(found))[:count] / (2.0 * np.pi)
 
 
+def two_discs(speed: float) -> Array:
+    """Return the frequencies, rad/s, of the shaft with two discs at a speed, by transfer matrices of Timoshenko's beam.
+
+    Deflections are in the complex plane, in which forward and backward whirl have frequencies above and below 0."""
+    elastic, shear, density, diameter, width, bearing = 211e9, 81.2e9, 7810.0, 0.05, 0.07, 1e6
+    area, second, poisson = np.pi * diameter**2 / 4, np.pi * diameter**4 / 64, elastic / (2 * shear) - 1
+    stiff = shear * area * 6 * (1 + poisson) / (7 + 6 * poisson)
+
+    def end(w: float) -> float:
+        tilting = w * w - 2 * speed * w
+        rates = np.zeros((4, 4))  # of deflection, slope, moment and force
+        rates[0, 1], rates[0, 3], rates[1, 2], rates[2, 3] = 1.0, 1.0 / stiff, 1.0 / (elastic * second), -1.0
+        rates[2, 1], rates[3, 0] = -density * second * tilting, -density * area * w * w
+        field = linalg.expm(0.5 * rates)
+        both = field @ np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [bearing, 0.0]])
+        for size in (0.28, 0.35):
+            mass, radii = density * width * np.pi * (size**2 - diameter**2) / 4, size**2 + diameter**2
+            across, along = mass * (radii / 16 + width**2 / 12), mass * radii / 8
+            both[3] -= mass * w * w * both[0]
+            both[2] -= (across * w * w - along * speed * w) * both[1]
+            both = field @ both
+        return float(np.linalg.det([both[2], both[3] + bearing * both[0]]))
+
+    grid = np.arange(-1000.5, 1000.0)
+    signs = np.sign([end(w) for w in grid])
+    roots = [optimize.brentq(end, grid[i], grid[i + 1], xtol=1e-12) for i in np.flatnonzero(np.diff(signs))]
+    return np.sort(np.abs(roots))
+
+
 def _as_row(numbers: Callable[[], Array]) -> Callable[[Array], Mapping[str, Array]]:
     return lambda _: {"frequencies": numbers()[None]}
 
@@ -158,5 +187,7 @@ FREQUENCIES: Mapping[str, Callable[[Array], Mapping[str, Array]]] = {
     "IEA tower": _as_row(lambda: iea_tower(4)),
     "tower with top mass": _as_row(lambda: tower_with_top_mass(4)),
     "uniform blade at rest": _as_row(lambda: uniform_blade(0.0, 5)),
+    "two discs at rest": _as_row(lambda: two_discs(0.0)),
+    "two discs": _as_row(lambda: two_discs(4000.0 * np.pi / 30.0)),
     "uniform blade": _as_row(lambda: uniform_blade(6.0, 5)),
 }

@@ -127,7 +127,12 @@ def urdf_data(
     if robot.minor > NEWEST:
         note = f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]"
         conversion.scene.leave_out(ElementPlace(file, 1), note)
-    return conversion.result(strict=strict)
+    motors = {
+        name: {"name": written, "effort": robot.joints[name].axes[0].effort}
+        for written, name in robot.joint_names.items()
+        if name in robot.joints and robot.joints[name].axes
+    }
+    return replace(conversion.result(strict=strict), metadata={"motors": motors})
 
 
 def notes_of(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
