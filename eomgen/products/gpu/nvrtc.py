@@ -1,0 +1,220 @@
+"""NVRTC, NVIDIA's compiler for devices, by ctypes: from texts to the machine code of a card, kept in the cache.
+
+NVRTC is a library, which needs neither a card nor nvcc. The packages torch, CuPy and JAX bring it along.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import functools
+import hashlib
+import importlib.util
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.data import dataclass
+from eomgen.errors import Problem, ToolchainError
+from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.compiler import printable, write_texts
+
+#: Options of every compilation: C as functions of the device, and a report on registers.
+OPTIONS = ("--std=c++20", "-default-device", "-w", "--ptxas-options=-v")
+#: Products are not fused with sums, so that the bits are those of a processor.
+EXACT = ("-fmad=false",)
+#: Headers of C that a text may include: NVRTC has none, and ``eomgen_cuda.h`` has the names that are needed.
+_HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "string.h")
+_INSTALL = "pip install 'eomgen[gpu]'"
+#: Packages with folders of libraries: wheels of NVIDIA, and installations of PyTorch and CuPy with libraries inside.
+_PACKAGES = ("nvidia", "torch", "cupy")
+_PATTERN = r"(libnvrtc([-.].*)?\.so(\.\d+)*|nvrtc64_\w+\.dll|libnvrtc.*\.dylib)"
+_CUBIN, _LOG = "kernels.cubin", "log.txt"
+#: Lines of a message with a fault of a text.
+_SHOWN = 12
+_ENTRY = r"Compiling entry function '(\w+)'((?:.*\n)*?.*Used (\d+) registers.*)"
+_STACK, _SPILLS = r"(\d+) bytes (?:cumulative )?stack", r"(\d+) bytes spill (?:stores|loads)"
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What a thread of a kernel takes: ``registers``, bytes of the ``stack``, and bytes of ``spills``, of registers
+    that are stored in memory and loaded."""
+
+    registers: int
+    stack: int
+    spills: int
+
+
+@dataclass(frozen=True)
+class Cubin:
+    """Machine code of a card: the ``image`` that the driver loads, and the ``log`` of the compiler."""
+
+    image: bytes
+    log: str
+
+    @functools.cached_property
+    def usage(self) -> dict[str, Usage]:
+        """What a thread takes, by the name of the kernel."""
+        return {
+            name: Usage(int(registers), max(_numbers(_STACK, text), default=0), sum(_numbers(_SPILLS, text)))
+            for name, text, registers in re.findall(_ENTRY, self.log)
+        }
+
+
+def _numbers(pattern: str, text: str) -> list[int]:
+    return [int(number) for number in re.findall(pattern, text)]
+
+
+def compile_cubin(
+    texts: Mapping[str, str],
+    name: str,
+    architecture: str,
+    options: Sequence[str] = EXACT,
+    *,
+    cache: Cache | None = None,
+) -> Cubin:
+    """Return the machine code of a text for an architecture, from the cache if the text was compiled before.
+
+    Parameters
+    ----------
+    texts : mapping
+        The text and all files that it includes, by name.
+    name : str
+        Of the text.
+    architecture : str
+        Such as ``sm_90``.
+    options : sequence of str
+        Further options of NVRTC.
+    cache : Cache, optional
+        The user's cache by default.
+
+    Raises
+    ------
+    ToolchainError
+        NVRTC is not installed, or refuses the text.
+    """
+    compiler, store = nvrtc(), Cache() if cache is None else cache
+    every = (f"--gpu-architecture={architecture}", *OPTIONS, *options)
+    digest = hashlib.sha256(f"cubin\0{compiler.identity}\0{name}\0{' '.join(every)}".encode())
+    for file, text in sorted(texts.items()):
+        digest.update(f"\0{file}\0{text}".encode())
+
+    def fill(folder: Path) -> None:
+        write_texts(folder, texts)
+        image, log = compiler.compile(texts, name, every)
+        for file in texts:
+            (folder / file).unlink()
+        (folder / _CUBIN).write_bytes(image)
+        (folder / _LOG).write_text(log, encoding="utf-8")
+
+    key = digest.hexdigest()
+    try:
+        entry = store.take(key, fill)
+    except ToolchainError as error:
+        where = f"NVRTC {compiler.version}, sources kept in {store.failed_folder(key)}"
+        raise ToolchainError([type(p)(where, p.what, p.hint) for p in error.problems]) from error
+    return Cubin(entry.file(_CUBIN).read_bytes(), entry.text(_LOG))
+
+
+class Nvrtc:
+    """The library NVRTC.
+
+    Parameters
+    ----------
+    path : of the library
+
+    Attributes
+    ----------
+    version : such as ``13.0``
+    identity : changes when the library does
+    """
+
+    def __init__(self, path: str) -> None:
+        self.path, self._library = path, ctypes.CDLL(path)
+        self._library.nvrtcGetErrorString.restype = ctypes.c_char_p
+        numbers = ctypes.c_int(), ctypes.c_int()
+        self._library.nvrtcVersion(*map(ctypes.byref, numbers))
+        self.version = ".".join(str(number.value) for number in numbers)
+        size = Path(path).stat().st_size if Path(path).is_file() else 0
+        self.identity = f"{path}|{self.version}|{size}"
+
+    def compile(self, texts: Mapping[str, str], name: str, options: Sequence[str]) -> tuple[bytes, str]:
+        """Return machine code and log of text ``name``, which includes the other texts. Raises ToolchainError."""
+        program, headers = ctypes.c_void_p(), {**dict.fromkeys(_HEADERS, ""), **texts}
+        own = headers.pop(name).encode(), name.encode()
+        included = len(headers), _strings([*headers.values()]), _strings([*headers])
+        self._check(self._library.nvrtcCreateProgram(ctypes.byref(program), *own, *included))
+        try:
+            status = self._library.nvrtcCompileProgram(program, len(options), _strings(options))
+            log = self._taken(program, "ProgramLog").rstrip(b"\0").decode(errors="replace")
+            self._check(status, log)
+            return self._taken(program, "CUBIN"), log
+        finally:
+            self._library.nvrtcDestroyProgram(ctypes.byref(program))
+
+    def _taken(self, program: ctypes.c_void_p, name: str) -> bytes:
+        """Return the log or the machine code of a program."""
+        size = ctypes.c_size_t()
+        self._check(getattr(self._library, f"nvrtcGet{name}Size")(program, ctypes.byref(size)))
+        buffer = ctypes.create_string_buffer(size.value)
+        self._check(getattr(self._library, f"nvrtcGet{name}")(program, buffer))
+        return buffer.raw
+
+    def _check(self, status: int, log: str = "") -> None:
+        if not status:
+            return
+        lines = [printable(line) for line in log.splitlines() if line.strip()]
+        faults = [line for line in lines if "error" in line] or lines
+        text = self._library.nvrtcGetErrorString(status).decode()
+        fault = "\n  ".join([f"the text cannot be compiled: {text}", *faults[:_SHOWN]])
+        raise ToolchainError(Problem("", f"{fault} [E2276]", "another version of NVRTC, or a report of this fault"))
+
+
+def _strings(texts: Sequence[str]) -> Any:
+    return (ctypes.c_char_p * len(texts))(*(text.encode() for text in texts))
+
+
+@functools.cache
+def nvrtc() -> Nvrtc:
+    """Return the library NVRTC of this Python or of this machine. Raises ToolchainError if there is none."""
+    faults = []
+    for path in candidates():
+        try:
+            return Nvrtc(path)
+        except (OSError, AttributeError) as error:
+            faults.append(f"{path}: {printable(str(error))}")
+    tried = f": {'; '.join(faults)}" if faults else ""
+    fault = f"the library NVRTC, which compiles for the card, was not found{tried} [E2277]"
+    raise ToolchainError(Problem("NVRTC", fault, _INSTALL))
+
+
+def candidates() -> Iterator[str]:
+    """Yield the paths of libraries NVRTC in the order of the search: of packages of this Python, the newest first, of
+    the loader, and of installations of CUDA."""
+    for package in _PACKAGES:
+        yield from _found(_folders_of(package))
+    loaded = ctypes.util.find_library("nvrtc")
+    if loaded:
+        yield loaded
+    roots = [os.environ.get("CUDA_PATH"), os.environ.get("CUDA_HOME"), sys.prefix, "/usr/local/cuda"]
+    folders = [Path(root, part) for root in roots if root for part in ("lib64", "lib", "bin")]
+    yield from _found(folder for folder in folders if folder.is_dir())
+
+
+def _folders_of(package: str) -> Iterator[Path]:
+    """Yield the folders of libraries of a package, which is not imported."""
+    spec = importlib.util.find_spec(package)
+    for root in (spec.submodule_search_locations or ()) if spec is not None else ():
+        for pattern in ("lib", ".data/lib", "*/lib", "*/bin", "*/bin/*"):
+            yield from sorted(Path(root).glob(pattern), reverse=True)
+
+
+def _found(folders: Iterator[Path]) -> Iterator[str]:
+    of_this: Callable[[str], Any] = re.compile(_PATTERN).fullmatch
+    for folder in folders:
+        files = sorted(file for file in folder.iterdir() if of_this(file.name) and "builtins" not in file.name)
+        yield from map(str, reversed(files))

@@ -1,0 +1,166 @@
+/* A stand-in for the libraries of NVIDIA: the driver (libcuda) and NVRTC, on the processor.
+ *
+ * A program is compiled by the C++ compiler of this machine; its "machine code" is the path of the shared library, and
+ * a kernel NAME is the function NAME_host of the library, which runs all threads one after another. Memory of the
+ * device is memory of the process. Streams do nothing: each call ends before it returns.
+ */
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <dlfcn.h>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <sstream>
+#include <string>
+
+typedef int status;
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+static std::mutex guard;
+static std::map<std::string, long long> counted; /* calls by name, for tests */
+static std::map<void *, size_t> allocated;
+static thread_local int contexts = 0;
+static size_t room = size_t(1) << 32;
+
+static void count(const char *name)
+{
+    std::lock_guard<std::mutex> lock(guard);
+    ++counted[name];
+}
+
+/* -- for tests -------------------------------------------------------------------------------------------------- */
+
+EXPORT long long stand_in_calls(const char *name)
+{
+    std::lock_guard<std::mutex> lock(guard);
+    return counted[name];
+}
+EXPORT long long stand_in_memory() { std::lock_guard<std::mutex> lock(guard); return (long long)allocated.size(); }
+EXPORT void stand_in_room(long long bytes) { room = bytes; }
+
+/* -- NVRTC ------------------------------------------------------------------------------------------------------ */
+
+struct program {
+    std::string folder, source, log, image;
+};
+
+EXPORT const char *nvrtcGetErrorString(status code) { return code == 6 ? "NVRTC_ERROR_COMPILATION" : "NVRTC_ERROR"; }
+EXPORT status nvrtcVersion(int *major, int *minor) { *major = 13; *minor = 0; return 0; }
+EXPORT status nvrtcCreateProgram(program **made, const char *text, const char *name, int headers,
+    const char *const *contents, const char *const *names)
+{
+    const char *base = getenv("TMPDIR");
+    std::string pattern = std::string(base && *base ? base : "/tmp") + "/eomgen-stand-in-XXXXXX";
+    if (!mkdtemp(pattern.data()))
+        return 1;
+    *made = new program{pattern, pattern + "/" + name, "", pattern + "/kernels.so"};
+    std::ofstream((*made)->source) << text;
+    for (int k = 0; k < headers; ++k)
+        std::ofstream(pattern + "/" + names[k]) << contents[k];
+    return 0;
+}
+EXPORT status nvrtcCompileProgram(program *p, int options, const char *const *given)
+{
+    std::string command = "c++ -x c++ -std=c++20 -O1 -w -ffp-contract=off -shared -fPIC";
+    for (int k = 0; k < options; ++k)
+        if (!strncmp(given[k], "-D", 2))
+            command += std::string(" '") + given[k] + "'";
+    command += " '" + p->source + "' -o '" + p->image + "' 2> '" + p->folder + "/log.txt'";
+    count("nvrtcCompileProgram");
+    const int failed = system(command.c_str());
+    std::stringstream text;
+    text << std::ifstream(p->folder + "/log.txt").rdbuf();
+    p->log = text.str();
+    return failed ? 6 : 0;
+}
+EXPORT status nvrtcGetProgramLogSize(program *p, size_t *size) { *size = p->log.size() + 1; return 0; }
+EXPORT status nvrtcGetProgramLog(program *p, char *log) { memcpy(log, p->log.c_str(), p->log.size() + 1); return 0; }
+EXPORT status nvrtcGetCUBINSize(program *p, size_t *size) { *size = p->image.size() + 1; return 0; }
+EXPORT status nvrtcGetCUBIN(program *p, char *image) { memcpy(image, p->image.c_str(), p->image.size() + 1); return 0; }
+EXPORT status nvrtcDestroyProgram(program **p) { delete *p; *p = nullptr; return 0; }
+
+/* -- driver ----------------------------------------------------------------------------------------------------- */
+
+EXPORT status cuGetErrorString(status code, const char **text)
+{
+    *text = code == 2 ? "out of memory" : code == 100 ? "no CUDA-capable device is detected" : "an error";
+    return 0;
+}
+EXPORT status cuInit(unsigned) { return getenv("STAND_IN_WITHOUT_CARD") ? 100 : 0; }
+EXPORT status cuDriverGetVersion(int *version) { *version = 13000; return 0; }
+EXPORT status cuDeviceGetCount(int *number) { *number = 1; return 0; }
+EXPORT status cuDeviceGet(int *device, int index) { *device = index; return 0; }
+EXPORT status cuDeviceGetName(char *name, int size, int) { snprintf(name, size, "stand-in"); return 0; }
+EXPORT status cuDeviceGetAttribute(int *value, int which, int)
+{
+    *value = which == 75 ? 9 : which == 16 ? 4 : 0;
+    return 0;
+}
+EXPORT status cuDevicePrimaryCtxRetain(void **context, int) { *context = &allocated; return 0; }
+EXPORT status cuCtxPushCurrent_v2(void *) { ++contexts; return 0; }
+EXPORT status cuCtxPopCurrent_v2(void **) { --contexts; return 0; }
+EXPORT status cuCtxSynchronize() { return contexts ? 0 : 201; }
+EXPORT status cuStreamSynchronize(void *) { count("cuStreamSynchronize"); return contexts ? 0 : 201; }
+EXPORT status cuModuleLoadData(void **module, const void *image)
+{
+    *module = dlopen((const char *)image, RTLD_NOW | RTLD_LOCAL);
+    return *module ? contexts ? 0 : 201 : 200;
+}
+EXPORT status cuModuleGetFunction(void **function, void *module, const char *name)
+{
+    *function = dlsym(module, (std::string(name) + "_host").c_str());
+    return *function ? 0 : 500;
+}
+EXPORT status cuModuleGetGlobal_v2(uint64_t *address, size_t *size, void *module, const char *name)
+{
+    *address = (uint64_t)dlsym(module, name);
+    *size = 0;
+    return *address ? 0 : 500;
+}
+EXPORT status cuFuncGetAttribute(int *value, int, void *) { *value = 0; return 0; }
+EXPORT status cuLaunchKernel(void *function, unsigned blocks, unsigned, unsigned, unsigned block, unsigned, unsigned,
+    unsigned, void *, void **arguments, void **)
+{
+    count("cuLaunchKernel");
+    if (!contexts && getenv("STAND_IN_STRICT"))
+        return 201;
+    ((void (*)(void **, long long))function)(arguments, (long long)blocks * block);
+    return 0;
+}
+EXPORT status cuMemGetInfo_v2(size_t *free, size_t *total) { *free = *total = room; return 0; }
+EXPORT status cuMemAlloc_v2(uint64_t *address, size_t size)
+{
+    if (size > room)
+        return 2;
+    void *memory = malloc(size);
+    std::lock_guard<std::mutex> lock(guard);
+    allocated[memory] = size;
+    *address = (uint64_t)memory;
+    return memory ? 0 : 2;
+}
+EXPORT status cuMemFree_v2(uint64_t address)
+{
+    std::lock_guard<std::mutex> lock(guard);
+    allocated.erase((void *)address);
+    free((void *)address);
+    return 0;
+}
+EXPORT status cuMemcpyHtoDAsync_v2(uint64_t to, const void *from, size_t size, void *)
+{
+    count("copies");
+    memcpy((void *)to, from, size);
+    return 0;
+}
+EXPORT status cuMemcpyDtoHAsync_v2(void *to, uint64_t from, size_t size, void *)
+{
+    count("copies");
+    memcpy(to, (const void *)from, size);
+    return 0;
+}
+EXPORT status cuMemsetD8Async(uint64_t to, unsigned char value, size_t size, void *)
+{
+    memset((void *)to, value, size);
+    return 0;
+}
