@@ -1,7 +1,9 @@
-"""Models on a GPU: the target ``cuda``, and compiled models for arrays of a device."""
+"""Models on a GPU: the target ``cuda``, and the functions of a model for arrays on a card."""
 
 from eomgen.base.products import Product
 
 __all__ = []
 
-PRODUCT = Product(rows={"eomgen.targets": ("eomgen.products.gpu.target:CUDA",)})
+PRODUCT = Product(
+    names={"gpu": "eomgen.products.gpu.functions:gpu"}, rows={"eomgen.targets": ("eomgen.products.gpu.target:CUDA",)}
+)

@@ -20,9 +20,8 @@ THREADS = 128
 
 def cuda_files(program: Program) -> dict[str, str]:
     """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes."""
-    called = [function for function in program.functions if function.name != "base"]
     templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja"}
-    return model_in_one_file(program, CudaNames, templates, called=called, threads=THREADS)
+    return model_in_one_file(program, CudaNames, templates, called=program.functions, threads=THREADS)
 
 
 def _files(program: Program) -> dict[str, str]:
