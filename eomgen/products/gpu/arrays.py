@@ -67,9 +67,9 @@ class ArrayPackage:
 
     def maker(self, shape: Shape, dtype: str, device: int, *, columns: bool) -> Callable[[], Any]:
         """Return a function that makes an array; with ``columns`` neighbours along the first axis are neighbours in
-        memory. Raises UsageError."""
-        fault = "results for arrays of this package cannot be made here [E]"
-        raise UsageError(Problem("out", fault, "out=..., an array of the result's shape; or arrays of torch or CuPy"))
+        memory."""
+        size, place = math.prod(shape) * np.dtype(dtype).itemsize, driver().device(device)
+        return lambda: DeviceArray(place.allocate(size), shape, dtype, column_strides(shape) if columns else ())
 
     def upload(self, array: Any, device: int) -> Any:
         """Return an array of numbers as an array on the device."""
@@ -77,35 +77,33 @@ class ArrayPackage:
 
     def compact(self, array: Any, shape: Shape) -> Any:
         """Return a copy of an array, broadcast to a shape. Raises UsageError."""
-        fault = f"the strides of shape {tuple(array.shape)} do not fit samples of shape {shape[:-1]} [E]"
+        fault = f"the strides of shape {tuple(array.shape)} do not fit samples of shape {shape[:-1]} [E2279]"
         raise UsageError(Problem("shape", fault, "contiguous arrays of equal leading axes"))
 
 
 class DeviceArray:
-    """Numbers in memory of eomgen on a device, without gaps."""
+    """Numbers in memory of eomgen on a device, for callers with arrays of NumPy or of a package without rules here."""
 
-    def __init__(self, memory: Memory, shape: Shape, dtype: str) -> None:
-        self.memory, self.shape, self.dtype = memory, shape, dtype
+    def __init__(self, memory: Memory, shape: Shape, dtype: str, strides: Shape = ()) -> None:
+        self.memory, self.shape, self.dtype, self.strides = memory, shape, dtype, strides or contiguous(shape)
 
     @property
     def __cuda_array_interface__(self) -> dict[str, Any]:
-        data = {"shape": self.shape, "typestr": np.dtype(self.dtype).str}
-        return {**data, "data": (self.memory.pointer, False), "version": 3}
+        number = np.dtype(self.dtype)
+        strides = tuple(stride * number.itemsize for stride in self.strides)
+        form = {"shape": self.shape, "typestr": number.str, "strides": strides}
+        return {**form, "data": (self.memory.pointer, False), "version": 3}
 
     def numpy(self) -> Any:
-        """Return the numbers as an array of the processor."""
+        """Return the numbers, which lie in rows, as an array of the processor."""
         return self.memory.read(np.empty(self.shape, self.dtype))
 
 
 class CopiedArrays(ArrayPackage):
-    """Arrays of eomgen, for callers with arrays of NumPy."""
+    """Arrays of eomgen."""
 
     def view(self, array: Any) -> View:
-        return View(array.memory.pointer, array.shape, contiguous(array.shape), array.dtype, array.memory.device.index)
-
-    def maker(self, shape: Shape, dtype: str, device: int, *, columns: bool) -> Callable[[], Any]:
-        size, place = math.prod(shape) * np.dtype(dtype).itemsize, driver().device(device)
-        return lambda: DeviceArray(place.allocate(size), shape, dtype)
+        return View(array.memory.pointer, array.shape, array.strides, array.dtype, array.memory.device.index)
 
 
 class TorchArrays(ArrayPackage):
@@ -116,18 +114,16 @@ class TorchArrays(ArrayPackage):
     def __init__(self) -> None:
         self._torch = import_module("torch")
         self.pointer = self._torch.Tensor.data_ptr
-        if current := getattr(
-            self._torch._C, "_cuda_getCurrentRawStream", None
-        ):  # as ``stream``, in a tenth of its time
-            self.stream = current
+        self._grad = self._torch.is_grad_enabled
+        self._current = getattr(self._torch._C, "_cuda_getCurrentRawStream", None)  # takes a tenth of the time
         self._dtypes: dict[str, Any] = {"float64": self._torch.float64, "float32": self._torch.float32}
 
     def signature(self, array: Any) -> Hashable:
-        return array.shape, array.stride(), array.dtype, array.get_device(), array.requires_grad
+        return array.shape, array.stride(), array.dtype, array.get_device(), array.requires_grad and self._grad()
 
     def view(self, array: Any) -> View:
-        if array.requires_grad and self._torch.is_grad_enabled():
-            fault = "the tensor requires a gradient, and calls of the card have no derivative rules for PyTorch [E]"
+        if array.requires_grad and self._grad():
+            fault = "the tensor requires a gradient, and calls of the card have no derivative rules for PyTorch [E2280]"
             raise UsageError(Problem("torch", fault, "x.detach(); eomgen.torch(model) has gradients, on the processor"))
         dtype, place = str(array.dtype).removeprefix("torch."), array.device
         number = (place.index or 0) if place.type == self.kind else -1

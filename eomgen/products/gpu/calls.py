@@ -104,18 +104,18 @@ class Call:
         if block == "t":
             view = view._replace(shape=(*view.shape, 1), strides=(*view.strides, 1))
         if not view.shape or view.shape[-1] != size:
-            fault = f"the shape is {view.shape}, (..., {size}) is needed [E]"
+            fault = f"the shape is {view.shape}, (..., {size}) is needed [E2281]"
             raise UsageError(Problem(block, fault, "samples along leading axes"))
         self._check_numbers(block, view)
         return view
 
     def _check_numbers(self, block: str, view: View) -> None:
         if view.dtype != self._dtype:
-            fault = f"the numbers are {view.dtype}, and the functions are compiled for {self._dtype} [E]"
+            fault = f"the numbers are {view.dtype}, and the functions are compiled for {self._dtype} [E2282]"
             raise UsageError(Problem(block, fault, 'eomgen.gpu(model, real="float") for float32'))
         if view.device != self._device:
             where = "in memory of the processor" if view.device < 0 else f"on device {view.device}"
-            fault = f"the array is {where}, and the first array on device {self._device} [E]"
+            fault = f"the array is {where}, and the first array on device {self._device} [E2283]"
             raise UsageError(Problem(block, fault, "all arrays on one device"))
 
     def _add_input(self, k: int, reader: ArrayPackage, view: View, shape: Shape, *, with_components: bool) -> None:
@@ -143,13 +143,13 @@ class Call:
         """Set the strides of an array that the caller gives for a result. Raises UsageError for another form."""
         view = self._package.view(array)
         if view.shape != shape:
-            raise UsageError(Problem(name, f"the shape is {view.shape}, {shape} is needed [E]", "a new array"))
+            raise UsageError(Problem(name, f"the shape is {view.shape}, {shape} is needed [E2284]", "a new array"))
         self._check_numbers(name, view)
         sample, component = (
             merged_stride(shape[part], view.strides[part]) for part in (slice(axes), slice(axes, None))
         )
         if sample is None or component is None or (self._count > 1 and not sample):
-            fault = f"the strides {view.strides} do not fit samples at equal distances [E]"
+            fault = f"the strides {view.strides} do not fit samples at equal distances [E2285]"
             raise UsageError(Problem(name, fault, "a contiguous array"))
         self._words[position + 1 : position + 3] = [sample, component]
 
@@ -161,7 +161,7 @@ def _leading_axes(term: Term, views: Sequence[View]) -> Shape:
         return np.broadcast_shapes(*leading)
     except ValueError:
         shapes = ", ".join(f"{block} {axes}" for block, axes in zip(term.blocks, leading, strict=False))
-        fault = f"the leading axes do not broadcast: {shapes} [E]"
+        fault = f"the leading axes do not broadcast: {shapes} [E2286]"
         raise UsageError(Problem(term.name, fault, "batches of equal shape")) from None
 
 

@@ -99,7 +99,7 @@ class GpuFunctions:
 
     def __init__(self, model: Model, real: str = "double", *, fused: bool = False, device: int = 0) -> None:
         if model.library.layout.get("python"):
-            fault = f"{model.name} has force laws in Python, which no card can run [E]"
+            fault = f"{model.name} has force laws in Python, which no card can run [E2287]"
             raise ModelError(Problem("gpu", fault, "the laws in C, [laws] source"))
         self._model, self._real, self._fused = model, real, fused
         self._device = driver().device(device)
@@ -161,7 +161,9 @@ class GpuFunctions:
         >>> functions.forward_dynamics(q, v, u=efforts)  # doctest: +SKIP
         """
         if self._model.multipliers:
-            fault = f"{self._model.name} has constraints: its accelerations need a solver, which no kernel has yet [E]"
+            fault = (
+                f"{self._model.name} has constraints: its accelerations need a solver, and kernels have none [E2288]"
+            )
             raise ModelError(Problem("gpu", fault, "inverse_dynamics, residual; model.forward_dynamics"))
         given = {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters}
         return self._call("forward_dynamics", given, out, stream)[0]
@@ -372,7 +374,7 @@ class GpuFunctions:
         elif block in ("t", "p", "z", "lam", "u"):
             return None
         else:
-            raise UsageError(Problem(block, f"the term {term} needs {block} [E]", f"{block}=..."))
+            raise UsageError(Problem(block, f"the term {term} needs {block} [E2289]", f"{block}=..."))
         given[block] = self._launch(source, given, package, first, None, stream)[0]
         return given[block]
 
@@ -393,10 +395,12 @@ class GpuFunctions:
         """Return the outputs of a term for numbers of the processor."""
         if not self._warned:
             self._warned = True
-            message = "the arrays are NumPy's: their copies to the card and back take most of the time of a call [W]"
+            message = (
+                "the arrays are NumPy's: their copies to the card and back take most of the time of a call [W0309]"
+            )
             warnings.warn(f"{message}; try: arrays of CuPy, PyTorch or JAX on the card", RuntimeWarning, stacklevel=5)
         if out is not None:
-            fault = "results for NumPy arrays are new arrays [E]"
+            fault = "results for NumPy arrays are new arrays [E2290]"
             raise UsageError(Problem("out", fault, "no out, or arrays of CuPy or PyTorch"))
         package = CopiedArrays()
         first = package.upload(np.zeros(1), self._device.index)
@@ -420,7 +424,7 @@ class GpuFunctions:
         """Return a call for arrays of this form, checked."""
         place = package.view(first).device
         if place < 0:
-            fault = "the arrays are in memory of the processor [E]"
+            fault = "the arrays are in memory of the processor [E2291]"
             raise UsageError(Problem(term.name, fault, "arrays on the card, or NumPy arrays"))
         device = driver().device(place)
         key = term.name, place
