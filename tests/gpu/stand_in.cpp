@@ -116,6 +116,7 @@ EXPORT status cuDeviceGetAttribute(int *value, int which, int)
 EXPORT status cuDevicePrimaryCtxRetain(void **context, int) { *context = &allocated; return 0; }
 EXPORT status cuCtxPushCurrent_v2(void *) { ++contexts; return 0; }
 EXPORT status cuCtxPopCurrent_v2(void **) { --contexts; return 0; }
+EXPORT status cuCtxGetDevice(int *device) { *device = 0; return 0; }
 EXPORT status cuCtxSynchronize() { return contexts ? 0 : 201; }
 EXPORT status cuStreamSynchronize(void *) { count("cuStreamSynchronize"); return contexts ? 0 : 201; }
 EXPORT status cuModuleLoadData(void **module, const void *image)

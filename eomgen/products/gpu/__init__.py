@@ -1,9 +1,14 @@
 """Models on a GPU: the target ``cuda``, and the functions of a model for arrays on a card."""
 
-from eomgen.base.products import Product
+from eomgen.base.products import LateRow, Product
 
 __all__ = []
 
 PRODUCT = Product(
-    names={"gpu": "eomgen.products.gpu.functions:gpu"}, rows={"eomgen.targets": ("eomgen.products.gpu.target:CUDA",)}
+    names={"gpu": "eomgen.products.gpu.functions:gpu"},
+    rows={
+        "eomgen.doctor": (LateRow("gpu", "eomgen.products.gpu.requirements:card"),),
+        "eomgen.jax_cards": (LateRow("gpu", "eomgen.products.gpu.jax_kernels:CARDS"),),
+        "eomgen.targets": ("eomgen.products.gpu.target:CUDA",),
+    },
 )

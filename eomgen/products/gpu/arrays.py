@@ -179,7 +179,18 @@ class CupyArrays(ArrayPackage):
         return self._cupy.ascontiguousarray(self._cupy.broadcast_to(array, shape))
 
 
-_PACKAGES: dict[str, type[ArrayPackage]] = {"torch": TorchArrays, "cupy": CupyArrays, "eomgen": CopiedArrays}
+class JaxArrays(ArrayPackage):
+    """Arrays of JAX, which are not filled in place and may have no values yet: other functions take these."""
+
+    def view(self, array: Any) -> View:
+        fault = "JAX fills its arrays itself, also on cards [E2292]"
+        raise UsageError(Problem("jax", fault, "eomgen.jax(model), whose functions are kernels on a card"))
+
+
+_PACKAGES: dict[str, type[ArrayPackage]] = {
+    **{"torch": TorchArrays, "cupy": CupyArrays, "eomgen": CopiedArrays},
+    **dict.fromkeys(("jax", "jaxlib"), JaxArrays),
+}
 
 
 #: Readers by the class of an array; None for numbers, lists and arrays of the processor.

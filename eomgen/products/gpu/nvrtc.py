@@ -29,7 +29,8 @@ OPTIONS = ("--std=c++20", "-default-device", "-w", "--ptxas-options=-v")
 EXACT = ("-fmad=false",)
 #: Headers of C that a text may include: NVRTC has none, and ``eomgen_cuda.h`` has the names that are needed.
 _HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "string.h")
-_INSTALL = "pip install 'eomgen[gpu]'"
+#: Installs NVRTC for this Python.
+INSTALL = "pip install 'eomgen[gpu]'"
 #: Packages with folders of libraries: wheels of NVIDIA, and installations of PyTorch and CuPy with libraries inside.
 _PACKAGES = ("nvidia", "torch", "cupy")
 _PATTERN = r"(libnvrtc([-.].*)?\.so(\.\d+)*|nvrtc64_\w+\.dll|libnvrtc.*\.dylib)"
@@ -193,7 +194,7 @@ def nvrtc() -> Nvrtc:
             faults.append(f"{path}: {printable(str(error))}")
     tried = f": {'; '.join(faults)}" if faults else ""
     fault = f"the library NVRTC, which compiles for the card, was not found{tried} [E2277]"
-    raise ToolchainError(Problem("NVRTC", fault, _INSTALL))
+    raise ToolchainError(Problem("NVRTC", fault, INSTALL))
 
 
 def candidates() -> Iterator[str]:
