@@ -17,6 +17,7 @@ import pytest
 import eomgen
 from eomgen.errors import ModelError, NumericalError, ToolchainError, UsageError
 from eomgen.products.gpu import driver, nvrtc
+from eomgen.products.gpu.requirements import card
 from tests.gpu.arrays_on_card import OnCard, cupy_array, forget
 
 PENDULUM = "examples/double_pendulum_on_shaking_base/scene.toml"
@@ -172,8 +173,12 @@ def test_refused_arrays(q: Any, v: Any, message: str) -> None:
 
 @pytest.mark.usefixtures("stand_in")
 def test_refused_models_and_options() -> None:
-    with pytest.raises(ModelError, match="four_bar has constraints: its accelerations need a solver"):
+    with pytest.raises(ModelError, match="four_bar has constraints: accelerations need a solver"):
         eomgen.gpu(model_of(FOUR_BAR)).forward_dynamics(np.zeros(3), np.zeros(3))
+    with pytest.raises(UsageError, match=r"mass: there is no argument torque; try: one of t, q, .*, stream"):
+        eomgen.gpu(model_of(PENDULUM)).evaluate("mass", np.zeros(2), torque=1.0)
+    with pytest.warns(RuntimeWarning), pytest.raises(UsageError, match="the term masses is not in this model"):
+        eomgen.gpu(model_of(PENDULUM)).evaluate("masses", np.zeros(2))
     with pytest.raises(UsageError, match="real = 'half'"):
         eomgen.gpu(model_of(PENDULUM), real="half")
     with pytest.raises(ToolchainError, match="there is no device 3 among 1; try: device 0 to 0"):
@@ -269,6 +274,18 @@ def test_tensors_of_pytorch(stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPat
     assert np.array_equal(stiffness.numpy(), model.partials(q, v, a)[0]) and mass.stride() == (1, 14, 7)
     with pytest.raises(UsageError, match="torch: the tensor requires a gradient"):
         functions.inverse_dynamics(tensors[0].requires_grad_(), *tensors[1:])
+
+
+def test_the_doctor_says_whether_driver_and_compiler_are_there(
+    stand_in: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert re.fullmatch(r"stand-in \(sm_90\), driver for CUDA 13.0; NVRTC 13.0 \(.*\)", card().found) and card().ok
+    monkeypatch.setattr(nvrtc, "candidates", lambda: iter(()))
+    forget()
+    assert not card().ok and card().remedy == "pip install 'eomgen[gpu]'" and not card().needed
+    monkeypatch.setattr(driver, "NAMES", ("/nowhere/libcuda.so.1",))
+    forget()
+    assert card().ok and "no driver" in card().found and "NVRTC" in card().found and not card().remedy
 
 
 LOG = """ptxas info    : 0 bytes gmem

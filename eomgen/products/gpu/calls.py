@@ -62,7 +62,7 @@ class Call:
         self._package, self._dtype, self._device = package, dtype, kernel.device.index
         readers = [None if value is None else package_of(value) or package for value in values]
         views = [
-            None if reader is None else self._checked(block, size, reader.view(value))
+            None if reader is None else self._check_argument(block, size, reader.view(value))
             for block, size, reader, value in zip(term.blocks, term.sizes, readers, values, strict=True)
         ]
         shape = _leading_axes(term, [view for view in views if view is not None])
@@ -70,7 +70,7 @@ class Call:
         self._words = (ctypes.c_longlong * (_WORDS * arrays + 1))(*[0] * _WORDS * arrays, self._count)
         first, size = ctypes.addressof(self._words), ctypes.sizeof(ctypes.c_longlong)
         pointers = (ctypes.c_void_p * (arrays + 1))(*(first + _WORDS * size * k for k in range(arrays + 1)))
-        self._start = kernel.prepared(self._count, pointers)
+        self._start = kernel.launcher(self._count, pointers)
         self._inputs: list[tuple[int, int, Callable[[Any], int]]] = []
         self._compacted: list[tuple[int, ArrayPackage, Shape]] = []
         for k, (reader, view) in enumerate(zip(readers, views, strict=True)):
@@ -98,7 +98,7 @@ class Call:
         self._start(package.stream(self._device) if stream is None else stream)
         return results
 
-    def _checked(self, block: str, size: int, view: View) -> View:
+    def _check_argument(self, block: str, size: int, view: View) -> View:
         """Return the view of an argument, with an axis of components also of t. Raises UsageError for other numbers,
         places and shapes."""
         if block == "t":

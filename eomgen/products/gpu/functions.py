@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import warnings
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from eomgen.products.gpu.arrays import ArrayPackage, CopiedArrays, package_of
 from eomgen.products.gpu.calls import Call, Term
 from eomgen.products.gpu.driver import Device, Function, Memory, driver
 from eomgen.products.gpu.kernels import load_kernel
+from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
@@ -27,7 +28,21 @@ if TYPE_CHECKING:
 Array = Any
 #: Prepared calls that are kept, of all threads.
 _KEPT = 1000
+#: Names of arguments that are not the name of their block.
+_BLOCKS = {"parameters": "p", "multipliers": "lam"}
+_NAMES = (*(block for block in INPUT_BLOCKS if block not in _BLOCKS.values()), *_BLOCKS, "out", "stream")
 _TYPES = {"double": "float64", "float": "float32"}
+
+
+class Options(TypedDict, total=False):
+    """Further arguments of functions, see ``forward_dynamics``."""
+
+    z: Array
+    parameters: Array
+    multipliers: Array
+    base: Array
+    out: Array
+    stream: int | None
 
 
 @checked_call("a model, a scene or the path of one")
@@ -115,16 +130,7 @@ class GpuFunctions:
         return f"<GpuFunctions {self._model.name}: {self._real}, {self._device.name}>"
 
     def forward_dynamics(
-        self,
-        q: Array,
-        v: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Array | None = None,
-        stream: int | None = None,
+        self, q: Array, v: Array, t: Array = 0.0, u: Array = None, **options: Unpack[Options]
     ) -> Array:
         """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv), rad/s^2 and m/s^2.
 
@@ -134,15 +140,14 @@ class GpuFunctions:
             Configuration, and left-trivialised velocity.
         t : (...) array, optional
             Time, s.
-        u, z : (..., nu) and (..., nz) arrays, optional
-            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and initial
-            internal states.
-        parameters : (..., np) array, or mapping of numbers, optional
-            Tunable parameters, all in order or some by name, SI units; else values of the scene.
-        out : array, optional
-            Takes the result; no memory is allocated then, as CUDA graphs ask for.
-        stream : int, optional
-            Handle of a stream; the current stream of the caller's package by default.
+        u : (..., nu) array, optional
+            Inputs, SI units; by default by the scene's formulas at t, else zero.
+        **options
+            ``z`` (..., nz), internal states, initial ones by default; ``parameters`` (..., np), tunable ones, or a
+            mapping of numbers, values of the scene by default; ``base`` (..., 19), by default by the scene's law at t;
+            ``multipliers`` (..., rows), zero by default; ``out``, an array that takes the result, or several if there
+            are several results, so that no memory is allocated; ``stream``, the handle of a stream, by default the
+            current one of the caller's package.
 
         Returns
         -------
@@ -161,25 +166,12 @@ class GpuFunctions:
         >>> functions.forward_dynamics(q, v, u=efforts)  # doctest: +SKIP
         """
         if self._model.multipliers:
-            fault = (
-                f"{self._model.name} has constraints: its accelerations need a solver, and kernels have none [E2288]"
-            )
+            fault = f"{self._model.name} has constraints: accelerations need a solver, and kernels have none [E2288]"
             raise ModelError(Problem("gpu", fault, "inverse_dynamics, residual; model.forward_dynamics"))
-        given = {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters}
-        return self._call("forward_dynamics", given, out, stream)[0]
+        return self._call("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, **options})[0]
 
     def inverse_dynamics(
-        self,
-        q: Array,
-        v: Array,
-        a: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Array | None = None,
-        stream: int | None = None,
+        self, q: Array, v: Array, a: Array, t: Array = 0.0, u: Array = None, **options: Unpack[Options]
     ) -> Array:
         """Return the generalized forces that a motion needs, tau = M a + h + b - Q, (..., nv), N m and N.
 
@@ -187,7 +179,7 @@ class GpuFunctions:
         ----------
         q, v, a : (..., nq), (..., nv) and (..., nv) arrays
             Configuration, and left-trivialised velocity and acceleration.
-        t, u, z, parameters, out, stream
+        t, u, **options
             As in ``forward_dynamics``.
 
         Returns
@@ -204,24 +196,16 @@ class GpuFunctions:
         --------
         >>> functions.inverse_dynamics(q, v, a)  # doctest: +SKIP
         """
-        given = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters}
-        return self._call("inverse_dynamics", given, out, stream)[0]
+        return self._call("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, **options})[0]
 
-    def mass(
-        self,
-        q: Array,
-        *,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Array | None = None,
-        stream: int | None = None,
-    ) -> Array:
+    def mass(self, q: Array, **options: Unpack[Options]) -> Array:
         """Return the mass matrix M, (..., nv, nv).
 
         Parameters
         ----------
         q : (..., nq) array
             Configuration.
-        parameters, out, stream
+        **options
             As in ``forward_dynamics``.
 
         Returns
@@ -233,20 +217,10 @@ class GpuFunctions:
         --------
         >>> functions.mass(q)  # doctest: +SKIP
         """
-        return self._call("mass", {"q": q, "p": parameters}, out, stream)[0]
+        return self._call("mass", {"q": q, **options})[0]
 
     def partials(
-        self,
-        q: Array,
-        v: Array,
-        a: Array,
-        t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        out: Sequence[Array] | None = None,
-        stream: int | None = None,
+        self, q: Array, v: Array, a: Array, t: Array = 0.0, u: Array = None, **options: Unpack[Options]
     ) -> tuple[Array, Array, Array]:
         """Return the partials of the residual M a + h + b - Q: K in q, C in v and M in a, (..., nv, nv) each.
 
@@ -254,10 +228,8 @@ class GpuFunctions:
         ----------
         q, v, a : (..., nq), (..., nv) and (..., nv) arrays
             Configuration, and left-trivialised velocity and acceleration.
-        t, u, z, parameters, stream
+        t, u, **options
             As in ``forward_dynamics``.
-        out : sequence of arrays, optional
-            Take the results.
 
         Returns
         -------
@@ -268,26 +240,18 @@ class GpuFunctions:
         --------
         >>> K, C, M = functions.partials(q, v, a)  # doctest: +SKIP
         """
-        given = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters}
-        stiffness, damping, mass = self._call("partials", given, out, stream)
+        stiffness, damping, mass = self._call("partials", {"q": q, "v": v, "a": a, "t": t, "u": u, **options})
         return stiffness, damping, mass
 
     def evaluate(
         self,
         term: str,
-        q: Array | None = None,
-        v: Array | None = None,
-        a: Array | None = None,
+        q: Array = None,
+        v: Array = None,
+        a: Array = None,
         t: Array = 0.0,
-        u: Array | None = None,
-        *,
-        z: Array | None = None,
-        multipliers: Array | None = None,
-        parameters: Array | Mapping[str, float] | None = None,
-        base: Array | None = None,
-        out: Sequence[Array] | None = None,
-        stream: int | None = None,
-        **further: Array,
+        u: Array = None,
+        **more: Array,
     ) -> dict[str, Array]:
         """Return the outputs of any term, by the names of the C code.
 
@@ -295,17 +259,12 @@ class GpuFunctions:
         ----------
         term : str
             As of ``Model.evaluate``, such as ``poses`` or ``frame_jacobians``.
-        q, v, a, t, u, z, parameters, stream
-            As in ``inverse_dynamics``. Accelerations that a term needs and that are not given are those of
+        q, v, a, t, u
+            As in ``inverse_dynamics``. Accelerations that a term needs and that are not given are the result of
             ``forward_dynamics``.
-        multipliers : (..., rows) array, optional
-            Multipliers of the constraints; zero by default.
-        base : (..., 19) array, optional
-            State of the base; the scene's law at t by default.
-        out : sequence of arrays, optional
-            Take the results.
-        **further : arrays
-            Weights and time derivatives that some terms take, by the names of the C code.
+        **more : arrays
+            Options of ``forward_dynamics``, and weights and time derivatives that some terms take, by the names of the
+            C code.
 
         Returns
         -------
@@ -315,22 +274,27 @@ class GpuFunctions:
         Raises
         ------
         UsageError
-            As in ``forward_dynamics``; a term that the scene does not have.
+            As in ``forward_dynamics``; a term that the scene does not have; an unknown argument.
 
         Examples
         --------
         >>> functions.evaluate("poses", q)["poses"].shape  # doctest: +SKIP
         """
-        given = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "lam": multipliers, "p": parameters, "base": base}
-        results = self._call(term, {**given, **further}, out, stream)
+        results = self._call(term, {"q": q, "v": v, "a": a, "t": t, "u": u, **more})
         return NamedResults("output", dict(zip(self._term(term).names, results, strict=True)))
 
     # -- a call ------------------------------------------------------------------------------------------------------
 
-    def _call(self, term: str, given: dict[str, Any], out: Any, stream: int | None) -> Sequence[Array]:
-        """Return the outputs of a term for arguments by block; None and t = 0.0 are the values of the scene."""
+    def _call(self, term: str, given: dict[str, Any]) -> Sequence[Array]:
+        """Return the outputs of a term for arguments and options by name; None and t = 0.0 are values of the scene."""
+        out, stream = given.pop("out", None), given.pop("stream", None)
+        given = {_BLOCKS.get(name, name): value for name, value in given.items() if value is not None}
+        if unknown := given.keys() - INPUT_BLOCKS:
+            raise UsageError(
+                Problem(term, f"there is no argument {min(unknown)} [E2293]", f"one of {', '.join(_NAMES)}")
+            )
         for value in given.values():
-            if value is not None and (package := package_of(value)) is not None:
+            if (package := package_of(value)) is not None:
                 return self._launch(term, given, package, value, out, stream)
         return self._with_copies(term, given, out, stream)
 
@@ -348,7 +312,7 @@ class GpuFunctions:
                 if value is None or (block == "t" and type(value) is float and value == 0.0):
                     value = self._by_default(term, block, given, package, first, stream)
                 else:
-                    value = given[block] = self._uploaded(block, given, package, first)
+                    value = given[block] = self._upload(block, given, package, first)
                 reader = package_of(value)
             key.append(None if reader is None else reader.signature(value))
             values.append(value)
@@ -378,12 +342,12 @@ class GpuFunctions:
         given[block] = self._launch(source, given, package, first, None, stream)[0]
         return given[block]
 
-    def _uploaded(self, block: str, given: Mapping[str, Any], package: ArrayPackage, first: Any) -> Any:
+    def _upload(self, block: str, given: Mapping[str, Any], package: ArrayPackage, first: Any) -> Any:
         """Return an argument of numbers of the processor as an array on the card of the first array."""
-        array = self._checked(block, given[block], given).astype(self._type)
+        array = self._numbers(block, given[block], given).astype(self._type)
         return package.upload(array, package.view(first).device)
 
-    def _checked(self, block: str, value: Any, given: Mapping[str, Any]) -> Any:
+    def _numbers(self, block: str, value: Any, given: Mapping[str, Any]) -> Any:
         """Return an argument as an array of the processor, checked as arguments of the model are."""
         terms = self._model.evaluator
         if block == "u":
@@ -395,10 +359,8 @@ class GpuFunctions:
         """Return the outputs of a term for numbers of the processor."""
         if not self._warned:
             self._warned = True
-            message = (
-                "the arrays are NumPy's: their copies to the card and back take most of the time of a call [W0309]"
-            )
-            warnings.warn(f"{message}; try: arrays of CuPy, PyTorch or JAX on the card", RuntimeWarning, stacklevel=5)
+            fault = "the arrays are NumPy's, whose copies take most of the time; try: arrays on the card [W0309]"
+            warnings.warn(fault, RuntimeWarning, stacklevel=5)
         if out is not None:
             fault = "results for NumPy arrays are new arrays [E2290]"
             raise UsageError(Problem("out", fault, "no out, or arrays of CuPy or PyTorch"))

@@ -6,10 +6,9 @@ JAX calls ``templates/gpu/launch.c.jinja`` with its stream; Python takes no part
 from __future__ import annotations
 
 import ctypes
+from importlib import import_module
 from typing import TYPE_CHECKING
 
-from eomgen.base.products import optional_package
-from eomgen.errors import Problem
 from eomgen.products.gpu.driver import BLOCK, driver
 from eomgen.products.gpu.kernels import load_kernel
 
@@ -47,7 +46,7 @@ class JaxCards:
 
     def kernels(self, model: Model, term: str) -> int:
         """Return the address of the kernels of a term on all cards that JAX uses. Raises ToolchainError."""
-        package, calls = optional_package("jax", Problem("jax", "the package jax is not installed")), driver().calls
+        package, calls = import_module("jax"), driver().calls
         addresses = (ctypes.cast(call, ctypes.c_void_p).value for call in (calls.cuLaunchKernel, calls.cuCtxGetDevice))
         card = _Card(*addresses, BLOCK)
         for number in sorted({numbered.local_hardware_id or 0 for numbered in package.local_devices()}):

@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from eomgen.base.data import replace
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
+from eomgen.pipeline.generation import exported_program
 from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import build_reproducible
-from eomgen.pipeline.programs import write_program
-from eomgen.pipeline.requests import ProgramRequest
 from eomgen.products.gpu.driver import Device, Function
 from eomgen.products.gpu.nvrtc import EXACT, Cubin, compile_cubin
 from eomgen.products.gpu.target import CUDA, cuda_files
@@ -44,8 +42,7 @@ def compile_term(model: Model, term: str, architecture: str, real: str = "double
     selection = Selection((term if term in TERMS else _WITH,))
 
     def texts() -> Mapping[str, str]:
-        request = ProgramRequest(document, front_end, selection, None)
-        return cuda_files(write_program(request, replace(CUDA, steppers=False), build_reproducible)[0])
+        return cuda_files(exported_program(document, front_end, replace(CUDA, steppers=False), selection.terms)[0])
 
     options = (*(() if fused else EXACT), *((_FLOAT,) if real == "float" else ()))
     content = library_content(document, front_end, selection, "rk4")

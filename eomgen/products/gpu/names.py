@@ -9,7 +9,7 @@ class CudaNames(CNames):
     """Names of C with types of arrays that a call chooses.
 
     Functions with an argument ``EG_IN q`` or ``EG_OUT tau`` are templates: a kernel calls these with views of columns
-    or rows of its arrays, a stepper with pointers. Statements are those of the C.
+    or rows of its arrays, a stepper with pointers. Statements are equal to the C's.
     """
 
     def input_type(self, block: str) -> str:
