@@ -169,6 +169,7 @@ class Device:
         source, memory = np.ascontiguousarray(array), self.allocate(array.nbytes)
         address, size = ctypes.c_uint64(memory.pointer), _SIZE(source.nbytes)
         self.call("cuMemcpyHtoD_v2", address, _POINTER(source.ctypes.data), size)
+        self.wait()  # for streams that do not wait for the default one
         return memory
 
     def wait(self) -> None:
