@@ -30,6 +30,7 @@ Array = Any
 _KEPT = 1000
 #: Names of arguments that are not the name of their block.
 _BLOCKS = {"parameters": "p", "multipliers": "lam"}
+_KNOWN = frozenset(INPUT_BLOCKS)
 _NAMES = (*(block for block in INPUT_BLOCKS if block not in _BLOCKS.values()), *_BLOCKS, "out", "stream")
 _TYPES = {"double": "float64", "float": "float32"}
 
@@ -288,11 +289,12 @@ class GpuFunctions:
     def _call(self, term: str, given: dict[str, Any]) -> Sequence[Array]:
         """Return the outputs of a term for arguments and options by name; None and t = 0.0 are values of the scene."""
         out, stream = given.pop("out", None), given.pop("stream", None)
-        given = {_BLOCKS.get(name, name): value for name, value in given.items() if value is not None}
-        if unknown := given.keys() - INPUT_BLOCKS:
-            raise UsageError(
-                Problem(term, f"there is no argument {min(unknown)} [E2293]", f"one of {', '.join(_NAMES)}")
-            )
+        for name, block in _BLOCKS.items():
+            if name in given:
+                given[block] = given.pop(name)
+        if not given.keys() <= _KNOWN:
+            fault = f"there is no argument {min(given.keys() - _KNOWN)} [E2293]"
+            raise UsageError(Problem(term, fault, f"one of {', '.join(_NAMES)}"))
         for value in given.values():
             if (package := package_of(value)) is not None:
                 return self._launch(term, given, package, value, out, stream)
