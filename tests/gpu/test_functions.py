@@ -17,6 +17,8 @@ import pytest
 import eomgen
 from eomgen.errors import ModelError, NumericalError, ToolchainError, UsageError
 from eomgen.products.gpu import driver, nvrtc
+from eomgen.products.gpu.functions import GpuFunctions
+from eomgen.products.gpu.kernels import compile_term
 from eomgen.products.gpu.requirements import card
 from tests.gpu.arrays_on_card import OnCard, cupy_array, forget
 
@@ -97,6 +99,8 @@ def test_arguments_broadcast_as_on_the_processor() -> None:
     found = functions.forward_dynamics(rows(q), rows(v), rows(times))
     assert np.array_equal(found, model.forward_dynamics(q, v, times))
     assert functions.forward_dynamics(rows(q[:0]), rows(v[:0])).shape == (0, 2)
+    many = np.tile(q, (50, 1))  # in three blocks of threads
+    assert np.array_equal(functions.forward_dynamics(rows(many), rows(v[0])), model.forward_dynamics(many, v[0]))
 
 
 @pytest.mark.usefixtures("cupy")
@@ -179,6 +183,8 @@ def test_refused_models_and_options() -> None:
         eomgen.gpu(model_of(PENDULUM)).evaluate("mass", np.zeros(2), torque=1.0)
     with pytest.warns(RuntimeWarning), pytest.raises(UsageError, match="the term masses is not in this model"):
         eomgen.gpu(model_of(PENDULUM)).evaluate("masses", np.zeros(2))
+    with pytest.raises(UsageError, match="gpu: a model is needed, not int"):
+        GpuFunctions(3)
     with pytest.raises(UsageError, match="real = 'half'"):
         eomgen.gpu(model_of(PENDULUM), real="half")
     with pytest.raises(ToolchainError, match="there is no device 3 among 1; try: device 0 to 0"):
@@ -286,6 +292,15 @@ def test_the_doctor_says_whether_driver_and_compiler_are_there(
     monkeypatch.setattr(driver, "NAMES", ("/nowhere/libcuda.so.1",))
     forget()
     assert card().ok and "no driver" in card().found and "NVRTC" in card().found and not card().remedy
+
+
+@pytest.mark.slow
+def test_the_installed_compiler_takes_the_text() -> None:
+    if not [*nvrtc.candidates()]:
+        pytest.skip("NVRTC is not installed: pip install 'eomgen[gpu]'")
+    for term in ("base", "forward_dynamics"):
+        usage = compile_term(model_of(PENDULUM), term, "sm_90").usage[f"double_pendulum_on_shaking_base_{term}_kernel"]
+        assert 20 <= usage.registers <= 64 and usage.spills == 0
 
 
 LOG = """ptxas info    : 0 bytes gmem

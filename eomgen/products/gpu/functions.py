@@ -11,8 +11,8 @@ import numpy as np
 
 from eomgen.base.calls import NamedResults, checked_call, checked_calls
 from eomgen.compiled.arguments import numbers
+from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import build
 from eomgen.pipeline.requests import check_real
 from eomgen.products.gpu.arrays import ArrayPackage, CopiedArrays, package_of
@@ -24,6 +24,7 @@ from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
     from eomgen.pipeline.documents import Described
+    from eomgen.pipeline.model import Model
 
 Array = Any
 #: Prepared calls that are kept, of all threads.
@@ -77,17 +78,10 @@ def gpu(scene: Model | Described, *, real: str = "double", fused: bool = False, 
         A model with force laws in Python.
     ToolchainError
         There is no card, driver or NVRTC; the message names the remedy.
-
-    Examples
-    --------
-    >>> import cupy  # doctest: +SKIP
-    >>> functions = eomgen.gpu("panda.urdf")  # doctest: +SKIP
-    >>> q = cupy.zeros((1_000_000, 7))  # doctest: +SKIP
-    >>> functions.inverse_dynamics(q, q, q).shape  # doctest: +SKIP
-    (1000000, 7)
     """
     check_real(real)
-    return GpuFunctions(scene if isinstance(scene, Model) else build(scene), real, fused=fused, device=device)
+    model = scene if isinstance(scene, CompiledModel) else build(scene)
+    return GpuFunctions(model, real or "double", fused=fused, device=device)
 
 
 @checked_calls("eomgen.gpu(model), which makes one")
@@ -114,6 +108,9 @@ class GpuFunctions:
     """
 
     def __init__(self, model: Model, real: str = "double", *, fused: bool = False, device: int = 0) -> None:
+        if not isinstance(model, CompiledModel):
+            fault = f"a model is needed, not {type(model).__name__} [E2193]"
+            raise UsageError(Problem("gpu", fault, "eomgen.build(scene) of a mechanical scene"))
         if model.library.layout.get("python"):
             fault = f"{model.name} has force laws in Python, which no card can run [E2287]"
             raise ModelError(Problem("gpu", fault, "the laws in C, [laws] source"))
@@ -161,10 +158,6 @@ class GpuFunctions:
             A wrong shape, number type or device.
         ModelError
             A scene with constraints.
-
-        Examples
-        --------
-        >>> functions.forward_dynamics(q, v, u=efforts)  # doctest: +SKIP
         """
         if self._model.multipliers:
             fault = f"{self._model.name} has constraints: accelerations need a solver, and kernels have none [E2288]"
@@ -192,10 +185,6 @@ class GpuFunctions:
         ------
         UsageError
             As in ``forward_dynamics``; scenes with constraints are not refused.
-
-        Examples
-        --------
-        >>> functions.inverse_dynamics(q, v, a)  # doctest: +SKIP
         """
         return self._call("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, **options})[0]
 
@@ -213,10 +202,6 @@ class GpuFunctions:
         -------
         (..., nv, nv) array
             ``out`` if given.
-
-        Examples
-        --------
-        >>> functions.mass(q)  # doctest: +SKIP
         """
         return self._call("mass", {"q": q, **options})[0]
 
@@ -236,10 +221,6 @@ class GpuFunctions:
         -------
         K, C, M : (..., nv, nv) arrays
             K left-trivialised.
-
-        Examples
-        --------
-        >>> K, C, M = functions.partials(q, v, a)  # doctest: +SKIP
         """
         stiffness, damping, mass = self._call("partials", {"q": q, "v": v, "a": a, "t": t, "u": u, **options})
         return stiffness, damping, mass
@@ -276,10 +257,6 @@ class GpuFunctions:
         ------
         UsageError
             As in ``forward_dynamics``; a term that the scene does not have; an unknown argument.
-
-        Examples
-        --------
-        >>> functions.evaluate("poses", q)["poses"].shape  # doctest: +SKIP
         """
         results = self._call(term, {"q": q, "v": v, "a": a, "t": t, "u": u, **more})
         return NamedResults("output", dict(zip(self._term(term).names, results, strict=True)))
