@@ -25,6 +25,8 @@ from tests.gpu.arrays_on_card import OnCard, cupy_array, forget
 PENDULUM = "examples/double_pendulum_on_shaking_base/scene.toml"
 SERVO = "examples/pi_servo/scene.toml"
 FOUR_BAR = "examples/four_bar/scene.toml"
+CAR = "examples/active_quarter_car/scene.toml"  # with inputs by formulas, and partials that depend on time in steps
+ARM = "examples/robot_arm/scene.toml"  # forward dynamics alone have another order of operations
 SAMPLES = 7
 
 
@@ -68,18 +70,17 @@ def test_arrays_in_place_give_the_bits_of_the_processor(form: Callable[[Any], An
     assert result.flags.f_contiguous == (form is columns)
 
 
-@pytest.mark.slow_cases("servo", "four_bar")
+@pytest.mark.slow_cases("servo", "four_bar", "car", "arm")
 @pytest.mark.usefixtures("stand_in")
 @pytest.mark.filterwarnings("ignore:the arrays are NumPy's")
 @pytest.mark.parametrize(
-    "scene",
-    [pytest.param(PENDULUM, id="pendulum"), pytest.param(SERVO, id="servo"), pytest.param(FOUR_BAR, id="four_bar")],
+    "scene", [PENDULUM, SERVO, FOUR_BAR, CAR, ARM], ids=["pendulum", "servo", "four_bar", "car", "arm"]
 )
 def test_all_terms_have_the_bits_of_the_processor(scene: str) -> None:
     model = model_of(scene)
     q, v, a = states(model)
     functions = eomgen.gpu(model)
-    for term in model.terms if scene != PENDULUM else ("partials", "outputs"):
+    for term in model.terms if scene in (SERVO, FOUR_BAR) else ("forward_dynamics", "partials", "outputs"):
         expected, found = model.evaluate(term, q, v, a, 0.2), functions.evaluate(term, q, v, a, 0.2)
         assert list(found) == list(expected)
         for name, values in expected.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,25 +13,10 @@ import numpy as np
 from eomgen.errors import Problem, UsageError
 from eomgen.products.gpu.arrays import ArrayPackage, Shape, View, merged_stride, package_of
 from eomgen.products.gpu.driver import Function
+from eomgen.products.gpu.kernels import Term
 
 #: Numbers of an array in the arguments of a kernel: address, stride of samples, stride of components.
 _WORDS = 3
-
-
-class Term:
-    """Arguments and outputs of a term: names of blocks with sizes, names of outputs with shapes.
-
-    Parameters
-    ----------
-    function : of the layout of a library
-    """
-
-    def __init__(self, function: Mapping[str, Any]) -> None:
-        self.name: str = function["name"]
-        self.blocks: tuple[str, ...] = tuple(function["inputs"])
-        self.sizes = tuple(int(size) for size in function["input_sizes"])
-        self.names = tuple(str(output["name"]) for output in function["outputs"])
-        self.shapes = [tuple(output["shape"]) for output in function["outputs"]]
 
 
 class Call:

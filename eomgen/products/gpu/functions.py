@@ -16,9 +16,9 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.pipeline.pipeline import build
 from eomgen.pipeline.requests import check_real
 from eomgen.products.gpu.arrays import ArrayPackage, CopiedArrays, package_of
-from eomgen.products.gpu.calls import Call, Term
+from eomgen.products.gpu.calls import Call
 from eomgen.products.gpu.driver import Device, Function, Memory, driver
-from eomgen.products.gpu.kernels import load_kernel
+from eomgen.products.gpu.kernels import Term, load_kernel
 from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import TERMS
 
@@ -121,7 +121,7 @@ class GpuFunctions:
         self._calls: dict[tuple[Hashable, ...], Call] = {}
         self._lock = threading.Lock()
         self._constants: dict[tuple[str, int], Memory] = {}
-        self._kernels: dict[tuple[str, int], Function] = {}
+        self._kernels: dict[tuple[str, int], tuple[Function, Term]] = {}
         self._warned = False
 
     def __repr__(self) -> str:
@@ -259,7 +259,7 @@ class GpuFunctions:
             As in ``forward_dynamics``; a term that the scene does not have; an unknown argument.
         """
         results = self._call(term, {"q": q, "v": v, "a": a, "t": t, "u": u, **more})
-        return NamedResults("output", dict(zip(self._term(term).names, results, strict=True)))
+        return NamedResults("output", dict(zip(self._terms[term].names, results, strict=True)))
 
     # -- a call ------------------------------------------------------------------------------------------------------
 
@@ -281,7 +281,7 @@ class GpuFunctions:
         self, term: str, given: dict[str, Any], package: ArrayPackage, first: Any, out: Any, stream: int | None
     ) -> Sequence[Array]:
         """Start the kernel of a term, with results of a package; ``first`` is an array on the card."""
-        plan = self._terms.get(term) or self._term(term)
+        plan = self._terms.get(term) or self._load(term, package.view(first).device)[1]
         key: list[Hashable] = [threading.get_ident(), term]
         values = []
         for block in plan.blocks:
@@ -301,7 +301,7 @@ class GpuFunctions:
         if call is None:
             if len(self._calls) > _KEPT:
                 self._calls.clear()
-            call = self._calls[signature] = self._prepare(plan, values, package, first, outputs)
+            call = self._calls[signature] = self._prepare(term, values, package, first, outputs)
         return call(values, outputs, stream)
 
     def _by_default(
@@ -349,34 +349,30 @@ class GpuFunctions:
 
     # -- preparation -------------------------------------------------------------------------------------------------
 
-    def _term(self, term: str) -> Term:
-        """Return the arguments and outputs of a term. Raises UsageError if the scene does not have the term."""
-        if term not in self._terms:
-            functions = self._model.functions
-            if term in TERMS and term not in functions:
-                functions = self._model.having((term,)).functions
-            functions.inputs(term)  # says that the term is missing
-            self._terms[term] = Term(next(f for f in functions.library.layout["functions"] if f["name"] == term))
-        return self._terms[term]
-
-    def _prepare(
-        self, term: Term, values: Sequence[Any], package: ArrayPackage, first: Any, out: Sequence[Any]
-    ) -> Call:
-        """Return a call for arrays of this form, checked."""
-        place = package.view(first).device
+    def _load(self, term: str, place: int) -> tuple[Function, Term]:
+        """Return the kernel of a term on a device, and its arguments. Raises UsageError if the scene has no such term,
+        or for the processor in place of a device."""
+        evaluator = self._model.evaluator
+        if term not in evaluator.functions and (term not in TERMS or not evaluator.existing((term,))):
+            raise evaluator.functions.missing(term)
         if place < 0:
             fault = "the arrays are in memory of the processor [E2291]"
-            raise UsageError(Problem(term.name, fault, "arrays on the card, or NumPy arrays"))
-        device = driver().device(place)
-        key = term.name, place
+            raise UsageError(Problem(term, fault, "arrays on the card, or NumPy arrays"))
         with self._lock:
-            if key not in self._kernels:
-                self._kernels[key] = load_kernel(self._model, term.name, self._real, device, fused=self._fused)
+            if (term, place) not in self._kernels:
+                device = driver().device(place)
+                self._kernels[term, place] = load_kernel(self._model, term, self._real, device, fused=self._fused)
+            kernel, self._terms[term] = self._kernels[term, place]
+        return kernel, self._terms[term]
+
+    def _prepare(self, term: str, values: Sequence[Any], package: ArrayPackage, first: Any, out: Sequence[Any]) -> Call:
+        """Return a call for arrays of this form, checked."""
+        kernel, plan = self._load(term, package.view(first).device)
         constants = [
-            self._constant(block, device) if value is None else 0
-            for block, value in zip(term.blocks, values, strict=True)
+            self._constant(block, kernel.device) if value is None else 0
+            for block, value in zip(plan.blocks, values, strict=True)
         ]
-        return Call(term, self._kernels[key], package, self._type.name, values, constants, out)
+        return Call(plan, kernel, package, self._type.name, values, constants, out)
 
     def _constant(self, block: str, device: Device) -> int:
         """Return the address of an argument with the values of the scene."""

@@ -33,6 +33,8 @@ _HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", 
 INSTALL = "pip install 'eomgen[gpu]'"
 _LIBRARY = r"libnvrtc.*\.so(\.\d+)*|nvrtc64_\w+\.dll"
 _CUBIN, _LOG = "kernels.cubin", "log.txt"
+#: A text that is no code, and is kept with the machine code.
+LAYOUT = "layout.json"
 #: Lines of a message with a fault of a text.
 _SHOWN = 12
 _ENTRY = r"Compiling entry function '(\w+)'((?:.*\n)*?.*Used (\d+) registers.*)"
@@ -51,10 +53,12 @@ class Usage:
 
 @dataclass(frozen=True)
 class Cubin:
-    """Machine code of a card: the ``image`` that the driver loads, and the ``log`` of the compiler."""
+    """Machine code of a card: the ``image`` that the driver loads, the ``log`` of the compiler, and the ``layout`` that
+    came with the texts."""
 
     image: bytes
     log: str
+    layout: str = ""
 
     @functools.cached_property
     def usage(self) -> dict[str, Usage]:
@@ -83,7 +87,8 @@ def compile_cubin(
     Parameters
     ----------
     texts : mapping or callable
-        The text and all files that it includes, by name; or a function that returns these, with ``content``.
+        The text and all files that it includes, by name, and perhaps ``layout.json``; or a function that returns
+        these, with ``content``.
     name : str
         Of the text.
     architecture : str
@@ -110,7 +115,7 @@ def compile_cubin(
         files = texts() if callable(texts) else texts
         write_texts(folder, files)
         image, log = compiler.compile(files, name, every)
-        for file in files:
+        for file in files.keys() - {LAYOUT}:
             (folder / file).unlink()
         (folder / _CUBIN).write_bytes(image)
         (folder / _LOG).write_text(log, encoding="utf-8")
@@ -120,7 +125,8 @@ def compile_cubin(
     except ToolchainError as error:
         where = f"NVRTC {compiler.version}, sources kept in {store.failed_folder(key)}"
         raise ToolchainError([replace(problem, where=where) for problem in error.problems]) from error
-    return Cubin(entry.file(_CUBIN).read_bytes(), entry.text(_LOG))
+    layout = entry.text(LAYOUT) if LAYOUT in entry.files else ""
+    return Cubin(entry.file(_CUBIN).read_bytes(), entry.text(_LOG), layout)
 
 
 class Nvrtc:
