@@ -107,6 +107,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     ),
     "products.controllers": "base codegen errors symbolic",
     "products.laws": "base cli errors formula scene symbolic system toolchain",
+    "products.gpu": "base codegen compiled errors pipeline system toolchain",
     "products.linear": (
         "base cli compiled errors formula lie pipeline results scene simulation solvers system products.statics"
     ),
@@ -130,7 +131,7 @@ TABLE_OF_DOORS: dict[str, str] = {
     ),
     "products.solution_methods": "products.linear products.pictures",
     "products.exported": (
-        "products.comparison products.fields products.fmu products.linear products.optimisers "
+        "products.comparison products.fields products.fmu products.gpu products.linear products.optimisers "
         "products.reliability products.studies products.sympy_mechanics products.testing products.waves"
     ),
 }

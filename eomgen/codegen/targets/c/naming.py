@@ -166,6 +166,10 @@ class CNames:
             return f"const {self.prefix}_base_state *base"
         return "real t" if block == "t" else f"const real *{block}"
 
+    def output_type(self, argument: str, *, restrict: bool = True) -> str:
+        """Return the declaration of an array that a function fills: ``real *restrict tau``."""
+        return f"real *{'restrict ' if restrict else ''}{argument}"
+
     def input_size(self, block: str) -> str:
         """Return the number of reals in an input block as C text: a macro of the model's header, ``1`` for ``t``."""
         if block == "p":
@@ -199,12 +203,11 @@ class CNames:
     def arguments(self, function: ProgramFunction, *, restrict: bool = False) -> str:
         """Return the parameter list of a function's declaration in C, inputs before outputs, ``void`` if empty.
         ``restrict`` adds this qualifier to outputs, as in definitions."""
-        qualifier = "restrict " if restrict else ""
         parts = [self.input_type(block) for block in function.inputs]
         if function.name == "base":
-            parts.append(f"{self.prefix}_base_state *{qualifier}base")
+            parts.append(f"{self.prefix}_base_state *{'restrict ' if restrict else ''}base")
         else:
-            parts += [f"real *{qualifier}{output.argument}" for output in function.outputs]
+            parts += [self.output_type(output.argument, restrict=restrict) for output in function.outputs]
         return ", ".join(parts) or "void"
 
     @staticmethod
@@ -247,7 +250,7 @@ class CNames:
         if function.name == "base":
             texts += [f"{self.prefix}_base_state *restrict base"] if part.outputs else []
         else:
-            texts += [f"real *restrict {function.outputs[index].argument}" for index in part.outputs]
+            texts += [self.output_type(function.outputs[index].argument) for index in part.outputs]
         return ", ".join(texts) or "void"
 
     def part_call(self, function: ProgramFunction, number: int) -> str:

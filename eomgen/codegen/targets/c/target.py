@@ -166,6 +166,7 @@ class _Context:
     tape : whether the tape engine evaluates functions
     later : names of functions in files at the end, see ``plan_files``
     ready : texts of files that were written before, by name
+    names : the names and declarations of the language
     """
 
     def __init__(
@@ -177,6 +178,7 @@ class _Context:
         tape: bool = False,
         later: Collection[str] = (),
         ready: Mapping[str, str] = MappingProxyType({}),
+        names: type[CNames] = CNames,
     ) -> None:
         """Plan the C files and prepare the names and tables that the templates read."""
         self.program = program
@@ -185,7 +187,7 @@ class _Context:
         self.apart = apart
         self.number_tables: dict[str, NumberTable] = {}
         self._bodies: dict[tuple[str, int], str] = {}
-        self.c = CNames(program)
+        self.c = names(program)
         self.files = plan_files(program, sys.maxsize if tape else file_limit, later)
         self.stepper = stepper_names(program) if program.method else {}
         self.tables = curve_tables(program.curves)
@@ -606,6 +608,20 @@ def render_files(program: Program, templates: Mapping[str, str], **extra: object
     for file in context.files:
         files[f"{file.name}.c"] = context.render("c/model/model.c.jinja", file=file)
     return files | {name: context.render(template, **extra) for name, template in templates.items()}
+
+
+def model_in_one_file(
+    program: Program, names: type[CNames], templates: Mapping[str, str], **extra: object
+) -> dict[str, str]:
+    """Return texts by file name: the model with all functions in one file, its stepper, and files by templates.
+
+    Parameters
+    ----------
+    names : names and declarations of a language into which C goes unchanged
+    templates, extra : as of ``render_files``
+    """
+    context = _Context(program, sys.maxsize, names=names)
+    return dict(_sources(context)) | {name: context.render(item, **extra) for name, item in templates.items()}
 
 
 def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
