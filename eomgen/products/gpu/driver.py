@@ -11,11 +11,11 @@ import ctypes
 import functools
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.errors import NumericalError, Problem, ToolchainError
 
@@ -27,6 +27,7 @@ _INSTALL = "the driver from nvidia.com/drivers, on a machine with a card of NVID
 _WHERE = "driver of the card"
 #: Status of a call without memory, and of a call in a thread with no context or the context of another device.
 _NO_MEMORY, _OTHER_CONTEXT = 2, (201, 400)
+_Read = TypeVar("_Read", bound=NDArray[Any])
 _POINTER, _SIZE, _INT, _UINT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int, ctypes.c_uint
 #: Attributes of devices, and one of functions.
 _PROCESSORS, _MAJOR, _MINOR = 16, 75, 76
@@ -164,7 +165,7 @@ class Device:
         """Return memory of some bytes. Raises NumericalError, with both numbers, if the device has not as much."""
         return Memory(self, size)
 
-    def upload(self, array: Array) -> Memory:
+    def upload(self, array: NDArray[Any]) -> Memory:
         """Return memory with the bytes of an array, whose copy has ended."""
         source, memory = np.ascontiguousarray(array), self.allocate(array.nbytes)
         address, size = ctypes.c_uint64(memory.pointer), _SIZE(source.nbytes)
@@ -262,7 +263,7 @@ class Memory:
             raise NumericalError(Problem(f"memory of {device.name}", fault, "fewer samples")) from error
         self.pointer = address.value
 
-    def read(self, array: Array) -> Array:
+    def read(self, array: _Read) -> _Read:
         """Copy the memory to a contiguous array of the processor after the work of all streams; return the array."""
         self.device.wait()
         address, size = ctypes.c_uint64(self.pointer), _SIZE(array.nbytes)

@@ -33,7 +33,7 @@ _HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", 
 INSTALL = "pip install 'eomgen[gpu]'"
 _LIBRARY = r"libnvrtc.*\.so(\.\d+)*|nvrtc64_\w+\.dll"
 _CUBIN, _LOG = "kernels.cubin", "log.txt"
-#: A text that is no code, and is kept with the machine code.
+#: A text without code that is kept with the machine code.
 LAYOUT = "layout.json"
 #: Lines of a message with a fault of a text.
 _SHOWN = 12
