@@ -12,11 +12,11 @@ import functools
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError, Problem, ToolchainError
 
 #: Names of the library of the driver for the loader.
@@ -27,6 +27,7 @@ _INSTALL = "the driver from nvidia.com/drivers, on a machine with a card of NVID
 _WHERE = "driver of the card"
 #: Status of a call without memory, and of a call in a thread with no context or the context of another device.
 _NO_MEMORY, _OTHER_CONTEXT = 2, (201, 400)
+_Read = TypeVar("_Read", bound=NDArray[Any])
 _POINTER, _SIZE, _INT, _UINT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int, ctypes.c_uint
 #: Attributes of devices, and of functions.
 _PROCESSORS, _MAJOR, _MINOR = 16, 75, 76
@@ -191,7 +192,7 @@ class Device:
         """Return memory of some bytes. Raises NumericalError, with both numbers, if the device has not as much."""
         return Memory(self, size)
 
-    def upload(self, array: Array, stream: int = 0) -> Memory:
+    def upload(self, array: NDArray[Any], stream: int = 0) -> Memory:
         """Return memory with the bytes of an array."""
         memory = self.allocate(array.nbytes)
         memory.fill(array, stream)
@@ -282,14 +283,14 @@ class Memory:
             raise NumericalError(Problem(f"memory of {device.name}", fault, "fewer samples")) from error
         self.pointer = address.value
 
-    def fill(self, array: Array, stream: int = 0) -> None:
+    def fill(self, array: NDArray[Any], stream: int = 0) -> None:
         """Copy an array of the processor to the memory, in order on a stream, and wait for the copy."""
         source = np.ascontiguousarray(array)
         address, size = ctypes.c_uint64(self.pointer), _SIZE(source.nbytes)
         self.device.call("cuMemcpyHtoDAsync_v2", address, _POINTER(source.ctypes.data), size, _POINTER(stream))
         self.device.wait(stream)
 
-    def read(self, array: Array, stream: int = 0) -> Array:
+    def read(self, array: _Read, stream: int = 0) -> _Read:
         """Copy the memory to a contiguous array of the processor, in order on a stream, and return the array."""
         address, size = ctypes.c_uint64(self.pointer), _SIZE(array.nbytes)
         self.device.call("cuMemcpyDtoHAsync_v2", _POINTER(array.ctypes.data), address, size, _POINTER(stream))

@@ -18,9 +18,14 @@ from eomgen.products.gpu.names import CudaNames
 THREADS = 128
 
 
-def cuda_files(program: Program) -> dict[str, str]:
-    """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes."""
-    called = [function for function in program.functions if function.name != "base"]
+def cuda_files(program: Program, *, states: bool = True) -> dict[str, str]:
+    """Return the text for the device by file name, without manifest: ``NAME.cu`` and the files that it includes.
+
+    Parameters
+    ----------
+    states : whether there are kernels for functions of states
+    """
+    called = [function for function in program.functions if function.name != "base" and states]
     templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja"}
     return model_in_one_file(program, CudaNames, templates, called=called, threads=THREADS)
 
