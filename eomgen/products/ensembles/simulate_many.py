@@ -139,7 +139,7 @@ def simulate_many(
     device : str
         ``cpu``, or ``gpu`` for NVIDIA's cards: samples run and are reduced on the card, with the bits of runs in the
         profile ``reproducible``; means and deviations are summed in another order, and differ by rounding. Not for
-        scenes with events or beams, nor with ``cluster``.
+        scenes with events or exact beams, nor with ``cluster``.
     progress : callable or True
         As of ``simulate``, called with samples.
     error_estimate : bool

@@ -100,7 +100,7 @@ class DeviceSamples(SampleRunner):
         faults = [
             (method.get("events"), "the scene has events, whose log a thread of a device has no room for"),
             (method.get("samples", {}).get("from_caller"), "a controller of the caller is a function of this process"),
-            (library.layout["slopes"] or model.description.exact_beams, "the bending of beams is checked row by row"),
+            (model.description.exact_beams, "turns of exact beams are looked at in all rows"),
         ]
         for there, fault in faults:
             if there:
