@@ -6,6 +6,7 @@ from eomgen.products.comparison.report import Comparison
 from eomgen.products.fields import posteriors as fields
 from eomgen.products.fields import sampling
 from eomgen.products.fmu.export import fmu
+from eomgen.products.gpu.functions import gpu
 from eomgen.products.linear import control, spectra
 from eomgen.products.linear.controllers import with_controller
 from eomgen.products.optimisers.casadi_functions import casadi
@@ -38,6 +39,7 @@ __all__ = [
     "fields",
     "fmu",
     "from_sympy",
+    "gpu",
     "identify",
     "jax",
     "random_vibration",

@@ -11,7 +11,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "ensembles": ("ensemble", "simulate_many"),
     "fields": ("fields", "hamiltonian", "sample", "sampling"),
     "fmu": ("fmu",),
-    "gpu": ("cuda",),
+    "gpu": ("cuda", "gpu"),
     "laws": ("law", "laws"),
     "linear": (
         "calibration",

@@ -15,6 +15,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from eomgen.base.data import dataclass
+from eomgen.base.products import objects_of
 from eomgen.errors import EomgenError, FileError
 from eomgen.toolchain.cache import closing, default_folder, refusal, writable_by_others
 from eomgen.toolchain.cffi_build import python_headers
@@ -54,7 +55,7 @@ class ToolchainCheck:
 def examine() -> list[ToolchainCheck]:
     """Return all checks; none of them raises."""
     machine = (_temporary, _compiler, _compiles, _headers, _cache, _room)
-    return [_python(), *(_run_check(check) for check in machine), *map(_package, PACKAGES)]
+    return [_python(), *map(_run_check, (*machine, *objects_of("eomgen.doctor"))), *map(_package, PACKAGES)]
 
 
 def _run_check(check: Callable[[], ToolchainCheck]) -> ToolchainCheck:

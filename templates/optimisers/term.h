@@ -12,4 +12,5 @@ typedef struct {
     long share;              /* samples of a thread at least */
     int threads;             /* at most */
     size_t stack;            /* bytes of stack of a thread; 0: a thread of the caller has enough */
+    const void *card;        /* kernels on cards; NULL: without */
 } eomgen_term;

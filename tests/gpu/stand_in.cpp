@@ -1,14 +1,15 @@
 /* A stand-in for the libraries of NVIDIA: the driver (libcuda) and NVRTC, on the processor.
  *
- * A program is compiled by the C++ compiler of this machine; its "machine code" is the path of the shared library, and
- * a kernel NAME is the function NAME_host of the library, which runs all threads one after another. Memory of the
- * device is memory of the process. Streams do nothing: each call ends before it returns.
+ * A program is compiled by the C++ compiler of this machine; its "machine code" is the shared library after eight bytes
+ * with the size, and a kernel NAME is the function NAME_host of the library, which runs all threads one after another.
+ * Memory of the device is memory of the process. Streams do nothing: each call ends before it returns.
  */
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <dlfcn.h>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <mutex>
@@ -23,6 +24,7 @@ static std::map<std::string, long long> counted; /* calls by name, for tests */
 static std::map<void *, size_t> allocated;
 static thread_local int contexts = 0;
 static size_t room = size_t(1) << 32;
+static void *last_stream = nullptr;
 
 static void count(const char *name)
 {
@@ -38,6 +40,7 @@ EXPORT long long stand_in_calls(const char *name)
     return counted[name];
 }
 EXPORT long long stand_in_memory() { std::lock_guard<std::mutex> lock(guard); return (long long)allocated.size(); }
+EXPORT long long stand_in_stream() { return (long long)last_stream; }
 EXPORT void stand_in_room(long long bytes) { room = bytes; }
 
 /* -- NVRTC ------------------------------------------------------------------------------------------------------ */
@@ -46,19 +49,29 @@ struct program {
     std::string folder, source, log, image;
 };
 
+static std::string new_folder()
+{
+    const char *base = getenv("TMPDIR");
+    std::string pattern = std::string(base && *base ? base : "/tmp") + "/eomgen-stand-in-XXXXXX";
+    return mkdtemp(pattern.data()) ? pattern : "";
+}
+static std::string content_of(const std::string &file)
+{
+    std::stringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+}
+
 EXPORT const char *nvrtcGetErrorString(status code) { return code == 6 ? "NVRTC_ERROR_COMPILATION" : "NVRTC_ERROR"; }
 EXPORT status nvrtcVersion(int *major, int *minor) { *major = 13; *minor = 0; return 0; }
 EXPORT status nvrtcCreateProgram(program **made, const char *text, const char *name, int headers,
     const char *const *contents, const char *const *names)
 {
-    const char *base = getenv("TMPDIR");
-    std::string pattern = std::string(base && *base ? base : "/tmp") + "/eomgen-stand-in-XXXXXX";
-    if (!mkdtemp(pattern.data()))
-        return 1;
-    *made = new program{pattern, pattern + "/" + name, "", pattern + "/kernels.so"};
+    const std::string folder = new_folder();
+    *made = new program{folder, folder + "/" + name, "", ""};
     std::ofstream((*made)->source) << text;
     for (int k = 0; k < headers; ++k)
-        std::ofstream(pattern + "/" + names[k]) << contents[k];
+        std::ofstream(folder + "/" + names[k]) << contents[k];
     return 0;
 }
 EXPORT status nvrtcCompileProgram(program *p, int options, const char *const *given)
@@ -67,18 +80,20 @@ EXPORT status nvrtcCompileProgram(program *p, int options, const char *const *gi
     for (int k = 0; k < options; ++k)
         if (!strncmp(given[k], "-D", 2))
             command += std::string(" '") + given[k] + "'";
-    command += " '" + p->source + "' -o '" + p->image + "' 2> '" + p->folder + "/log.txt'";
+    command += " '" + p->source + "' -o '" + p->folder + "/kernels.so' 2> '" + p->folder + "/log.txt'";
     count("nvrtcCompileProgram");
     const int failed = system(command.c_str());
-    std::stringstream text;
-    text << std::ifstream(p->folder + "/log.txt").rdbuf();
-    p->log = text.str();
+    p->log = content_of(p->folder + "/log.txt");
+    const std::string library = content_of(p->folder + "/kernels.so");
+    const uint64_t size = library.size();
+    p->image = std::string((const char *)&size, 8) + library;
+    std::filesystem::remove_all(p->folder);
     return failed ? 6 : 0;
 }
 EXPORT status nvrtcGetProgramLogSize(program *p, size_t *size) { *size = p->log.size() + 1; return 0; }
 EXPORT status nvrtcGetProgramLog(program *p, char *log) { memcpy(log, p->log.c_str(), p->log.size() + 1); return 0; }
-EXPORT status nvrtcGetCUBINSize(program *p, size_t *size) { *size = p->image.size() + 1; return 0; }
-EXPORT status nvrtcGetCUBIN(program *p, char *image) { memcpy(image, p->image.c_str(), p->image.size() + 1); return 0; }
+EXPORT status nvrtcGetCUBINSize(program *p, size_t *size) { *size = p->image.size(); return 0; }
+EXPORT status nvrtcGetCUBIN(program *p, char *image) { memcpy(image, p->image.data(), p->image.size()); return 0; }
 EXPORT status nvrtcDestroyProgram(program **p) { delete *p; *p = nullptr; return 0; }
 
 /* -- driver ----------------------------------------------------------------------------------------------------- */
@@ -101,11 +116,17 @@ EXPORT status cuDeviceGetAttribute(int *value, int which, int)
 EXPORT status cuDevicePrimaryCtxRetain(void **context, int) { *context = &allocated; return 0; }
 EXPORT status cuCtxPushCurrent_v2(void *) { ++contexts; return 0; }
 EXPORT status cuCtxPopCurrent_v2(void **) { --contexts; return 0; }
+EXPORT status cuCtxGetDevice(int *device) { *device = 0; return 0; }
 EXPORT status cuCtxSynchronize() { return contexts ? 0 : 201; }
 EXPORT status cuStreamSynchronize(void *) { count("cuStreamSynchronize"); return contexts ? 0 : 201; }
 EXPORT status cuModuleLoadData(void **module, const void *image)
 {
-    *module = dlopen((const char *)image, RTLD_NOW | RTLD_LOCAL);
+    const std::string folder = new_folder(), file = folder + "/kernels.so";
+    uint64_t size;
+    memcpy(&size, image, 8);
+    std::ofstream(file, std::ios::binary).write((const char *)image + 8, (long)size);
+    *module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    std::filesystem::remove_all(folder);
     return *module ? contexts ? 0 : 201 : 200;
 }
 EXPORT status cuModuleGetFunction(void **function, void *module, const char *name)
@@ -121,9 +142,10 @@ EXPORT status cuModuleGetGlobal_v2(uint64_t *address, size_t *size, void *module
 }
 EXPORT status cuFuncGetAttribute(int *value, int, void *) { *value = 0; return 0; }
 EXPORT status cuLaunchKernel(void *function, unsigned blocks, unsigned, unsigned, unsigned block, unsigned, unsigned,
-    unsigned, void *, void **arguments, void **)
+    unsigned, void *stream, void **arguments, void **)
 {
     count("cuLaunchKernel");
+    last_stream = stream;
     if (!contexts && getenv("STAND_IN_STRICT"))
         return 201;
     ((void (*)(void **, long long))function)(arguments, (long long)blocks * block);

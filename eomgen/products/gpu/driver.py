@@ -64,8 +64,6 @@ class Driver:
     def __init__(self, path: str) -> None:
         """Load the library. Raises ToolchainError if there is no card."""
         self.calls = ctypes.CDLL(path)
-        self._launch = self.calls.cuLaunchKernel
-        self._launch.argtypes = [_POINTER, *[_UINT] * 7, _POINTER, _POINTER, _POINTER]
         self._devices: dict[int, Device] = {}
         self._lock = threading.Lock()
         number = _INT()
@@ -105,28 +103,6 @@ class Driver:
             with self._lock:
                 found = self._devices.get(index) or self._devices.setdefault(index, Device(self, index))
         return found
-
-    def launch(
-        self, function: Function, threads: int, pointers: Any, stream: int = 0, block: int = BLOCK, shared: int = 0
-    ) -> None:
-        """Start a kernel, at least ``threads`` threads in blocks; return before the end of the kernel.
-
-        Parameters
-        ----------
-        pointers : of ``arguments_of``
-        stream : handle; 0 for the default stream
-        shared : bytes of shared memory of a block
-        """
-        blocks = -(-threads // block)
-        if not blocks:
-            return
-        numbers = function.handle, blocks, 1, 1, block, 1, 1, shared, stream, pointers, None
-        status = self._launch(*numbers)
-        if status in _OTHER_CONTEXT:
-            with function.device.current():
-                status = self._launch(*numbers)
-        if status:
-            raise self.error(status, f"cuLaunchKernel of {function.name}")
 
 
 def arguments_of(values: Sequence[Any]) -> Any:
@@ -252,11 +228,36 @@ class Function:
         self.device.call("cuFuncGetAttribute", ctypes.byref(number), _INT(which), _POINTER(self.handle))
         return number.value
 
+    def prepared(self, threads: int, pointers: Any, block: int = BLOCK, shared: int = 0) -> Callable[[int], None]:
+        """Return a function of a stream that starts the kernel and returns before its end, for one thread of Python.
+
+        Parameters
+        ----------
+        threads : of the kernel at least; blocks are whole
+        pointers : of ``arguments_of``, whose numbers may change between launches
+        shared : bytes of shared memory of a block
+        """
+        blocks = -(-threads // block)
+        start, place = self.device.driver.calls.cuLaunchKernel, _POINTER()
+        grid = [_UINT(number) for number in (blocks, 1, 1, block, 1, 1, shared)]
+        arguments = _POINTER(self.handle), *grid, place, pointers, _POINTER()
+
+        def launch(stream: int) -> None:
+            place.value = stream
+            status = start(*arguments)
+            if status in _OTHER_CONTEXT:
+                with self.device.current():
+                    status = start(*arguments)
+            if status:
+                raise self.device.driver.error(status, f"cuLaunchKernel of {self.name}")
+
+        return launch if blocks else lambda stream: None
+
     def launch(
         self, threads: int, arguments: Sequence[Any], stream: int = 0, block: int = BLOCK, shared: int = 0
     ) -> None:
-        """Start the kernel with ctypes objects as arguments; see ``Driver.launch``."""
-        self.device.driver.launch(self, threads, arguments_of(arguments), stream, block, shared)
+        """Start the kernel with ctypes objects as arguments on a stream, 0: the default stream; see ``prepared``."""
+        self.prepared(threads, arguments_of(arguments), block, shared)(stream)
 
 
 class Memory:

@@ -7,7 +7,7 @@ lanes, and samples that fail a check there are repeated alone on the processor, 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -20,14 +20,18 @@ from eomgen.compiled.equations import ENERGIES
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
-from eomgen.pipeline.documents import read
-from eomgen.pipeline.generation import exported_program
+from eomgen.pipeline.content import library_content
+from eomgen.pipeline.documents import as_document
+from eomgen.pipeline.pipeline import build_reproducible
+from eomgen.pipeline.programs import write_program
+from eomgen.pipeline.requests import ProgramRequest
 from eomgen.products.ensembles.samples import LaneRunner, SampleBlock, SampleRunner
-from eomgen.products.ensembles.side_by_side import CommonRunData, SideBySide, common_runs, machine_sizes
+from eomgen.products.ensembles.side_by_side import SideBySide, common_runs, machine_sizes
 from eomgen.products.ensembles.statistics import CENTROIDS, ReducedSamples, are_kept, places_of_centroids
 from eomgen.products.gpu.driver import Device, Function, Memory, Module, driver
-from eomgen.products.gpu.nvrtc import compile_cubin
+from eomgen.products.gpu.nvrtc import Cubin, compile_cubin
 from eomgen.products.gpu.target import CUDA, cuda_files
+from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Library
 
 #: Samples of a chunk at most and at least, numbers of its record at most, and its evaluations times degrees of freedom
@@ -37,6 +41,10 @@ _MOST, _LEAST, _RECORD, _WORK = 2**17, 2**13, 2**27, 2e11
 _RESIDENT = 2048
 #: Largest violation of constraints, in sizes of the machine, above which a sample is checked alone; it fails from 1e-3.
 _VIOLATION = 1e-5
+
+
+#: Name of the text for NVRTC.
+_NAME = "runs.cu"
 
 
 class _Array(ctypes.Structure):
@@ -106,11 +114,11 @@ class DeviceSamples(SampleRunner):
             if there:
                 raise _refusal(fault)
         device = driver().device(0)
-        rows, places = self._rows(runs)
-        texts = device_text(model, runs.run.name, library, self.columns, self.alike)
-        name = next(iter(texts))
-        module = device.load(compile_cubin(texts, name, device.architecture).image)
-        kernels = _Kernels(device, module, library.layout["prefix"], len(self.columns), rows, places)
+        rows, recorded = self._rows(runs)
+        places = self.alike.places
+        code = compile_runs(model, runs.run.name, library, self.columns, places, device.architecture)
+        module = device.load(code.image)
+        kernels = _Kernels(device, module, library.layout["prefix"], len(self.columns), rows, recorded)
         return LaneRunner(model, options, runs), kernels
 
     def _rows(self, runs: SideBySide) -> tuple[NDArray[np.intc], int]:
@@ -324,26 +332,37 @@ def _refusal(fault: str) -> UsageError:
     return UsageError(Problem("device", f"samples cannot run on a device: {fault} [E2304]", 'device="cpu"'))
 
 
-def device_text(
-    model: CompiledModel, method: str, library: Library, columns: Sequence[str], alike: CommonRunData
-) -> dict[str, str]:
-    """Return the text for the device that runs samples of a model and records some columns, with all files that it
-    includes; the text is the first."""
+def compile_runs(
+    model: CompiledModel,
+    method: str,
+    library: Library,
+    columns: Sequence[str],
+    places: Mapping[str, tuple[str, int]],
+    architecture: str,
+) -> Cubin:
+    """Return the machine code that runs samples of a model by a method and records some columns, from the cache if
+    possible. ``library`` has the stepper; ``places`` are of ``CommonRunData``."""
     layout = library.layout
     there = [function["name"] for function in layout["functions"]]
     terms = terms_of(method, bool(layout["multipliers"]), bool(model.nz), "mass" in there)
     wanted = [name for name in ("outputs", "energy") if name in model.functions]
-    document, front_end, _ = read(model.scene)
-    program, refusal = exported_program(document, front_end, CUDA, (*terms, *wanted), method)
-    if refusal:
-        raise _refusal(refusal)
-    values = [f"take({k}, {_value(model, *alike.places[name])})" for k, name in enumerate(columns)]
-    head = [f"#define EG_COLUMN_COUNT {len(columns)}", f"#define EG_COLUMNS(take) {' '.join(values)}"]
-    files = cuda_files(program, states=False)
-    return {"runs.cu": "\n".join([*head, f'#include "{program.prefix}.cu"', ""]), **files}
+    document, front_end = as_document(model.scene)
+    selection = Selection((*terms, *wanted))
+    values = [f"take({k}, {_value(model, library, *places[name])})" for k, name in enumerate(columns)]
+    head = f"#define EG_COLUMN_COUNT {len(columns)}\n#define EG_COLUMNS(take) {' '.join(values)}\n"
+
+    def texts() -> Mapping[str, str]:
+        request = ProgramRequest(document, front_end, selection, method)
+        program, refusal = write_program(request, CUDA, build_reproducible, for_runs=True)
+        if refusal:
+            raise _refusal(refusal)
+        return {_NAME: f'{head}#include "{program.prefix}.cu"\n', **cuda_files(program, states=False)}
+
+    content = library_content(document, front_end, selection, method) + head.encode()
+    return compile_cubin(texts, _NAME, architecture, content=content)
 
 
-def _value(model: CompiledModel, group: str, index: int) -> str:
+def _value(model: CompiledModel, library: Library, group: str, index: int) -> str:
     """Return the text of a column in the kernel of runs, by its place in ``CommonRunData.places``."""
     kind, _, name = group.partition(".")
     if kind == "input":
@@ -354,6 +373,6 @@ def _value(model: CompiledModel, group: str, index: int) -> str:
         items = model.library.layout["outputs"]
         names = [item["name"] for item in items]
         return f"output[{sum(int(item['size']) for item in items[: names.index(name)]) + index}]"
-    nq, nv, row = model.nq, model.nv, sum(int(size) for _, size in model.library.layout["method"]["row"])
+    nq, nv, row = model.nq, model.nv, sum(int(size) for _, size in library.layout["method"]["row"])
     first = {"q": 1, "v": 1 + nq, "a": 1 + nq + nv, "multipliers": 1 + nq + 2 * nv, "z": row - model.nz}[group]
     return f"line[{first + index}]"

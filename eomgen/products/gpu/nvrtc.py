@@ -14,6 +14,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,8 @@ OPTIONS = ("--std=c++20", "-default-device", "-w", "--ptxas-options=-v")
 EXACT = ("-fmad=false",)
 #: Headers of C that a text may include: NVRTC has none, and ``eomgen_cuda.h`` has the names that are needed.
 _HEADERS = ("float.h", "limits.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "string.h")
-_INSTALL = "pip install 'eomgen[gpu]'"
+#: Installs NVRTC for this Python.
+INSTALL = "pip install 'eomgen[gpu]'"
 #: Packages with folders of libraries: wheels of NVIDIA, and installations of PyTorch and CuPy with libraries inside.
 _PACKAGES = ("nvidia", "torch", "cupy")
 _PATTERN = r"(libnvrtc([-.].*)?\.so(\.\d+)*|nvrtc64_\w+\.dll|libnvrtc.*\.dylib)"
@@ -70,25 +72,28 @@ def _numbers(pattern: str, text: str) -> list[int]:
 
 
 def compile_cubin(
-    texts: Mapping[str, str],
+    texts: Mapping[str, str] | Callable[[], Mapping[str, str]],
     name: str,
     architecture: str,
     options: Sequence[str] = EXACT,
     *,
+    content: bytes = b"",
     cache: Cache | None = None,
 ) -> Cubin:
     """Return the machine code of a text for an architecture, from the cache if the text was compiled before.
 
     Parameters
     ----------
-    texts : mapping
-        The text and all files that it includes, by name.
+    texts : mapping or callable
+        The text and all files that it includes, by name; or a function that returns these, with ``content``.
     name : str
         Of the text.
     architecture : str
         Such as ``sm_90``.
     options : sequence of str
         Further options of NVRTC.
+    content : bytes
+        Everything that the texts depend on, so that these are made only if the cache has no machine code.
     cache : Cache, optional
         The user's cache by default.
 
@@ -99,19 +104,19 @@ def compile_cubin(
     """
     compiler, store = nvrtc(), Cache() if cache is None else cache
     every = (f"--gpu-architecture={architecture}", *OPTIONS, *options)
-    digest = hashlib.sha256(f"cubin\0{compiler.identity}\0{name}\0{' '.join(every)}".encode())
-    for file, text in sorted(texts.items()):
-        digest.update(f"\0{file}\0{text}".encode())
+    if not callable(texts):
+        content = "\0".join(chain.from_iterable(sorted(texts.items()))).encode()
+    key = hashlib.sha256("\0".join(("cubin", compiler.identity, name, *every, "")).encode() + content).hexdigest()
 
     def fill(folder: Path) -> None:
-        write_texts(folder, texts)
-        image, log = compiler.compile(texts, name, every)
-        for file in texts:
+        files = texts() if callable(texts) else texts
+        write_texts(folder, files)
+        image, log = compiler.compile(files, name, every)
+        for file in files:
             (folder / file).unlink()
         (folder / _CUBIN).write_bytes(image)
         (folder / _LOG).write_text(log, encoding="utf-8")
 
-    key = digest.hexdigest()
     try:
         entry = store.take(key, fill)
     except ToolchainError as error:
@@ -189,7 +194,7 @@ def nvrtc() -> Nvrtc:
             faults.append(f"{path}: {printable(str(error))}")
     tried = f": {'; '.join(faults)}" if faults else ""
     fault = f"the library NVRTC, which compiles for the card, was not found{tried} [E2277]"
-    raise ToolchainError(Problem("NVRTC", fault, _INSTALL))
+    raise ToolchainError(Problem("NVRTC", fault, INSTALL))
 
 
 def candidates() -> Iterator[str]:

@@ -29,7 +29,7 @@ def cuda_files(program: Program, *, states: bool = True) -> dict[str, str]:
     ----------
     states : whether there are kernels for functions of states
     """
-    called = [function for function in program.functions if function.name != "base" and states]
+    called = program.functions if states else []
     templates = {"eomgen_cuda.h": "gpu/eomgen_cuda.h.jinja", f"{program.prefix}.cu": "gpu/model.cu.jinja"}
     return model_in_one_file(program, CudaNames, templates, called=called, threads=THREADS)
 

@@ -17,7 +17,7 @@ import numpy as np
 from eomgen.base.calls import checked_call, checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.messages import Log
-from eomgen.base.products import optional_package
+from eomgen.base.products import objects_of, optional_package
 from eomgen.base.threads import thread_count
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.functions import LEAST, Choice, Functions, LaneCompanions, chosen
@@ -211,7 +211,9 @@ class JaxFunctions(ModelFunctions):
             model = self._model.having((term,)) if term in TERMS else self._model
             functions = model.evaluator.functions
             functions.renew()
-            self._calls[term] = _TermCall(functions, term, self._samples)
+            self._calls[term] = _TermCall(
+                functions, term, self._samples, [card.kernels(model, term) for card in _cards()]
+            )
         return self._calls[term]
 
     def _samples(self, sizes: Mapping[str, int]) -> list[Array]:
@@ -434,6 +436,7 @@ class _TermCall:
     functions : of the model
     term : name
     samples : function from sizes by block to arguments, at which lanes are compared with the model
+    cards : address of the kernels of the term, for JAX on cards
 
     Attributes
     ----------
@@ -441,7 +444,13 @@ class _TermCall:
     address : of the C description of the term, which programs of JAX hold
     """
 
-    def __init__(self, functions: Functions, term: str, samples: Callable[[Mapping[str, int]], list[Array]]) -> None:
+    def __init__(
+        self,
+        functions: Functions,
+        term: str,
+        samples: Callable[[Mapping[str, int]], list[Array]],
+        cards: Sequence[int] = (),
+    ) -> None:
         """Describe a compiled term in C memory that programs of JAX refer to; begin to compile lanes if these may be
         faster."""
         self.inputs = functions.inputs(term)
@@ -465,7 +474,9 @@ class _TermCall:
         of_term.stack = stack_size(int(library.layout.get("stack", 0)))
         self.address = int(ffi.cast("uintptr_t", of_term))
         self._of_lanes = (term, operations, samples)
-        if self.outputs and library.companion is not None and (choice := chosen()) is not Choice.OFF:
+        if cards:
+            of_term.card = ffi.cast("void *", cards[0])
+        elif self.outputs and library.companion is not None and (choice := chosen()) is not Choice.OFF:
             if choice is Choice.NOW:
                 self._compile_lanes(RunningCompilers())
             else:
@@ -528,12 +539,24 @@ def _package() -> Any:
 
 
 @functools.cache
-def _handler() -> tuple[Any, Any]:
-    """Return cffi's ``ffi`` of the handler that XLA calls, and the handler's address; compiled at the first call."""
+def _cards() -> tuple[Any, ...]:
+    """Return the rows of products by which terms run on cards, registered with JAX; none if JAX has no cards."""
+    package = _package()
+    rows = () if package.default_backend() == "cpu" else objects_of("eomgen.jax_cards")
+    for row in rows:
+        address = ctypes.c_void_p(_handler(row.launch)[1])
+        package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(address), platform=row.platform)
+    return rows
+
+
+@functools.cache
+def _handler(launch: str = "") -> tuple[Any, Any]:
+    """Return cffi's ``ffi`` of the handler that XLA calls, and the handler's address; compiled at the first call.
+    `launch` names the template by which a batch runs on a card."""
     package = import_module("jaxlib")
     header = import_module("jax").ffi.include_dir()
     text = environment().get_template("optimisers/xla.c.jinja")
-    source = text.render(header=f"{header}/xla/ffi/api/c_api.h", version=package.__version__)
+    source = text.render(header=f"{header}/xla/ffi/api/c_api.h", version=package.__version__, launch=launch)
     declared = environment().get_template("optimisers/term.h").render()
     ffi, library = Builder().build_routine(source, f"{declared}\nvoid *eomgen_xla(void *);")
     _KEPT.append((ffi, library))
