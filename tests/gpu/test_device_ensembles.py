@@ -149,7 +149,7 @@ def test_failed_samples_are_run_again_for_their_reasons() -> None:
 @pytest.mark.usefixtures("stand_in")
 def test_chunks_are_merged_and_condensed_as_on_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.ensembles.statistics._KEPT", 2**10)
-    monkeypatch.setattr(DeviceSamples, "block_size", staticmethod(lambda samples, work, numbers: 256))
+    monkeypatch.setattr(DeviceSamples, "block_size", staticmethod(lambda *sizes: 256))
     done: list[int] = []
     options: dict[str, Any] = {"vary": VARY, "samples": 1000, "points": 4, "seed": 1, "columns": ["q.hinge"]}
     model = built(SWING, "rk4")
@@ -166,7 +166,7 @@ def test_chunks_are_merged_and_condensed_as_on_the_processor(monkeypatch: pytest
 
 @pytest.mark.usefixtures("stand_in")
 def test_an_interrupted_ensemble_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(DeviceSamples, "block_size", staticmethod(lambda samples, work, numbers: 16))
+    monkeypatch.setattr(DeviceSamples, "block_size", staticmethod(lambda *sizes: 16))
     model, options = built(SWING, "rk4"), {"vary": VARY, "samples": 40, "device": "gpu", "seed": 1}
 
     def stop(done: int, total: int) -> None:

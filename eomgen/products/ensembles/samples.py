@@ -299,9 +299,10 @@ class SampleRunner:
     _made: LaneRunner | str | None = field(default=None, init=False, repr=False)
 
     @staticmethod
-    def block_size(samples: int, work: int, numbers: int) -> int:
+    def block_size(samples: int, work: int, numbers: int, tables: int = 0) -> int:
         """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`
-        counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample.
+        counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample,
+        `tables` the numbers of its inputs that change with time.
 
         A block has 256 samples at most, or 4096 of short runs, or the samples of 8 MB; threads share four blocks at
         least, sixteen of a small ensemble.

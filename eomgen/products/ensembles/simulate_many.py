@@ -44,6 +44,7 @@ from eomgen.products.ensembles.samples import SampleBlock, SampleRunner
 from eomgen.products.ensembles.side_by_side import CommonRunData
 from eomgen.products.ensembles.statistics import Reduction
 from eomgen.products.ensembles.variations import (
+    LAWS,
     Variation,
     VariedOptions,
     read_table,
@@ -195,10 +196,12 @@ def simulate_many(
     target = None if folder is None else Path(folder)
     kept = _kept_samples(keep, drawn.samples, keep_as, target)
     work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
-    block = runner.block_size(drawn.samples, work_of_one, len(looked_at) * len(thinned))
+    alike = CommonRunData.of(model, pilot)
+    with_tables = bool(options.get("inputs")) or any(item.block in LAWS for item in items)
+    tables = alike.grid.steps * model.nu if with_tables else 0
+    block = runner.block_size(drawn.samples, work_of_one, len(looked_at) * len(thinned), tables)
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
-    alike = CommonRunData.of(model, pilot)
     work = runner(model, drawn, varied, (t_end, step), looked_at, times, thinned, alike, kept, keep_as, runs)
     described = _description(work, pilot, vary, table, seed, block)
     threads = thread_count() if workers is None else count_of("workers", workers)

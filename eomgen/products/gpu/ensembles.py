@@ -19,7 +19,6 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.equations import ENERGIES
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.pipeline import build_reproducible
@@ -89,11 +88,12 @@ class DeviceSamples(SampleRunner):
     device = "gpu"
 
     @staticmethod
-    def block_size(samples: int, work: int, numbers: int) -> int:
+    def block_size(samples: int, work: int, numbers: int, tables: int = 0) -> int:
         """Return the number of samples of a chunk, the same on every machine. `work` counts the evaluations times
-        degrees of freedom of one sample, `numbers` the kept numbers of one sample."""
+        degrees of freedom of one sample, `numbers` the kept numbers of one sample, `tables` the numbers of its inputs
+        that change with time."""
         by_work = max(_LEAST, int(_WORK / max(work, 1)))
-        most = max(1, min(_MOST, by_work, _RECORD // numbers))
+        most = max(1, min(_MOST, by_work, _RECORD // (numbers + tables)))
         return min(samples, 1 << (most.bit_length() - 1))
 
     @cached_property
@@ -342,12 +342,11 @@ def compile_runs(
 ) -> Cubin:
     """Return the machine code that runs samples of a model by a method and records some columns, from the cache if
     possible. ``library`` has the stepper; ``places`` are of ``CommonRunData``."""
-    layout = library.layout
-    there = [function["name"] for function in layout["functions"]]
-    terms = terms_of(method, bool(layout["multipliers"]), bool(model.nz), "mass" in there)
-    wanted = [name for name in ("outputs", "energy") if name in model.functions]
     document, front_end = as_document(model.scene)
-    selection = Selection((*terms, *wanted))
+    selection = Selection.from_data(library.layout["selection"])  # derived with other terms, equations have other bits
+    if selection.terms is not None:
+        wanted = [name for name in ("outputs", "energy") if name in model.functions]
+        selection = Selection(tuple(dict.fromkeys((*selection.terms, *wanted))), selection.start)
     values = [f"take({k}, {_value(model, library, *places[name])})" for k, name in enumerate(columns)]
     head = f"#define EG_COLUMN_COUNT {len(columns)}\n#define EG_COLUMNS(take) {' '.join(values)}\n"
 
