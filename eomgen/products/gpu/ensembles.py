@@ -46,7 +46,7 @@ _VIOLATION = 1e-5
 _NAME = "runs.cu"
 
 
-class _Array(ctypes.Structure):
+class SampleArray(ctypes.Structure):
     """An array of samples, as ``eg_array`` of ``eomgen_cuda.h``; by default the address NULL."""
 
     _fields_ = (("at", ctypes.c_void_p), ("sample", ctypes.c_longlong), ("component", ctypes.c_longlong))
@@ -196,14 +196,14 @@ class DeviceSamples(SampleRunner):
         states = np.concatenate([np.full((count, 1), run.grid.start), starts], axis=1)
         kept: list[Memory] = []
 
-        def place(rows: Array | None, *, along: bool = False) -> _Array:
+        def place(rows: Array | None, *, along: bool = False) -> SampleArray:
             """Return an array on the device: of each sample, or common to all if there is one row."""
             if rows is None:
-                return _Array()
+                return SampleArray()
             kept.append(device.upload(rows if along else np.ascontiguousarray(rows.T)))
             many = len(rows) > 1
             size = rows[0].size
-            return _Array(kept[-1].pointer, (size if along else 1) * many, 1 if along else len(rows))
+            return SampleArray(kept[-1].pointer, (size if along else 1) * many, 1 if along else len(rows))
 
         def memory(item: Memory) -> ctypes.c_void_p:
             kept.append(item)
